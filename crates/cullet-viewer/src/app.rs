@@ -7,6 +7,7 @@ use eframe::{egui, egui_wgpu, wgpu};
 use crate::camera::Rig;
 use crate::compose::{Composition, Role};
 use crate::device::Watch;
+use crate::draw::Renderer;
 use crate::link;
 use crate::painter::Painter;
 use crate::script::{self, Script, Step};
@@ -77,8 +78,11 @@ impl App {
         let info = render_state.adapter.get_info();
         log::info!("{:?} {}", info.backend, info.name);
         style(&cc.egui_ctx);
+        let mut session = Session::new(cc.egui_ctx.clone(), &start.link, start.source);
+        session.device.refused =
+            Renderer::refuses_culling(&render_state.adapter, &render_state.device);
         Ok(Self {
-            session: Session::new(cc.egui_ctx.clone(), &start.link, start.source),
+            session,
             last_frame: clock(),
             screenshot: start.screenshot,
             script: (start.script != Script::None).then(|| start.script.steps().into_iter()),

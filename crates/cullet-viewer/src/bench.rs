@@ -191,6 +191,7 @@ impl Bench<'_> {
                 let pane = Pane {
                     place: [0, 0, SIZE[0], SIZE[1]],
                     view: &view,
+                    on_device: false,
                     visible: culler.as_ref().map(|_| &visible),
                     style: Style::default(),
                     over: false,

@@ -37,6 +37,8 @@ pub enum Role {
 enum Content {
     /// The visible set of the culler.
     Kept,
+    /// What the graphics device finds visible.
+    OnDevice,
     /// That, and ghosts as they are.
     WithGhosts,
     /// The occluders that were drawn into the occlusion buffer.
@@ -68,6 +70,8 @@ pub struct Panel {
 pub struct Composition {
     /// From the bottom up.
     pub panels: Vec<Panel>,
+    /// The view that the graphics device decides for, where it does.
+    pub by_device: Option<View>,
     /// The visible set, with the ghosts that are drawn as they are.
     with_ghosts: Visible,
     /// The occluders that were drawn into the occlusion buffer.
@@ -95,10 +99,11 @@ impl Composition {
                 view: &p.view,
                 visible: match p.content {
                     Content::All => None,
-                    Content::Kept => kept,
+                    Content::Kept | Content::OnDevice => kept,
                     Content::WithGhosts => Some(&self.with_ghosts),
                     Content::Occluders => Some(&self.occluders),
                 },
+                on_device: p.content == Content::OnDevice,
                 style: p.style,
                 over: false,
                 lines: &p.lines.0,
@@ -135,8 +140,13 @@ pub fn compose(session: &Session) -> Composition {
     let half = (w / 2).max(1);
     let state = &session.state;
     let frozen = state.frozen.is_some();
-    // The decision's own view, so that the picture and what was decided for it always fit.
-    let decided = session.decision.as_ref().map(|d| d.request.view.clone());
+    // The decision's own view, so that the picture and what was decided for it always fit. The device decides for the picture itself.
+    let by_device = session.by_device();
+    made.by_device = session.culling_view().filter(|_| by_device);
+    let decided = match by_device {
+        true => made.by_device.clone(),
+        false => session.decision.as_ref().map(|d| d.request.view.clone()),
+    };
     let culling = |size: [u32; 2]| {
         let ready = decided.clone().filter(|v| v.viewport() == size);
         ready.or_else(|| session.culling_rig()?.view(size).ok())
@@ -171,7 +181,12 @@ pub fn compose(session: &Session) -> Composition {
             let at = ((f64::from(state.wipe) * f64::from(w)) as u32).min(w);
             let whole = free([w, h]);
             let part = |from, to| whole.as_ref().and_then(|v| columns(v, from, to));
-            add(Role::Flown, [0, 0, at, h], part(0, at));
+            if by_device {
+                // Of the view that it is decided for; what is beside it is drawn over it.
+                add(Role::Flown, [0, 0, w, h], whole.clone());
+            } else {
+                add(Role::Flown, [0, 0, at, h], part(0, at));
+            }
             add(Role::Bare, [at, 0, w - at, h], part(at, w));
         }
     }
@@ -290,8 +305,10 @@ fn decorate(session: &Session, made: &mut Composition) {
     let mut rooms = (Lines::default(), Lines::default());
     cell_lines::draw(session, &mut rooms.0, &mut rooms.1);
     let by_reason = state.look.colour == Colour::Reason;
+    let by_device = made.by_device.is_some();
     for panel in &mut made.panels {
         panel.content = match panel.role {
+            Role::Bare if by_device && state.device.compare => Content::Kept,
             Role::Bare => Content::All,
             // The culling camera's own picture shows the visible set as it is drawn.
             Role::Culling | Role::Depth => Content::Kept,
@@ -307,6 +324,11 @@ fn decorate(session: &Session, made: &mut Composition) {
         panel.fades = !session.fades.is_empty()
             && matches!(panel.content, Content::Kept | Content::WithGhosts);
         panel.style.fade |= panel.fades;
+        let lines = panel.style.face_normals || panel.style.vertex_normals;
+        let is_plain = panel.content == Content::Kept && !panel.fades && !lines;
+        if by_device && is_plain && panel.role != Role::Bare {
+            panel.content = Content::OnDevice;
+        }
         let from_outside = match panel.role {
             Role::Outside => true,
             Role::Flown | Role::Bare => state.frozen.is_some(),

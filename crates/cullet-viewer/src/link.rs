@@ -4,7 +4,7 @@
 use serde_json::{Map, Value};
 use thiserror::Error;
 
-use crate::state::{State, WIDEST_BUFFER};
+use crate::state::{OnDevice, State, WIDEST_BUFFER};
 
 /// The longest link that is read.
 pub const MAX_LENGTH: usize = 16_384;
@@ -164,6 +164,9 @@ fn check(state: &State) -> Result<(), LinkError> {
     }
     if state.structure.step > MOST_STEPS {
         return wrong("structure.step", f64::from(state.structure.step), "4096 at most");
+    }
+    if state.device.level >= OnDevice::MOST_LEVELS {
+        return wrong("device.level", f64::from(state.device.level), "15 at most");
     }
     if state.structure.level > 64 {
         return wrong("structure.level", f64::from(state.structure.level), "64 at most");

@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
+use cullet::{CullFace, View};
 use eframe::{egui, egui_wgpu, wgpu};
 
 use crate::compose::{Composition, compose, instance_colours};
 use crate::decide::Decision;
-use crate::draw::{Paint, Pane, Renderer};
+use crate::draw::{DeviceView, Paint, Pane, Renderer};
 use crate::present::Present;
 use crate::session::{Drawn, Inspected, Session};
-use crate::state::{Colour, State};
+use crate::state::{Colour, Layout, State};
 use crate::task::{clock, until};
 use crate::world::World;
 
@@ -42,8 +43,13 @@ pub(crate) struct Painter {
     /// How many instances faded from one level to the next in the last picture.
     faded: usize,
     last: Option<PictureKey>,
+    /// The frame of the device whose figures are awaited, and how many pictures more may be drawn for them.
+    awaited: (u64, u32),
     composition: Composition,
 }
+
+/// So many pictures a device gets to tell of one.
+const MOST_AWAITED: u32 = 60;
 
 impl Painter {
     pub(crate) fn new(render_state: egui_wgpu::RenderState) -> Self {
@@ -56,6 +62,7 @@ impl Painter {
             coloured: None,
             faded: 0,
             last: None,
+            awaited: (0, 0),
             composition: Composition::default(),
             render_state,
         }
@@ -83,6 +90,7 @@ impl Painter {
         if session.uploading {
             return;
         }
+        self.prepare_culling(session);
         let world = self.uploaded.as_ref().map(Arc::as_ptr);
         let decided = session.decision.as_ref().map_or(0, |d| d.number);
         let proved = session.truth.finding().is_some();
@@ -98,6 +106,7 @@ impl Painter {
         };
         let changed = self.last.as_ref() != Some(&now);
         let again = std::mem::take(&mut session.refresh) || session.state.always;
+        let again = self.wait_for_figures(session, changed) || again;
         // Before anything is decided there is nothing to draw: all of a large scene would take long.
         if !(changed || again) || world.is_none() || session.decision.is_none() {
             return;
@@ -119,7 +128,9 @@ impl Painter {
             self.coloured = Some(key);
         }
         let ground = if session.state.dark { [0.082, 0.098, 0.122] } else { [0.90, 0.91, 0.92] };
-        let fresh = self.renderer.draw(device, queue, session.size, ground, &panes);
+        let by = self.composition.by_device.as_ref().map(|view| device_view(session, view));
+        let size = session.size;
+        let fresh = self.renderer.draw_by(device, queue, size, ground, &panes, by.as_ref());
         let fresh = self.present.encode(device, queue, self.renderer.colour(), session.size, fresh);
         if let (true, Some(view)) = (fresh, self.present.shown()) {
             let mut egui = self.render_state.renderer.write();
@@ -141,6 +152,41 @@ impl Painter {
             per_second: before.per_second * smooth + rate * (1.0 - smooth),
             pictures: before.pictures + 1,
         };
+    }
+
+    /// Makes the device ready to decide, where it is to. Where it cannot, the CPU goes on.
+    fn prepare_culling(&mut self, session: &mut Session) {
+        let wanted = session.state.device.on && session.state.stages.on;
+        session.device.ready = wanted && session.device.refused.is_none();
+        let Some(world) = self.uploaded.as_ref().filter(|_| session.device.ready) else { return };
+        let egui_wgpu::RenderState { device, queue, .. } = &self.render_state;
+        if let Err(error) = self.renderer.prepare_culling(device, queue, &world.model.scene) {
+            session.device.ready = false;
+            session.state.device.on = false;
+            session.tell(format!("{}: {error}.", world.name), true);
+        }
+    }
+
+    /// Takes in what the device tells of its pictures; true while the next has to be drawn to hear more. One that `begins` is told of when the one
+    /// after it is drawn, too: what it hides is tested against what it showed.
+    fn wait_for_figures(&mut self, session: &mut Session, begins: bool) -> bool {
+        if !session.by_device() {
+            session.device.awaited = false;
+            return false;
+        }
+        // Callbacks are called when the device is asked.
+        let _ = self.device().poll(wgpu::PollType::Poll);
+        if begins {
+            self.awaited = (self.renderer.device_frames() + 2, MOST_AWAITED);
+        }
+        let (frame, left) = &mut self.awaited;
+        session.device.figures = self.renderer.device_figures();
+        session.device.awaited = session.device.figures.frame < *frame && *left > 0;
+        if session.device.awaited {
+            *left -= 1;
+            session.ctx.request_repaint();
+        }
+        session.device.awaited
     }
 
     /// Gives the renderer the scene, if it has another; on a page, which has one thread, a piece at a time. True when
@@ -184,5 +230,20 @@ impl Painter {
         self.last = None;
         self.uploaded = Some(world);
         true
+    }
+}
+
+/// What the device is to decide of a view.
+fn device_view<'a>(session: &Session, view: &'a View) -> DeviceView<'a> {
+    let State { stages, look, device, layout, .. } = &session.state;
+    let [width, height] = session.size;
+    let half = view.viewport()[0];
+    let place = [half, 0, width.saturating_sub(half), height];
+    DeviceView {
+        view,
+        frustum: stages.frustum,
+        occlusion: stages.occlusion,
+        faces: if look.hardware { look.cull } else { CullFace::None },
+        pyramid: (*layout == Layout::Buffer).then(|| (place, device.shown(view.viewport()).0)),
     }
 }

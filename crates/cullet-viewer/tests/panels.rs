@@ -4,6 +4,8 @@ use std::time::{Duration, Instant};
 
 use cullet_testkit::soups::lumpy_ball_as_obj;
 use cullet_viewer::compose::{Composition, compose};
+use cullet_viewer::draw::DeviceFigures;
+use cullet_viewer::link;
 use cullet_viewer::session::{STOPS, Session, funnel_json};
 use cullet_viewer::state::GhostForm;
 use cullet_viewer::ui::shortcuts::{TABLE, markdown};
@@ -300,7 +302,7 @@ fn what_is_copied_is_what_is_shown() {
 
     panels.click("Copy link");
     let link = panels.copied.take().expect("the link is copied");
-    let again = cullet_viewer::link::from_text(&link).expect("a link");
+    let again = link::from_text(&link).expect("a link");
     assert_eq!(again.camera, panels.session.state.camera);
 
     panels.travel();
@@ -398,4 +400,75 @@ fn a_student_steps_through_a_chain_of_portals_and_shuts_a_door() {
     panels.settle();
     (0..4).for_each(|_| panels.frame(Vec::new()));
     assert!(said(&panels, "pairs of cells can see each other"));
+}
+
+#[test]
+fn who_decides_is_chosen_where_the_device_can() {
+    let mut panels = Panels::open("city:sub=1", "layout=wipe");
+    let said = |p: &Panels, part: &str| p.texts.iter().any(|(text, _)| text.contains(part));
+    panels.click("device");
+    assert!(panels.session.state.device.on);
+    // Nobody has made anything ready: the CPU decides, and nothing says otherwise.
+    panels.settle();
+    assert!(!panels.session.by_device() && said(&panels, "with culling: "));
+
+    panels.session.device.ready = true;
+    panels.session.device.figures =
+        DeviceFigures { frame: 1, in_view: 23_457, visible: 1_234, ..Default::default() };
+    (0..4).for_each(|_| panels.frame(Vec::new()));
+    for part in ["decided by the device", "23\u{2009}457", "1\u{2009}234", "without culling: "] {
+        assert!(said(&panels, part), "{part}: {:?}", panels.texts);
+    }
+    panels.click("against the CPU");
+    (0..4).for_each(|_| panels.frame(Vec::new()));
+    assert!(panels.session.state.device.compare && said(&panels, "decided by the CPU: "));
+
+    panels.press(Key::Num4);
+    (0..4).for_each(|_| panels.frame(Vec::new()));
+    assert!(said(&panels, "depth pyramid, level 0"), "{:?}", panels.texts);
+
+    panels.session.device.refused = Some("it has no compute shaders".to_owned());
+    panels.session.device.ready = false;
+    (0..4).for_each(|_| panels.frame(Vec::new()));
+    assert!(said(&panels, "The CPU decides: it has no compute shaders."));
+    // What cannot be is not chosen; what was is taken back by its key.
+    panels.click("CPU");
+    assert!(panels.session.state.device.on);
+    panels.press(Key::Quote);
+    assert!(!panels.session.state.device.on);
+}
+
+#[test]
+fn panes_draw_what_was_decided_for_them() {
+    let mut panels = Panels::open("city:sub=1", "device.on=true");
+    panels.session.device.ready = true;
+    let drawn = |panels: &mut Panels, link: &str| -> Vec<bool> {
+        let scene = panels.session.state.scene.clone();
+        let camera = panels.session.state.camera;
+        panels.session.state = link::from_text(link).expect("a link");
+        panels.session.state.scene = scene;
+        panels.session.state.camera = camera;
+        panels.settle();
+        panels.frame(Vec::new());
+        let made = compose(&panels.session);
+        let kept = panels.session.decision.as_ref().map(|d| &d.visible);
+        let panes = made.panes(kept);
+        let by = made.by_device.as_ref();
+        assert_eq!(by.is_some(), panes.iter().any(|pane| pane.on_device), "{link}");
+        if let Some(by) = by {
+            assert_eq!(Some(by), panels.session.culling_view().as_ref(), "{link}");
+        }
+        panes.iter().map(|pane| pane.on_device).collect()
+    };
+    for (link, expected) in [
+        ("", &[false][..]),
+        ("device.on=true", &[true]),
+        ("device.on=true&stages.on=false", &[false]),
+        ("device.on=true&layout=split", &[true, true]),
+        ("device.on=true&layout=wipe", &[true, false]),
+        ("device.on=true&layout=buffer", &[true]),
+        ("device.on=true&frozen.distance=9", &[true]),
+    ] {
+        assert_eq!(drawn(&mut panels, link), expected, "{link}");
+    }
 }

@@ -6,7 +6,7 @@ use cullet_viewer::clipping::{Clipping, SIDES};
 use cullet_viewer::link::{MAX_LENGTH, from_text, to_text};
 use cullet_viewer::script::{TOGGLES, thrown};
 use cullet_viewer::state::{
-    By, Colour, CutAway, GhostForm, Layout, Part, Shape, Sides, State, Study,
+    By, Colour, CutAway, GhostForm, Layout, OnDevice, Part, Shape, Sides, State, Study,
 };
 use proptest::prelude::*;
 
@@ -80,6 +80,7 @@ prop_compose! {
         (s.stages.portal, s.structure.portals) = (level % 2 > 0, level % 3 > 0);
         (s.doors, s.structure.step) = ((0..level % 4).collect(), level);
         s.structure.level = level;
+        s.device = OnDevice { on: level % 2 > 0, compare: level % 3 > 0, level: level % 16 };
         (s.stages.lod_px, s.stages.lod_steady) = (detail * 0.5, level % 2 > 0);
         (s.stages.lod_triangles, s.stages.lod_ball) = (u64::from(level), f64::from(level) / 64.0);
         s.stages.detail_fade = f64::from(level) * 0.125;
@@ -142,6 +143,7 @@ fn an_invalid_value_is_named() {
         ("stages.lod_ball=-1", "stages.lod_ball is -1"),
         ("stages.detail_fade=1e9", "stages.detail_fade is 1e9"),
         ("structure.level=65", "structure.level is 65"),
+        ("device.level=16", "device.level is 16; it must be 15 at most"),
         ("structure.step=4097", "structure.step is 4097"),
         ("doors=[-1]", "invalid value"),
         ("cut.at=3", "a place of cut is 3; it must be between -2 and 2"),

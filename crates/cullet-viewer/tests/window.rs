@@ -69,9 +69,10 @@ fn a_screenshot_has_the_scene_in_it() {
 }
 
 /// States whose pictures are kept, without panels: their times differ from run to run.
-const GOLDEN: [(&str, &str, &str); 4] = [
+const GOLDEN: [(&str, &str, &str); 5] = [
     ("split", "city:sub=1", "layout=split&ghosts.form=solid"),
     ("buffer", "city:sub=1", "layout=buffer&map=false"),
+    ("pyramid", "city:sub=1", "device.on=true&layout=buffer&device.level=2&map=false"),
     ("sides", "solids", "look.colour=sides&look.wireframe=true&map=false"),
     ("office", "office", "layout=wipe&look.colour=overdraw"),
 ];
@@ -102,6 +103,27 @@ fn pictures_are_like_the_golden_ones() {
         let far = shown.2.iter().zip(&kept.2).filter(|(a, b)| apart(a, b) > 24).count();
         assert!(far * 100 < shown.2.len(), "{name}: {far} pixels are others; see {file}");
         std::fs::remove_file(&own).expect("ours to remove");
+    }
+}
+
+#[test]
+fn the_window_is_the_same_whoever_decides() {
+    for (scene, state) in [("city:sub=1", "look.fine=true"), ("office", "look.colour=clusters")] {
+        let shown = ["false", "true"].map(|on| {
+            let name = format!("cullet-by-{scene}-{on}-{}.png", std::process::id());
+            let path = std::env::temp_dir().join(name.replace(':', "-"));
+            let state = format!("panels=false&map=false&{state}&device.on={on}");
+            let file = path.display().to_string();
+            let args = [scene, "--state", &state, "--size", "480x300", "--screenshot", &file];
+            let out = viewer(&args)?;
+            assert_fine(&out);
+            let shown = pixels(&path);
+            std::fs::remove_file(&path).expect("ours to remove");
+            Some(shown.2)
+        });
+        let [Some(cpu), Some(device)] = shown else { return };
+        let differ = cpu.iter().zip(&device).filter(|(a, b)| a != b).count();
+        assert_eq!(differ, 0, "{scene}");
     }
 }
 

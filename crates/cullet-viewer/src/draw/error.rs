@@ -40,4 +40,7 @@ pub enum DrawError {
         /// The device's limit that stands in the way.
         cause: &'static str,
     },
+    /// What the device would decide with does not fit, or it cannot run the passes.
+    #[error("the device cannot decide what is drawn: {0}")]
+    Device(String),
 }

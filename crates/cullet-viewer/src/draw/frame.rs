@@ -12,6 +12,9 @@ pub struct Pane<'a> {
     /// The part of the scene that is drawn; `None` draws all of it that is in the view's layers. Where it lists
     /// triangles, these are drawn, else its instances and clusters.
     pub visible: Option<&'a Visible>,
+    /// Whether what the [device decided](DeviceView) is drawn in place of `visible`, wherever it decides: whole instances in full,
+    /// without lines along their normals.
+    pub on_device: bool,
     /// How it is drawn.
     pub style: Style,
     /// Whether it is drawn into what the pane before it left, of the same place and view, rather than over it.
@@ -22,6 +25,81 @@ pub struct Pane<'a> {
     pub overlay: &'a [LineVertex],
     /// Translucent triangles (ghosts, frusta, clip planes), after the scene, three vertices each.
     pub ghosts: &'a [LineVertex],
+}
+
+impl<'a> Pane<'a> {
+    /// The pane that a device decides for: all of its view's viewport.
+    pub(super) fn of_device(by: &DeviceView<'a>) -> Self {
+        let [width, height] = by.view.viewport();
+        Self {
+            place: [0, 0, width, height],
+            view: by.view,
+            visible: None,
+            on_device: false,
+            style: Style { paint: Paint::Depth, cull_face: by.faces, ..Style::default() },
+            over: false,
+            lines: &[],
+            overlay: &[],
+            ghosts: &[],
+        }
+    }
+}
+
+/// A view for which the graphics device decides what is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct DeviceView<'a> {
+    /// Its viewport is the size of the picture that is decided for.
+    pub view: &'a View,
+    /// Whether what lies outside the view is culled.
+    pub frustum: bool,
+    /// Whether what lies behind something is.
+    pub occlusion: bool,
+    /// As [`Style::cull_face`] of the panes that draw it: what the hardware drops hides nothing.
+    pub faces: CullFace,
+    /// Where in the target a level of the depth pyramid is shown, and which: 0 is half as wide as the picture.
+    pub pyramid: Option<([u32; 4], u32)>,
+}
+
+/// What a device decided, in figures.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DeviceFigures {
+    /// Of which frame: they rise by one with each; 0 before any is known.
+    pub frame: u64,
+    /// Instances in the view.
+    pub in_view: u32,
+    /// Of these the ones that are not hidden.
+    pub visible: u32,
+    /// Triangles of the visible ones.
+    pub triangles: u64,
+    /// Triangles of what was visible in the frame before and is in the view: those of the depth that the rest is tested against.
+    pub early_triangles: u64,
+    /// Draws that are handed in.
+    pub draws: u32,
+    /// Of these the ones with an instance.
+    pub draws_in_use: u32,
+    /// Times, where the device has a clock.
+    pub times: Option<DeviceTimes>,
+}
+
+/// Milliseconds that the steps of culling take on a device.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DeviceTimes {
+    /// All instances against the planes, and the list of those that were visible before.
+    pub early: f32,
+    /// The depth of these.
+    pub depth: f32,
+    /// The pyramid of that depth.
+    pub pyramid: f32,
+    /// Boxes against the pyramid, and the list of what is visible.
+    pub late: f32,
+}
+
+impl DeviceTimes {
+    /// All of it.
+    #[must_use]
+    pub fn sum(&self) -> f32 {
+        self.early + self.depth + self.pyramid + self.late
+    }
 }
 
 /// The quantity that colours the scene's triangles.

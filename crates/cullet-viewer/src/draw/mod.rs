@@ -7,6 +7,11 @@
 //! so a frame is a few instanced calls for what is whole, and one for each range of what is not. Transforms
 //! lie in a texture, since WebGL2 knows no storage buffers.
 
+#[cfg(not(target_arch = "wasm32"))]
+mod culling;
+#[cfg(target_arch = "wasm32")]
+#[path = "no_culling.rs"]
+mod culling;
 mod error;
 mod frame;
 mod geometry;
@@ -22,5 +27,7 @@ mod timer;
 mod upload;
 
 pub use error::DrawError;
-pub use frame::{DrawStats, LineVertex, Paint, Pane, Style};
+pub use frame::{
+    DeviceFigures, DeviceTimes, DeviceView, DrawStats, LineVertex, Paint, Pane, Style,
+};
 pub use renderer::Renderer;

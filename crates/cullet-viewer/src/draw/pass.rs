@@ -5,6 +5,7 @@ use std::ops::Range;
 use cullet::Depth;
 use eframe::wgpu::*;
 
+use super::culling::DeviceCulling;
 use super::frame::{Paint, Pane};
 use super::list::{Item, What};
 use super::pane::{PaneState, Picks, culled, is_pulled};
@@ -17,6 +18,8 @@ pub(super) struct PaneDraw<'a> {
     pub(super) pipelines: &'a mut Pipelines,
     pub(super) pane: &'a Pane<'a>,
     pub(super) samples: u32,
+    /// What the device decided, where that is drawn.
+    pub(super) on_device: Option<&'a DeviceCulling>,
     /// Whether some colours of instances are translucent.
     pub(super) translucent: bool,
     pub(super) triangles: u64,
@@ -105,6 +108,10 @@ impl PaneDraw<'_> {
         way: PipelineKey,
         blended: Option<bool>,
     ) {
+        if let Some(decided) = self.on_device {
+            self.listed(pass, scene, decided, way, blended);
+            return;
+        }
         let (mut bound_chunk, mut bound_cull) = (None, None);
         let slots = u32::from(way.source == VertexSource::Indexed);
         pass.set_vertex_buffer(slots, state.slots.buffer.slice(..));
@@ -184,6 +191,45 @@ impl PaneDraw<'_> {
         }
     }
 
+    /// Draws what the device listed in one way, as [`items`](Self::items) does what a list says.
+    fn listed(
+        &mut self,
+        pass: &mut RenderPass<'_>,
+        scene: &Uploaded,
+        decided: &DeviceCulling,
+        way: PipelineKey,
+        blended: Option<bool>,
+    ) {
+        if !way.source.is_painted() {
+            return;
+        }
+        let is_indexed = way.source == VertexSource::Indexed;
+        let (mut bound_chunk, mut bound_cull) = (None, None);
+        for draw in decided.draws() {
+            if blended.is_some_and(|b| b != draw.blended) {
+                continue;
+            }
+            let Some(cull) = culled(self.pane, &draw.kind, draw.two_sided) else { continue };
+            if bound_chunk != Some(draw.chunk) {
+                let chunk = &scene.chunks[draw.chunk as usize];
+                if is_indexed {
+                    pass.set_vertex_buffer(0, chunk.vertices.slice(..));
+                    pass.set_index_buffer(chunk.indices.slice(..), IndexFormat::Uint32);
+                } else {
+                    let Some(group) = chunk.group() else { continue };
+                    pass.set_bind_group(1, group, &[]);
+                }
+                bound_chunk = Some(draw.chunk);
+            }
+            if bound_cull != Some(cull) {
+                self.set(pass, PipelineKey { cull, ..way });
+            }
+            bound_cull = Some(cull);
+            self.draws += 1;
+            decided.draw(pass, draw, is_indexed);
+        }
+    }
+
     /// Draws the impostors of a list, each by the far sides of its whole box, whichever triangles of that were left: what is
     /// seen lies before them. Of transparent instances alone, or of those that are not, if set.
     fn boxes(
@@ -194,7 +240,7 @@ impl PaneDraw<'_> {
         way: PipelineKey,
         transparent: Option<bool>,
     ) {
-        let Some(group) = scene.impostors() else { return };
+        let Some(group) = scene.impostors().filter(|_| self.on_device.is_none()) else { return };
         let (mut bound_chunk, mut bound_cull) = (None, None);
         pass.set_vertex_buffer(1, state.slots.buffer.slice(..));
         for item in &state.list.items {

@@ -70,8 +70,8 @@ pub(super) struct PipelineKey {
 /// The pipelines of a device.
 #[derive(Debug)]
 pub(super) struct Pipelines {
-    module: ShaderModule,
-    plain: PipelineLayout,
+    pub(super) module: ShaderModule,
+    pub(super) plain: PipelineLayout,
     /// For shaders that take corners from textures.
     pulling: PipelineLayout,
     /// For shaders that follow rays through impostors.
@@ -90,6 +90,26 @@ pub(super) struct Pipelines {
 const SHADERS: &str = concat!(include_str!("scene.wgsl"), include_str!("impostor.wgsl"));
 #[cfg(target_arch = "wasm32")]
 const SHADERS: &str = include_str!("scene.wgsl");
+
+/// Vertices, as [`VertexSource::Indexed`] takes them.
+pub(super) fn vertices_layout() -> VertexBufferLayout<'static> {
+    const ATTRIBUTES: [VertexAttribute; 2] = vertex_attr_array![0 => Float32x3, 1 => Uint32];
+    VertexBufferLayout {
+        array_stride: 16,
+        step_mode: VertexStepMode::Vertex,
+        attributes: &ATTRIBUTES,
+    }
+}
+
+/// Slots of instances.
+pub(super) fn slots_layout() -> VertexBufferLayout<'static> {
+    const ATTRIBUTES: [VertexAttribute; 1] = vertex_attr_array![2 => Uint32];
+    VertexBufferLayout {
+        array_stride: 4,
+        step_mode: VertexStepMode::Instance,
+        attributes: &ATTRIBUTES,
+    }
+}
 
 impl VertexSource {
     /// Whether it makes triangles of the scene.
@@ -163,16 +183,7 @@ impl Pipelines {
     }
 
     fn make(&self, device: &Device, way: PipelineKey) -> RenderPipeline {
-        let slots = VertexBufferLayout {
-            array_stride: 4,
-            step_mode: VertexStepMode::Instance,
-            attributes: &vertex_attr_array![2 => Uint32],
-        };
-        let vertices = VertexBufferLayout {
-            array_stride: 16,
-            step_mode: VertexStepMode::Vertex,
-            attributes: &vertex_attr_array![0 => Float32x3, 1 => Uint32],
-        };
+        let (vertices, slots) = (vertices_layout(), slots_layout());
         let lines = VertexBufferLayout {
             array_stride: 16,
             step_mode: VertexStepMode::Vertex,

@@ -1,10 +1,12 @@
 //! The renderer: what it keeps between frames, and how a frame is made of panes.
 
+use cullet::Scene;
 use cullet_io::Model;
 use eframe::wgpu::*;
 
+use super::culling::DeviceCulling;
 use super::error::DrawError;
-use super::frame::{DrawStats, LineVertex, Pane, Style};
+use super::frame::{DeviceFigures, DeviceView, DrawStats, LineVertex, Pane, Style};
 use super::pane::{Numbers, PaneState, STRIDE, is_pulled, to_linear};
 use super::pass::{Extras, PaneDraw};
 use super::pipelines::Pipelines;
@@ -31,6 +33,8 @@ pub struct Renderer {
     scene: Option<Uploaded>,
     /// The next scene, while it is uploaded.
     coming: Option<Upload>,
+    /// What the device decides with, where it does.
+    culling: Option<DeviceCulling>,
     /// Stands in for a scene's textures where there is none.
     empty: ListTexture,
     group: Option<BindGroup>,
@@ -56,6 +60,7 @@ impl Renderer {
             panes: Vec::new(),
             scene: None,
             coming: None,
+            culling: None,
             empty: ListTexture::new(device, "nothing", TextureFormat::Rgba32Float, 1),
             group: None,
             translucent: false,
@@ -109,6 +114,7 @@ impl Renderer {
         let scene = coming.finish(&model.scene);
         self.panes.iter_mut().for_each(|pane| pane.list.reset(&scene.instances));
         self.scene = Some(scene);
+        self.culling = None;
         self.group = None;
         self.translucent = false;
         true
@@ -136,6 +142,55 @@ impl Renderer {
         background: [f32; 3],
         panes: &[Pane<'_>],
     ) -> bool {
+        self.draw_by(device, queue, size, background, panes, None)
+    }
+
+    /// Why the device cannot decide what is drawn, if it cannot.
+    #[must_use]
+    pub fn refuses_culling(adapter: &Adapter, device: &Device) -> Option<String> {
+        DeviceCulling::refused(adapter, device)
+    }
+
+    /// Makes the device ready to decide what is drawn of the scene that was uploaded, the same `scene`, unless it is. O(slots log slots).
+    ///
+    /// # Errors
+    /// If it cannot; the message says why.
+    pub fn prepare_culling(
+        &mut self,
+        device: &Device,
+        queue: &Queue,
+        scene: &Scene,
+    ) -> Result<(), DrawError> {
+        if let (None, Some(uploaded)) = (&self.culling, &self.scene) {
+            let of = (scene, uploaded);
+            self.culling = Some(DeviceCulling::new(device, queue, &self.pipelines, of)?);
+        }
+        Ok(())
+    }
+
+    /// What the device decided, of the newest frame that is known; all 0 before any is, and where it decides nothing.
+    #[must_use]
+    pub fn device_figures(&self) -> DeviceFigures {
+        self.culling.as_ref().map_or_else(DeviceFigures::default, DeviceCulling::figures)
+    }
+
+    /// How many frames the device decided so far.
+    #[must_use]
+    pub fn device_frames(&self) -> u64 {
+        self.culling.as_ref().map_or(0, DeviceCulling::frames)
+    }
+
+    /// As [`draw`](Self::draw); but if it was [made ready](Self::prepare_culling), the device decides `by` a view what is drawn in the panes
+    /// that are [on the device](Pane::on_device). Where it cannot, they draw what is visible.
+    pub fn draw_by(
+        &mut self,
+        device: &Device,
+        queue: &Queue,
+        size: [u32; 2],
+        background: [f32; 3],
+        panes: &[Pane<'_>],
+        by: Option<&DeviceView<'_>>,
+    ) -> bool {
         let max_side = device.limits().max_texture_dimension_2d;
         let size = size.map(|v| v.clamp(1, max_side));
         let many = self.four && panes.iter().any(|p| p.style.samples > 1);
@@ -146,17 +201,24 @@ impl Renderer {
         }
         let mut uploaded = self.colours_uploaded;
         self.colours_uploaded = 0;
-        uploaded += self.follow(device, queue, background, panes, max_side);
+        let radius = self.scene.as_ref().map_or(1.0, |s| s.radius);
+        let culling = self.culling.as_mut();
+        let by =
+            by.filter(|by| culling.is_some_and(|c| c.set(device, queue, by, (radius, samples))));
+        uploaded += self.follow(device, queue, background, panes, (by, max_side));
         let extras = self.gather(panes);
         uploaded += self.extras.write(device, queue, &self.extras_scratch);
         let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-        let measured = self.encode(device, queue, &mut encoder, background, panes, &extras);
+        let measured = self.encode(device, queue, &mut encoder, background, (panes, by), &extras);
         if let (true, Some(timer)) = (measured, &self.timer) {
             timer.resolve(&mut encoder);
         }
         queue.submit([encoder.finish()]);
         if let (true, Some(timer)) = (measured, &self.timer) {
             timer.submitted();
+        }
+        if let (Some(_), Some(culling)) = (by, &self.culling) {
+            culling.submitted();
         }
         self.stats.uploaded = uploaded;
         self.stats.device_ms = self.timer.as_ref().and_then(|t| t.last_ms);
@@ -182,7 +244,7 @@ impl Renderer {
         queue: &Queue,
         background: [f32; 3],
         panes: &[Pane<'_>],
-        max_side: u32,
+        (by, max_side): (Option<&DeviceView<'_>>, u32),
     ) -> u64 {
         let mut uploaded = 0;
         while self.panes.len() < panes.len() {
@@ -200,13 +262,16 @@ impl Renderer {
             }
             scene.prepare_impostors(device, &self.pipelines.impostor_layout);
             for (pane, state) in panes.iter().zip(&mut self.panes) {
-                uploaded += state.update(device, queue, scene, pane);
+                if by.is_none() || !pane.on_device {
+                    uploaded += state.update(device, queue, scene, pane);
+                }
             }
             uploaded += std::mem::take(&mut scene.uploaded);
         }
         let radius = self.scene.as_ref().map_or(1.0, |s| s.radius);
         self.numbers_scratch.clear();
-        for pane in panes {
+        let decided = by.map(Pane::of_device);
+        for pane in panes.iter().chain(&decided) {
             let numbers = Numbers::new(pane, background, radius, max_side);
             self.numbers_scratch.extend_from_slice(bytemuck::bytes_of(&numbers));
             let end = self.numbers_scratch.len().next_multiple_of(STRIDE as usize);
@@ -239,10 +304,15 @@ impl Renderer {
         queue: &Queue,
         encoder: &mut CommandEncoder,
         background: [f32; 3],
-        panes: &[Pane<'_>],
+        (panes, by): (&[Pane<'_>], Option<&DeviceView<'_>>),
         extras: &[Extras],
     ) -> bool {
         let group = self.pane_group(device);
+        if let (Some(by), Some(culling), Some(scene)) = (by, &mut self.culling, &self.scene) {
+            // Its numbers stand behind those of the panes.
+            let of_view = (&group, (panes.len() as u64 * STRIDE) as u32);
+            culling.record(queue, encoder, of_view, scene, by);
+        }
         let [r, g, b] = background.map(|v| f64::from(to_linear(v)));
         let target = &self.target;
         let timestamp_writes = self.timer.as_mut().and_then(|t| t.start(queue));
@@ -283,6 +353,7 @@ impl Renderer {
                 pipelines: &mut self.pipelines,
                 pane,
                 samples: target.samples,
+                on_device: self.culling.as_ref().filter(|_| by.is_some() && pane.on_device),
                 translucent: self.translucent,
                 triangles: 0,
                 impostors: 0,
@@ -298,6 +369,13 @@ impl Renderer {
             self.stats.triangles += draw.triangles;
             self.stats.impostors += draw.impostors;
             self.stats.draws += draw.draws;
+            if by.is_some() && pane.on_device {
+                // As far as it is known.
+                self.stats.triangles += self.device_figures().triangles;
+            }
+        }
+        if let (Some(by), Some(culling)) = (by, &mut self.culling) {
+            culling.draw_pyramid(device, &mut pass, by, target);
         }
         measured
     }

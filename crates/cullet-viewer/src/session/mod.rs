@@ -6,11 +6,13 @@ mod cells;
 mod fading;
 mod inspecting;
 mod jobs;
+mod on_device;
 mod opening;
 mod sharing;
 mod touring;
 
 pub use inspecting::Inspected;
+pub use on_device::DeviceStatus;
 pub use sharing::funnel_json;
 pub use touring::{STOPS, Stop, Tour};
 
@@ -116,6 +118,8 @@ pub struct Session {
     pub chase: Chase,
     /// Figures of drawing.
     pub drawn: Drawn,
+    /// The graphics device as one that decides.
+    pub device: DeviceStatus,
     /// The scene or path that the user types.
     pub to_open: String,
     /// Whether the help sheet is open.
@@ -190,6 +194,7 @@ impl Session {
             measured: Measured::None,
             chase: Chase::default(),
             drawn: Drawn::default(),
+            device: DeviceStatus::default(),
             to_open: String::new(),
             help: false,
             tour: None,
@@ -269,6 +274,7 @@ impl Session {
             && self.saving.is_none()
             && self.fades.is_empty()
             && !self.uploading
+            && !self.device.awaited
             && (self.world.is_none() || decided.is_some() && decided == wanted)
             // A view that moved after the request went out is requested with the next picture.
             && self.culling_view().is_none_or(|view| self.is_asked(&view))

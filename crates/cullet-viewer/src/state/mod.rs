@@ -1,6 +1,7 @@
 //! All that a link holds: which scene, from where, and every switch. Plain data without a window.
 
 mod cut;
+mod device;
 mod look;
 mod sides;
 mod stages;
@@ -12,6 +13,7 @@ use crate::camera::Rig;
 use crate::clipping::Clipping;
 
 pub use cut::{CutAway, Part, REACH, Shape};
+pub use device::OnDevice;
 pub use look::{Colour, GhostForm, Ghosts, Look};
 pub use sides::{Alteration, Sides};
 pub use stages::Stages;
@@ -35,6 +37,8 @@ pub struct State {
     pub map: bool,
     /// The culling settings.
     pub stages: Stages,
+    /// Who decides.
+    pub device: OnDevice,
     /// Which sides the scene's triangles are taken to have.
     pub sides: Sides,
     /// Portals that are shut though the scene has them open, or the other way around.
@@ -71,6 +75,7 @@ impl Default for State {
             wipe: 0.5,
             map: true,
             stages: Stages::default(),
+            device: OnDevice::default(),
             sides: Sides::default(),
             doors: Vec::new(),
             look: Look::default(),

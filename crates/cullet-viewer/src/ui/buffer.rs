@@ -27,7 +27,9 @@ pub(super) fn show(ui: &egui::Ui, rect: egui::Rect, session: &Session, made: &Co
     let beside = state.layout == Layout::Buffer;
     let ratio = ui.ctx().pixels_per_point();
     let painter = ui.painter_at(rect);
-    if beside {
+    // The device's pyramid is in the picture already.
+    let is_pyramid = session.by_device() && state.stages.occlusion;
+    if beside && !is_pyramid {
         let half = ((session.size[0] / 2).max(1)) as f32 / ratio;
         let right = egui::Rect::from_min_max(egui::pos2(rect.min.x + half, rect.min.y), rect.max);
         match texture(ui, session, false) {

@@ -148,6 +148,7 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
     let left = session.decision.as_ref().map_or(0, |d| d.visible.triangle_count);
     let all = session.world.as_ref().map_or(0, |w| w.counts.triangles);
     let frozen = session.state.frozen.is_some();
+    let by_device = session.by_device();
     let coloured = session.state.ghosts.form == GhostForm::Solid
         && session.state.look.colour == Colour::Material;
     for panel in &made.panels {
@@ -161,7 +162,14 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
                 "from outside: orange is seen from behind".to_owned()
             }
             (Role::Outside, _) => "from outside: what is drawn".to_owned(),
+            (Role::Bare, _) if by_device && session.state.device.compare => {
+                format!("decided by the CPU: {} triangles", grouped(left))
+            }
             (Role::Bare, _) => format!("without culling: {} triangles", grouped(all)),
+            (Role::Flown, Layout::Wipe) if by_device => {
+                let left = session.device.figures.triangles;
+                format!("decided by the device: {} triangles", grouped(left))
+            }
             (Role::Flown, Layout::Wipe) => {
                 format!("with culling: {} triangles", grouped(left))
             }
@@ -179,10 +187,14 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
     {
         let at = rect.min + egui::vec2(panel.place[2] as f32 / ratio + 8.0, 8.0);
         let buffer = session.decision.as_ref().and_then(|d| d.buffer.as_ref());
-        let words = buffer.map_or("the occlusion buffer".to_owned(), |b| {
+        let mut words = buffer.map_or("the occlusion buffer".to_owned(), |b| {
             let [w, h] = b.size();
             format!("occlusion buffer, {w} × {h}: what is proved covered; blue is open")
         });
+        if by_device {
+            let (level, [w, h]) = session.state.device.shown(session.culling_size());
+            words = format!("depth pyramid, level {level}, {w} × {h}: blue is open");
+        }
         put(at, egui::Align2::LEFT_TOP, &words);
     }
     if made.volume == Some(false) {

@@ -16,10 +16,14 @@ pub(super) fn bar(ui: &mut egui::Ui, session: &mut Session) {
             return;
         };
         let v = &decision.visible;
-        let (left, ms) = if session.state.stages.on {
-            (v.triangle_count, decision.milliseconds)
+        let by_device = session.by_device();
+        let told = &session.device.figures;
+        let (left, ms) = if by_device {
+            (told.triangles, told.times.map(|times| times.sum()))
+        } else if session.state.stages.on {
+            (v.triangle_count, Some(decision.milliseconds))
         } else {
-            (all, 0.0)
+            (all, Some(0.0))
         };
         ui.strong(format!("triangles {} / {}", grouped(left), grouped(all)));
         ui.label(format!("({})", percent(left, all)));
@@ -42,7 +46,11 @@ pub(super) fn bar(ui: &mut egui::Ui, session: &mut Session) {
             one_sided = helps && button(ui, "take as one-sided", about);
         }
         ui.separator();
-        ui.label(format!("culling {ms:.2} ms")).on_hover_text("By the processor, for this view");
+        if let Some(ms) = ms {
+            let by = if by_device { "graphics device" } else { "processor" };
+            let about = format!("By the {by}, for this view");
+            ui.label(format!("culling {ms:.2} ms")).on_hover_text(about);
+        }
         let d = &session.drawn;
         let device = d.device_ms.map_or(String::new(), |ms| format!(" + {ms:.1} on the card"));
         ui.label(format!("· drawing {:.1} ms{device}", d.milliseconds)).on_hover_text(format!(

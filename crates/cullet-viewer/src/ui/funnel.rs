@@ -28,6 +28,7 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
     } else {
         ui.weak("Nothing is decided yet.");
     }
+    super::deciding::figures(ui, session);
     history(ui, session);
     ui.separator();
     legend(ui, session);

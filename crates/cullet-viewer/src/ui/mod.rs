@@ -5,6 +5,7 @@ mod canvas;
 mod cells;
 mod cube;
 mod cut;
+mod deciding;
 mod figures;
 mod funnel;
 mod help;

@@ -110,6 +110,11 @@ pub const TABLE: [Section; 6] = [
                     (Key::Num9, Press(|s| s.state.stages = Stages::all())),
                 ],
             ),
+            keys(
+                "'",
+                "decided by the CPU, by the device",
+                &[(Key::Quote, Press(|s| flip(&mut s.state.device.on)))],
+            ),
             keys("V", "verify this view", &[(Key::V, Press(Session::prove))]),
             keys(
                 "F",

@@ -54,6 +54,7 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
     let kept = session.kept_backs();
     let has_cells = super::cells::are_there(session);
     let found = lossy::Found::of(session);
+    super::deciding::who(ui, session);
     let s = &mut session.state.stages;
     ui.horizontal_wrapped(|ui| {
         switch(ui, &mut s.on, "cull", "All culling at once; off draws everything (C)");
@@ -183,6 +184,7 @@ fn cameras(ui: &mut egui::Ui, session: &mut Session) {
             ),
         ],
     );
+    super::deciding::beside(ui, session);
     switch(
         ui,
         &mut session.state.map,

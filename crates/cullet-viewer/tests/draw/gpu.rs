@@ -110,6 +110,7 @@ pub(crate) fn pane(view: &View, style: Style) -> Pane<'_> {
         place: [0, 0, width, height],
         view,
         visible: None,
+        on_device: false,
         style,
         over: false,
         lines: &[],

@@ -2,6 +2,7 @@
 
 mod gpu;
 mod impostors;
+mod on_device;
 mod speed;
 
 use cullet::{
