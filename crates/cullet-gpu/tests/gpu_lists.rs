@@ -287,7 +287,7 @@ fn many(instances: u32) -> Blocks {
     blocks
 }
 
-/// More than fit 256 blocks of 65,536 groups.
+/// One more than 65,536 blocks have.
 const MOST: u32 = (1 << 24) + 1;
 
 #[test]

@@ -136,7 +136,8 @@ fn every_style_is_drawn_as_without() {
 #[test]
 fn mirrored_two_sided_and_transparent_instances() {
     let Some(gpu) = gpu() else { return };
-    let mut model = scenes::build("solids:n=60").unwrap();
+    // So many that half of them stand behind others.
+    let mut model = scenes::build("city:cells=8,objects=200").unwrap();
     let scene = &mut model.scene;
     for slot in 0..scene.slot_count() {
         let handle = scene.handle(slot).unwrap();
@@ -145,13 +146,13 @@ fn mirrored_two_sided_and_transparent_instances() {
             transform.linear[0] = transform.linear[0].map(|v| -v);
         }
         scene.set_transform(handle, transform).unwrap();
-        let (double_sided, transparent) = (slot % 3 == 0, slot % 5 == 0);
+        let (double_sided, transparent) = (slot % 3 == 0, slot % 5 < 3);
         let flags = InstanceFlags { double_sided, transparent, ..scene.flags(slot) };
         scene.set_flags(handle, flags).unwrap();
     }
     scene.commit();
     let mut renderer = with(gpu, &model);
-    let mut view = view(&model.scene, [0.6, 0.2, 1.0], 0.5, SIZE);
+    let mut view = view(&model.scene, [0.6, 0.05, 1.0], 0.3, SIZE);
     for cull_face in [CullFace::None, CullFace::Back, CullFace::Front] {
         view.cull_face = cull_face;
         let pane = pane(&view, Style::default());
