@@ -10,7 +10,7 @@ use wgpu::{
 
 use super::error::GpuError;
 
-/// Workgroups in a row of a dispatch, as in the shaders: 65,535 are the most along one dimension.
+/// Workgroups in a row of a dispatch, in all shaders too: 65,535 are the most along one dimension.
 pub(crate) const ROW: u32 = 32768;
 
 /// Items that a workgroup takes.
@@ -103,7 +103,7 @@ pub(crate) fn pipelines<const N: usize>(
     });
     let module = device.create_shader_module(ShaderModuleDescriptor {
         label: Some(label),
-        source: ShaderSource::Wgsl(source.into()),
+        source: ShaderSource::Wgsl(format!("{source}\nconst ROW = {ROW}u;\n").into()),
     });
     names.map(|name| {
         device.create_compute_pipeline(&ComputePipelineDescriptor {

@@ -184,7 +184,8 @@ impl ArgumentPass {
     pub fn new(device: &Device) -> Self {
         const ACCESS: [Access; 4] = [Access::Read, Access::Read, Access::Write, Access::Uniform];
         let layout = buffers_layout(device, "arguments", &ACCESS);
-        let source = include_str!("shaders/arguments.wgsl");
+        let source =
+            concat!(include_str!("shaders/listed.wgsl"), include_str!("shaders/arguments.wgsl"));
         let [fill] = pipelines(device, "arguments", source, &[&layout], &[], ["fill"]);
         Self { layout, fill }
     }

@@ -99,8 +99,11 @@ impl ListPass {
             Access::Uniform,
         ];
         let layout = buffers_layout(device, "lists", &ACCESS);
-        let source =
-            concat!(include_str!("shaders/ranks.wgsl"), include_str!("shaders/lists.wgsl"));
+        let source = concat!(
+            include_str!("shaders/listed.wgsl"),
+            include_str!("shaders/ranks.wgsl"),
+            include_str!("shaders/lists.wgsl")
+        );
         let names = ["count", "scan", "scatter", "fill"];
         let [count, scan, scatter, fill] =
             pipelines(device, "lists", source, &[&layout], &[], names);

@@ -8,16 +8,10 @@ struct Which { count: u32, mode: u32, padding: vec2<u32> }
 @group(0) @binding(2) var<storage, read_write> arguments: array<u32>;
 @group(0) @binding(3) var<uniform> which: Which;
 
-const SEEN = 1u;
-const NEW = 2u;
-const ROW = 32768u;
-
 @compute @workgroup_size(256)
 fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let number = (group.x + group.y * ROW) * 256u + lane;
     if number >= which.count { return; }
-    var word = bits[number / 32u];
-    if which.mode == SEEN { word &= seen[number / 32u]; }
-    if which.mode == NEW { word &= ~seen[number / 32u]; }
+    let word = listed(bits[number / 32u], seen[number / 32u], which.mode);
     arguments[number * 5u + 1u] = (word >> (number % 32u)) & 1u;
 }

@@ -3,9 +3,6 @@
 struct GridBox { low_xy: u32, low_z_high_x: u32, high_yz: u32, layers: u32 }
 struct InUse { block: u32, first_plane: u32, plane_count: u32, size_rows: u32 }
 
-// A row of workgroups: there may be more blocks than one dimension has room for.
-const ROW = 32768u;
-
 fn lower_half(v: u32) -> i32 { return i32(v << 16u) >> 16u; }
 fn upper_half(v: u32) -> i32 { return i32(v) >> 16u; }
 

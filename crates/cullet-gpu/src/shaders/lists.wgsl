@@ -13,15 +13,8 @@ struct Which { lanes: u32, groups: u32, draws: u32, mode: u32 }
 @group(0) @binding(7) var<storage, read_write> arguments: array<u32>;
 @group(0) @binding(8) var<uniform> which: Which;
 
-const ALL = 0u;
-const SEEN = 1u;
-const NEW = 2u;
-
 fn is_listed(slot: u32) -> bool {
-    let at = slot / 32u;
-    var word = bits[at];
-    if which.mode == SEEN { word &= seen[at]; }
-    if which.mode == NEW { word &= ~seen[at]; }
+    let word = listed(bits[slot / 32u], seen[slot / 32u], which.mode);
     return ((word >> (slot % 32u)) & 1u) != 0u;
 }
 

@@ -8,9 +8,6 @@ struct Lane { slot: u32, first: u32 }
 // For each group how many of its bits are set; after the scan how many are set before it. One more at the end.
 @group(0) @binding(2) var<storage, read_write> places: array<u32>;
 
-// Workgroups in a row of a dispatch.
-const ROW = 32768u;
-
 fn is_listed_lane(lane: u32) -> bool {
     return ((words[lane / 32u].x >> (lane % 32u)) & 1u) != 0u;
 }

@@ -16,8 +16,6 @@ struct Which { blocks: u32, a: u32, b: u32, c: u32 }
 @group(0) @binding(5) var<storage, read_write> arguments: array<u32>;
 @group(0) @binding(6) var<uniform> which: Which;
 
-const ROW = 32768u;
-
 var<workgroup> own_bits: array<atomic<u32>, 8>;
 
 @compute @workgroup_size(256)

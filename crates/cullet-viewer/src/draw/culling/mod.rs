@@ -178,7 +178,7 @@ impl DeviceCulling {
         let on = (&self.blocks, &self.planes);
         self.visible.set(queue, on, (view, self.origin), (size, samples));
         if self.depth.as_ref().is_none_or(|d| !d.fits(size, samples)) {
-            let made = Depth::new(device, &self.passes.pyramid, &self.pipelines, size, samples);
+            let made = Depth::new(device, &self.passes.pyramid, size, samples);
             self.picture.follow(device, &made.pyramid);
             self.depth = Some(made);
         }
@@ -234,7 +234,6 @@ impl DeviceCulling {
         mark(encoder, 1);
         if by.occlusion {
             self.draw_depth(encoder, panes, scene, (by, depth));
-            depth.resolve(encoder, &self.pipelines);
         }
         mark(encoder, 2);
         if by.occlusion {
