@@ -70,6 +70,8 @@ const CHAIN: (&str, &str) = ("profile.svg", "profile city --already frustum");
 const WINDOWS: &[(&str, &str, &str)] = &[
     ("viewer-city.png", "city", "layout=split&ghosts.form=solid"),
     ("viewer-buffer.png", "city", "layout=buffer"),
+    ("viewer-device.png", "city:sub=1", "device.on=true&layout=wipe&device.compare=true"),
+    ("viewer-pyramid.png", "city:sub=1", "device.on=true&layout=buffer&device.level=3"),
     (
         "viewer-office.png",
         "office",

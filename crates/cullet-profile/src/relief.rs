@@ -119,7 +119,8 @@ impl Waits {
 /// was none before counts nothing.
 ///
 /// Elasticities are taken as at least 0, and that of the program as no more than its share of the frame: what it does more of by many times
-/// would turn the error of a small one into a large one.
+/// would turn the error of a small one into a large one. Where they come to more than a whole frame, as where a triangle that is drawn again takes
+/// some of the time that its pixels take, they are shares of their sum.
 #[must_use]
 pub fn predicted(waits: &Waits, before: &Work, after: &Work) -> f64 {
     let Waits { seconds, fill, set_up, vertices, bus, cpu } = *waits;
@@ -131,10 +132,12 @@ pub fn predicted(waits: &Waits, before: &Work, after: &Work) -> f64 {
         (bus, before.bytes, after.bytes),
         (cpu.min(own), before.seconds, after.seconds),
     ];
+    let links = links.map(|(wait, before, after)| (wait.clamp(0.0, 1.0), before, after));
+    let sum: f64 = links.iter().map(|(wait, ..)| wait).sum();
     let falls = |(wait, before, after): (f64, f64, f64)| {
-        if before > 0.0 { wait.clamp(0.0, 1.0) * (1.0 - after / before) } else { 0.0 }
+        if before > 0.0 { wait * (1.0 - after / before) } else { 0.0 }
     };
-    links.into_iter().map(falls).sum()
+    links.into_iter().map(falls).sum::<f64>() / sum.max(1.0)
 }
 
 #[cfg(test)]
@@ -156,6 +159,14 @@ mod tests {
         // Culling costs the program something.
         assert!((falls(Work { seconds: 3.0, ..BEFORE }) + 0.2).abs() < 1e-12);
         assert_eq!(predicted(&WAITS, &Work::default(), &BEFORE), 0.0);
+    }
+
+    #[test]
+    fn no_more_than_all_of_a_frame_can_go() {
+        let waits = Waits { fill: 0.9, set_up: 0.7, vertices: 0.4, ..WAITS };
+        let nothing = Work { seconds: BEFORE.seconds, ..Work::default() };
+        let goes = predicted(&waits, &BEFORE, &nothing);
+        assert!(0.9 < goes && goes <= 1.0, "{goes}");
     }
 
     #[test]
