@@ -201,3 +201,20 @@ impl<'a> Seen<'a> {
         Some(PlaneUniform { eye, bound, doubt, smallest, padding: 0 })
     }
 }
+
+/// The indices of the triangles that a view does not cull, in order: what the passes list, byte for byte.
+///
+/// # Panics
+/// If the view was not set for these triangles.
+#[must_use]
+pub fn triangles_ref(triangles: &Triangles, view: &TriangleView) -> Vec<u32> {
+    let mut list = Vec::new();
+    for block in triangles.blocks() {
+        for triangle in (block.first as usize..).take(block.count as usize) {
+            if !view.culls(triangles, triangle, block.mask) {
+                list.extend_from_slice(&triangles.indices()[triangle * 3..][..3]);
+            }
+        }
+    }
+    list
+}

@@ -1,8 +1,6 @@
-//! The lists of the passes, made by the CPU: slow and obvious.
+//! The list of the passes, made by the CPU: slow and obvious.
 
 use super::blocks::{BLOCK, Blocks};
-use super::facing::TriangleView;
-use super::masks::Triangles;
 use super::planes::BlockPlanes;
 
 /// The slots in the layers of a view that no plane rejects and that are not small, ascending: what the passes answer, byte for byte.
@@ -16,23 +14,6 @@ pub fn visible_ref(blocks: &Blocks, planes: &BlockPlanes) -> Vec<u32> {
             let dropped = || rejected() || planes.is_small(of, own);
             if own.layers & planes.layers() != 0 && (own.is_always() || !dropped()) {
                 list.push(slot as u32);
-            }
-        }
-    }
-    list
-}
-
-/// The indices of the triangles that a view does not cull, in order: what the passes list, byte for byte.
-///
-/// # Panics
-/// If the view was not set for these triangles.
-#[must_use]
-pub fn triangles_ref(triangles: &Triangles, view: &TriangleView) -> Vec<u32> {
-    let mut list = Vec::new();
-    for block in triangles.blocks() {
-        for triangle in (block.first as usize..).take(block.count as usize) {
-            if !view.culls(triangles, triangle, block.mask) {
-                list.extend_from_slice(&triangles.indices()[triangle * 3..][..3]);
             }
         }
     }
