@@ -397,6 +397,7 @@ mod tests {
                     Key::Equals => "+",
                     Key::Comma => ",",
                     Key::Period => ".",
+                    Key::Quote => "'",
                     key => key.symbol_or_name(),
                 };
                 assert!(line.name.contains(name), "{key:?} is not in '{}'", line.name);
