@@ -3,6 +3,7 @@
 
 mod bare;
 mod bench_viewer;
+mod bindings;
 mod book;
 mod checked;
 mod compiler;
@@ -32,6 +33,9 @@ cargo xtask pictures   draws the pictures of README and docs again
 cargo xtask figures [NAME] [--write]
                        runs the commands that figures of README and docs come from, and compares; with NAME those whose
                        file or command contains it; --write puts the new ones into the text
+cargo xtask bindings [c | python | web | bevy]
+                       builds the bindings, or one of them, and tests each in its host, once the answers that all are held
+                       against are made; says what is installed for it
 cargo xtask book       builds the book with the viewer's page in it, into docs/book, to be published as it is
 cargo xtask bench      cullet bench, then the criterion benches
 cargo xtask bench-viewer [SCENE]
@@ -63,6 +67,8 @@ fn main() -> ExitCode {
         ["figures", "--write"] => figures::compare("", true),
         ["figures", name, "--write"] => figures::compare(name, true),
         ["figures", name] if !name.starts_with('-') => figures::compare(name, false),
+        ["bindings"] => bindings::test(""),
+        ["bindings", name] if !name.starts_with('-') => bindings::test(name),
         ["book"] => book::build(),
         ["bench"] => steps::bench(),
         ["bench-viewer"] => bench_viewer::measure(None),

@@ -39,6 +39,7 @@ pub(crate) fn all(done: Done) -> Ended {
 }
 
 /// A step: its name, and what it runs.
+#[derive(Clone, Copy)]
 pub(crate) struct Step {
     pub(crate) name: &'static str,
     pub(crate) run: fn() -> Ended,
@@ -102,16 +103,16 @@ pub(crate) fn run(steps: &[Step], filter: &str) -> Done {
 
 /// The steps with what became of them and how long they took.
 fn table(rows: &[Row], took: Duration) -> String {
-    let mut text = format!("{:<12} {:<8} {:>7}\n", "step", "", "seconds");
+    let mut text = format!("{:<14} {:<8} {:>7}\n", "step", "", "seconds");
     for row in rows {
         let end = match row.end {
             Ok(End::Passed | End::Partly(_)) => "passed",
             Ok(End::Skipped(_)) => "skipped",
             Ok(End::Failed(..)) | Err(_) => "FAILED",
         };
-        text += &format!("{:<12} {end:<8} {:>7.0}\n", row.name, row.took.as_secs_f64());
+        text += &format!("{:<14} {end:<8} {:>7.0}\n", row.name, row.took.as_secs_f64());
     }
-    text + &format!("{:<12} {:<8} {:>7.0}\n", "in all", "", took.as_secs_f64())
+    text + &format!("{:<14} {:<8} {:>7.0}\n", "in all", "", took.as_secs_f64())
 }
 
 /// The list of what was not tried, with what gets it, each cure once.

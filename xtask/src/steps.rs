@@ -2,6 +2,7 @@
 
 use std::process::Command;
 
+use crate::bindings;
 use crate::checked;
 use crate::compiler::{Compiler, words};
 use crate::graphics;
@@ -38,7 +39,7 @@ const STEPS: &[Step] = &[
 
 /// Runs the steps whose name contains `filter`.
 pub(crate) fn test(filter: &str) -> Done {
-    runner::run(STEPS, filter)
+    runner::run(&[STEPS, bindings::STEPS].concat(), filter)
 }
 
 /// All of the workspace, what cannot be run here too: checking is cheap, and shares its dependencies with `docs` and
