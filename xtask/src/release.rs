@@ -1,7 +1,8 @@
-//! Checks for a release: packages that can be made, the oldest compiler that is promised, and changes of the
+//! Checks for a release: packages that can be made, versions in step, the oldest compiler that is promised, and changes of the
 //! public interface since a version.
 
 use std::fs;
+use std::path::Path;
 
 use crate::runner::{End, Ended, Skip, all};
 use crate::tools::{
@@ -26,10 +27,50 @@ fn published() -> Result<Vec<String>, String> {
 /// Every published crate can be packaged. They are not built from their packages: that would be all of the workspace
 /// once more, and what a crate needs beside it is held by `features`.
 pub(crate) fn packages() -> Ended {
+    versions_in_step()?;
     let published = published()?;
     let mut words = vec!["package", "--quiet", "--no-verify", "--allow-dirty"];
     words.extend(published.iter().map(String::as_str));
     all(cargo(&words))
+}
+
+/// The bindings have the engine's version: who reads that of a package knows what it answers like.
+fn versions_in_step() -> Done {
+    let read =
+        |path: &Path| fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()));
+    let ours = read(&root().join("Cargo.toml"))?;
+    let ours = version(&ours).ok_or("Cargo.toml: no version")?.to_owned();
+    let folder = root().join("bindings");
+    let bindings = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    for entry in bindings.flatten() {
+        for manifest in ["Cargo.toml", "package.json", "pyproject.toml"] {
+            let path = entry.path().join(manifest);
+            if !path.exists() {
+                continue;
+            }
+            match version(&read(&path)?) {
+                // Taken from elsewhere: from the workspace, or from the crate.
+                None => {}
+                Some(version) if version == ours => {}
+                Some(other) => {
+                    return Err(format!(
+                        "{} is version {other}, the engine {ours}",
+                        path.display()
+                    ));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The version that a manifest states in a line of its own, in TOML or JSON.
+fn version(manifest: &str) -> Option<&str> {
+    manifest.lines().map(str::trim).find_map(|line| {
+        let rest =
+            line.strip_prefix("version = ").or_else(|| line.strip_prefix("\"version\": "))?;
+        rest.trim_end_matches(',').strip_prefix('"')?.strip_suffix('"')
+    })
 }
 
 /// The oldest compiler that the workspace promises, such as `1.89`.
@@ -74,4 +115,19 @@ pub(crate) fn semver(since: &str) -> Done {
     let mut words = vec!["semver-checks", "--baseline-rev", since];
     words.extend(published.iter().map(String::as_str));
     cargo(&words)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::version;
+
+    #[test]
+    fn a_version_is_found_in_each_kind_of_manifest() {
+        assert_eq!(version("[package]\nname = \"a\"\nversion = \"0.2.0\"\n"), Some("0.2.0"));
+        assert_eq!(
+            version("{\n  \"version\": \"1.0.0\",\n  \"type\": \"module\"\n}"),
+            Some("1.0.0")
+        );
+        assert_eq!(version("version.workspace = true\nfoo = { version = \"3\" }"), None);
+    }
 }
