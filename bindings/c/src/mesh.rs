@@ -8,14 +8,14 @@ use crate::scene::{SCENES, Scene};
 use crate::status::{Error, Result, Status, call};
 
 /// One-sided: only the fronts of its triangles are drawn, which are counter-clockwise. Only such meshes have back faces to
-/// cull. Bit of `cullet_part.flags` and `cullet_mesh.flags`.
+/// cull. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
 pub const CULLET_ONE_SIDED: u32 = 1;
 /// Vertices may move (skinned, morphed): give instances bounds that hold every pose, and no cluster of it is culled by
-/// itself. Bit of `cullet_mesh.flags`.
+/// itself. Bit of `cullet_mesh_arrays.flags`.
 pub const CULLET_DEFORMABLE: u32 = 2;
-/// The material is cut out by a threshold: it never hides anything. Bit of `cullet_part.flags` and `cullet_mesh.flags`.
+/// The material is cut out by a threshold: it never hides anything. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
 pub const CULLET_MASKED: u32 = 4;
-/// The material is blended: it never hides anything. Bit of `cullet_part.flags` and `cullet_mesh.flags`.
+/// The material is blended: it never hides anything. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
 pub const CULLET_BLENDED: u32 = 8;
 
 /// A range of a mesh's triangles with one material.

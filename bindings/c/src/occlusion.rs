@@ -219,7 +219,7 @@ pub unsafe extern "C" fn cullet_occlusion_draw_triangles(
     })
 }
 
-/// Tests boxes, relative to the origin of the view, and writes a `cullet_visibility` for each, one byte. Hidden is proved, at
+/// Tests boxes, relative to the origin of the view, and writes a `cullet_found` for each, one byte. Hidden is proved, at
 /// every resolution. Boxes that are not finite or cross the near plane are visible; empty ones are outside. Allocates
 /// nothing once as many were tested.
 #[unsafe(no_mangle)]
