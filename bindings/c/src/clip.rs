@@ -65,7 +65,8 @@ impl Clip {
     unsafe fn read(&mut self, triangles: &ClipTriangles) -> Result<Transform> {
         let ClipTriangles { stride, offset_y: second, offset_zw: third, .. } = *triangles;
         let Some(index_count) = triangles.triangle_count.checked_mul(3) else {
-            let message = format!("{} triangles: more than there is memory", triangles.triangle_count);
+            let message =
+                format!("{} triangles: more than there is memory", triangles.triangle_count);
             return Err(Error::value(message));
         };
         if triangles.cull_winding > 2 {
@@ -75,7 +76,8 @@ impl Clip {
         let mut transform = Transform::IDENTITY;
         if !triangles.clip_from_model.is_null() {
             // SAFETY: the caller's promise.
-            let m: [f32; 16] = unsafe { value("clip_from_model", triangles.clip_from_model.cast()) }?;
+            let m: [f32; 16] =
+                unsafe { value("clip_from_model", triangles.clip_from_model.cast()) }?;
             let column = |c: usize| [m[c * 4], m[c * 4 + 1], m[c * 4 + 3]];
             transform.linear = [column(0), column(1), column(2)];
             transform.translation = column(3).map(f64::from);
@@ -88,24 +90,28 @@ impl Clip {
         let last = indices.iter().copied().max().unwrap_or(first);
         let layout = Layout { stride, second, third };
         // SAFETY: the caller's promise.
-        unsafe { vertices("vertices", triangles.vertices, layout, [first, last], &mut self.positions) }?;
+        unsafe {
+            vertices("vertices", triangles.vertices, layout, [first, last], &mut self.positions)
+        }?;
         self.indices.extend(indices.iter().map(|i| i - first));
-        Ok(transform)
+        if transform.rank() == 3 {
+            return Ok(transform);
+        }
+        // A matrix that flattens the model, such as one whose w is the same everywhere, has no eye in the model's space.
+        for p in &mut self.positions {
+            *p = place(*p, &transform).map(|v| v as f32);
+        }
+        Ok(Transform::IDENTITY)
     }
 
     /// The corners of a triangle in clip space, if it may be in view and is not culled by its winding.
     fn corners(&self, triangle: &[u32], at: &Transform, cull: u32) -> Option<[[f64; 3]; 3]> {
-        let corners: [[f64; 3]; 3] = std::array::from_fn(|i| {
-            let p = self.positions[triangle[i] as usize].map(f64::from);
-            std::array::from_fn(|a| {
-                let l = |c: usize| f64::from(at.linear[c][a]) * p[c];
-                l(0) + l(1) + l(2) + at.translation[a]
-            })
-        });
+        let corners: [[f64; 3]; 3] =
+            std::array::from_fn(|i| place(self.positions[triangle[i] as usize], at));
         let outside = |distance: &dyn Fn([f64; 3]) -> f64| {
-            corners.iter().all(|&[x, y, w]| {
-                distance([x, y, w]) < -1e-12 * (x.abs() + y.abs() + w.abs())
-            })
+            corners
+                .iter()
+                .all(|&[x, y, w]| distance([x, y, w]) < -1e-12 * (x.abs() + y.abs() + w.abs()))
         };
         let is_outside = outside(&|[x, _, w]| w - x)
             || outside(&|[x, _, w]| w + x)
@@ -127,6 +133,14 @@ impl Clip {
         let is_culled = (cull == 1 && turn < -doubt) || (cull == 2 && turn > doubt);
         (!is_culled).then_some(corners)
     }
+}
+
+/// Where a transform takes a point.
+fn place(p: [f32; 3], at: &Transform) -> [f64; 3] {
+    std::array::from_fn(|a| {
+        let of = |c: usize| f64::from(at.linear[c][a]) * f64::from(p[c]);
+        of(0) + of(1) + of(2) + at.translation[a]
+    })
 }
 
 /// The pixels that points touch, none of them nearer than `least_w`; bounds beyond the screen are outside.

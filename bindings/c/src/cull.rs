@@ -41,7 +41,10 @@ impl Frame {
         if self.of.is_some() {
             return Ok(());
         }
-        Err(Error::new(Status::NoResult, "nothing was culled with this state yet: call cullet_cull"))
+        Err(Error::new(
+            Status::NoResult,
+            "nothing was culled with this state yet: call cullet_cull",
+        ))
     }
 
     /// Refuses where the result is not of the scene as it is.

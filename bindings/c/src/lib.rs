@@ -10,8 +10,8 @@
 
 pub mod clip;
 pub mod cull;
-pub mod mesh;
 mod memory;
+pub mod mesh;
 pub mod occlusion;
 mod registry;
 pub mod results;

@@ -69,7 +69,8 @@ pub(crate) unsafe fn text<'a>(what: &str, pointer: *const c_char) -> Result<&'a 
     check(what, pointer, 1)?;
     // SAFETY: it is not NULL; that there is a 0 is the caller's promise.
     let text = unsafe { CStr::from_ptr(pointer) };
-    text.to_str().map_err(|_| Error::value(format!("{what} is not UTF-8: {}", text.to_string_lossy())))
+    text.to_str()
+        .map_err(|_| Error::value(format!("{what} is not UTF-8: {}", text.to_string_lossy())))
 }
 
 /// Memory that is written to.

@@ -1,7 +1,9 @@
 //! Occlusion buffers by hand: draw what hides, test what is hidden.
 
 use engine::bounds::{Aabb, Boxes};
-use engine::cull::occlusion::{Convex, DynamicSurface, OcclusionBuffer, OcclusionError, Visibility};
+use engine::cull::occlusion::{
+    Convex, DynamicSurface, OcclusionBuffer, OcclusionError, Visibility,
+};
 use engine::{Simd, Transform as EngineTransform};
 
 use crate::clip::Clip;

@@ -168,7 +168,8 @@ impl<T: Send + Sync> Table<T> {
         match Kind::of(id) {
             Some(kind) if kind == self.kind => {}
             Some(kind) => {
-                let message = format!("{id:#x} is the handle of a {}, not of a {what}", kind.name());
+                let message =
+                    format!("{id:#x} is the handle of a {}, not of a {what}", kind.name());
                 return Err(Error::new(Status::WrongHandle, message));
             }
             None => {
@@ -198,7 +199,9 @@ impl<T: Send + Sync> Table<T> {
             ),
             TryLockError::Poisoned(_) => Error::new(
                 Status::Internal,
-                format!("a defect of cullet stopped a change of the {what}: it can only be destroyed"),
+                format!(
+                    "a defect of cullet stopped a change of the {what}: it can only be destroyed"
+                ),
             ),
         }
     }

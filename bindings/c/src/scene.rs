@@ -61,7 +61,10 @@ impl Plain for Transform {}
 impl Transform {
     pub(crate) fn to_engine(self) -> engine::Transform {
         let [a, b, c, d, e, f, g, h, i] = self.linear;
-        engine::Transform { linear: [[a, b, c], [d, e, f], [g, h, i]], translation: self.translation }
+        engine::Transform {
+            linear: [[a, b, c], [d, e, f], [g, h, i]],
+            translation: self.translation,
+        }
     }
 }
 
@@ -425,11 +428,7 @@ pub unsafe extern "C" fn cullet_scene_get_info(scene: Scene, info: *mut SceneInf
 
 /// Writes the slot of an instance: the index of arrays by slot, until the next commit.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn cullet_scene_slot(
-    scene: Scene,
-    handle: Handle,
-    slot: *mut u32,
-) -> Status {
+pub unsafe extern "C" fn cullet_scene_slot(scene: Scene, handle: Handle, slot: *mut u32) -> Status {
     call("cullet_scene_slot", || {
         // SAFETY: as the header asks of the caller.
         let mut out = unsafe { Out::one("slot", slot) }?;

@@ -147,7 +147,9 @@ pub(crate) fn to_culler(settings: &Settings) -> Result<Culler> {
     };
     let risk = settings.occlusion_risk;
     if risk.is_nan() {
-        return Err(Error::value("settings->occlusion_risk is NaN: it must be a share, or below 0"));
+        return Err(Error::value(
+            "settings->occlusion_risk is NaN: it must be a share, or below 0",
+        ));
     }
     let (width, limit) = (settings.occlusion_width, OcclusionBuffer::LIMIT);
     let has_occlusion = switch("occlusion", settings.occlusion)?;
@@ -185,7 +187,9 @@ pub(crate) fn to_culler(settings: &Settings) -> Result<Culler> {
             1 => Output::Clusters,
             2 => Output::Triangles,
             other => {
-                return Err(Error::value(format!("settings->output is {other}: it must be 0 to 2")));
+                return Err(Error::value(format!(
+                    "settings->output is {other}: it must be 0 to 2"
+                )));
             }
         },
         reasons: switch("reasons", settings.reasons)?,

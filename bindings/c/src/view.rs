@@ -66,7 +66,9 @@ fn depth_of(depth: u32) -> Result<Depth> {
     match depth {
         CULLET_DEPTH_STANDARD => Ok(Depth::Standard),
         CULLET_DEPTH_REVERSED => Ok(Depth::Reversed),
-        _ => Err(Error::value(format!("depth is {depth}: it must be 0 (standard) or 1 (reversed)"))),
+        _ => {
+            Err(Error::value(format!("depth is {depth}: it must be 0 (standard) or 1 (reversed)")))
+        }
     }
 }
 
@@ -124,7 +126,9 @@ pub(crate) fn to_engine(view: &View) -> Result<engine::View> {
     of.front_face = match view.clockwise {
         0 => FrontFace::CounterClockwise,
         1 => FrontFace::Clockwise,
-        other => return Err(Error::value(format!("view->clockwise is {other}: it must be 0 or 1"))),
+        other => {
+            return Err(Error::value(format!("view->clockwise is {other}: it must be 0 or 1")));
+        }
     };
     of.cull_face = match view.cull_face {
         0 => CullFace::None,

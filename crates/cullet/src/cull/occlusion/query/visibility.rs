@@ -128,7 +128,8 @@ mod tests {
 
     #[test]
     fn bounds_are_hidden_where_the_box_is_and_cut_off_at_edges() {
-        let view = View::perspective([0.0, 0.0, 10.0], [0.0; 3], 1.0, 0.1, 100.0, [203, 125]).unwrap();
+        let view =
+            View::perspective([0.0, 0.0, 10.0], [0.0; 3], 1.0, 0.1, 100.0, [203, 125]).unwrap();
         let mut buffer = OcclusionBuffer::new([203, 125]).unwrap();
         let whole = ScreenBounds { min: [0; 2], max: [202, 124], nearness: 0.01 };
         let level = Simd::best();
