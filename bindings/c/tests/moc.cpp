@@ -1,7 +1,8 @@
 // A program that is written against masked occlusion culling, on a scene that it is written for: what is called occluded is
 // held against the depth of that scene sampled more finely, and so is how much is found.
 //
-// moc FILE: a model whose meshes hide each other, such as intel-castle.glb
+// moc FILE [PICTURE.pgm]: a model whose meshes hide each other, such as intel-castle.glb; and where the depth of its third view
+// is to be written
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -123,6 +124,18 @@ static void sample(const Object &object, int width, int height, std::vector<doub
     }
 }
 
+// Near is bright, and what nothing covers is black.
+static void picture(const MaskedOcclusionCulling &moc, unsigned int width, unsigned int height, const char *path) {
+    std::vector<float> depth(size_t(width) * height);
+    moc.ComputePixelDepthBuffer(depth.data(), true);
+    std::FILE *file = std::fopen(path, "wb");
+    require(file != nullptr, "the picture is written");
+    std::fprintf(file, "P5 %u %u 255\n", width, height);
+    for (const float near : depth)
+        std::fputc(near > 0 ? int(std::min(255.0f, 40 + 215 * std::sqrt(std::min(1.0f, near * 8)))) : 0, file);
+    std::fclose(file);
+}
+
 int main(int argc, char **argv) {
     facts();
     if (argc < 2) {
@@ -208,6 +221,7 @@ int main(int argc, char **argv) {
             moc->RenderTriangles(object.clip.data(), object.indices->data(), int(object.indices->size() / 3));
             sample(object, int(width) * fine, int(height) * fine, nearest);
         }
+        if (argc > 2 && number == 2) picture(*moc, width, height, argv[2]);
         for (const Object &object : objects) {
             if (!object.bounded) continue;
             const auto found = moc->TestRect(object.x[0], object.y[0], object.x[1], object.y[1], object.w);
