@@ -15,8 +15,12 @@ const WARNINGS: &[&str] = &["-Wall", "-Wextra", "-Werror", "-pedantic", "-g", "-
 /// What a static library of Rust needs beside it.
 const STATIC: &[&str] = &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl"];
 /// Programs that are not needed to build, with the Debian package of each.
-const TOOLS: &[(&str, &str)] =
-    &[("cmake", "cmake"), ("pkg-config", "pkg-config"), ("valgrind", "valgrind"), ("clang", "clang")];
+const TOOLS: &[(&str, &str)] = &[
+    ("cmake", "cmake"),
+    ("pkg-config", "pkg-config"),
+    ("valgrind", "valgrind"),
+    ("clang", "clang"),
+];
 
 /// Installs into the target folder and tests what is there.
 pub(crate) fn test() -> Ended {
