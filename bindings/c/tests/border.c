@@ -96,8 +96,10 @@ int main(void) {
     const size_t grown = allocations;
     size_t count = 0;
     for (uint32_t frame = 0; frame < 629; frame++) count += border_frame(frame);
+    /* Before printf, which allocates itself. */
+    const size_t in_frames = allocations - grown;
     printf("%zu allocations to set up, %zu while arrays grew, %zu in 629 frames of %zu visible instances\n", before,
-           grown - before, allocations - grown, count / 629);
-    return before == 0 || allocations != grown;
+           grown - before, in_frames, count / 629);
+    return before == 0 || in_frames != 0;
 }
 #endif
