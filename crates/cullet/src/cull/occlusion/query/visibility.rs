@@ -35,6 +35,24 @@ impl OcclusionBuffer {
         self.project(b).ok().flatten()
     }
 
+    /// Whether what lies within some screen bounds, and is no nearer than they say, is hidden: for callers that project by
+    /// themselves. Pixels beyond an edge count as out of the view. Visible before [`begin`](Self::begin), and where the
+    /// nearness is NaN or at most 0. Tests a tile at a time, and ends at the first that is open.
+    #[must_use]
+    pub fn test_bounds(&self, level: crate::Simd, bounds: &ScreenBounds) -> Visibility {
+        let ScreenBounds { min, max, nearness } = *bounds;
+        let last = self.size().map(|s| s - 1);
+        if (0..2).any(|a| min[a] > last[a] || min[a] > max[a]) {
+            return Visibility::Outside;
+        }
+        let within = ScreenBounds { max: [0, 1].map(|a| max[a].min(last[a])), ..*bounds };
+        let is_open = self.screen().is_none() || nearness.is_nan() || nearness <= 0.0;
+        if is_open || !self.covers(level, &within) {
+            return Visibility::Visible;
+        }
+        Visibility::Hidden
+    }
+
     /// The pixels that a box may touch; `None` where it reaches none.
     fn project(&self, b: &Aabb) -> Result<Option<ScreenBounds>, Unbounded> {
         if b.is_empty() {
@@ -101,3 +119,41 @@ impl OcclusionBuffer {
 /// A box whose projection has no bounds.
 #[derive(Clone, Copy, Debug)]
 struct Unbounded;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cull::occlusion::Convex;
+    use crate::{Simd, Transform, View};
+
+    #[test]
+    fn bounds_are_hidden_where_the_box_is_and_cut_off_at_edges() {
+        let view =
+            View::perspective([0.0, 0.0, 10.0], [0.0; 3], 1.0, 0.1, 100.0, [203, 125]).unwrap();
+        let mut buffer = OcclusionBuffer::new([203, 125]).unwrap();
+        let whole = ScreenBounds { min: [0; 2], max: [202, 124], nearness: 0.01 };
+        let level = Simd::best();
+        assert_eq!(buffer.test_bounds(level, &whole), Visibility::Visible);
+        buffer.begin(&view, [0.0; 3]);
+        let wall = Convex::from_box(&Aabb::new([-3.0, -2.0, -0.1], [2.0, 4.0, 0.1])).unwrap();
+        wall.draw(level, &mut buffer.band(), &Transform::IDENTITY);
+        let mut hidden = 0;
+        for i in 0..400_u32 {
+            let min = [-6.0 + (i % 20) as f32 * 0.5, -3.0 + (i / 20) as f32 * 0.3, -2.0];
+            let b = Aabb::new(min, min.map(|v| v + 0.4));
+            let Some(bounds) = buffer.screen_bounds(&b) else { continue };
+            let found = buffer.test_bounds(level, &bounds);
+            assert_eq!(found, buffer.test_box(&b));
+            hidden += u32::from(found == Visibility::Hidden);
+            let nan = ScreenBounds { nearness: f32::NAN, ..bounds };
+            assert_eq!(buffer.test_bounds(level, &nan), Visibility::Visible);
+        }
+        assert!(hidden > 50, "{hidden}");
+        let far = ScreenBounds { min: [100, 0], max: [u32::MAX; 2], nearness: 0.01 };
+        assert_eq!(buffer.test_bounds(level, &far), Visibility::Visible);
+        let beyond = ScreenBounds { min: [203, 0], ..far };
+        assert_eq!(buffer.test_bounds(level, &beyond), Visibility::Outside);
+        let turned = ScreenBounds { min: [5, 5], max: [4, 9], nearness: 0.01 };
+        assert_eq!(buffer.test_bounds(level, &turned), Visibility::Outside);
+    }
+}

@@ -1,0 +1,24 @@
+# Targets: cullet::cullet, the shared library, and cullet::static.
+get_filename_component(_cullet_prefix "${CMAKE_CURRENT_LIST_DIR}/../../.." ABSOLUTE)
+if(NOT TARGET cullet::cullet)
+  add_library(cullet::cullet SHARED IMPORTED)
+  set(_cullet_shared "${_cullet_prefix}/lib/libcullet.so.0")
+  if(APPLE)
+    set(_cullet_shared "${_cullet_prefix}/lib/libcullet.dylib")
+  endif()
+  set_target_properties(cullet::cullet PROPERTIES
+    IMPORTED_LOCATION "${_cullet_shared}"
+    INTERFACE_INCLUDE_DIRECTORIES "${_cullet_prefix}/include")
+  if(NOT APPLE)
+    set_target_properties(cullet::cullet PROPERTIES IMPORTED_SONAME libcullet.so.0)
+  endif()
+  add_library(cullet::static STATIC IMPORTED)
+  set_target_properties(cullet::static PROPERTIES
+    IMPORTED_LOCATION "${_cullet_prefix}/lib/libcullet.a"
+    INTERFACE_INCLUDE_DIRECTORIES "${_cullet_prefix}/include")
+  if(UNIX AND NOT APPLE)
+    set_target_properties(cullet::static PROPERTIES INTERFACE_LINK_LIBRARIES "gcc_s;util;rt;pthread;m;dl")
+  endif()
+endif()
+unset(_cullet_shared)
+unset(_cullet_prefix)

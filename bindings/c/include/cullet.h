@@ -1,0 +1,1310 @@
+/* The C interface of cullet, a visibility engine: given a scene and a view, it decides what need not be drawn, and says why.
+ *
+ * CALLS. Every call that can fail returns a cullet_status; CULLET_STATUS_OK is 0. After another, cullet_last_error() is a
+ * line that names the argument, the value, the limit and what to do, and nothing was changed unless the call says so. Outputs
+ * are written only on success, but for counts that say how much room is needed. No panic or exception leaves a call.
+ *
+ * HANDLES are plain numbers, never pointers: one that is 0, stale, or of another kind of object is refused, for ever.
+ *
+ * POINTERS must have what the call says is there, as everywhere in C; NULL and what is not aligned is refused. All arrays are
+ * copied, none is kept.
+ *
+ * THREADS. Every call may be made from any thread. Calls that read an object (cullet_cull reads its scene) may run side by
+ * side; one that changes it (cullet_cull changes its state) needs it alone. A call that comes while another excludes it
+ * returns CULLET_STATUS_BUSY at once and does nothing: nothing here waits, and nothing starts a thread.
+ * cullet_last_error() is the calling thread's own.
+ *
+ * SPACE is right-handed, +Y up; clip depth is 0 to 1; matrices are column-major. Origins, eyes and translations are double.
+ *
+ * This file is written from the source of the library: do not edit it.
+ */
+
+#ifndef CULLET_H
+#define CULLET_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/**
+ * One-sided: only the fronts of its triangles are drawn, which are counter-clockwise. Only such meshes have back faces to
+ * cull. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
+ */
+#define CULLET_ONE_SIDED 1
+
+/**
+ * Vertices may move (skinned, morphed): give instances bounds that hold every pose, and no cluster of it is culled by
+ * itself. Bit of `cullet_mesh_arrays.flags`.
+ */
+#define CULLET_DEFORMABLE 2
+
+/**
+ * The material is cut out by a threshold: it never hides anything. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
+ */
+#define CULLET_MASKED 4
+
+/**
+ * The material is blended: it never hides anything. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
+ */
+#define CULLET_BLENDED 8
+
+/**
+ * Two sides are drawn. Bit of `cullet_draw_key.state`.
+ */
+#define CULLET_DRAW_TWO_SIDED 1
+
+/**
+ * The transform mirrors: fronts are clockwise on the screen. Bit of `cullet_draw_key.state`.
+ */
+#define CULLET_DRAW_MIRRORED 2
+
+/**
+ * The material is cut out by a threshold. Bit of `cullet_draw_key.state`.
+ */
+#define CULLET_DRAW_MASKED 4
+
+/**
+ * The material is blended: draws want an order from back to front. Bit of `cullet_draw_key.state`.
+ */
+#define CULLET_DRAW_BLENDED 8
+
+/**
+ * No stage but the layers may cull it. Bit of `cullet_instance.flags`.
+ */
+#define CULLET_ALWAYS_VISIBLE 1
+
+/**
+ * It never hides anything. Bit of `cullet_instance.flags`.
+ */
+#define CULLET_NO_OCCLUSION 2
+
+/**
+ * Both sides of its triangles are drawn, whatever its mesh says. Bit of `cullet_instance.flags`.
+ */
+#define CULLET_TWO_SIDED 4
+
+/**
+ * It is blended, whatever its mesh says. Bit of `cullet_instance.flags`.
+ */
+#define CULLET_TRANSPARENT 8
+
+/**
+ * It is going to move: a hint that keeps nodes of what stands tight. Bit of `cullet_instance.flags`.
+ */
+#define CULLET_DYNAMIC 16
+
+/**
+ * Clip depth 0 at the near plane, 1 at the far plane. Value of `depth`.
+ */
+#define CULLET_DEPTH_STANDARD 0
+
+/**
+ * Clip depth 1 at the near plane, 0 at the far plane, which may be infinitely far. Value of `depth`.
+ */
+#define CULLET_DEPTH_REVERSED 1
+
+/**
+ * How a call went. All but `CULLET_STATUS_OK` leave a message in `cullet_last_error`, and change nothing unless they
+ * say so.
+ */
+typedef enum {
+  /**
+   * It did what it says.
+   */
+  CULLET_STATUS_OK = 0,
+  /**
+   * A pointer is NULL that must not be.
+   */
+  CULLET_STATUS_NULL_POINTER = 1,
+  /**
+   * A pointer is not aligned to what it points to.
+   */
+  CULLET_STATUS_ALIGNMENT = 2,
+  /**
+   * The `size` of a struct is not the one that this library knows: it was not filled by the function that fills it, or
+   * header and library are of different versions.
+   */
+  CULLET_STATUS_STRUCT_SIZE = 3,
+  /**
+   * A number is outside its range, or not finite, or a text is not UTF-8.
+   */
+  CULLET_STATUS_INVALID_VALUE = 4,
+  /**
+   * A handle is 0, so that it was never made.
+   */
+  CULLET_STATUS_NULL_HANDLE = 5,
+  /**
+   * A handle's object was destroyed.
+   */
+  CULLET_STATUS_STALE_HANDLE = 6,
+  /**
+   * A handle is of another kind of object.
+   */
+  CULLET_STATUS_WRONG_HANDLE = 7,
+  /**
+   * Another thread is using the object in a way that excludes this call. Nothing waits; see the rules on threads.
+   */
+  CULLET_STATUS_BUSY = 8,
+  /**
+   * An array is too short; the count that is needed was written.
+   */
+  CULLET_STATUS_TOO_SMALL = 9,
+  /**
+   * A state holds no result yet, or the scene has changed since, or it is of another scene: cull again.
+   */
+  CULLET_STATUS_NO_RESULT = 10,
+  /**
+   * An instance handle names no instance of the scene, or a mesh or a slot is not there.
+   */
+  CULLET_STATUS_NOT_FOUND = 11,
+  /**
+   * A mesh is refused: an index beyond the vertices, a position that is not finite.
+   */
+  CULLET_STATUS_MESH = 12,
+  /**
+   * The numbers make no view.
+   */
+  CULLET_STATUS_VIEW = 13,
+  /**
+   * A file cannot be loaded.
+   */
+  CULLET_STATUS_FILE = 14,
+  /**
+   * There are as many objects as there can be.
+   */
+  CULLET_STATUS_FULL = 15,
+  /**
+   * A defect of this library: the call was stopped. The object that it was about to change can only be destroyed.
+   */
+  CULLET_STATUS_INTERNAL = 16,
+} cullet_status;
+
+/**
+ * Which bounds an instance has.
+ */
+typedef enum {
+  /**
+   * The box of its mesh, transformed.
+   */
+  CULLET_BOUNDS_MESH = 0,
+  /**
+   * None: it is visible to every stage but the layers.
+   */
+  CULLET_BOUNDS_NONE = 1,
+  /**
+   * A box in world space, relative to the scene's origin: what is animated, or placed by a shader.
+   */
+  CULLET_BOUNDS_WORLD = 2,
+  /**
+   * The box of its mesh, grown on every side by a distance: for vertices that a shader displaces.
+   */
+  CULLET_BOUNDS_MARGIN = 3,
+} cullet_bounds;
+
+/**
+ * Settings that go together. None has a stage that is lossy.
+ */
+typedef enum {
+  /**
+   * As much as can be proved, for tools and for renderers to which a triangle costs much.
+   */
+  CULLET_PRESET_EXACT = 0,
+  /**
+   * What pays in most frames: the default.
+   */
+  CULLET_PRESET_BALANCED = 1,
+  /**
+   * What is found soonest.
+   */
+  CULLET_PRESET_FAST = 2,
+} cullet_preset;
+
+/**
+ * How deep the answer goes.
+ */
+typedef enum {
+  /**
+   * Whole instances.
+   */
+  CULLET_OUTPUT_INSTANCES = 0,
+  /**
+   * Instances, and of those that straddle the frustum or are one-sided the clusters that are left: the default.
+   */
+  CULLET_OUTPUT_CLUSTERS = 1,
+  /**
+   * Triangles of every visible instance.
+   */
+  CULLET_OUTPUT_TRIANGLES = 2,
+} cullet_output;
+
+/**
+ * How back faces of one-sided meshes are culled.
+ */
+typedef enum {
+  /**
+   * Not at all.
+   */
+  CULLET_BACKFACES_OFF = 0,
+  /**
+   * Clusters by cones, and where the output is triangles, each by a plane of four bytes: the default.
+   */
+  CULLET_BACKFACES_FAST = 1,
+  /**
+   * Every triangle from its corners, where the output is triangles: some fifty times as long.
+   */
+  CULLET_BACKFACES_EXACT = 2,
+} cullet_backfaces;
+
+/**
+ * Kinds of culling, in the order in which they run.
+ */
+typedef enum {
+  /**
+   * Of no stage: visible.
+   */
+  CULLET_STAGE_VISIBLE = 0,
+  /**
+   * Layers that view and instance do not share.
+   */
+  CULLET_STAGE_LAYER = 1,
+  /**
+   * Outside the frustum.
+   */
+  CULLET_STAGE_FRUSTUM = 2,
+  /**
+   * Not in the potentially visible set of the eye's cell.
+   */
+  CULLET_STAGE_PVS = 3,
+  /**
+   * Not seen through any portal.
+   */
+  CULLET_STAGE_PORTAL = 4,
+  /**
+   * Too small on the screen.
+   */
+  CULLET_STAGE_DETAIL = 5,
+  /**
+   * Another level of detail stands for it.
+   */
+  CULLET_STAGE_LOD = 6,
+  /**
+   * Behind something.
+   */
+  CULLET_STAGE_OCCLUSION = 7,
+  /**
+   * Seen from behind.
+   */
+  CULLET_STAGE_BACKFACE = 8,
+  /**
+   * Without area.
+   */
+  CULLET_STAGE_DEGENERATE = 9,
+} cullet_stage;
+
+/**
+ * What a test of an occlusion buffer found.
+ */
+typedef enum {
+  /**
+   * It may be visible.
+   */
+  CULLET_FOUND_VISIBLE = 0,
+  /**
+   * It is proved to be hidden.
+   */
+  CULLET_FOUND_HIDDEN = 1,
+  /**
+   * It is out of the view.
+   */
+  CULLET_FOUND_OUTSIDE = 2,
+} cullet_found;
+
+/**
+ * Handle of an occlusion buffer. A plain number: copy it freely; 0 is none.
+ */
+typedef struct {
+  /**
+   * Not to be read or made.
+   */
+  uint64_t id;
+} cullet_occlusion;
+
+/**
+ * Triangles in clip space, or with a matrix that takes them there.
+ */
+typedef struct {
+  /**
+   * x of the first vertex.
+   */
+  const float *vertices;
+  /**
+   * Bytes from one vertex to the next, a multiple of 4.
+   */
+  size_t stride;
+  /**
+   * Bytes from x to y, a multiple of 4.
+   */
+  size_t offset_y;
+  /**
+   * Bytes from x to w, or with a matrix from x to z; a multiple of 4.
+   */
+  size_t offset_zw;
+  /**
+   * Three a triangle; there must be as many vertices as they say.
+   */
+  const uint32_t *indices;
+  /**
+   * How many triangles.
+   */
+  size_t triangle_count;
+  /**
+   * 16 floats, column-major, that take x, y, z, 1 to clip space; NULL where vertices are x, y, w of clip space.
+   */
+  const float *clip_from_model;
+  /**
+   * What is culled by its winding on a screen with y upward: 0 nothing, 1 clockwise, 2 counter-clockwise.
+   */
+  uint32_t cull_winding;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+} cullet_clip_triangles;
+
+/**
+ * Handle of the state of a view: what it remembers between frames, and its last result. One for each view that is culled
+ * frame after frame. A plain number: copy it freely; 0 is none.
+ */
+typedef struct {
+  /**
+   * Not to be read or made.
+   */
+  uint64_t id;
+} cullet_state;
+
+/**
+ * Handle of a scene. A plain number: copy it freely; 0 is none.
+ */
+typedef struct {
+  /**
+   * Not to be read or made.
+   */
+  uint64_t id;
+} cullet_scene;
+
+/**
+ * A view: what a camera sees, and how. Filled by `cullet_view_from_matrix`, `cullet_view_from_camera` or
+ * `cullet_view_look_at`; then its last three fields may be changed.
+ */
+typedef struct {
+  /**
+   * The size of this struct, by which one that was never filled is known.
+   */
+  uint32_t size;
+  /**
+   * `CULLET_DEPTH_STANDARD` or `CULLET_DEPTH_REVERSED`.
+   */
+  uint32_t depth;
+  /**
+   * World to clip space, column-major.
+   */
+  double clip_from_world[16];
+  /**
+   * Width of the viewport in pixels, 1 to 65536.
+   */
+  uint32_t width;
+  /**
+   * Height of the viewport in pixels, 1 to 65536.
+   */
+  uint32_t height;
+  /**
+   * Layers that it sees; all of them at first.
+   */
+  uint32_t layers;
+  /**
+   * 1 where fronts are clockwise; 0 at first.
+   */
+  uint32_t clockwise;
+  /**
+   * Faces of one-sided meshes that are not drawn: 0 none, 1 the backs, 2 the fronts, as some shadow passes do; 1 at first.
+   */
+  uint32_t cull_face;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+} cullet_view;
+
+/**
+ * Settings of culling. Filled by `cullet_settings_preset`; then any field may be changed. Switches are 0 or 1.
+ */
+typedef struct {
+  /**
+   * The size of this struct, by which one that was never filled is known.
+   */
+  uint32_t size;
+  /**
+   * Cull what is outside the frustum.
+   */
+  uint32_t frustum;
+  /**
+   * An exact test for each box that straddles the frustum: drops big boxes near its corners.
+   */
+  uint32_t frustum_exact;
+  /**
+   * Cull by the potentially visible sets of a scene that has some.
+   */
+  uint32_t pvs;
+  /**
+   * Cull by the cells and portals of a scene that has some.
+   */
+  uint32_t portals;
+  /**
+   * A `cullet_backfaces`.
+   */
+  uint32_t backfaces;
+  /**
+   * Cull triangles without area.
+   */
+  uint32_t degenerate;
+  /**
+   * Cull what lies behind other instances.
+   */
+  uint32_t occlusion;
+  /**
+   * Pixels across the occlusion buffer, 1 to 4096, at most the viewport's. More sees smaller gaps, and costs its square.
+   */
+  uint32_t occlusion_width;
+  /**
+   * What drawing occluders may cost, in microseconds of a cost model, from 0.
+   */
+  float occlusion_budget;
+  /**
+   * Share of the cost of drawing what is left that may be spent where nothing is found, from 0; below 0 for no limit.
+   */
+  float occlusion_risk;
+  /**
+   * Lossy: cull what is narrower and lower than so many pixels. 0, the default, culls nothing for its size.
+   */
+  float detail_pixels;
+  /**
+   * Lossy: draw levels of detail that are off by at most so many pixels, in scenes that have levels. 0, the default,
+   * draws everything in full.
+   */
+  float lod_pixels;
+  /**
+   * A `cullet_output`.
+   */
+  uint32_t output;
+  /**
+   * Record why each instance was culled, for `cullet_visible_reasons`: two bytes a slot. 0 by default.
+   */
+  uint32_t reasons;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+} cullet_settings;
+
+/**
+ * Handle of an instance in its scene: stays the same until the instance is removed.
+ */
+typedef struct {
+  /**
+   * Index, from 0 in the order in which instances are added, used again after a removal.
+   */
+  uint32_t index;
+  /**
+   * How often that index was used before.
+   */
+  uint32_t generation;
+} cullet_handle;
+
+/**
+ * Why an instance was culled.
+ */
+typedef struct {
+  /**
+   * The stage, a `cullet_stage`; 0 for one that is visible.
+   */
+  uint8_t stage;
+  /**
+   * For the frustum the number of the plane that it is outside of; 255 where parts went for different ones.
+   */
+  uint8_t detail;
+} cullet_reason;
+
+/**
+ * A range of a mesh's triangles with one material.
+ */
+typedef struct {
+  /**
+   * First triangle of the range.
+   */
+  uint32_t first_triangle;
+  /**
+   * How many triangles.
+   */
+  uint32_t triangle_count;
+  /**
+   * A number of the caller's for the material; draws are sorted by it.
+   */
+  uint32_t material;
+  /**
+   * `CULLET_ONE_SIDED`, `CULLET_MASKED`, `CULLET_BLENDED`.
+   */
+  uint32_t flags;
+} cullet_part;
+
+/**
+ * A mesh to add: its arrays are copied. A struct of zeros with positions and indices is a mesh of one opaque, two-sided
+ * part.
+ */
+typedef struct {
+  /**
+   * Vertices: three floats each, `3 * position_count` in all, finite.
+   */
+  const float *positions;
+  /**
+   * How many vertices.
+   */
+  size_t position_count;
+  /**
+   * Three a triangle, each below `position_count`.
+   */
+  const uint32_t *indices;
+  /**
+   * How many indices: a multiple of three.
+   */
+  size_t index_count;
+  /**
+   * Ranges of triangles, in order and without a gap; NULL for one part of all.
+   */
+  const cullet_part *parts;
+  /**
+   * How many parts; 0 for one part of all.
+   */
+  size_t part_count;
+  /**
+   * `CULLET_DEFORMABLE`; without parts also what a part's flags say.
+   */
+  uint32_t flags;
+  /**
+   * Material of the mesh where it has no parts.
+   */
+  uint32_t material;
+} cullet_mesh_arrays;
+
+/**
+ * How large a mesh of a scene is.
+ */
+typedef struct {
+  /**
+   * Vertices.
+   */
+  size_t position_count;
+  /**
+   * Indices: three a triangle, degenerate triangles included.
+   */
+  size_t index_count;
+  /**
+   * Parts.
+   */
+  size_t part_count;
+  /**
+   * Clusters: what culling finer than instances takes as a whole.
+   */
+  size_t cluster_count;
+  /**
+   * The lowest corner of its box.
+   */
+  float min[3];
+  /**
+   * The highest corner of its box.
+   */
+  float max[3];
+} cullet_mesh_info;
+
+/**
+ * A box: its lowest and its highest corner.
+ */
+typedef struct {
+  /**
+   * The lowest corner.
+   */
+  float min[3];
+  /**
+   * The highest corner.
+   */
+  float max[3];
+} cullet_box;
+
+/**
+ * An affine transform: x becomes linear * x + translation. Mirrored and singular ones too; one that is not finite keeps
+ * its instance visible.
+ */
+typedef struct {
+  /**
+   * The columns of the linear part, one after another.
+   */
+  float linear[9];
+  /**
+   * The translation; double, so that worlds of 1e7 units stay right.
+   */
+  double translation[3];
+} cullet_transform;
+
+/**
+ * Numbers of instances, of their clusters and of their triangles.
+ */
+typedef struct {
+  /**
+   * Instances.
+   */
+  uint64_t instances;
+  /**
+   * Clusters.
+   */
+  uint64_t clusters;
+  /**
+   * Triangles.
+   */
+  uint64_t triangles;
+} cullet_counts;
+
+/**
+ * Counts of one stage at one unit; what leaves a row enters the next.
+ */
+typedef struct {
+  /**
+   * A `cullet_stage`.
+   */
+  uint32_t stage;
+  /**
+   * What it tested: 0 instances, 1 clusters, 2 triangles.
+   */
+  uint32_t unit;
+  /**
+   * Counts in.
+   */
+  cullet_counts entered;
+  /**
+   * Counts out.
+   */
+  cullet_counts left;
+} cullet_funnel_row;
+
+/**
+ * Where the renderer's buffers hold a mesh.
+ */
+typedef struct {
+  /**
+   * Where its indices begin.
+   */
+  uint32_t first_index;
+  /**
+   * Where its vertices begin.
+   */
+  int32_t base_vertex;
+} cullet_mesh_place;
+
+/**
+ * One indexed indirect draw, as Vulkan, Direct3D 12, Metal and WebGPU read it: 20 bytes.
+ */
+typedef struct {
+  /**
+   * How many indices.
+   */
+  uint32_t index_count;
+  /**
+   * How many instances.
+   */
+  uint32_t instance_count;
+  /**
+   * First index, in the order of `cullet_scene_mesh_read`, plus the place of the mesh.
+   */
+  uint32_t first_index;
+  /**
+   * Added to each index.
+   */
+  int32_t base_vertex;
+  /**
+   * First entry of `instances`.
+   */
+  uint32_t first_instance;
+} cullet_draw_command;
+
+/**
+ * What a draw command draws: the same for all its instances.
+ */
+typedef struct {
+  /**
+   * `CULLET_DRAW_TWO_SIDED` and so on.
+   */
+  uint32_t state;
+  /**
+   * The material.
+   */
+  uint32_t material;
+  /**
+   * The mesh.
+   */
+  uint32_t mesh;
+  /**
+   * The part of the mesh.
+   */
+  uint32_t part;
+  /**
+   * The level of detail.
+   */
+  uint32_t level;
+} cullet_draw_key;
+
+/**
+ * Arrays that draws are written into. Capacities go in, counts come out.
+ */
+typedef struct {
+  /**
+   * Room for commands, sorted by key: opaque ones first, then by material and mesh.
+   */
+  cullet_draw_command *commands;
+  /**
+   * Room for as many keys: one for each command.
+   */
+  cullet_draw_key *keys;
+  /**
+   * How many commands and keys there is room for.
+   */
+  size_t command_capacity;
+  /**
+   * How many there are.
+   */
+  size_t command_count;
+  /**
+   * Room for slots: the instances of each command are a range of them.
+   */
+  uint32_t *instances;
+  /**
+   * How many slots there is room for.
+   */
+  size_t instance_capacity;
+  /**
+   * How many there are.
+   */
+  size_t instance_count;
+  /**
+   * Room for indices, where the output is triangles; else not used.
+   */
+  uint32_t *indices;
+  /**
+   * How many indices there is room for.
+   */
+  size_t index_capacity;
+  /**
+   * How many there are; 0 where the output is not triangles.
+   */
+  size_t index_count;
+} cullet_draws;
+
+/**
+ * An instance to add: a mesh with a transform.
+ */
+typedef struct {
+  /**
+   * Where it is.
+   */
+  cullet_transform transform;
+  /**
+   * Number of its mesh.
+   */
+  uint32_t mesh;
+  /**
+   * Bits of the layers that it is in; a view sees it where they share a bit. 0 is in none, so never drawn.
+   */
+  uint32_t layers;
+  /**
+   * `CULLET_ALWAYS_VISIBLE` and so on.
+   */
+  uint32_t flags;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * A number of the caller's, such as an entity or an index; `cullet_visible_users` gives it back.
+   */
+  uint64_t user;
+} cullet_instance;
+
+/**
+ * Contents of a scene.
+ */
+typedef struct {
+  /**
+   * Instances.
+   */
+  uint32_t instance_count;
+  /**
+   * Slots, empty ones included: how long an array by slot must be.
+   */
+  uint32_t slot_count;
+  /**
+   * Meshes.
+   */
+  uint32_t mesh_count;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * Triangles of all instances.
+   */
+  uint64_t triangle_count;
+  /**
+   * Rises whenever a commit put instances into other slots.
+   */
+  uint64_t order_version;
+  /**
+   * The point that boxes in world space are relative to: zero, but for files far from it.
+   */
+  double origin[3];
+  /**
+   * The lowest corner of the box around all instances, relative to `origin`; above `max` for none.
+   */
+  float min[3];
+  /**
+   * The highest corner.
+   */
+  float max[3];
+} cullet_scene_info;
+
+/**
+ * A camera. Right-handed, looking along `direction`.
+ */
+typedef struct {
+  /**
+   * Where it stands.
+   */
+  double eye[3];
+  /**
+   * Where it looks; of any length above 0.
+   */
+  double direction[3];
+  /**
+   * Up; not along `direction`.
+   */
+  double up[3];
+  /**
+   * Perspective: the full vertical field of view in radians, above 0 and below pi. 0 for an orthographic camera.
+   */
+  double fov_y;
+  /**
+   * Orthographic: height of what it sees, in units of the scene. Not read in perspective.
+   */
+  double height;
+  /**
+   * Width over height of what it sees; 0 takes that of the viewport.
+   */
+  double aspect;
+  /**
+   * Distance of the near plane: above 0 in perspective.
+   */
+  double near_plane;
+  /**
+   * Distance of the far plane, beyond the near one; INFINITY in perspective for none.
+   */
+  double far_plane;
+} cullet_camera;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/**
+ * Empties a buffer for triangles in clip space, whose near plane is at `near_w`; below 0.001 it is there. Boxes are not to be
+ * tested until the next `cullet_occlusion_begin`.
+ */
+cullet_status cullet_clip_begin(cullet_occlusion buffer,
+                                float near_w);
+
+/**
+ * Draws triangles in clip space as occluders, and writes a `cullet_found` into `result`, unless that is NULL: outside where
+ * none of them can be seen, else visible. Needs `cullet_clip_begin`. How a set of triangles is drawn is worked out once
+ * and kept by where its indices lie, for as long as it is drawn every now and then.
+ */
+cullet_status cullet_clip_draw(cullet_occlusion buffer,
+                               const cullet_clip_triangles *triangles,
+                               uint32_t *result);
+
+/**
+ * Tests a rectangle of the screen, in normalised device coordinates with y upward, as near as `least_w`, and writes a
+ * `cullet_found`. Hidden is proved for all of it. Visible where a number is NaN, and this side of the near plane.
+ */
+cullet_status cullet_clip_test_rect(cullet_occlusion buffer,
+                                    float x_min,
+                                    float y_min,
+                                    float x_max,
+                                    float y_max,
+                                    float least_w,
+                                    uint32_t *result);
+
+/**
+ * Tests triangles in clip space, and writes a `cullet_found`: hidden where each that may be seen is proved to be. Each is
+ * tested by its rectangle and its nearest corner, so that large slanted ones are found less.
+ */
+cullet_status cullet_clip_test_triangles(cullet_occlusion buffer,
+                                         const cullet_clip_triangles *triangles,
+                                         uint32_t *result);
+
+/**
+ * Makes the state of a view. Destroy it with `cullet_state_destroy`.
+ */
+cullet_status cullet_state_create(cullet_state *state);
+
+/**
+ * Destroys the state of a view; its handle is stale from then on.
+ */
+cullet_status cullet_state_destroy(cullet_state state);
+
+/**
+ * Culls a scene for a view; `cullet_visible_slots` and its like read the result. `settings` may be NULL for
+ * `CULLET_PRESET_BALANCED`. Conservative: what the view sees is never culled, but for lossy settings. The answer depends on
+ * scene, view and settings alone; `state` makes the next frame faster. Allocates nothing once the state has grown to what the
+ * scene needs, and starts no thread. Other threads may cull the same scene meanwhile, each with a state of its own.
+ */
+cullet_status cullet_cull(cullet_scene scene,
+                          const cullet_view *view,
+                          const cullet_settings *settings,
+                          cullet_state state);
+
+/**
+ * Replays the stages for one instance, and writes why it is drawn or culled: its reason (stage 0 for an instance that is
+ * drawn) unless `reason` is NULL; and a line for each stage into `text`, UTF-8 with a 0 at its end, cut off where `capacity`
+ * bytes are too few. `length` takes the bytes that all of it needs, the 0 included, unless it is NULL. `settings` may be
+ * NULL as in `cullet_cull`. For tools: it may cull the whole scene, and allocates.
+ */
+cullet_status cullet_explain(cullet_scene scene,
+                             const cullet_view *view,
+                             const cullet_settings *settings,
+                             cullet_handle handle,
+                             cullet_reason *reason,
+                             char *text,
+                             size_t capacity,
+                             size_t *length);
+
+/**
+ * Adds a mesh that instances may share, and writes its number, from 0 on. Cost: linear in its triangles; what culling
+ * needs of it is made by the next `cullet_scene_commit`. Refused with `CULLET_STATUS_MESH` where an index is beyond
+ * the vertices, a position is not finite, or the parts do not cover the triangles in order.
+ */
+cullet_status cullet_scene_add_mesh(cullet_scene scene,
+                                    const cullet_mesh_arrays *arrays,
+                                    uint32_t *mesh);
+
+/**
+ * Writes how large a mesh of a scene is.
+ */
+cullet_status cullet_scene_mesh_info(cullet_scene scene, uint32_t mesh, cullet_mesh_info *info);
+
+/**
+ * Writes the geometry of a mesh as draws count it: its triangles are put into the order of clusters once, when it is
+ * added, and `first_index` of a draw is of that order. Upload these indices. `positions` takes three floats a vertex; the
+ * capacities are in floats and in indices. Either array may be NULL with a capacity of 0: then it is left out.
+ */
+cullet_status cullet_scene_mesh_read(cullet_scene scene,
+                                     uint32_t mesh,
+                                     float *positions,
+                                     size_t position_capacity,
+                                     uint32_t *indices,
+                                     size_t index_capacity);
+
+/**
+ * Makes an occlusion buffer of so many pixels, 1 to 4096 each way; a quarter or half of the screen's width finds nearly as
+ * much as all of it, and is never wrong. Destroy it with `cullet_occlusion_destroy`.
+ */
+cullet_status cullet_occlusion_create(uint32_t width,
+                                      uint32_t height,
+                                      cullet_occlusion *buffer);
+
+/**
+ * Destroys an occlusion buffer; its handle is stale from then on.
+ */
+cullet_status cullet_occlusion_destroy(cullet_occlusion buffer);
+
+/**
+ * Empties a buffer and turns it to a view. Boxes that are tested later are relative to `origin`, three doubles; NULL for zero.
+ */
+cullet_status cullet_occlusion_begin(cullet_occlusion buffer,
+                                     const cullet_view *view,
+                                     const double *origin);
+
+/**
+ * Draws boxes that hide: each must lie within what is opaque. `transform` stands for all of them; NULL for none. Draw near
+ * ones first. Allocates a few hundred bytes a box. Boxes that are empty or not finite are refused, and none is drawn.
+ */
+cullet_status cullet_occlusion_draw_boxes(cullet_occlusion buffer,
+                                          const cullet_box *boxes,
+                                          size_t count,
+                                          const cullet_transform *transform);
+
+/**
+ * Draws triangles that hide, nearest first, without those that are hidden by then: `positions` has three finite floats a
+ * vertex, `indices` three a triangle. `two_sided` is 1 for triangles that hide from both sides, 0 where only their fronts
+ * do, which are counter-clockwise. Vertices are one where they have one index: pixels across shared edges count as covered.
+ * Allocates nothing once the buffer has seen as many triangles, and is quickest where the indices are those of the last
+ * call.
+ */
+cullet_status cullet_occlusion_draw_triangles(cullet_occlusion buffer,
+                                              const float *positions,
+                                              size_t position_count,
+                                              const uint32_t *indices,
+                                              size_t index_count,
+                                              uint32_t two_sided,
+                                              const cullet_transform *transform);
+
+/**
+ * Tests boxes, relative to the origin of the view, and writes a `cullet_found` for each, one byte. Hidden is proved, at
+ * every resolution. Boxes that are not finite or cross the near plane are visible; empty ones are outside. Allocates
+ * nothing once as many were tested.
+ */
+cullet_status cullet_occlusion_test_boxes(cullet_occlusion buffer,
+                                          const cullet_box *boxes,
+                                          size_t count,
+                                          uint8_t *results);
+
+/**
+ * Writes the nearness that covers all of each pixel, row by row from the top left: 1 / w in perspective, 0 where nothing is
+ * proved. `capacity` must be at least width times height.
+ */
+cullet_status cullet_occlusion_read(cullet_occlusion buffer,
+                                    float *nearness,
+                                    size_t capacity);
+
+/**
+ * Writes the slots of which something is visible, ascending, and how many there are. With a capacity of 0 only `count` is
+ * written; where the capacity is too small, that alone is, with `CULLET_STATUS_TOO_SMALL`. The instances of a scene are
+ * always enough. Slots change with a commit; `cullet_visible_handles` gives names that do not.
+ */
+cullet_status cullet_visible_slots(cullet_state state,
+                                   uint32_t *slots,
+                                   size_t capacity,
+                                   size_t *count);
+
+/**
+ * As `cullet_visible_slots`, but handles, in the order of the slots. The scene must be as it was culled.
+ */
+cullet_status cullet_visible_handles(cullet_state state,
+                                     cullet_scene scene,
+                                     cullet_handle *handles,
+                                     size_t capacity,
+                                     size_t *count);
+
+/**
+ * As `cullet_visible_slots`, but the callers' numbers (`cullet_instance.user`), in the order of the slots. The scene must
+ * be as it was culled.
+ */
+cullet_status cullet_visible_users(cullet_state state,
+                                   cullet_scene scene,
+                                   uint64_t *users,
+                                   size_t capacity,
+                                   size_t *count);
+
+/**
+ * Writes why each slot was culled, one for each slot of the scene: stage 0 for what is visible, and for empty slots. Needs
+ * `cullet_settings.reasons`; without, there are none.
+ */
+cullet_status cullet_visible_reasons(cullet_state state,
+                                     cullet_reason *reasons,
+                                     size_t capacity,
+                                     size_t *count);
+
+/**
+ * Writes the counts in and out of each stage that ran; 32 rows are always enough.
+ */
+cullet_status cullet_visible_funnel(cullet_state state,
+                                    cullet_funnel_row *rows,
+                                    size_t capacity,
+                                    size_t *count);
+
+/**
+ * Writes the draws of the last result: one command for the whole instances of a mesh and part, one for each run of clusters
+ * of the others; where the output is triangles, one for each part of each instance, of `indices` to be uploaded with it.
+ * `places` says where the renderer's buffers hold meshes 0, 1, ...; for one beyond them commands count from its own first
+ * index. The counts are always written; where an array is too small, only they are, with `CULLET_STATUS_TOO_SMALL`; all
+ * capacities 0 asks for them. The scene must be as it was culled. Allocates nothing once the state has grown.
+ */
+cullet_status cullet_visible_draws(cullet_state state,
+                                   cullet_scene scene,
+                                   const cullet_mesh_place *places,
+                                   size_t place_count,
+                                   cullet_draws *draws);
+
+/**
+ * The name of a stage, such as "frustum"; "unknown" for a number that is none. Never NULL; lives for ever.
+ */
+const char *cullet_stage_name(uint32_t stage);
+
+/**
+ * The name of a unit of a funnel: "instances", "clusters" or "triangles"; "unknown" else. Never NULL; lives for ever.
+ */
+const char *cullet_unit_name(uint32_t unit);
+
+/**
+ * Makes an empty scene. Destroy it with `cullet_scene_destroy`.
+ */
+cullet_status cullet_scene_create(cullet_scene *scene);
+
+/**
+ * Opens a file as a scene: glTF and GLB, with what `cullet bake` wrote into them, OBJ, PLY, STL, OFF, maps of Quake. The
+ * path is UTF-8. The scene is committed; instances have the handles 0, 1, 2, ... of generation 0 in the order of the
+ * file. Reading takes at most three times the memory of the geometry. The message of a failure names the file, the item
+ * and what would be right.
+ */
+cullet_status cullet_open(const char *path,
+                          cullet_scene *scene);
+
+/**
+ * Destroys a scene; its handle is stale from then on, and so are those of its instances.
+ */
+cullet_status cullet_scene_destroy(cullet_scene scene);
+
+/**
+ * Adds instances, and writes a handle for each into `handles`, unless that is NULL. All or none: if one has no mesh or
+ * an unknown flag, nothing is added. Commit before culling where many were added.
+ */
+cullet_status cullet_scene_add(cullet_scene scene,
+                               const cullet_instance *instances,
+                               size_t count,
+                               cullet_handle *handles);
+
+/**
+ * Removes instances; their handles are stale from then on. All or none, but that a handle which is there twice is an error
+ * after the first was removed.
+ */
+cullet_status cullet_scene_remove(cullet_scene scene,
+                                  const cullet_handle *handles,
+                                  size_t count);
+
+/**
+ * Moves instances: `transforms` has one for each of `handles`. All or none. Cull on as it is: the answer is right at once,
+ * and `cullet_scene_refit` after a frame's moves makes it faster.
+ */
+cullet_status cullet_scene_set_transforms(cullet_scene scene,
+                                          const cullet_handle *handles,
+                                          const cullet_transform *transforms,
+                                          size_t count);
+
+/**
+ * Sets the layers of instances: `layers` has a mask for each of `handles`. All or none.
+ */
+cullet_status cullet_scene_set_layers(cullet_scene scene,
+                                      const cullet_handle *handles,
+                                      const uint32_t *layers,
+                                      size_t count);
+
+/**
+ * Sets the flags of instances: `values` has some for each of `handles`. All or none.
+ */
+cullet_status cullet_scene_set_flags(cullet_scene scene,
+                                     const cullet_handle *handles,
+                                     const uint32_t *values,
+                                     size_t count);
+
+/**
+ * Gives an instance bounds of the caller's. `kind` is a `cullet_bounds`; `numbers` has six floats for
+ * `CULLET_BOUNDS_WORLD`, the lowest and the highest corner relative to the scene's origin, one for
+ * `CULLET_BOUNDS_MARGIN`, from 0, and is not read for the others. A box that is not finite keeps its instance visible.
+ */
+cullet_status cullet_scene_set_bounds(cullet_scene scene,
+                                      cullet_handle handle,
+                                      uint32_t kind,
+                                      const float *numbers);
+
+/**
+ * Sorts the slots by place, closes gaps, and prepares meshes that are new. Call it once after loading, and again after
+ * much was added, removed or moved far. Results of before are refused (`CULLET_STATUS_NO_RESULT`) until the next cull.
+ * Cost: linear in instances, and in the triangles of new meshes.
+ */
+cullet_status cullet_scene_commit(cullet_scene scene);
+
+/**
+ * Fits the nodes of the hierarchy to what moved: makes the next cull faster, never different. Cost: that of what moved.
+ */
+cullet_status cullet_scene_refit(cullet_scene scene);
+
+/**
+ * Writes the contents of a scene. Cost: linear in its instances.
+ */
+cullet_status cullet_scene_get_info(cullet_scene scene, cullet_scene_info *info);
+
+/**
+ * Writes the slot of an instance: the index of arrays by slot, until the next commit.
+ */
+cullet_status cullet_scene_slot(cullet_scene scene, cullet_handle handle, uint32_t *slot);
+
+/**
+ * Writes the instance of a slot, as draws name it: its mesh, transform, layers, flags and number; and its handle into
+ * `handle`, unless that is NULL. `CULLET_STATUS_NOT_FOUND` for an empty slot and one beyond the last.
+ */
+cullet_status cullet_scene_instance(cullet_scene scene,
+                                    uint32_t slot,
+                                    cullet_instance *instance,
+                                    cullet_handle *handle);
+
+/**
+ * Fills settings from a preset, a `cullet_preset`.
+ */
+cullet_status cullet_settings_preset(uint32_t number, cullet_settings *settings);
+
+/**
+ * The message of the last call of this thread that failed: UTF-8, one line, which names the function, the argument, the
+ * value, its limit and what to do. Empty where none failed yet. It stays valid until the next call of this thread that
+ * fails. Never NULL.
+ */
+const char *cullet_last_error(void);
+
+/**
+ * The name of a status, such as "stale handle"; "unknown status" for a number that is none. Never NULL; lives for ever.
+ */
+const char *cullet_status_name(int32_t status);
+
+/**
+ * The version of the library, such as "0.2.0". Never NULL; lives for ever.
+ */
+const char *cullet_version(void);
+
+/**
+ * Fills a view from a matrix that takes world to clip space: 16 doubles, column-major, invertible, with depth 0 to 1
+ * (`depth` says which is near). Perspective, orthographic, off-centre, mirrored, with or without a far plane.
+ */
+cullet_status cullet_view_from_matrix(const double *clip_from_world,
+                                      uint32_t depth,
+                                      uint32_t width,
+                                      uint32_t height,
+                                      cullet_view *view);
+
+/**
+ * Fills a view from a camera; the message of a failure names the number that makes none.
+ */
+cullet_status cullet_view_from_camera(const cullet_camera *camera,
+                                      uint32_t depth,
+                                      uint32_t width,
+                                      uint32_t height,
+                                      cullet_view *view);
+
+/**
+ * Fills a perspective view from `eye` to `target`, three doubles each, +Y up (+Z where it looks along Y), reversed depth
+ * without a far plane. `fov_y` is the full vertical field of view in radians.
+ */
+cullet_status cullet_view_look_at(const double *eye,
+                                  const double *target,
+                                  double fov_y,
+                                  double near_plane,
+                                  uint32_t width,
+                                  uint32_t height,
+                                  cullet_view *view);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* CULLET_H */

@@ -1,0 +1,278 @@
+/** The C++17 interface of cullet: cullet.h with objects that destroy themselves, spans, and exceptions.
+ *
+ * Every function throws cullet::error where the C call fails; cullet.h says when, what it costs, and the rules on threads.
+ * Objects are moved, not copied. A moved-from object holds no handle: using it throws. */
+#ifndef CULLET_HPP
+#define CULLET_HPP
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "cullet.h"
+
+namespace cullet {
+
+/** What a call refused: its status, and in what() the message of cullet_last_error. */
+class error : public std::runtime_error {
+public:
+    error(cullet_status status, const std::string &message) : std::runtime_error(message), status_(status) {}
+    cullet_status status() const noexcept { return status_; }
+
+private:
+    cullet_status status_;
+};
+
+/** Throws unless a status is CULLET_STATUS_OK. */
+inline void check(cullet_status status) {
+    if (status != CULLET_STATUS_OK) throw error(status, cullet_last_error());
+}
+
+/** Elements of a caller's in a row: made of pointer and size, of arrays, and of whatever has data() and size(). */
+template <typename T>
+class span {
+public:
+    constexpr span() noexcept = default;
+    constexpr span(T *data, std::size_t size) noexcept : data_(data), size_(size) {}
+    template <std::size_t N>
+    constexpr span(T (&array)[N]) noexcept : data_(array), size_(N) {}
+    template <typename C, typename = std::enable_if_t<
+                              std::is_convertible_v<decltype(std::declval<C &>().data()), T *> &&
+                              std::is_convertible_v<decltype(std::declval<C &>().size()), std::size_t>>>
+    constexpr span(C &&container) noexcept : data_(container.data()), size_(container.size()) {}
+    constexpr T *data() const noexcept { return data_; }
+    constexpr std::size_t size() const noexcept { return size_; }
+    constexpr T *begin() const noexcept { return data_; }
+    constexpr T *end() const noexcept { return data_ + size_; }
+    constexpr T &operator[](std::size_t at) const { return data_[at]; }
+
+private:
+    T *data_ = nullptr;
+    std::size_t size_ = 0;
+};
+
+namespace detail {
+/** A handle that is destroyed once. */
+template <typename H, cullet_status (*Destroy)(H)>
+class owner {
+public:
+    owner() noexcept = default;
+    explicit owner(H handle) noexcept : handle_(handle) {}
+    owner(owner &&other) noexcept : handle_(std::exchange(other.handle_, H{0})) {}
+    owner &operator=(owner &&other) noexcept {
+        if (this != &other) {
+            reset();
+            handle_ = std::exchange(other.handle_, H{0});
+        }
+        return *this;
+    }
+    owner(const owner &) = delete;
+    owner &operator=(const owner &) = delete;
+    ~owner() { reset(); }
+    H get() const noexcept { return handle_; }
+
+private:
+    void reset() noexcept {
+        if (handle_.id != 0) Destroy(handle_);
+        handle_ = H{0};
+    }
+    H handle_{0};
+};
+}  // namespace detail
+
+/** An instance of a mesh at a place, in layer 1, with a number of the caller's. */
+inline cullet_instance instance_of(uint32_t mesh, double x, double y, double z, uint64_t user = 0) {
+    return {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {x, y, z}}, mesh, 1, 0, 0, user};
+}
+
+/** See cullet_view_look_at. */
+inline cullet_view look_at(const std::array<double, 3> &eye, const std::array<double, 3> &target, double fov_y,
+                           double near_plane, uint32_t width, uint32_t height) {
+    cullet_view view;
+    check(cullet_view_look_at(eye.data(), target.data(), fov_y, near_plane, width, height, &view));
+    return view;
+}
+
+/** See cullet_view_from_matrix. */
+inline cullet_view view_from_matrix(const std::array<double, 16> &clip_from_world, uint32_t depth, uint32_t width,
+                                    uint32_t height) {
+    cullet_view view;
+    check(cullet_view_from_matrix(clip_from_world.data(), depth, width, height, &view));
+    return view;
+}
+
+/** See cullet_view_from_camera. */
+inline cullet_view view_from_camera(const cullet_camera &camera, uint32_t depth, uint32_t width, uint32_t height) {
+    cullet_view view;
+    check(cullet_view_from_camera(&camera, depth, width, height, &view));
+    return view;
+}
+
+/** See cullet_settings_preset. */
+inline cullet_settings preset(cullet_preset number) {
+    cullet_settings settings;
+    check(cullet_settings_preset(number, &settings));
+    return settings;
+}
+
+/** A scene: meshes and their instances. */
+class scene {
+public:
+    scene() {
+        cullet_scene made;
+        check(cullet_scene_create(&made));
+        own_ = owner(made);
+    }
+    static scene open(const std::string &path) {
+        cullet_scene made;
+        check(cullet_open(path.c_str(), &made));
+        return scene(made);
+    }
+    cullet_scene get() const noexcept { return own_.get(); }
+
+    /** Adds a mesh of one part: three floats a vertex, three indices a triangle. */
+    uint32_t add_mesh(span<const float> positions, span<const uint32_t> indices, uint32_t flags = 0) {
+        if (positions.size() % 3 != 0)
+            throw error(CULLET_STATUS_INVALID_VALUE, "add_mesh: positions has " + std::to_string(positions.size()) +
+                                                         " floats, which is no multiple of 3");
+        return add_mesh({positions.data(), positions.size() / 3, indices.data(), indices.size(), nullptr, 0, flags, 0});
+    }
+    uint32_t add_mesh(const cullet_mesh_arrays &arrays) {
+        uint32_t mesh;
+        check(cullet_scene_add_mesh(get(), &arrays, &mesh));
+        return mesh;
+    }
+    std::vector<cullet_handle> add(span<const cullet_instance> instances) {
+        std::vector<cullet_handle> handles(instances.size());
+        check(cullet_scene_add(get(), instances.data(), instances.size(), handles.data()));
+        return handles;
+    }
+    void remove(span<const cullet_handle> handles) {
+        check(cullet_scene_remove(get(), handles.data(), handles.size()));
+    }
+    void set_transforms(span<const cullet_handle> handles, span<const cullet_transform> transforms) {
+        same(handles.size(), transforms.size());
+        check(cullet_scene_set_transforms(get(), handles.data(), transforms.data(), handles.size()));
+    }
+    void set_layers(span<const cullet_handle> handles, span<const uint32_t> layers) {
+        same(handles.size(), layers.size());
+        check(cullet_scene_set_layers(get(), handles.data(), layers.data(), handles.size()));
+    }
+    void set_flags(span<const cullet_handle> handles, span<const uint32_t> flags) {
+        same(handles.size(), flags.size());
+        check(cullet_scene_set_flags(get(), handles.data(), flags.data(), handles.size()));
+    }
+    void commit() { check(cullet_scene_commit(get())); }
+    void refit() { check(cullet_scene_refit(get())); }
+    cullet_scene_info info() const {
+        cullet_scene_info info;
+        check(cullet_scene_get_info(get(), &info));
+        return info;
+    }
+
+private:
+    using owner = detail::owner<cullet_scene, cullet_scene_destroy>;
+    explicit scene(cullet_scene made) noexcept : own_(made) {}
+    static void same(std::size_t handles, std::size_t values) {
+        if (handles != values)
+            throw error(CULLET_STATUS_INVALID_VALUE,
+                        std::to_string(handles) + " handles, but " + std::to_string(values) + " values");
+    }
+    owner own_;
+};
+
+/** The state of a view, and its last result. Vectors that are filled keep their memory from frame to frame. */
+class state {
+public:
+    state() {
+        cullet_state made;
+        check(cullet_state_create(&made));
+        own_ = owner(made);
+    }
+    cullet_state get() const noexcept { return own_.get(); }
+
+    void cull(const scene &scene, const cullet_view &view) {
+        check(cullet_cull(scene.get(), &view, nullptr, get()));
+    }
+    void cull(const scene &scene, const cullet_view &view, const cullet_settings &settings) {
+        check(cullet_cull(scene.get(), &view, &settings, get()));
+    }
+    void slots(std::vector<uint32_t> &to) const {
+        fill(to, [&](uint32_t *data, size_t room, size_t *count) {
+            return cullet_visible_slots(get(), data, room, count);
+        });
+    }
+    void handles(const scene &scene, std::vector<cullet_handle> &to) const {
+        fill(to, [&](cullet_handle *data, size_t room, size_t *count) {
+            return cullet_visible_handles(get(), scene.get(), data, room, count);
+        });
+    }
+    void users(const scene &scene, std::vector<uint64_t> &to) const {
+        fill(to, [&](uint64_t *data, size_t room, size_t *count) {
+            return cullet_visible_users(get(), scene.get(), data, room, count);
+        });
+    }
+    void reasons(std::vector<cullet_reason> &to) const {
+        fill(to, [&](cullet_reason *data, size_t room, size_t *count) {
+            return cullet_visible_reasons(get(), data, room, count);
+        });
+    }
+    void funnel(std::vector<cullet_funnel_row> &to) const {
+        fill(to, [&](cullet_funnel_row *data, size_t room, size_t *count) {
+            return cullet_visible_funnel(get(), data, room, count);
+        });
+    }
+
+private:
+    using owner = detail::owner<cullet_state, cullet_state_destroy>;
+    template <typename T, typename F>
+    static void fill(std::vector<T> &to, F read) {
+        size_t count = 0;
+        to.resize(to.capacity());
+        cullet_status status = read(to.data(), to.size(), &count);
+        if (status == CULLET_STATUS_TOO_SMALL || (status == CULLET_STATUS_OK && count > to.size())) {
+            to.resize(count);
+            status = read(to.data(), to.size(), &count);
+        }
+        to.resize(status == CULLET_STATUS_OK ? count : 0);
+        check(status);
+    }
+    owner own_;
+};
+
+/** An occlusion buffer, drawn and tested by hand. */
+class occlusion {
+public:
+    occlusion(uint32_t width, uint32_t height) {
+        cullet_occlusion made;
+        check(cullet_occlusion_create(width, height, &made));
+        own_ = owner(made);
+    }
+    cullet_occlusion get() const noexcept { return own_.get(); }
+    void begin(const cullet_view &view) { check(cullet_occlusion_begin(get(), &view, nullptr)); }
+    void draw(span<const cullet_box> boxes) {
+        check(cullet_occlusion_draw_boxes(get(), boxes.data(), boxes.size(), nullptr));
+    }
+    void draw(span<const float> positions, span<const uint32_t> indices, bool two_sided) {
+        check(cullet_occlusion_draw_triangles(get(), positions.data(), positions.size() / 3, indices.data(),
+                                              indices.size(), two_sided, nullptr));
+    }
+    /** A cullet_found for each box. */
+    void test(span<const cullet_box> boxes, std::vector<uint8_t> &results) {
+        results.resize(boxes.size());
+        check(cullet_occlusion_test_boxes(get(), boxes.data(), boxes.size(), results.data()));
+    }
+
+private:
+    using owner = detail::owner<cullet_occlusion, cullet_occlusion_destroy>;
+    owner own_;
+};
+
+}  // namespace cullet
+
+#endif

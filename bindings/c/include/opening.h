@@ -1,0 +1,20 @@
+/* The C interface of cullet, a visibility engine: given a scene and a view, it decides what need not be drawn, and says why.
+ *
+ * CALLS. Every call that can fail returns a cullet_status; CULLET_STATUS_OK is 0. After another, cullet_last_error() is a
+ * line that names the argument, the value, the limit and what to do, and nothing was changed unless the call says so. Outputs
+ * are written only on success, but for counts that say how much room is needed. No panic or exception leaves a call.
+ *
+ * HANDLES are plain numbers, never pointers: one that is 0, stale, or of another kind of object is refused, for ever.
+ *
+ * POINTERS must have what the call says is there, as everywhere in C; NULL and what is not aligned is refused. All arrays are
+ * copied, none is kept.
+ *
+ * THREADS. Every call may be made from any thread. Calls that read an object (cullet_cull reads its scene) may run side by
+ * side; one that changes it (cullet_cull changes its state) needs it alone. A call that comes while another excludes it
+ * returns CULLET_STATUS_BUSY at once and does nothing: nothing here waits, and nothing starts a thread.
+ * cullet_last_error() is the calling thread's own.
+ *
+ * SPACE is right-handed, +Y up; clip depth is 0 to 1; matrices are column-major. Origins, eyes and translations are double.
+ *
+ * This file is written from the source of the library: do not edit it.
+ */

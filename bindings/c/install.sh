@@ -1,0 +1,33 @@
+#!/bin/sh
+# Builds the library and installs header, libraries, CMake package and pkg-config file: ./install.sh PREFIX [PROFILE]
+set -eu
+if [ $# -lt 1 ] || [ $# -gt 2 ]; then
+    echo "usage: $0 PREFIX [PROFILE]    for example: $0 /usr/local" >&2
+    exit 2
+fi
+here=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
+mkdir -p "$1"
+prefix=$(CDPATH='' cd -- "$1" && pwd)
+profile=${2:-release}
+cargo=${CARGO:-cargo}
+( cd "$here" && "$cargo" build --quiet --package cullet-c --lib --profile "$profile" )
+target=$(cd "$here" && "$cargo" metadata --format-version 1 --no-deps | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
+folder=$profile
+if [ "$profile" = dev ]; then folder=debug; fi
+version=$(sed -n 's/^version = "\(.*\)"/\1/p' "$here/Cargo.toml" "$here/../../Cargo.toml" 2>/dev/null | head -n 1)
+mkdir -p "$prefix/include" "$prefix/lib/pkgconfig" "$prefix/lib/cmake/cullet" "$prefix/share/licenses/cullet"
+cp "$here/include/cullet.h" "$here/include/cullet.hpp" "$here/include/cullet_moc.h" "$prefix/include/"
+cp "$target/$folder/libcullet.a" "$prefix/lib/"
+if [ -f "$target/$folder/libcullet.dylib" ]; then
+    cp "$target/$folder/libcullet.dylib" "$prefix/lib/"
+else
+    # A program that runs keeps the file that it opened.
+    rm -f "$prefix/lib/libcullet.so.0"
+    cp "$target/$folder/libcullet.so" "$prefix/lib/libcullet.so.0"
+    ln -sf libcullet.so.0 "$prefix/lib/libcullet.so"
+fi
+cp "$here/cmake/culletConfig.cmake" "$prefix/lib/cmake/cullet/"
+sed "s|@VERSION@|$version|g" "$here/cmake/culletConfigVersion.cmake.in" > "$prefix/lib/cmake/cullet/culletConfigVersion.cmake"
+sed "s|@VERSION@|$version|g" "$here/cullet.pc.in" > "$prefix/lib/pkgconfig/cullet.pc"
+cp "$here/LICENSE-MIT" "$here/LICENSE-APACHE" "$prefix/share/licenses/cullet/"
+echo "cullet $version is in $prefix"

@@ -1,0 +1,159 @@
+//! Memory of the caller's: every pointer is checked here, and nowhere else is one followed.
+//!
+//! What cannot be checked is the caller's to keep: that so many elements are there. Memory that is written to is never
+//! borrowed, so that a caller may hand the same array in twice, or one that was never initialised.
+
+use std::ffi::{CStr, c_char};
+
+use crate::status::{Error, Result, Status};
+
+/// Types that any bytes are a value of, and so can come from C.
+pub(crate) trait Plain: Copy + 'static {}
+
+impl Plain for u8 {}
+impl Plain for u32 {}
+impl Plain for u64 {}
+impl Plain for usize {}
+impl Plain for f32 {}
+impl Plain for f64 {}
+impl<T: Plain, const N: usize> Plain for [T; N] {}
+
+fn check<T>(what: &str, pointer: *const T, len: usize) -> Result {
+    if pointer.is_null() {
+        let message = format!("{what} is NULL, but {len} of it are said to be there");
+        return Err(Error::new(Status::NullPointer, message));
+    }
+    if !pointer.is_aligned() {
+        let to = align_of::<T>();
+        let message = format!("{what} is at {pointer:p}, which is no multiple of {to} bytes");
+        return Err(Error::new(Status::Alignment, message));
+    }
+    if len.checked_mul(size_of::<T>()).is_none_or(|bytes| bytes > isize::MAX as usize) {
+        return Err(Error::value(format!("{what} has {len} elements: more than there is memory")));
+    }
+    Ok(())
+}
+
+/// The elements of an array that is read. NULL is one of none.
+///
+/// # Safety
+/// If it is not NULL, `pointer` must have `len` initialised elements that nobody changes during `'a`.
+pub(crate) unsafe fn read<'a, T: Plain>(
+    what: &str,
+    pointer: *const T,
+    len: usize,
+) -> Result<&'a [T]> {
+    if len == 0 {
+        return Ok(&[]);
+    }
+    check(what, pointer, len)?;
+    // SAFETY: it is not NULL, is aligned and no longer than memory, as checked; any bytes are a `Plain`; that there
+    // are `len` of them is the caller's promise.
+    Ok(unsafe { std::slice::from_raw_parts(pointer, len) })
+}
+
+/// The value behind a pointer.
+///
+/// # Safety
+/// If it is not NULL, `pointer` must have an initialised value.
+pub(crate) unsafe fn value<T: Plain>(what: &str, pointer: *const T) -> Result<T> {
+    // SAFETY: the caller's promise for one element; it is copied at once.
+    Ok(unsafe { read(what, pointer, 1) }?[0])
+}
+
+/// The text behind a pointer.
+///
+/// # Safety
+/// If it is not NULL, `pointer` must have a 0 behind its text, which nobody changes during `'a`.
+pub(crate) unsafe fn text<'a>(what: &str, pointer: *const c_char) -> Result<&'a str> {
+    check(what, pointer, 1)?;
+    // SAFETY: it is not NULL; that there is a 0 is the caller's promise.
+    let text = unsafe { CStr::from_ptr(pointer) };
+    text.to_str()
+        .map_err(|_| Error::value(format!("{what} is not UTF-8: {}", text.to_string_lossy())))
+}
+
+/// Memory that is written to.
+pub(crate) struct Out<T> {
+    pointer: *mut T,
+    len: usize,
+}
+
+impl<T: Copy> Out<T> {
+    /// An array with room for `len`; NULL is one of none.
+    ///
+    /// # Safety
+    /// If it is not NULL, `pointer` must have room for `len`, which nobody else uses until the call ends.
+    pub(crate) unsafe fn array(what: &str, pointer: *mut T, len: usize) -> Result<Self> {
+        if len > 0 {
+            check(what, pointer, len)?;
+        }
+        Ok(Self { pointer, len })
+    }
+
+    /// Room for one value.
+    ///
+    /// # Safety
+    /// As [`array`](Self::array), for one.
+    pub(crate) unsafe fn one(what: &str, pointer: *mut T) -> Result<Self> {
+        // SAFETY: the caller's promise.
+        unsafe { Self::array(what, pointer, 1) }
+    }
+
+    pub(crate) fn room(&self) -> usize {
+        self.len
+    }
+
+    /// Writes at a place that is within.
+    pub(crate) fn set(&mut self, at: usize, value: T) {
+        assert!(at < self.len, "{at} of {}", self.len);
+        // SAFETY: `at` is within what the maker of `self` promised.
+        unsafe { self.pointer.add(at).write(value) };
+    }
+
+    /// Writes values of ours from the start on; all of them must fit.
+    pub(crate) fn copy(&mut self, values: &[T]) {
+        assert!(values.len() <= self.len, "{} into {}", values.len(), self.len);
+        if values.is_empty() {
+            return;
+        }
+        // SAFETY: they fit into what the maker of `self` promised, which is no memory of ours.
+        unsafe { self.pointer.copy_from_nonoverlapping(values.as_ptr(), values.len()) };
+    }
+}
+
+/// Where the numbers of a vertex are: bytes from one vertex to the next, and from x to y and to the third.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Layout {
+    pub(crate) stride: usize,
+    pub(crate) second: usize,
+    pub(crate) third: usize,
+}
+
+/// Three floats of each vertex from `first` to `last`, pushed to `to`.
+///
+/// # Safety
+/// If it is not NULL, `pointer` must have initialised vertices of that layout, up to the last.
+pub(crate) unsafe fn vertices(
+    what: &str,
+    pointer: *const f32,
+    layout: Layout,
+    [first, last]: [u32; 2],
+    to: &mut Vec<[f32; 3]>,
+) -> Result {
+    let Layout { stride, second, third } = layout;
+    let end = (last as usize).checked_mul(stride);
+    let end = end.and_then(|end| end.checked_add(second.max(third)).filter(|e| *e < 1 << 62));
+    if end.is_none() || [stride, second, third].iter().any(|v| v % align_of::<f32>() != 0) {
+        let message = format!("{layout:?} of {what}: bytes must be multiples of 4");
+        return Err(Error::value(message));
+    }
+    check(what, pointer, 1)?;
+    for number in first as usize..=last as usize {
+        let at = number * stride;
+        // SAFETY: the vertices up to the last are there, as the caller promises, and aligned, as the first and all
+        // distances are.
+        to.push([at, at + second, at + third].map(|at| unsafe { pointer.byte_add(at).read() }));
+    }
+    Ok(())
+}

@@ -1,0 +1,226 @@
+//! The C and C++ interface: installed, then compiled against and run as its users do, by each compiler that is there.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::golden;
+use crate::runner::{End, Ended, Skip};
+use crate::tools::{
+    Done, cargo_program, command, install, install_words, is_ci, optional, root, run, target,
+};
+
+const PROFILE: &str = "checked";
+const WARNINGS: &[&str] = &["-Wall", "-Wextra", "-Werror", "-pedantic", "-g", "-O1"];
+/// What a static library of Rust needs beside it.
+const STATIC: &[&str] = &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl"];
+/// Programs that are not needed to build, with the Debian package of each.
+const TOOLS: &[(&str, &str)] = &[
+    ("cmake", "cmake"),
+    ("pkg-config", "pkg-config"),
+    ("valgrind", "valgrind"),
+    ("clang", "clang"),
+];
+
+/// Installs into the target folder and tests what is there.
+pub(crate) fn test() -> Ended {
+    let needed = ["gcc", "g++"];
+    if needed.iter().any(|c| optional(c, &["--version"]).is_none()) {
+        if !is_ci() {
+            let what = "the C and C++ interface";
+            return Ok(End::Skipped(Skip::new(what, install_words(&needed))));
+        }
+        install(&needed)?;
+    }
+    let missing = |(program, _): &&(&str, &str)| optional(program, &["--version"]).is_none();
+    let mut absent: Vec<_> = TOOLS.iter().filter(missing).collect();
+    if !absent.is_empty() && is_ci() {
+        let packages: Vec<&str> = absent.iter().map(|(_, package)| *package).collect();
+        install(&packages)?;
+        absent.retain(missing);
+    }
+    let mut skips: Vec<Skip> = absent
+        .iter()
+        .map(|(program, package)| {
+            Skip::new(format!("the C interface by {program}"), install_words(&[package]))
+        })
+        .collect();
+    let has = |program: &str| absent.iter().all(|(name, _)| *name != program);
+    let host = Host::install()?;
+    host.header()?;
+    host.examples()?;
+    host.programs(&has, &mut skips)?;
+    host.packages(&has)?;
+    host.border()?;
+    Ok(if skips.is_empty() { End::Passed } else { End::Partly(skips) })
+}
+
+/// An install tree, and the folder of what is compiled against it.
+struct Host {
+    source: PathBuf,
+    prefix: PathBuf,
+    work: PathBuf,
+}
+
+impl Host {
+    fn install() -> Result<Self, String> {
+        let folder = target().join("host-c");
+        let _ = fs::remove_dir_all(&folder);
+        let host = Self {
+            source: root().join("bindings/c"),
+            prefix: folder.join("installed"),
+            work: folder.join("work"),
+        };
+        fs::create_dir_all(&host.work).map_err(|e| format!("{}: {e}", host.work.display()))?;
+        let script = text(&host.source.join("install.sh"));
+        let mut install = command("sh", &[&script, &text(&host.prefix), PROFILE]);
+        install.env("CARGO", cargo_program()).env("CARGO_TARGET_DIR", target());
+        run(install)?;
+        Ok(host)
+    }
+
+    /// The unit tests, and the header of the tree against the source.
+    fn header(&self) -> Done {
+        run(command(&cargo_program(), &["test", "--quiet", "--profile", PROFILE, "-p", "cullet-c"]))
+    }
+
+    /// Compiles sources against the shared library; returns the program.
+    fn compile(&self, compiler: &str, source: &str, flags: &[&str]) -> Result<PathBuf, String> {
+        let name = source.rsplit('/').next().unwrap_or(source).replace('.', "_");
+        let program = self.work.join(format!("{name}_{}", compiler.replace('+', "p")));
+        let is_cpp = source.ends_with(".cpp");
+        let standard = if is_cpp { "-std=c++17" } else { "-std=c11" };
+        let mut compile = command(compiler, &[standard]);
+        compile.args(WARNINGS).arg(format!("-I{}", text(&self.prefix.join("include"))));
+        compile.arg(self.source.join(source)).arg("-o").arg(&program).args(flags);
+        compile.arg(format!("-L{}", text(&self.prefix.join("lib"))));
+        run({
+            compile.args(["-lcullet", "-lpthread", "-lm"]);
+            compile
+        })?;
+        Ok(program)
+    }
+
+    /// A command that finds the shared library, in the folder of work.
+    fn command(&self, program: &str) -> Command {
+        let mut command = command(program, &[]);
+        command.current_dir(&self.work).env("LD_LIBRARY_PATH", self.prefix.join("lib"));
+        command
+    }
+
+    fn run(&self, program: &Path, args: &[&Path]) -> Done {
+        let mut command = self.command(&text(program));
+        command.args(args);
+        run(command)
+    }
+
+    /// What a reader types first, as the README has it; and the other examples, one against the static library.
+    fn examples(&self) -> Done {
+        let read = |name: &str| {
+            let path = self.source.join(name);
+            fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))
+        };
+        let first = read("examples/first.c")?;
+        if !read("README.md")?.contains(&first) {
+            return Err("bindings/c/README.md does not have examples/first.c as it is".into());
+        }
+        if first.lines().count() > 10 {
+            return Err("examples/first.c has more than ten lines".into());
+        }
+        fs::copy(golden::folder().join("city.glb"), self.work.join("scene.glb"))
+            .map_err(|e| format!("city.glb of the golden answers: {e}"))?;
+        let program = self.compile("gcc", "examples/first.c", &[])?;
+        self.run(&program, &[])?;
+        let program = self.compile("g++", "examples/own_objects.cpp", &[])?;
+        self.run(&program, &[])?;
+        let program = self.work.join("frames_static");
+        let mut compile = command("gcc", &["-std=c11"]);
+        compile.args(WARNINGS).arg(format!("-I{}", text(&self.prefix.join("include"))));
+        compile.arg(self.source.join("examples/frames.c")).arg("-o").arg(&program);
+        compile.arg(self.prefix.join("lib/libcullet.a")).args(STATIC);
+        run(compile)?;
+        self.run(&program, &[])
+    }
+
+    /// The tests, by each compiler; with sanitisers, and under valgrind.
+    fn programs(&self, has: &dyn Fn(&str) -> bool, skips: &mut Vec<Skip>) -> Done {
+        let golden = golden::folder();
+        let castle = castle();
+        if castle.is_none() {
+            let what = "masked occlusion culling's interface on intel-castle";
+            skips.push(Skip::new(what, "set CULLET_DATA to the folder of test data"));
+            if std::env::var_os("CULLET_REQUIRE_DATA").is_some_and(|v| v == "1") {
+                return Err("intel-castle is not there, and CULLET_REQUIRE_DATA=1".into());
+            }
+        }
+        let model: Vec<&Path> = castle.as_deref().into_iter().collect();
+        let sanitised = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+        let compilers = [("gcc", "g++"), ("clang", "clang++")];
+        for (c, cpp) in compilers.into_iter().filter(|(c, _)| *c == "gcc" || has(c)) {
+            let mistakes = self.compile(c, "tests/mistakes.c", &[])?;
+            self.run(&mistakes, &[])?;
+            if c == "gcc" && has("valgrind") {
+                let mut valgrind = self.command("valgrind");
+                valgrind.args(["-q", "--leak-check=full", "--error-exitcode=3"]).arg(&mistakes);
+                run(valgrind)?;
+            }
+            self.run(&self.compile(c, "tests/golden.c", &[])?, &[&golden])?;
+            self.run(&self.compile(cpp, "tests/wrapper.cpp", &[])?, &[])?;
+            self.run(&self.compile(cpp, "tests/moc.cpp", &[])?, &model)?;
+        }
+        self.run(&self.compile("gcc", "tests/mistakes.c", &sanitised)?, &[])?;
+        self.run(&self.compile("gcc", "tests/golden.c", &sanitised)?, &[&golden])?;
+        self.run(&self.compile("g++", "tests/wrapper.cpp", &sanitised)?, &[])?;
+        self.run(&self.compile("g++", "tests/moc.cpp", &sanitised)?, &[])?;
+        self.run(&self.compile("gcc", "tests/border.c", &["-DALONE"])?, &[])
+    }
+
+    /// `find_package` and `pkg-config`, from the install tree.
+    fn packages(&self, has: &dyn Fn(&str) -> bool) -> Done {
+        if has("cmake") {
+            let build = self.work.join("cmake");
+            let from = self.source.join("tests/find_package");
+            let mut configure = command("cmake", &["-S", &text(&from), "-B", &text(&build)]);
+            configure.arg(format!("-DCMAKE_PREFIX_PATH={}", text(&self.prefix)));
+            run(configure)?;
+            run(command("cmake", &["--build", &text(&build)]))?;
+            // Found where they were linked, without LD_LIBRARY_PATH.
+            for program in ["frames_shared", "frames_static", "own_objects"] {
+                run(command(&text(&build.join(program)), &[]))?;
+            }
+        }
+        if has("pkg-config") {
+            let folder = text(&self.prefix.join("lib/pkgconfig"));
+            let program = text(&self.work.join("frames_pkg_config"));
+            let line = "exec gcc -std=c11 \"$1\" -o \"$2\" $(pkg-config --cflags --libs cullet)";
+            let source = text(&self.source.join("examples/frames.c"));
+            let mut compile = command("sh", &["-euc", line, "sh", &source, &program]);
+            compile.env("PKG_CONFIG_PATH", folder);
+            run(compile)?;
+            self.run(Path::new(&program), &[])?;
+        }
+        Ok(())
+    }
+
+    /// A frame in C beside the same in Rust: the same count of instances, and both times.
+    fn border(&self) -> Done {
+        let library = self.compile("gcc", "tests/border.c", &["-shared", "-fPIC"])?;
+        let words =
+            ["run", "--quiet", "--profile", PROFILE, "-p", "cullet-c", "--example", "border", "--"];
+        let mut border = command(&cargo_program(), &words);
+        border.arg(library).env("LD_LIBRARY_PATH", self.prefix.join("lib"));
+        run(border)
+    }
+}
+
+/// The model that masked occlusion culling is known by.
+fn castle() -> Option<PathBuf> {
+    let set = std::env::var_os("CULLET_DATA").filter(|v| !v.is_empty());
+    let data = set.map_or_else(|| root().join("../shared/data"), |set| root().join(set));
+    let file = data.join("intel-castle/intel-castle.glb");
+    file.is_file().then_some(file)
+}
+
+fn text(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
