@@ -1,10 +1,13 @@
 //! What the page calls. Objects go by number; an address only ever goes out.
-#![allow(unsafe_code, reason = "names are exported by an attribute that counts as unsafe: no two of one name may be")]
+#![allow(
+    unsafe_code,
+    reason = "names are exported by an attribute that counts as unsafe: no two of one name may be"
+)]
 
 use std::cell::RefCell;
 
 use crate::boxes::BoxSet;
-use crate::fault::{Code, Fault, has_room};
+use crate::fault::has_room;
 
 /// Objects under numbers from 1.
 struct Slab<T>(Vec<Option<T>>);
@@ -20,10 +23,8 @@ impl<T> Slab<T> {
         at as u32 + 1
     }
 
-    fn get(&mut self, number: u32) -> Result<&mut T, Fault> {
-        let at = (number as usize).wrapping_sub(1);
-        let object = self.0.get_mut(at).and_then(Option::as_mut);
-        object.ok_or_else(|| Fault::new(Code::Id, format!("there is no object {number}")))
+    fn get(&mut self, number: u32) -> Option<&mut T> {
+        self.0.get_mut((number as usize).wrapping_sub(1))?.as_mut()
     }
 
     fn free(&mut self, number: u32) {
@@ -37,16 +38,8 @@ thread_local! {
     static BOXES: RefCell<Slab<BoxSet>> = const { RefCell::new(Slab(Vec::new())) };
     /// What the page writes arguments into. Of f64, so that it is aligned for all that it is read as.
     static SCRATCH: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
-    static MESSAGE: RefCell<String> = const { RefCell::new(String::new()) };
     /// Address and length of the last answer.
     static ANSWER: RefCell<[usize; 2]> = const { RefCell::new([0; 2]) };
-}
-
-/// 0, or the code of a fault whose message is kept.
-fn ended(result: Result<(), Fault>) -> u32 {
-    let Err(fault) = result else { return 0 };
-    MESSAGE.with_borrow_mut(|message| *message = fault.message);
-    fault.code as u32
 }
 
 fn answer<T>(items: &[T]) {
@@ -61,12 +54,6 @@ extern "C" fn answer_at() -> usize {
 #[unsafe(no_mangle)]
 extern "C" fn answer_len() -> usize {
     ANSWER.with_borrow(|answer| answer[1])
-}
-
-/// The message of the last fault becomes the answer.
-#[unsafe(no_mangle)]
-extern "C" fn message() {
-    MESSAGE.with_borrow(|message| answer(message.as_bytes()));
 }
 
 /// The address of at least `bytes` to write arguments into, or 0.
@@ -147,7 +134,7 @@ extern "C" fn boxes_forget(set: u32, view: usize) {
 
 #[cfg(feature = "scene")]
 mod scenes {
-    use super::{MESSAGE, RefCell, SCRATCH, Slab, answer, ended};
+    use super::{RefCell, SCRATCH, Slab, answer};
     use crate::fault::{Code, Fault};
     use crate::scene::{Kind, SceneSet};
     use crate::view::{SceneView, Settings};
@@ -155,10 +142,29 @@ mod scenes {
     thread_local! {
         pub(super) static SCENES: RefCell<Slab<SceneSet>> = const { RefCell::new(Slab(Vec::new())) };
         static VIEWS: RefCell<Slab<SceneView>> = const { RefCell::new(Slab(Vec::new())) };
+        static MESSAGE: RefCell<String> = const { RefCell::new(String::new()) };
+    }
+
+    /// 0, or the code of a fault whose message is kept.
+    fn ended(result: Result<(), Fault>) -> u32 {
+        let Err(fault) = result else { return 0 };
+        MESSAGE.with_borrow_mut(|message| *message = fault.message);
+        fault.code as u32
+    }
+
+    /// The message of the last fault becomes the answer.
+    #[unsafe(no_mangle)]
+    extern "C" fn message() {
+        MESSAGE.with_borrow(|message| answer(message.as_bytes()));
+    }
+
+    /// That an object is there, which the page's own objects see to.
+    fn there<T>(object: Option<&mut T>) -> Result<&mut T, Fault> {
+        object.ok_or_else(|| Fault::new(Code::Id, "there is no such object"))
     }
 
     fn of_scene(number: u32, with: impl FnOnce(&mut SceneSet) -> Result<(), Fault>) -> u32 {
-        ended(SCENES.with_borrow_mut(|all| all.get(number).and_then(with)))
+        ended(SCENES.with_borrow_mut(|all| there(all.get(number)).and_then(with)))
     }
 
     fn of_view(
@@ -167,8 +173,8 @@ mod scenes {
         with: impl FnOnce(&mut SceneView, &SceneSet) -> Result<(), Fault>,
     ) -> u32 {
         ended(SCENES.with_borrow_mut(|scenes| {
-            let scene = scenes.get(scene)?;
-            VIEWS.with_borrow_mut(|views| with(views.get(view)?, scene))
+            let scene = there(scenes.get(scene))?;
+            VIEWS.with_borrow_mut(|views| with(there(views.get(view))?, scene))
         }))
     }
 
@@ -264,7 +270,12 @@ mod scenes {
     }
 
     #[unsafe(no_mangle)]
-    extern "C" fn scene_set_place(scene: u32, mesh: u32, first_index: u32, base_vertex: i32) -> u32 {
+    extern "C" fn scene_set_place(
+        scene: u32,
+        mesh: u32,
+        first_index: u32,
+        base_vertex: i32,
+    ) -> u32 {
         of_scene(scene, |scene| scene.set_place(mesh, first_index, base_vertex))
     }
 
@@ -300,11 +311,22 @@ mod scenes {
 
     /// The matrix of f64 lies in the scratch.
     #[unsafe(no_mangle)]
-    extern "C" fn view_set_camera(view: u32, depth: u32, width: u32, height: u32, layers: u32) -> u32 {
+    extern "C" fn view_set_camera(
+        view: u32,
+        depth: u32,
+        width: u32,
+        height: u32,
+        layers: u32,
+    ) -> u32 {
         let matrix = SCRATCH.with_borrow(|scratch| scratch.first_chunk::<16>().copied());
         ended(VIEWS.with_borrow_mut(|views| {
             let missing = || Fault::new(Code::Argument, "there is no matrix");
-            views.get(view)?.set_camera(matrix.ok_or_else(missing)?, depth, [width, height], layers)
+            there(views.get(view))?.set_camera(
+                matrix.ok_or_else(missing)?,
+                depth,
+                [width, height],
+                layers,
+            )
         }))
     }
 
@@ -346,7 +368,7 @@ mod scenes {
     #[unsafe(no_mangle)]
     extern "C" fn view_draws_of(view: u32, which: u32) {
         VIEWS.with_borrow_mut(|all| {
-            if let Ok(view) = all.get(view) {
+            if let Some(view) = all.get(view) {
                 let draws = view.draws();
                 match which {
                     0 => answer(&draws.commands),
@@ -361,7 +383,10 @@ mod scenes {
     /// The answer is eight f64 a row.
     #[unsafe(no_mangle)]
     extern "C" fn view_funnel(view: u32) -> u32 {
-        ended(VIEWS.with_borrow_mut(|all| all.get(view).map(|view| answer(view.fill_funnel()))))
+        ended(
+            VIEWS
+                .with_borrow_mut(|all| there(all.get(view)).map(|view| answer(view.fill_funnel()))),
+        )
     }
 
     /// The answer is text.
@@ -382,7 +407,6 @@ mod scenes {
         });
         // A file is large, and is read once.
         SCRATCH.with_borrow_mut(|scratch| *scratch = Vec::new());
-        MESSAGE.with_borrow_mut(String::clear);
         ended(opened.map(|set| {
             let number = SCENES.with_borrow_mut(|all| all.add(set));
             super::ANSWER.set([number as usize, 0]);

@@ -83,7 +83,9 @@ impl SceneSet {
     pub fn handle(&self, id: u32) -> Result<Handle, Fault> {
         let found = self.handles.get(id as usize).copied().flatten();
         found.ok_or_else(|| {
-            let message = format!("id {id} names no instance of this scene: it was removed, or is of another scene");
+            let message = format!(
+                "id {id} names no instance of this scene: it was removed, or is of another scene"
+            );
             Fault::new(Code::Id, message)
         })
     }
@@ -139,7 +141,13 @@ impl SceneSet {
     ///
     /// # Errors
     /// If there is no such mesh, or no room.
-    pub fn add(&mut self, mesh: u32, matrices: &[f64], layers: u32, flags: u32) -> Result<(), Fault> {
+    pub fn add(
+        &mut self,
+        mesh: u32,
+        matrices: &[f64],
+        layers: u32,
+        flags: u32,
+    ) -> Result<(), Fault> {
         if !has_room(matrices.len() * 32) {
             return Err(Fault::new(Code::Memory, "no memory for as many instances"));
         }
@@ -208,7 +216,12 @@ impl SceneSet {
     ///
     /// # Errors
     /// If there is no such mesh.
-    pub fn set_place(&mut self, mesh: u32, first_index: u32, base_vertex: i32) -> Result<(), Fault> {
+    pub fn set_place(
+        &mut self,
+        mesh: u32,
+        first_index: u32,
+        base_vertex: i32,
+    ) -> Result<(), Fault> {
         self.mesh(mesh)?;
         if self.places.len() <= mesh as usize {
             // As the engine takes those that are not there.
@@ -229,9 +242,10 @@ impl SceneSet {
     }
 
     fn mesh(&self, mesh: u32) -> Result<&Mesh, Fault> {
-        self.scene.meshes().get(mesh as usize).ok_or_else(|| {
-            refused(SceneError::NoMesh { mesh, meshes: self.scene.meshes().len() })
-        })
+        self.scene
+            .meshes()
+            .get(mesh as usize)
+            .ok_or_else(|| refused(SceneError::NoMesh { mesh, meshes: self.scene.meshes().len() }))
     }
 }
 

@@ -189,12 +189,19 @@ impl SceneView {
         }
         for step in &explanation.steps {
             let (stage, unit) = (step.stage.name(), Unit::name(step.unit));
-            let _ = write!(text, "\n{stage}\t{unit}\t{}\t{}\t{}", step.entered, step.left, step.finding);
+            let _ = write!(
+                text,
+                "\n{stage}\t{unit}\t{}\t{}\t{}",
+                step.entered, step.left, step.finding
+            );
         }
         Ok(text)
     }
 }
 
 fn no_camera() -> Fault {
-    Fault::new(Code::Camera, "the view has no camera yet: call setCamera(clipFromWorld, width, height) first")
+    Fault::new(
+        Code::Camera,
+        "the view has no camera yet: call setCamera(clipFromWorld, width, height) first",
+    )
 }
