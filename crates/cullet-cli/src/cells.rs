@@ -35,10 +35,10 @@ pub(crate) struct CellsArgs {
     #[arg(long, conflicts_with = "cells")]
     pub(crate) auto: bool,
     /// Write the scene with its cells: a .glb
-    #[arg(long, short, value_name = "PATH")]
+    #[arg(long, short, value_name = "PATH", value_parser = cullet_command::parse::output)]
     pub(crate) out: Option<PathBuf>,
     /// Write the result as JSON; - is the standard output
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
     pub(crate) json: Option<PathBuf>,
 }
 

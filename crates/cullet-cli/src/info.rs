@@ -27,7 +27,7 @@ pub(crate) struct InfoArgs {
     #[arg(long)]
     pub(crate) baked: bool,
     /// Write the result as JSON; - is the standard output
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
     pub(crate) json: Option<PathBuf>,
 }
 

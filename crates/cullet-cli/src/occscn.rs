@@ -36,7 +36,7 @@ pub(crate) struct OccscnArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// The file to write
-    #[arg(long, short, value_name = "PATH")]
+    #[arg(long, short, value_name = "PATH", value_parser = cullet_command::parse::output)]
     out: PathBuf,
     /// Instances that occlude: those with this in their name, their mesh's, or that of a node above them; may
     /// be given several times

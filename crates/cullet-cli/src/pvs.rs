@@ -59,13 +59,13 @@ pub(crate) struct PvsArgs {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Write the sets, with the lines that prove them; with the ending .bsp, the map with the sets in it
-    #[arg(long, short, value_name = "PATH")]
+    #[arg(long, short, value_name = "PATH", value_parser = cullet_command::parse::output)]
     out: Option<PathBuf>,
     /// Write the sets as plain bit rows, PVSROWS1; of a scene PVSROWS2
     #[arg(long, value_name = "PATH")]
     rows: Option<PathBuf>,
     /// Write what was found as JSON; - is the standard output
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
     pub(crate) json: Option<PathBuf>,
     /// Threads [default: as many as there are processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]

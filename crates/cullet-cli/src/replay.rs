@@ -36,7 +36,7 @@ pub(crate) struct ReplayArgs {
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     times: u32,
     /// Write the result as JSON; - is the standard output
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
     pub(crate) json: Option<PathBuf>,
 }
 

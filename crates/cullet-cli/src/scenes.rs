@@ -13,7 +13,7 @@ use serde_json::json;
 #[derive(Debug, Args)]
 pub(crate) struct ScenesArgs {
     /// Write the list as JSON; - is the standard output
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
     pub(crate) json: Option<PathBuf>,
 }
 

@@ -57,7 +57,7 @@ pub(crate) struct VerifyArgs {
     #[arg(long, value_name = "PATH", conflicts_with = "no_occlusion")]
     pub(crate) record: Option<PathBuf>,
     /// Write the result as JSON; - is the standard output
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
     pub(crate) json: Option<PathBuf>,
 }
 

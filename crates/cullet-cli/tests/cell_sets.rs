@@ -181,7 +181,7 @@ fn wrong_files_and_command_lines_say_why() {
         (&[&map, "--tolerance", "1"], 2, "try 1e-6"),
         (&[&map, "--preset", "slow"], 2, "slow"),
         (&[&map, "--margin", "1"], 2, "--check"),
-        (&[&map, "-o", "/nonexistent/folder/x"], 3, "cannot be written"),
+        (&[&map, "-o", "/nonexistent/folder/x"], 2, "no folder /nonexistent/folder"),
     ] {
         let out = cullet(args);
         assert_eq!(out.status.code(), Some(code), "{args:?}: {}", said(&out));

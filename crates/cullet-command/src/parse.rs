@@ -1,5 +1,7 @@
 //! Values of the command line: each parser says what it got, and what it wants.
 
+use std::path::PathBuf;
+
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 /// One of a few values of any type, each by its name and with a sentence for `--help`.
@@ -15,6 +17,16 @@ where
         // An unknown name was refused before.
         found.map(|(_, value, _)| value.clone()).ok_or_else(|| format!("'{text}' is unknown"))
     })
+}
+
+/// A file to write, in a folder that is there: known before minutes of work are done.
+pub fn output(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    match folder.filter(|folder| !folder.is_dir()) {
+        Some(folder) => Err(format!("there is no folder {}; make it first", folder.display())),
+        None => Ok(path),
+    }
 }
 
 /// `1280x720`
@@ -171,6 +183,17 @@ mod tests {
         assert_eq!(span("-1 .. 1e-3"), Ok([-1.0, 1e-3]));
         for bad in ["", "..", "1..", "..2", "0..inf", "nan", "1..2..3", "4s"] {
             assert!(span(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_file_is_written_where_there_is_a_folder() {
+        for good in ["-", "a.glb", "./a.glb", "../a.glb"] {
+            assert_eq!(output(good), Ok(good.into()));
+        }
+        for bad in ["no/such/a.glb", "Cargo.toml/a.glb"] {
+            let refused = output(bad).unwrap_err();
+            assert!(refused.contains("no folder") && refused.contains("make it"), "{refused}");
         }
     }
 

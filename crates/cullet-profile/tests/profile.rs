@@ -101,6 +101,7 @@ fn what_cannot_be_is_told() {
         (&["city:cells=6", "--lod", "1"], 3, "cullet bake"),
         (&["city:cells=6", "--size", "16384x16384"], 4, "16384"),
         (&["city", "--rounds", "1"], 2, "--rounds"),
+        (&["city", "--out", "no/such/profile.svg"], 2, "no folder no/such"),
     ] {
         let Some(found) = profile(words) else { return };
         let said = String::from_utf8_lossy(&found.stderr);

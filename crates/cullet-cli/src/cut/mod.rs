@@ -64,7 +64,7 @@ pub(crate) struct CutArgs {
     #[arg(long, value_name = "DISTANCE", value_parser = parse::distance)]
     weld: Option<f64>,
     /// The file to write: .glb, .ply, .obj or .stl
-    #[arg(long, short, value_name = "PATH")]
+    #[arg(long, short, value_name = "PATH", value_parser = cullet_command::parse::output)]
     out: Option<PathBuf>,
     /// Write the section as filled outlines
     #[arg(long, value_name = "SVG")]
@@ -75,7 +75,7 @@ pub(crate) struct CutArgs {
     #[command(flatten)]
     aim: PictureViewArgs,
     /// Write the figures as JSON; - is the standard output
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
     pub(crate) json: Option<PathBuf>,
 }
 

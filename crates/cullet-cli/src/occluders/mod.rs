@@ -71,7 +71,7 @@ pub(crate) struct OccludersArgs {
     #[arg(long)]
     all: bool,
     /// Write the occluders, placed as the meshes are: .glb, .ply, .obj or .stl
-    #[arg(long, short, value_name = "PATH")]
+    #[arg(long, short, value_name = "PATH", value_parser = cullet_command::parse::output)]
     out: Option<PathBuf>,
     /// Draw the occluders within the model
     #[arg(long, value_name = "PNG")]
@@ -79,7 +79,7 @@ pub(crate) struct OccludersArgs {
     #[command(flatten)]
     aim: PictureViewArgs,
     /// Write the figures as JSON; - is the standard output
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
     pub(crate) json: Option<PathBuf>,
     #[command(flatten)]
     compare: CompareArgs,

@@ -80,7 +80,7 @@ pub(crate) struct PictureArgs {
     #[arg(long = "view", value_name = "INDEX", default_value_t = 0)]
     pub(crate) index: u32,
     /// The PNG to write [default: KIND.png]
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
     pub(crate) out: Option<PathBuf>,
 }
 

@@ -55,7 +55,7 @@ pub struct BakeArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// The file to write: a .glb
-    #[arg(long, short, value_name = "PATH")]
+    #[arg(long, short, value_name = "PATH", value_parser = crate::parse::output)]
     pub out: PathBuf,
     /// No hierarchies of clusters
     #[arg(long)]
@@ -88,6 +88,6 @@ pub struct BakeArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
     /// Write the figures as JSON; - is the standard output
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = crate::parse::output)]
     pub json: Option<PathBuf>,
 }

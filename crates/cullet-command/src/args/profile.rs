@@ -49,10 +49,10 @@ pub struct ProfileArgs {
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(3..=10_000))]
     pub rounds: u32,
     /// Draw the chain as a picture, an SVG
-    #[arg(long, short, value_name = "PATH")]
+    #[arg(long, short, value_name = "PATH", value_parser = crate::parse::output)]
     pub out: Option<PathBuf>,
     /// Write the figures as JSON; - is the standard output
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = crate::parse::output)]
     pub json: Option<PathBuf>,
 }
 

@@ -56,10 +56,10 @@ pub struct SimplifyArgs {
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1000..=100_000_000))]
     pub samples: u32,
     /// The file to write: .glb, .ply, .obj or .stl
-    #[arg(long, short, value_name = "PATH")]
+    #[arg(long, short, value_name = "PATH", value_parser = crate::parse::output)]
     pub out: Option<PathBuf>,
     /// Write the figures as JSON; - is the standard output
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = crate::parse::output)]
     pub json: Option<PathBuf>,
 }
 
@@ -95,6 +95,6 @@ pub struct LodBenchArgs {
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1000..=100_000_000))]
     pub points: u32,
     /// Write the results as JSON; - is the standard output
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = crate::parse::output)]
     pub json: Option<PathBuf>,
 }
