@@ -15,10 +15,16 @@ const hasNodes = (m) => m.isNodeMaterial === true && Object.keys(m).some((key) =
 // The last of an object's prototypes that has `name` itself: three.js's own, without importing it (a page may have
 // `three` or `three/webgpu`, and a second copy would double its size).
 function owner(object, name) {
-  let found;
-  for (let p = Object.getPrototypeOf(object); p; p = Object.getPrototypeOf(p)) if (Object.hasOwn(p, name)) found = p;
-  return found;
+  const first = Object.getPrototypeOf(object);
+  let named = owners.get(first);
+  if (!named) owners.set(first, named = {});
+  if (name in named) return named[name];
+  named[name] = undefined;
+  for (let p = first; p; p = Object.getPrototypeOf(p)) if (Object.hasOwn(p, name)) named[name] = p;
+  return named[name];
 }
+
+const owners = new WeakMap();
 
 /** Tells what is done with an object: a class of someone else's, with its own test or its own matrices, is left to three.js. */
 export function kindOf(object, movesVertices) {
@@ -84,7 +90,7 @@ export function writeBox({ min, max }, sphere, to, at) {
 }
 
 /** Bounds of what is never culled. */
-export function never(to, at) { to.fill(NaN, at, at + 6); }
+export function never(to, at) { for (let i = at; i < at + 6; i++) to[i] = NaN; }
 
 /** Whether vertices go where influences take them: bounds of morph targets hold for few of them. */
-export const isMorphed = ({ geometry }) => Boolean(geometry.morphAttributes?.position?.length);
+export const isMorphed = ({ geometry }) => Boolean(geometry?.morphAttributes?.position?.length);

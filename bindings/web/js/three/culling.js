@@ -2,6 +2,7 @@
 
 import { Kind } from './bounds.js';
 import { Nodes } from './nodes.js';
+import { Occlusion } from './occlusion.js';
 import { planesOfFrustum } from './planes.js';
 import { shorten, Walk } from './walk.js';
 
@@ -21,6 +22,9 @@ export class Culling {
   #orderOf = [];
   #still;
   #movesVertices;
+  #cameras;
+  #preset;
+  #occlusion = null;
   #enabled = true;
   #passes = new WeakMap();
   #turns = [];
@@ -32,8 +36,10 @@ export class Culling {
   #gone;
   #stats = { passes: 0, objects: 0, visible: 0, instances: 0, visibleInstances: 0 };
 
-  constructor(root, { still = false, movesVertices = undefined } = {}) {
+  constructor(root, { still = false, movesVertices = undefined, occlusion = undefined, preset = 'balanced' } = {}) {
     check(root);
+    this.#cameras = camerasOf(occlusion);
+    this.#preset = preset;
     this.#root = root;
     this.#still = Boolean(still);
     this.#movesVertices = movesVertices;
@@ -97,6 +103,7 @@ export class Culling {
     if (this.#disposed) return;
     this.#disposed = true;
     const root = this.#root;
+    this.#occlusion?.dispose();
     this.#nodes.dispose();
     this.#door.drop();
     for (const kid of this.#kids.values()) kid.drop();
@@ -113,15 +120,21 @@ export class Culling {
     const nodes = this.#nodes = new Nodes(this.#root, {
       take: (object, kind) => this.#take(object, kind),
       free: (object, kind) => this.#free(object, kind),
+      placed: (i) => this.#occlusion?.moved(i),
       movesVertices: this.#movesVertices,
     });
+    this.#occlusion = this.#cameras ? new Occlusion(nodes, this.#cameras, this.#preset) : null;
     this.#root.updateWorldMatrix(true, true);
     this.#rootWorld.set(this.#root.matrixWorld.elements);
+    let count = 0;
+    this.#root.traverse(() => { count += 1; });
+    nodes.reserve(count);
     for (const child of this.#door?.all() ?? this.#root.children) nodes.add(child, -1);
     this.#seenVersion = -1;
   }
 
   #rebuild() {
+    this.#occlusion?.dispose();
     this.#nodes.dispose();
     for (const kid of this.#kids.values()) kid.drop();
     this.#kids.clear();
@@ -242,6 +255,9 @@ export class Culling {
     nodes.commit();
     const pass = this.#turn(layers, frustum);
     const planes = this.#planesOf(frustum);
+    // Before the list is made: the engine's memory may grow, and views over it die.
+    const camera = this.#occlusion && planes.length === 24 ? this.#occlusion.cameraOf(layers, planes) : null;
+    const occlusion = camera && this.#occlusion.cull(camera) ? this.#occlusion : null;
     let list;
     if (planes.length === 24) list = nodes.boxes.cull(planes);
     else list = this.#ofAny(planes);
@@ -249,25 +265,26 @@ export class Culling {
     const { objects, kinds, hidden } = nodes;
     const orderOf = this.#orderOf;
     // Copied, since the parts of an object cull too.
-    if (nodes.parts.size > 0) list = list.slice();
+    if (nodes.parts.size > 0 || this.#occlusion) list = list.slice();
     const length = nodes.length;
     for (let k = 0; k < list.length; k++) {
       const i = list[k];
       if (i >= length || kinds[i] < Kind.Mesh || hidden[i] === 1) continue;
       const object = objects[i];
-      if (kinds[i] === Kind.Mesh) orderOf[i].push(object);
-      else this.#pushParts(i, object, pass, planes);
+      if (kinds[i] !== Kind.Mesh) this.#pushParts(i, object, pass, planes, occlusion);
+      else if (occlusion === null || !occlusion.isHidden(i)) orderOf[i].push(object);
+      else continue;
       if (this.#kids.size > 0 && object.visible) this.#kids.get(object)?.arm();
     }
     for (const carrier of this.#walk.orders.values()) stats.visible += carrier.children.length - carrier.fixed.length;
   }
 
-  #pushParts(i, object, pass, planes) {
+  #pushParts(i, object, pass, planes, occlusion) {
     if (!object.visible) return;
     const part = this.#nodes.parts.get(i);
     this.#stats.instances += part.count;
     if (this.#nodes.kinds[i] === Kind.Batched) { this.#orderOf[i].push(object); return; }
-    const standIn = part.cull(pass, planes);
+    const standIn = part.cull(pass, planes, occlusion && ((list) => occlusion.keep(i, list)));
     if (!standIn) return;
     this.#stats.visibleInstances += standIn.count;
     this.#orderOf[i].push(standIn);
@@ -315,6 +332,13 @@ export class Culling {
 }
 
 const NONE = Object.freeze([]);
+
+function camerasOf(given) {
+  if (given === undefined || given === null || given === false) return null;
+  const cameras = Array.isArray(given) ? given : [given];
+  for (const camera of cameras) if (!camera?.isCamera) throw new TypeError(`cullet: occlusion takes a camera or an array of them, not ${nameOf(camera)}`);
+  return cameras;
+}
 
 const nameOf = (object) => (object?.isObject3D ? `${object.type}${object.name ? ` "${object.name}"` : ''} (id ${object.id})` : String(object));
 

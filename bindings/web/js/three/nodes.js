@@ -7,7 +7,6 @@ import { Instances } from './instances.js';
 
 const NONE = -1;
 const STATE = 10;
-const FAR = 3e38;
 
 export class Nodes {
   /** By number: the object (`null` once removed), its kind, its parent's number (-1: the root), its own list of children. */
@@ -29,11 +28,14 @@ export class Nodes {
   #state = new Float64Array(0);
   #geometries = [];
   #unculled = new Uint8Array(0);
+  #culled = new Uint8Array(0);
   #shown = [];
   #orders = [];
   #held = new Uint8Array(0);
   #changed = new Uint8Array(0);
   #dirty = [];
+  #boxes = new Float32Array(0);
+  #matrices = new Float32Array(0);
   #root;
   #hooks;
 
@@ -42,6 +44,12 @@ export class Nodes {
     this.#root = root;
     this.#hooks = hooks;
   }
+
+  /** Room for so many objects, so that adding them makes none anew. */
+  reserve(count) { if (count > this.kinds.length) this.#grow(count); }
+
+  /** Whether an object is drawn whatever is seen: its bounds say nothing. */
+  isUnculled(i) { return this.#unculled[i] === 1; }
 
   numberOf(object) { return this.#numbers.get(object) ?? NONE; }
 
@@ -106,29 +114,37 @@ export class Nodes {
     this.parents = more(this.parents);
     this.hidden = more(this.hidden);
     this.#unculled = more(this.#unculled);
+    this.#culled = more(this.#culled);
     this.#held = more(this.#held);
     this.#changed = more(this.#changed);
     this.#state = more(this.#state, STATE);
     const old = this.boxes;
     this.boxes = new BoxSet(capacity);
     old?.dispose();
+    this.#matrices = this.boxes.matrices;
+    this.#boxes = this.boxes.boxes;
     this.#dirty.length = 0;
     for (let i = 0; i < this.length; i++) if (this.objects[i]) this.#writeBounds(i);
   }
 
-  // Containers lie beyond everything: nobody asks for them.
+  // Containers have an empty box, which is never visible.
   #writeBounds(i) {
-    const { boxes, matrices } = { matrices: this.boxes.matrices, boxes: this.boxes.boxes };
+    // Views are empty once the engine's memory grew.
+    if (this.#matrices.length === 0) [this.#matrices, this.#boxes] = [this.boxes.matrices, this.boxes.boxes];
+    if (this.#boxes.length === 0) this.#boxes = this.boxes.boxes;
+    const [boxes, matrices] = [this.#boxes, this.#matrices];
     const object = this.objects[i];
     const kind = this.kinds[i];
     const at = 6 * i;
     this.#geometries[i] = object.geometry;
-    this.#unculled[i] = Number(object.frustumCulled === false);
+    this.#culled[i] = Number(object.frustumCulled);
+    this.#unculled[i] = Number(!object.frustumCulled || isMorphed(object));
+    this.#hooks.placed(i);
     if (kind === Kind.Mesh) {
-      if (this.#unculled[i] || isMorphed(object)) never(boxes, at);
+      if (this.#unculled[i]) never(boxes, at);
       else boxOf(object.geometry, boxes, at);
     } else if (kind === Kind.Instanced || kind === Kind.Batched) never(boxes, at);
-    else boxes.fill(FAR, at, at + 6);
+    else { boxes.fill(1, at, at + 3); boxes.fill(-1, at + 3, at + 6); }
     const { elements } = object.matrixWorld;
     for (let k = 0; k < 16; k++) matrices[16 * i + k] = elements[k];
     this.#dirty.push(i);
@@ -181,7 +197,7 @@ export class Nodes {
         this.#place(object);
         changed[i] = 1;
         if (kinds[i] !== Kind.Container) this.#writeBounds(i);
-      } else if (kinds[i] !== Kind.Container && (this.#geometries[i] !== object.geometry || this.#unculled[i] !== Number(!object.frustumCulled))) {
+      } else if (kinds[i] !== Kind.Container && (this.#geometries[i] !== object.geometry || this.#culled[i] !== Number(object.frustumCulled))) {
         this.#writeBounds(i);
       }
     }

@@ -26,10 +26,10 @@ export function planesOfCamera(camera, to) {
       clip[4 * c + r] = p[r] * v[4 * c] + p[4 + r] * v[4 * c + 1] + p[8 + r] * v[4 * c + 2] + p[12 + r] * v[4 * c + 3];
     }
   }
-  for (let axis = 0; axis < 2; axis++) {
-    row(to, 2 * axis, axis, -1);
-    row(to, 2 * axis + 1, axis, 1);
-  }
+  row(to, 0, 0, -1);
+  row(to, 1, 0, 1);
+  row(to, 2, 1, 1);
+  row(to, 3, 1, -1);
   // Depth: -1 to 1 in WebGL, 0 to 1 in WebGPU, and there is one plane at 0 and one at w if it is reversed too.
   row(to, 4, 2, -1);
   if (camera.coordinateSystem === WEBGPU_COORDINATES || camera.reversedDepth) row(to, 5, 2, 0);

@@ -1,6 +1,6 @@
 // Serves the package and three.js on the loopback interface, and starts Chromium.
 //
-// CULLET_NODE_MODULES: the folder with three and playwright-core (default: that of the package); CHROMIUM: the browser.
+// CULLET_PACKAGE: the built package (default: the sources, where they have been built in place); CULLET_NODE_MODULES: the folder with three and playwright-core (default: that of the package); CHROMIUM: the browser.
 
 import { createServer } from 'node:http';
 import { readFile } from 'node:fs/promises';
@@ -10,7 +10,9 @@ import { fileURLToPath } from 'node:url';
 
 export const root = fileURLToPath(new URL('../..', import.meta.url));
 export const modules = process.env.CULLET_NODE_MODULES ?? join(root, 'node_modules');
-const core = process.env.CULLET_CORE ?? join(root, 'js');
+/** The built package: its modules of WebAssembly lie beside its scripts. */
+export const packageFolder = process.env.CULLET_PACKAGE ?? root;
+const core = join(packageFolder, 'js');
 
 const types = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/javascript', '.wasm': 'application/wasm', '.json': 'application/json', '.css': 'text/css' };
 

@@ -1,6 +1,8 @@
 // Figures, not a test: 1e5 meshes in a cube, a tenth of them in view, nothing drawn, so that a render() is its walk and its culling.
 //
-// node test/three/measure.mjs [webgl|webgpu] [city]
+// Then the city at street level, frames until all is drawn, each picture held against that without culling.
+//
+// node test/three/measure.mjs [webgl] [webgpu] [city|culling]
 
 import { launch, open, serve } from './harness.mjs';
 
@@ -11,7 +13,7 @@ const browser = await launch();
 console.log('chromium', browser.version());
 for (const api of apis.length ? apis : ['webgl', 'webgpu']) {
   const page = await open(browser, url, api);
-  for (const kind of ['mesh', 'batched']) {
+  for (const kind of args.includes('city') ? [] : ['mesh', 'batched']) {
     const count = 100_000;
     const of = (how) => page.evaluate(async ([how, kind, count]) => (await import('./measure.js')).culling(how, kind, count), [how, kind, count]);
     const row = {};
@@ -25,6 +27,20 @@ for (const api of apis.length ? apis : ['webgl', 'webgpu']) {
     }
     const ratio = (x, y) => (x / y).toFixed(1);
     console.log(`${api} ${kind}: three / still ${ratio(row.three.time, row.still.time)}, without world matrices ${ratio(row.three.time - row.three.matrices, row.still.time - row.still.matrices)}; three / watching ${ratio(row.three.time, row.watching.time)}`);
+  }
+  if (!args.includes('culling')) {
+    const rows = {};
+    for (const how of ['three', 'frustum', 'occlusion']) {
+      rows[how] = await page.evaluate(async (kind) => {
+        t.build('city', 100_000);
+        if (kind !== 'three') t.cull({ still: true, occlusion: kind === 'occlusion' });
+        const { digest, triangles } = await t.picture();
+        return { ...(await t.frames(kind === 'three' ? 5 : 9)), digest, triangles, stats: t.now.culling && { ...t.now.culling.stats } };
+      }, how);
+      if (rows[how].digest !== rows.three.digest) throw new Error(`${how} draws another picture`);
+      const { cpu, frame, calls, triangles, stats } = rows[how];
+      console.log(`${api} city ${how}: frame ${frame.toFixed(0)} ms, render() ${cpu.toFixed(1)} ms, ${calls} draws, ${triangles} triangles, ${stats ? stats.visibleInstances : 100_000} instances; ${(rows.three.frame / frame).toFixed(1)} times as fast`);
+    }
   }
   if (page.errors.length) console.log(page.errors);
   await page.close();

@@ -27,7 +27,9 @@ function build(name, ...values) {
   return Object.keys(now);
 }
 
-function cull(options) { now.culling = new Culling(now.root ?? now.scene, options); }
+function cull({ occlusion, ...options } = {}) {
+  now.culling = new Culling(now.root ?? now.scene, { ...options, occlusion: occlusion ? now.camera : undefined });
+}
 
 function never() {
   now.scene.traverse((o) => { o.frustumCulled = false; if (o.isBatchedMesh) o.perObjectFrustumCulled = false; });

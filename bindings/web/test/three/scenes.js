@@ -1,5 +1,7 @@
 // Scenes of the tests. Each: `{ scene, camera, step(i, culling), steps }`; a step changes something, with or without culling.
 
+import { city, sky, walk } from '../../example/city.js';
+
 export const random = (seed) => () => ((seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0) / 2 ** 32);
 
 function ground(T, scene) {
@@ -93,6 +95,27 @@ function lights(T, scene) {
 const dummyMatrix = (T, x, y, z, s = 1) => new T.Matrix4().makeScale(s, s, s).setPosition(x, y, z);
 
 export const scenes = {
+  // The city at street level: most of it stands behind the first houses.
+  city(T, size, count = 20_000) {
+    const scene = new T.Scene();
+    sky(T, scene);
+    const group = city(T, count);
+    scene.add(group);
+    const camera = new T.PerspectiveCamera(65, size[0] / size[1], 0.2, 2000);
+    walk(camera, 0);
+    const houses = group.getObjectByName('house');
+    return {
+      scene, camera, steps: 4,
+      step(i) {
+        if (i === 0) walk(camera, 9);
+        // What hid others hides them no longer: moved, hidden, see-through.
+        if (i === 1) { for (let k = 0; k < houses.count; k += 2) houses.setMatrixAt(k, new T.Matrix4().makeTranslation(0, -900, 0)); houses.instanceMatrix.needsUpdate = true; }
+        if (i === 2) { houses.material.transparent = true; houses.material.opacity = 0.5; houses.material.needsUpdate = true; }
+        if (i === 3) { houses.visible = false; camera.rotation.y += 1; }
+      },
+    };
+  },
+
   // Meshes that move, come and go.
   meshes(T, size) {
     const { scene, camera, turn } = stage(T, size);
