@@ -135,7 +135,7 @@ impl BoxSet {
         if own.is_empty() || !moved {
             return own;
         }
-        Transform::from_matrix(&self.matrices[i]).transform_box(&own, [0.0; 3])
+        Transform::from_matrix(self.matrices[i]).transform_box(&own, [0.0; 3])
     }
 
     /// Sorts the boxes by place, as is done by itself when many come for the first time: for boxes that have moved far.

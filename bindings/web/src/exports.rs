@@ -350,7 +350,7 @@ mod scenes {
     #[unsafe(no_mangle)]
     extern "C" fn view_reasons(view: u32, scene: u32) -> u32 {
         of_view(view, scene, |view, scene| {
-            answer(view.reasons(scene));
+            answer(view.reasons(scene)?);
             Ok(())
         })
     }
@@ -358,10 +358,7 @@ mod scenes {
     /// Fills the draws, which `view_draws_of` then answers with.
     #[unsafe(no_mangle)]
     extern "C" fn view_draws(view: u32, scene: u32) -> u32 {
-        of_view(view, scene, |view, scene| {
-            view.fill_draws(scene);
-            Ok(())
-        })
+        of_view(view, scene, SceneView::fill_draws)
     }
 
     /// Which of the filled arrays is the answer: 0 commands, 1 keys, 2 instances, 3 indices.

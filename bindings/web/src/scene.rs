@@ -103,7 +103,7 @@ impl SceneSet {
         kind: Kind,
     ) -> Result<u32, Fault> {
         // What is made of a mesh takes a multiple of what it is made from.
-        if !has_room((positions.len() + indices.len()) * 16) {
+        if !has_room((positions.len() + indices.len()).saturating_mul(16)) {
             return Err(Fault::new(Code::Memory, "no memory for a mesh of this size"));
         }
         let (points, rest) = positions.as_chunks::<3>();
@@ -148,7 +148,7 @@ impl SceneSet {
         layers: u32,
         flags: u32,
     ) -> Result<(), Fault> {
-        if !has_room(matrices.len() * 32) {
+        if !has_room(matrices.len().saturating_mul(32)) {
             return Err(Fault::new(Code::Memory, "no memory for as many instances"));
         }
         self.ids.clear();

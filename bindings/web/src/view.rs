@@ -31,7 +31,8 @@ pub struct SceneView {
     draws: DrawList,
     funnel: Vec<f64>,
     text: String,
-    scene: Option<u64>,
+    /// The scene and its state at the last cull: slots of the answer are of no other.
+    seen: Option<(u64, u64)>,
 }
 
 /// How a page's matrix has depth.
@@ -64,7 +65,7 @@ impl SceneView {
             draws: DrawList::default(),
             funnel: Vec::new(),
             text: String::new(),
-            scene: None,
+            seen: None,
         }
     }
 
@@ -105,7 +106,7 @@ impl SceneView {
     pub fn cull(&mut self, set: &SceneSet) -> Result<(), Fault> {
         let view = self.view.as_ref().ok_or_else(no_camera)?;
         self.culler.cull_one(&set.scene, view, &mut self.state, &mut self.visible);
-        self.scene = Some(set.scene.id());
+        self.seen = Some((set.scene.id(), set.scene.change_version()));
         let scene = &set.scene;
         let ids = self.visible.slots().filter_map(|slot| Some(scene.handle(slot)?.index));
         self.ids.fill(self.culler.level, set.id_count(), ids);
@@ -122,8 +123,22 @@ impl SceneView {
         self.visible.triangle_count
     }
 
+    /// That the scene is as it was culled.
+    fn check_unchanged(&self, set: &SceneSet) -> Result<(), Fault> {
+        if self.seen == Some((set.scene.id(), set.scene.change_version())) {
+            return Ok(());
+        }
+        let message =
+            "the scene has changed since this view culled it last, or it never did: cull first";
+        Err(Fault::new(Code::Argument, message))
+    }
+
     /// The stage that took each instance, by id; 0 for what is visible and for ids that name nothing.
-    pub fn reasons(&mut self, set: &SceneSet) -> &[u8] {
+    ///
+    /// # Errors
+    /// If the scene has changed since it was culled.
+    pub fn reasons(&mut self, set: &SceneSet) -> Result<&[u8], Fault> {
+        self.check_unchanged(set)?;
         self.reasons.clear();
         self.reasons.resize(set.id_count(), 0);
         for (slot, reason) in self.visible.reasons.iter().enumerate() {
@@ -131,21 +146,24 @@ impl SceneView {
                 self.reasons[handle.index as usize] = reason.stage as u8;
             }
         }
-        &self.reasons
+        Ok(&self.reasons)
     }
 
     /// Fills the draws of the last answer; instances by id.
-    pub fn fill_draws(&mut self, set: &SceneSet) {
-        if self.scene == Some(set.scene.id()) {
-            if self.culler.output == Output::Triangles {
-                self.draws.fill_triangles(&set.scene, &self.visible, &set.places);
-            } else {
-                self.draws.fill(&set.scene, &self.visible, &set.places);
-            }
-            for entry in &mut self.draws.instances {
-                *entry = set.scene.handle(*entry).map_or(0, |handle| handle.index);
-            }
+    ///
+    /// # Errors
+    /// If the scene has changed since it was culled.
+    pub fn fill_draws(&mut self, set: &SceneSet) -> Result<(), Fault> {
+        self.check_unchanged(set)?;
+        if self.culler.output == Output::Triangles {
+            self.draws.fill_triangles(&set.scene, &self.visible, &set.places);
+        } else {
+            self.draws.fill(&set.scene, &self.visible, &set.places);
         }
+        for entry in &mut self.draws.instances {
+            *entry = set.scene.handle(*entry).map_or(0, |handle| handle.index);
+        }
+        Ok(())
     }
 
     /// The draws that were filled.

@@ -80,6 +80,12 @@ test('a browser without SIMD, or without WebAssembly, is told so', async () => {
   await fresh.init();
 });
 
+test('a compiled module may be given, such as one that was sent to a worker', async () => {
+  const fresh = await import(`${pathToFileURL(join(folder, 'js/frustum.js'))}?module`);
+  await fresh.init(new WebAssembly.Module(readFileSync(join(folder, 'js/cullet-frustum.wasm'))));
+  assert.equal(new fresh.BoxSet(2).length, 2);
+});
+
 test('an engine that ended says so from then on', async () => {
   const engine = await import(`${pathToFileURL(join(folder, 'js/core/engine.js'))}`);
   const one = new engine.Engine(() => readFileSync(join(folder, 'js/cullet-frustum.wasm')));

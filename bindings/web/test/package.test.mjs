@@ -6,6 +6,7 @@ import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
 import { test } from 'node:test';
 import { fileURLToPath, pathToFileURL } from 'node:url';
+import { brotliCompressSync } from 'node:zlib';
 import { folder, tool, tools } from './package.mjs';
 
 const here = fileURLToPath(new URL('.', import.meta.url));
@@ -48,6 +49,14 @@ test('npm pack holds what is used, and nothing else', () => {
   const manifest = readFileSync(join(here, '../../../Cargo.toml'), 'utf8');
   assert.ok(manifest.includes(`version = "${version}"`), `${version} is that of the crates`);
   assert.ok(readFileSync(join(folder, 'CHANGELOG.md'), 'utf8').includes(`[${version}]`), 'the changelog has this version');
+});
+
+test('the modules are no larger than they are said to be', () => {
+  const most = { 'cullet-frustum.wasm': 30, 'cullet.wasm': 270, 'cullet-files.wasm': 560 };
+  for (const [name, kilobytes] of Object.entries(most)) {
+    const { length } = brotliCompressSync(readFileSync(join(folder, 'js', name)));
+    assert.ok(length <= kilobytes * 1000, `${name} has ${length} bytes compressed`);
+  }
 });
 
 // What is bundled is run in Node, where its module lies beside it.

@@ -92,6 +92,28 @@ test('draws are of the mesh\'s own order, and name ids', () => {
   scene.dispose();
 });
 
+test('an answer is of the scene that was culled', () => {
+  const { scene, ids } = walled();
+  const view = scene.view({ reasons: true }).setCamera(clip, 640, 400);
+  const stale = (call) => assert.throws(call, (e) => e.code === 'argument' && /cull first/.test(e.message));
+  stale(() => view.draws());
+  view.cull();
+  scene.remove(ids[4]);
+  scene.remove(ids[3]);
+  scene.commit();
+  stale(() => view.draws());
+  stale(() => view.reasons());
+  view.cull();
+  assert.ok(view.draws().commands.length > 0);
+  const hollow = scene.addMesh(new Float32Array(0), new Uint32Array(0));
+  scene.add(hollow, at(0, 0, -5));
+  scene.commit();
+  view.cull();
+  view.draws();
+  assert.equal(view.reasons().length, scene.idCount);
+  scene.dispose();
+});
+
 test('a mesh by its box hides nothing and is culled as a whole', () => {
   const scene = new Scene();
   const mesh = scene.addBox([-20, -20, -0.5, 20, 20, 0.5]);

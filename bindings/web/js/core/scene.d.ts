@@ -111,9 +111,12 @@ export class View {
   cull(scene?: Scene): Uint32Array;
   /** Triangles that the last cull left to draw. */
   readonly triangleCount: number;
-  /** The stage that took each instance in the last cull, by id: a number of {@link STAGES}. Needs the option `reasons`. */
+  /**
+   * The stage that took each instance in the last cull, by id: a number of {@link STAGES}. Needs the option `reasons`, and the scene
+   * as it was culled.
+   */
   reasons(): Uint8Array;
-  /** Draws of the last cull. Commit the scene before a cull, not between it and this. */
+  /** Draws of the last cull. @throws {CulletError} `argument` where the scene has changed since. */
   draws(): Draws;
   /** Counts in and out of each stage that ran in the last cull, in their order. */
   funnel(): FunnelRow[];
