@@ -150,7 +150,7 @@ export class Culling {
 
   #hook() {
     const root = this.#root;
-    this.#door = shorten(root, () => this.#walk.children);
+    this.#door = shorten(root, () => { this.#prepare(); return this.#walk.children; });
     const { layers } = root;
     const test = Object.getPrototypeOf(layers).test;
     // A `layers` that someone puts in the place of this one leaves three.js to itself: all is drawn, only slower.
@@ -242,11 +242,15 @@ export class Culling {
     this.#turns.length = 0;
   }
 
-  #cull(layers, frustum) {
+  // Before the walk reads how many children there are: a list for another render order may be new.
+  #prepare() {
     this.#flush(false);
+    this.#nodes.lookAtHolders();
+    if (this.#seenVersion !== this.#nodes.version) this.#list();
+  }
+
+  #cull(layers, frustum) {
     const nodes = this.#nodes;
-    nodes.lookAtHolders();
-    if (this.#seenVersion !== nodes.version) this.#list();
     const stats = this.#stats;
     stats.passes += 1;
     stats.visible = stats.visibleInstances = stats.instances = 0;

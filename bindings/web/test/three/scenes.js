@@ -96,7 +96,7 @@ const dummyMatrix = (T, x, y, z, s = 1) => new T.Matrix4().makeScale(s, s, s).se
 
 export const scenes = {
   // The city at street level: most of it stands behind the first houses.
-  city(T, size, count = 20_000) {
+  city(T, size, count = 6000) {
     const scene = new T.Scene();
     sky(T, scene);
     const group = city(T, count);
