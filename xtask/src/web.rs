@@ -192,7 +192,7 @@ fn in_browser(script: &str, what: &str) -> Result<Result<Command, Skip>, String>
 }
 
 /// The browser, where node and a compiler for it are there too; in CI they are installed.
-fn browser(what: &str) -> Result<Result<String, Skip>, String> {
+pub(crate) fn browser(what: &str) -> Result<Result<String, Skip>, String> {
     let browser = std::env::var("CHROMIUM").unwrap_or_else(|_| BROWSER.to_owned());
     if !is_ci() {
         let no_tools = !has_node() || !Path::new(&browser).is_file();

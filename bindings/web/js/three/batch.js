@@ -1,0 +1,138 @@
+// Instances of a BatchedMesh: three.js lists and sorts them as ever, but out of those only that were found visible.
+
+import { BoxSet } from 'cullet';
+import { never, writeBox } from './bounds.js';
+import { planesInto, planesOfCamera } from './planes.js';
+
+const HIDDEN = Object.freeze({ visible: false, active: true, geometryIndex: 0 });
+// Calls that change one instance; all others are noticed by the version of the matrices, and everything is looked at again.
+const ONE = ['setMatrixAt', 'setGeometryIdAt'];
+const ALL = ['addInstance', 'deleteInstance', 'setGeometryAt', 'deleteGeometry', 'optimize', 'setInstanceCount'];
+const world = new Float64Array(24);
+const planes = new Float64Array(24);
+
+export class Batch {
+  #mesh;
+  #set = null;
+  #capacity = 0;
+  #version = -1;
+  #texture = null;
+  #changed = [];
+  #masked = [];
+  #shown = [];
+  #restore = [];
+  #enabled = true;
+  /** Instances that the last pass drew. */
+  visible = 0;
+
+  constructor(mesh) {
+    this.#mesh = mesh;
+    for (const name of [...ONE, ...ALL]) this.#watch(name, ONE.includes(name));
+    const { _updateDrawParameters: list } = mesh;
+    this.#replace('_updateDrawParameters', (camera, ...rest) => this.#list(camera, () => list.call(mesh, camera, ...rest)));
+  }
+
+  get count() { return this.#mesh.instanceCount; }
+
+  enable(on) { this.#enabled = on; this.#mesh._visibilityChanged = true; }
+
+  forget() { this.#version = -1; }
+
+  #replace(name, to) {
+    const mesh = this.#mesh;
+    const had = Object.getOwnPropertyDescriptor(mesh, name);
+    mesh[name] = to;
+    this.#restore.push(() => { if (had) Object.defineProperty(mesh, name, had); else delete mesh[name]; });
+  }
+
+  #watch(name, isOne) {
+    const mesh = this.#mesh;
+    const call = mesh[name];
+    if (!call) return;
+    this.#replace(name, (...values) => {
+      const current = this.#version === mesh._matricesTexture.version;
+      const result = call.apply(mesh, values);
+      if (!isOne) this.#version = -1;
+      else if (current) { this.#changed.push(values[0]); this.#version = mesh._matricesTexture.version; }
+      return result;
+    });
+  }
+
+  #write(i, boxes, matrices) {
+    const mesh = this.#mesh;
+    const info = mesh._instanceInfo[i];
+    const geometry = info?.active ? mesh._geometryInfo[info.geometryIndex] : undefined;
+    if (!geometry) { never(boxes, 6 * i); return; }
+    if (geometry.boundingBox === null) mesh.getBoundingBoxAt(info.geometryIndex, scratchBox(mesh));
+    writeBox(geometry.boundingBox, geometry.boundingSphere, boxes, 6 * i);
+    const { data } = mesh._matricesTexture.image;
+    for (let k = 16 * i; k < 16 * i + 16; k++) matrices[k] = data[k];
+  }
+
+  #look() {
+    const mesh = this.#mesh;
+    const length = mesh._instanceInfo.length;
+    const texture = mesh._matricesTexture;
+    if (this.#version === texture.version && this.#texture === texture && length <= this.#capacity) {
+      if (this.#changed.length === 0) return;
+      const { boxes, matrices } = { matrices: this.#set.matrices, boxes: this.#set.boxes };
+      for (const i of this.#changed) { this.#write(i, boxes, matrices); this.#set.commitMoved(i, 1); }
+      this.#changed.length = 0;
+      return;
+    }
+    if (!this.#set || length > this.#capacity) {
+      this.#set?.dispose();
+      this.#capacity = Math.max(length, mesh.maxInstanceCount);
+      this.#set = new BoxSet(this.#capacity);
+    }
+    const { boxes, matrices } = { matrices: this.#set.matrices, boxes: this.#set.boxes };
+    for (let i = 0; i < length; i++) this.#write(i, boxes, matrices);
+    this.#set.commitMoved(0, length);
+    this.#changed.length = 0;
+    this.#texture = texture;
+    this.#version = texture.version;
+    this.#masked = new Array(length).fill(HIDDEN);
+    this.#shown = [];
+  }
+
+  // Runs three.js's own listing over the visible instances. Its list is of this camera, so it is made for each.
+  #list(camera, list) {
+    const mesh = this.#mesh;
+    if (!this.#enabled || !mesh.perObjectFrustumCulled || mesh._instanceInfo.length === 0) { this.visible = this.count; list(); return; }
+    this.#look();
+    const infos = mesh._instanceInfo;
+    const masked = this.#masked;
+    for (const i of this.#shown) masked[i] = HIDDEN;
+    this.#shown.length = 0;
+    for (const one of camera.isArrayCamera ? camera.cameras : [camera]) {
+      planesOfCamera(one, world);
+      planesInto(mesh.matrixWorld.elements, world, planes);
+      for (const i of this.#set.cull(planes)) {
+        if (i >= infos.length || masked[i] !== HIDDEN) continue;
+        masked[i] = infos[i];
+        this.#shown.push(i);
+      }
+    }
+    this.visible = this.#shown.length;
+    mesh._instanceInfo = masked;
+    mesh.perObjectFrustumCulled = false;
+    mesh._visibilityChanged = true;
+    try { list(); } finally {
+      mesh._instanceInfo = infos;
+      mesh.perObjectFrustumCulled = true;
+    }
+  }
+
+  dispose() {
+    for (const restore of this.#restore.reverse()) restore();
+    this.#set?.dispose();
+    this.#set = null;
+    this.#mesh._visibilityChanged = true;
+  }
+}
+
+// A box of three.js's own class, taken from what the mesh has.
+function scratchBox(mesh) {
+  if (mesh.boundingBox === null) mesh.computeBoundingBox();
+  return mesh.boundingBox.clone();
+}

@@ -1,0 +1,370 @@
+// Culling of a scene or group of three.js, for every pass that a renderer makes.
+
+import { Kind } from './bounds.js';
+import { Nodes } from './nodes.js';
+import { Occlusion } from './occlusion.js';
+import { planesOfFrustum } from './planes.js';
+import { shorten, Walk } from './walk.js';
+
+const taken = new WeakMap();
+
+export class Culling {
+  #root;
+  #nodes;
+  #walk;
+  #door;
+  #kids = new Map();
+  #pending = [];
+  #rootWorld = new Float64Array(16);
+  #planes = new Float64Array(24);
+  #frustum = null;
+  #seenVersion = -1;
+  #orderOf = [];
+  #still;
+  #movesVertices;
+  #cameras;
+  #preset;
+  #occlusion = null;
+  #enabled = true;
+  #passes = new WeakMap();
+  #turns = [];
+  #isSeen;
+  #always;
+  #disposed = false;
+  #layersTest;
+  #children;
+  #gone;
+  #stats = { passes: 0, objects: 0, visible: 0, instances: 0, visibleInstances: 0 };
+
+  constructor(root, { still = false, movesVertices = undefined, occlusion = undefined, preset = 'balanced' } = {}) {
+    check(root);
+    this.#cameras = camerasOf(occlusion);
+    this.#preset = preset;
+    this.#root = root;
+    this.#still = Boolean(still);
+    this.#movesVertices = movesVertices;
+    taken.set(root, this);
+    const culling = this;
+    // One function for all objects. For another frustum than that of the pass, three.js's own test.
+    this.#isSeen = Object.assign(function isSeen(frustum) {
+      if (frustum === culling.#frustum) return true;
+      return prototypeOf(this).intersectsFrustum.call(this.standsFor ?? this, frustum);
+    }, { cullet: true });
+    this.#always = Object.assign(() => true, { cullet: true });
+    this.#walk = new Walk((layers, frustum) => this.#cull(layers, frustum));
+    this.#children = (event) => { this.#pending.push(event.child, event.target); };
+    this.#gone = ({ child }) => this.#nodes.remove(child);
+    this.#build();
+    this.#hook();
+  }
+
+  get root() { return this.#root; }
+
+  get enabled() { return this.#enabled; }
+
+  set enabled(on) {
+    if (this.#disposed || Boolean(on) === this.#enabled) return;
+    this.#enabled = Boolean(on);
+    this.#frustum = null;
+    for (const part of this.#nodes.parts.values()) part.enable(this.#enabled);
+    if (this.#enabled) this.update();
+  }
+
+  get still() { return this.#still; }
+
+  set still(on) {
+    this.#still = Boolean(on);
+    if (!this.#still && !this.#disposed) this.update();
+  }
+
+  get stats() { return this.#stats; }
+
+  update(object) {
+    if (this.#disposed) throw new Error('cullet: update() of a culling that was disposed; make another one');
+    this.#flush(true);
+    if (object === undefined || object === this.#root) {
+      this.#root.updateWorldMatrix(true, false);
+      this.#rebuild();
+      return;
+    }
+    const i = this.#nodes.numberOf(object);
+    // Below a light, a camera, an LOD: three.js's own business.
+    if (i < 0 || this.#nodes.kinds[i] === Kind.Rest) {
+      if (!isBelow(object, this.#root)) throw new Error(`cullet: update() of ${nameOf(object)}, which is not below ${nameOf(this.#root)}; add it to that first`);
+      object.updateWorldMatrix(true, true, true);
+      if (i >= 0) this.#renew(object);
+      return;
+    }
+    if (this.#nodes.changesKind(i)) this.#renew(object);
+    else this.#nodes.refresh(i);
+  }
+
+  dispose() {
+    if (this.#disposed) return;
+    this.#disposed = true;
+    const root = this.#root;
+    this.#occlusion?.dispose();
+    this.#nodes.dispose();
+    this.#door.drop();
+    for (const kid of this.#kids.values()) kid.drop();
+    this.#kids.clear();
+    delete root.updateMatrixWorld;
+    delete root.raycast;
+    if (root.layers.test === this.#layersTest) delete root.layers.test;
+    root.removeEventListener('childadded', this.#children);
+    root.removeEventListener('childremoved', this.#gone);
+    taken.delete(root);
+  }
+
+  #build() {
+    const nodes = this.#nodes = new Nodes(this.#root, {
+      take: (object, kind) => this.#take(object, kind),
+      free: (object, kind) => this.#free(object, kind),
+      placed: (i) => this.#occlusion?.moved(i),
+      movesVertices: this.#movesVertices,
+    });
+    this.#occlusion = this.#cameras ? new Occlusion(nodes, this.#cameras, this.#preset) : null;
+    this.#root.updateWorldMatrix(true, true);
+    this.#rootWorld.set(this.#root.matrixWorld.elements);
+    let count = 0;
+    this.#root.traverse(() => { count += 1; });
+    nodes.reserve(count);
+    for (const child of this.#door?.all() ?? this.#root.children) nodes.add(child, -1);
+    this.#seenVersion = -1;
+  }
+
+  #rebuild() {
+    this.#occlusion?.dispose();
+    this.#nodes.dispose();
+    for (const kid of this.#kids.values()) kid.drop();
+    this.#kids.clear();
+    this.#pending.length = 0;
+    this.#build();
+  }
+
+  #renew(object) {
+    const parent = object.parent === this.#root ? -1 : this.#nodes.numberOf(object.parent);
+    this.#nodes.remove(object);
+    this.#nodes.add(object, parent);
+  }
+
+  #hook() {
+    const root = this.#root;
+    this.#door = shorten(root, () => { this.#prepare(); return this.#walk.children; });
+    const { layers } = root;
+    const test = Object.getPrototypeOf(layers).test;
+    // A `layers` that someone puts in the place of this one leaves three.js to itself: all is drawn, only slower.
+    this.#layersTest = (asked) => { if (this.#enabled) this.#door.arm(); return test.call(layers, asked); };
+    layers.test = this.#layersTest;
+    // A raycaster asks for layers too.
+    const { raycast } = root;
+    root.raycast = (...values) => { this.#door.disarm(); return raycast.apply(root, values); };
+    root.updateMatrixWorld = (force) => this.#updateMatrixWorld(force);
+    root.addEventListener('childadded', this.#children);
+    root.addEventListener('childremoved', this.#gone);
+  }
+
+  #take(object, kind) {
+    if (kind !== Kind.Rest) {
+      object.addEventListener('childadded', this.#children);
+      object.addEventListener('childremoved', this.#gone);
+    }
+    if (object.isSkinnedMesh && !Object.hasOwn(object, 'intersectsFrustum')) object.intersectsFrustum = this.#always;
+    else if (kind > Kind.Container) object.intersectsFrustum = this.#isSeen;
+    if (kind > Kind.Container && object.children.length > 0) this.#shortenMesh(object);
+  }
+
+  #free(object, kind) {
+    if (kind !== Kind.Rest) {
+      object.removeEventListener('childadded', this.#children);
+      object.removeEventListener('childremoved', this.#gone);
+    }
+    if (object.intersectsFrustum?.cullet) delete object.intersectsFrustum;
+    this.#kids.get(object)?.drop();
+    this.#kids.delete(object);
+  }
+
+  // The children of a mesh are in the list by themselves, so a walk is not to find them at the mesh too.
+  #shortenMesh(object) {
+    if (!this.#kids.has(object)) this.#kids.set(object, shorten(object, () => NONE));
+  }
+
+  // Takes what was added. `matrices`: world matrices are made first.
+  #flush(matrices) {
+    const pending = this.#pending;
+    if (pending.length === 0) return;
+    for (let k = 0; k < pending.length; k += 2) {
+      const [child, parent] = [pending[k], pending[k + 1]];
+      // Removed again, or taken with its parent, which was added too.
+      if (child.parent !== parent || this.#nodes.numberOf(child) >= 0) continue;
+      const i = parent === this.#root ? -1 : this.#nodes.numberOf(parent);
+      if (i < 0 && parent !== this.#root) continue;
+      if (matrices) child.updateWorldMatrix(false, true, true);
+      if (i >= 0 && this.#nodes.kinds[i] > Kind.Container) { this.#shortenMesh(parent); this.#nodes.adopt(i); }
+      this.#nodes.add(child, i);
+    }
+    pending.length = 0;
+    if (this.#nodes.isSparse) this.#rebuild();
+  }
+
+  #updateMatrixWorld(force) {
+    this.#flushTurns();
+    const root = this.#root;
+    if (!this.#enabled) { Object.getPrototypeOf(root).updateMatrixWorld.call(root, force); return; }
+    if (root.matrixAutoUpdate) root.updateMatrix();
+    if ((root.matrixWorldNeedsUpdate || force) && root.matrixWorldAutoUpdate) {
+      if (root.parent === null) root.matrixWorld.copy(root.matrix);
+      else root.matrixWorld.multiplyMatrices(root.parent.matrixWorld, root.matrix);
+    }
+    root.matrixWorldNeedsUpdate = false;
+    const { elements } = root.matrixWorld;
+    let moved = false;
+    for (let i = 0; i < 16; i++) if (this.#rootWorld[i] !== elements[i]) { moved = true; this.#rootWorld[i] = elements[i]; }
+    this.#flush(true);
+    if (!this.#still || moved || force === true) this.#nodes.look(moved, force === true);
+    else this.#nodes.lookAtRest(moved);
+  }
+
+  // Stand-ins of a pass are used again once the frame is over: from here on, or when the page's task has ended.
+  #turn(layers, frustum) {
+    let byFrustum = this.#passes.get(layers);
+    if (!byFrustum) this.#passes.set(layers, byFrustum = new WeakMap());
+    let pass = byFrustum.get(frustum);
+    if (!pass) byFrustum.set(frustum, pass = { turn: -1 });
+    if (pass.turn < 0) this.#turns.push(pass);
+    if (this.#turns.length === 1 && pass.turn < 0) queueMicrotask(() => this.#flushTurns());
+    pass.turn += 1;
+    return pass;
+  }
+
+  #flushTurns() {
+    for (const pass of this.#turns) pass.turn = -1;
+    this.#turns.length = 0;
+  }
+
+  // Before the walk reads how many children there are: a list for another render order may be new.
+  #prepare() {
+    this.#flush(false);
+    this.#nodes.lookAtHolders();
+    if (this.#seenVersion !== this.#nodes.version) this.#list();
+  }
+
+  #cull(layers, frustum) {
+    const nodes = this.#nodes;
+    const stats = this.#stats;
+    stats.passes += 1;
+    stats.visible = stats.visibleInstances = stats.instances = 0;
+    this.#walk.clear();
+    if (nodes.length === 0) return;
+    nodes.commit();
+    const pass = this.#turn(layers, frustum);
+    const planes = this.#planesOf(frustum);
+    // Before the list is made: the engine's memory may grow, and views over it die.
+    const camera = this.#occlusion && planes.length === 24 ? this.#occlusion.cameraOf(layers, planes) : null;
+    const occlusion = camera && this.#occlusion.cull(camera) ? this.#occlusion : null;
+    let list;
+    if (planes.length === 24) list = nodes.boxes.cull(planes);
+    else list = this.#ofAny(planes);
+    this.#frustum = frustum;
+    const { objects, kinds, hidden } = nodes;
+    const orderOf = this.#orderOf;
+    // Copied, since the parts of an object cull too.
+    if (nodes.parts.size > 0 || this.#occlusion) list = list.slice();
+    const length = nodes.length;
+    for (let k = 0; k < list.length; k++) {
+      const i = list[k];
+      if (i >= length || kinds[i] < Kind.Mesh || hidden[i] === 1) continue;
+      const object = objects[i];
+      if (kinds[i] !== Kind.Mesh) this.#pushParts(i, object, pass, planes, occlusion);
+      else if (occlusion === null || !occlusion.isHidden(i)) orderOf[i].push(object);
+      else continue;
+      if (this.#kids.size > 0 && object.visible) this.#kids.get(object)?.arm();
+    }
+    for (const carrier of this.#walk.orders.values()) stats.visible += carrier.children.length - carrier.fixed.length;
+  }
+
+  #pushParts(i, object, pass, planes, occlusion) {
+    if (!object.visible) return;
+    const part = this.#nodes.parts.get(i);
+    this.#stats.instances += part.count;
+    if (this.#nodes.kinds[i] === Kind.Batched) { this.#orderOf[i].push(object); return; }
+    const standIn = part.cull(pass, planes, occlusion && ((list) => occlusion.keep(i, list)));
+    if (!standIn) return;
+    this.#stats.visibleInstances += standIn.count;
+    this.#orderOf[i].push(standIn);
+  }
+
+  // Planes of the frustum, twenty-four numbers, or those of each camera of an array.
+  #planesOf(frustum) {
+    if (frustum.planes) { planesOfFrustum(frustum, this.#planes); return this.#planes; }
+    const count = frustum._count;
+    const all = new Float64Array(24 * count);
+    for (let i = 0; i < count; i++) planesOfFrustum(frustum.getFrustum(i), all.subarray(24 * i, 24 * i + 24));
+    return all;
+  }
+
+  #ofAny(planes) {
+    const seen = new Uint8Array(this.#nodes.length);
+    for (let at = 0; at < planes.length; at += 24) for (const i of this.#nodes.boxes.cull(planes.subarray(at, at + 24))) seen[i] = 1;
+    const list = [];
+    for (let i = 0; i < seen.length; i++) if (seen[i] === 1) list.push(i);
+    return list;
+  }
+
+  // Which list each object goes to, by its groups' render order, and what is in it always.
+  #list() {
+    const nodes = this.#nodes;
+    nodes.inherit();
+    this.#walk.reset();
+    const orders = [];
+    this.#orderOf.length = nodes.length;
+    let objects = 0;
+    for (let i = 0; i < nodes.length; i++) {
+      const object = nodes.objects[i];
+      if (object === null) continue;
+      const parent = nodes.parents[i];
+      const above = parent < 0 ? null : orders[parent];
+      orders[i] = object.isGroup ? object.renderOrder : above;
+      const carrier = this.#walk.carrier(above);
+      this.#orderOf[i] = carrier.children;
+      if (nodes.kinds[i] === Kind.Rest) { if (nodes.hidden[i] === 0) carrier.fixed.push(object); } else if (nodes.kinds[i] > Kind.Container) objects += 1;
+    }
+    for (const { fixed, children } of this.#walk.orders.values()) for (const object of fixed) children.push(object);
+    this.#stats.objects = objects;
+    this.#seenVersion = nodes.version;
+  }
+}
+
+const NONE = Object.freeze([]);
+
+function camerasOf(given) {
+  if (given === undefined || given === null || given === false) return null;
+  const cameras = Array.isArray(given) ? given : [given];
+  for (const camera of cameras) if (!camera?.isCamera) throw new TypeError(`cullet: occlusion takes a camera or an array of them, not ${nameOf(camera)}`);
+  return cameras;
+}
+
+const nameOf = (object) => (object?.isObject3D ? `${object.type}${object.name ? ` "${object.name}"` : ''} (id ${object.id})` : String(object));
+
+function isBelow(object, root) {
+  for (let o = object?.parent; o; o = o.parent) if (o === root) return true;
+  return false;
+}
+
+function prototypeOf(object) {
+  let found = null;
+  for (let p = Object.getPrototypeOf(object); p; p = Object.getPrototypeOf(p)) if (Object.hasOwn(p, 'updateMorphTargets')) found = p;
+  return found;
+}
+
+function check(root) {
+  if (!root?.isObject3D) throw new TypeError(`cullet: new Culling() takes a THREE.Scene or a group, not ${nameOf(root)}`);
+  if (root.isMesh || root.isLight || root.isCamera || root.isLine || root.isPoints || root.isSprite || root.isLOD || root.isBundleGroup) {
+    throw new TypeError(`cullet: new Culling() takes a THREE.Scene or a group, not ${nameOf(root)}; add it to a group and give that`);
+  }
+  for (let o = root; o; o = o.parent) {
+    if (taken.has(o)) throw new Error(`cullet: ${nameOf(o)} is culled already; dispose() that culling first, or use it`);
+    if (o !== root && o.isBundleGroup) throw new Error(`cullet: ${nameOf(root)} lies in a BundleGroup, which records its draws once and culls nothing`);
+  }
+  root.traverse((o) => { if (taken.has(o)) throw new Error(`cullet: ${nameOf(o)} below ${nameOf(root)} is culled already; dispose() that culling first`); });
+}

@@ -1,0 +1,76 @@
+import type { Camera, Mesh, Object3D } from 'three';
+
+export { init } from 'cullet';
+
+/** How a {@link Culling} works; all may be left out. */
+export interface CullingOptions {
+  /**
+   * Whether nothing below the root moves unless {@link Culling.update} is told. Default `false`: before each `render()` the position,
+   * rotation and scale of every object are compared with those of the last, which for 1e5 objects takes nearly as long as three.js's own
+   * `updateMatrixWorld`. With `true` that is left out: what stands still costs nothing.
+   */
+  still?: boolean;
+  /**
+   * Cameras whose passes also drop what is hidden behind other meshes; shadow maps and other cameras keep to the frustum. Default none.
+   * It is conservative at every resolution, so the picture is the same to the pixel. Do not use it with `renderer.clippingPlanes`,
+   * nor with `scene.overrideMaterial` that shows what lies behind: neither is known to it.
+   */
+  occlusion?: Camera | readonly Camera[];
+  /** How much time occlusion may take: `'fast'`, `'balanced'` (the default) or `'exact'`, which finds most. */
+  preset?: 'exact' | 'balanced' | 'fast';
+  /**
+   * Tells of a mesh whether its shaders move vertices out of the bounds of its geometry; such meshes are left to three.js's own test.
+   * Default: those with `ShaderMaterial`, `displacementMap`, `onBeforeCompile`, `positionNode`, `vertexNode` or a custom depth material.
+   */
+  movesVertices?: (mesh: Mesh) => boolean;
+}
+
+/** Counts of the last pass (a camera, a shadow map, a face of a point light) of a {@link Culling}. */
+export interface CullingStats {
+  /** Passes so far. */
+  readonly passes: number;
+  /** Meshes that are culled here, an `InstancedMesh` or `BatchedMesh` as one. */
+  readonly objects: number;
+  /** How many of them the pass drew. */
+  readonly visible: number;
+  /** Instances of `InstancedMesh` and `BatchedMesh` that came to their own test. */
+  readonly instances: number;
+  /** How many instances of `InstancedMesh` the pass drew. */
+  readonly visibleInstances: number;
+}
+
+/**
+ * Culls the meshes below a scene or group in every pass that `WebGLRenderer` or `WebGPURenderer` makes: cameras, array cameras, shadow
+ * maps, cascades, faces of point lights. Pictures stay as they are without any culling, to the pixel.
+ *
+ * Objects that are added or removed are noticed at once, and so are `visible`, `layers`, `castShadow`, `renderOrder`, instances with
+ * `needsUpdate`, and calls of a `BatchedMesh`. Moved objects are noticed before each `render()`, or, with {@link CullingOptions.still}, by
+ * {@link Culling.update}. Geometry that was changed in place is noticed by {@link Culling.update} alone.
+ *
+ * Lights, lines, points, sprites, LODs and what hangs on them or on cameras are walked by three.js as ever. Skinned and morphed
+ * meshes are always drawn.
+ */
+export class Culling {
+  /**
+   * @param root a `THREE.Scene`, `Group` or `Object3D`, which need not have any meshes yet
+   * @throws TypeError if `root` is anything else
+   * @throws Error if it, or anything below or above it, is culled already, or if `init()` has not finished
+   */
+  constructor(root: Object3D, options?: CullingOptions);
+  /** The scene or group given. */
+  readonly root: Object3D;
+  /** Whether it culls; `false` gives three.js its own culling back until it is `true` again, and keeps all that was made. */
+  enabled: boolean;
+  /** As {@link CullingOptions.still}; setting it to `false` looks at everything. */
+  still: boolean;
+  /** Counts of the last pass: one object, overwritten by the next. */
+  readonly stats: CullingStats;
+  /**
+   * Takes over an object and all below it, wherever it was moved and however its geometry was changed; without one, everything is
+   * taken anew. World matrices are made up to date too.
+   * @throws Error if the object is not below the root, or after {@link dispose}
+   */
+  update(object?: Object3D): void;
+  /** Gives three.js its own culling and all objects their own methods back. Calling it again does nothing. */
+  dispose(): void;
+}

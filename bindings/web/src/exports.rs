@@ -1,0 +1,412 @@
+//! What the page calls. Objects go by number; an address only ever goes out.
+#![allow(
+    unsafe_code,
+    reason = "names are exported by an attribute that counts as unsafe: no two of one name may be"
+)]
+
+use std::cell::RefCell;
+
+use crate::boxes::BoxSet;
+use crate::fault::has_room;
+
+/// Objects under numbers from 1.
+struct Slab<T>(Vec<Option<T>>);
+
+impl<T> Slab<T> {
+    fn add(&mut self, object: T) -> u32 {
+        let free = self.0.iter().position(Option::is_none);
+        let at = free.unwrap_or_else(|| {
+            self.0.push(None);
+            self.0.len() - 1
+        });
+        self.0[at] = Some(object);
+        at as u32 + 1
+    }
+
+    fn get(&mut self, number: u32) -> Option<&mut T> {
+        self.0.get_mut((number as usize).wrapping_sub(1))?.as_mut()
+    }
+
+    fn free(&mut self, number: u32) {
+        if let Some(object) = self.0.get_mut((number as usize).wrapping_sub(1)) {
+            *object = None;
+        }
+    }
+}
+
+thread_local! {
+    static BOXES: RefCell<Slab<BoxSet>> = const { RefCell::new(Slab(Vec::new())) };
+    /// What the page writes arguments into. Of f64, so that it is aligned for all that it is read as.
+    static SCRATCH: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
+    /// Address and length of the last answer.
+    static ANSWER: RefCell<[usize; 2]> = const { RefCell::new([0; 2]) };
+}
+
+fn answer<T>(items: &[T]) {
+    ANSWER.set([items.as_ptr() as usize, items.len()]);
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn answer_at() -> usize {
+    ANSWER.with_borrow(|answer| answer[0])
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn answer_len() -> usize {
+    ANSWER.with_borrow(|answer| answer[1])
+}
+
+/// The address of at least `bytes` to write arguments into, or 0.
+#[unsafe(no_mangle)]
+extern "C" fn scratch(bytes: usize) -> usize {
+    SCRATCH.with_borrow_mut(|scratch| {
+        let len = bytes.div_ceil(8);
+        if scratch.len() < len {
+            if !has_room(bytes) {
+                return 0;
+            }
+            scratch.resize(len, 0.0);
+        }
+        scratch.as_mut_ptr() as usize
+    })
+}
+
+/// A set of boxes, or 0 where memory does not suffice.
+#[unsafe(no_mangle)]
+extern "C" fn boxes_new(len: usize) -> u32 {
+    BoxSet::new(len).map_or(0, |set| BOXES.with_borrow_mut(|all| all.add(set)))
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn boxes_free(set: u32) {
+    BOXES.with_borrow_mut(|all| all.free(set));
+}
+
+/// Calls `with` a set; 0 for one that is not there.
+fn of_boxes(set: u32, with: impl FnOnce(&mut BoxSet) -> usize) -> usize {
+    BOXES.with_borrow_mut(|all| all.get(set).map_or(0, with))
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn boxes_at(set: u32) -> usize {
+    of_boxes(set, |set| set.boxes_mut().as_mut_ptr() as usize)
+}
+
+/// The address of the matrices, or 0 where memory does not suffice.
+#[unsafe(no_mangle)]
+extern "C" fn boxes_matrices(set: u32) -> usize {
+    of_boxes(set, |set| set.matrices_mut().map_or(0, |m| m.as_mut_ptr() as usize))
+}
+
+/// 1 where the range was there.
+#[unsafe(no_mangle)]
+extern "C" fn boxes_commit(set: u32, first: usize, count: usize, moved: u32) -> usize {
+    of_boxes(set, |set| usize::from(set.commit(first, count, moved != 0)))
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn boxes_sort(set: u32) {
+    of_boxes(set, |set| {
+        set.sort();
+        0
+    });
+}
+
+/// Culls by the 24 numbers in the scratch; the answer is the list. 1 where there may be such a view.
+#[unsafe(no_mangle)]
+extern "C" fn boxes_cull(set: u32, view: usize) -> usize {
+    let planes = SCRATCH.with_borrow(|scratch| scratch.first_chunk::<24>().copied());
+    let Some(planes) = planes else { return 0 };
+    of_boxes(set, |set| {
+        let done = set.cull(view, &planes);
+        answer(set.visible(view));
+        usize::from(done)
+    })
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn boxes_forget(set: u32, view: usize) {
+    of_boxes(set, |set| {
+        set.forget(view);
+        0
+    });
+}
+
+#[cfg(feature = "scene")]
+mod scenes {
+    use super::{RefCell, SCRATCH, Slab, answer};
+    use crate::fault::{Code, Fault};
+    use crate::scene::{Kind, SceneSet};
+    use crate::view::{SceneView, Settings};
+
+    thread_local! {
+        pub(super) static SCENES: RefCell<Slab<SceneSet>> = const { RefCell::new(Slab(Vec::new())) };
+        static VIEWS: RefCell<Slab<SceneView>> = const { RefCell::new(Slab(Vec::new())) };
+        static MESSAGE: RefCell<String> = const { RefCell::new(String::new()) };
+    }
+
+    /// 0, or the code of a fault whose message is kept.
+    fn ended(result: Result<(), Fault>) -> u32 {
+        let Err(fault) = result else { return 0 };
+        MESSAGE.with_borrow_mut(|message| *message = fault.message);
+        fault.code as u32
+    }
+
+    /// The message of the last fault becomes the answer.
+    #[unsafe(no_mangle)]
+    extern "C" fn message() {
+        MESSAGE.with_borrow(|message| answer(message.as_bytes()));
+    }
+
+    /// That an object is there, which the page's own objects see to.
+    fn there<T>(object: Option<&mut T>) -> Result<&mut T, Fault> {
+        object.ok_or_else(|| Fault::new(Code::Id, "there is no such object"))
+    }
+
+    fn of_scene(number: u32, with: impl FnOnce(&mut SceneSet) -> Result<(), Fault>) -> u32 {
+        ended(SCENES.with_borrow_mut(|all| there(all.get(number)).and_then(with)))
+    }
+
+    fn of_view(
+        view: u32,
+        scene: u32,
+        with: impl FnOnce(&mut SceneView, &SceneSet) -> Result<(), Fault>,
+    ) -> u32 {
+        ended(SCENES.with_borrow_mut(|scenes| {
+            let scene = there(scenes.get(scene))?;
+            VIEWS.with_borrow_mut(|views| with(there(views.get(view))?, scene))
+        }))
+    }
+
+    /// Hands out parts of the scratch that follow each other: so many numbers, then so many.
+    fn with_scratch<R>(
+        bytes: usize,
+        with: impl FnOnce(&[u8]) -> Result<R, Fault>,
+    ) -> Result<R, Fault> {
+        SCRATCH.with_borrow(|scratch| {
+            let short = || Fault::new(Code::Argument, "the arguments are not all there");
+            with(bytemuck::cast_slice(scratch).get(..bytes).ok_or_else(short)?)
+        })
+    }
+
+    #[unsafe(no_mangle)]
+    extern "C" fn scene_new() -> u32 {
+        SCENES.with_borrow_mut(|all| all.add(SceneSet::new(cullet::Scene::new())))
+    }
+
+    #[unsafe(no_mangle)]
+    extern "C" fn scene_free(scene: u32) {
+        SCENES.with_borrow_mut(|all| all.free(scene));
+    }
+
+    /// Positions, indices and rows of parts lie in the scratch; the answer's address is the mesh's number.
+    #[unsafe(no_mangle)]
+    extern "C" fn scene_add_mesh(
+        scene: u32,
+        positions: usize,
+        indices: usize,
+        parts: usize,
+        kind: u32,
+    ) -> u32 {
+        of_scene(scene, |scene| {
+            let [a, b] = [positions * 4, (positions + indices) * 4];
+            let mesh = with_scratch((positions + indices + parts) * 4, |bytes| {
+                let numbers = |bytes: &[u8]| bytemuck::cast_slice::<u8, u32>(bytes).to_vec();
+                let points: &[f32] = bytemuck::cast_slice(&bytes[..a]);
+                scene.add_mesh(points, &numbers(&bytes[a..b]), &numbers(&bytes[b..]), Kind(kind))
+            })?;
+            super::ANSWER.set([mesh as usize, 0]);
+            Ok(())
+        })
+    }
+
+    /// `count` matrices of f64 lie in the scratch; the answer is the ids.
+    #[unsafe(no_mangle)]
+    extern "C" fn scene_add(scene: u32, mesh: u32, count: usize, layers: u32, flags: u32) -> u32 {
+        of_scene(scene, |scene| {
+            with_scratch(count * 128, |bytes| {
+                scene.add(mesh, bytemuck::cast_slice(bytes), layers, flags)
+            })?;
+            answer(scene.ids());
+            Ok(())
+        })
+    }
+
+    /// `count` matrices of f64 lie in the scratch, then as many ids.
+    #[unsafe(no_mangle)]
+    extern "C" fn scene_set_transforms(scene: u32, count: usize) -> u32 {
+        of_scene(scene, |scene| {
+            with_scratch(count * 132, |bytes| {
+                let (matrices, ids) = bytes.split_at(count * 128);
+                scene.set_transforms(bytemuck::cast_slice(ids), bytemuck::cast_slice(matrices))
+            })
+        })
+    }
+
+    #[unsafe(no_mangle)]
+    extern "C" fn scene_set_state(scene: u32, id: u32, layers: u32, flags: u32) -> u32 {
+        of_scene(scene, |scene| scene.set_state(id, layers, flags))
+    }
+
+    #[unsafe(no_mangle)]
+    extern "C" fn scene_remove(scene: u32, id: u32) -> u32 {
+        of_scene(scene, |scene| scene.remove(id))
+    }
+
+    #[unsafe(no_mangle)]
+    extern "C" fn scene_commit(scene: u32) -> u32 {
+        of_scene(scene, |scene| {
+            scene.commit();
+            Ok(())
+        })
+    }
+
+    #[unsafe(no_mangle)]
+    extern "C" fn scene_refit(scene: u32) -> u32 {
+        of_scene(scene, |scene| {
+            scene.refit();
+            Ok(())
+        })
+    }
+
+    #[unsafe(no_mangle)]
+    extern "C" fn scene_set_place(
+        scene: u32,
+        mesh: u32,
+        first_index: u32,
+        base_vertex: i32,
+    ) -> u32 {
+        of_scene(scene, |scene| scene.set_place(mesh, first_index, base_vertex))
+    }
+
+    /// The answer is the mesh's indices.
+    #[unsafe(no_mangle)]
+    extern "C" fn scene_indices(scene: u32, mesh: u32) -> u32 {
+        of_scene(scene, |scene| scene.indices(mesh).map(answer))
+    }
+
+    /// 0: instances; 1: meshes; 2: triangles; 3: ids that there may be.
+    #[unsafe(no_mangle)]
+    extern "C" fn scene_count(scene: u32, of: u32) -> f64 {
+        SCENES.with_borrow_mut(|all| {
+            all.get(scene).map_or(0.0, |scene| match of {
+                0 => f64::from(scene.scene().instance_count()),
+                1 => scene.scene().meshes().len() as f64,
+                2 => scene.scene().triangle_count() as f64,
+                _ => scene.id_count() as f64,
+            })
+        })
+    }
+
+    #[unsafe(no_mangle)]
+    extern "C" fn view_new(preset: u32, output: u32, flags: u32) -> u32 {
+        let view = SceneView::new(Settings { preset, output, flags });
+        VIEWS.with_borrow_mut(|all| all.add(view))
+    }
+
+    #[unsafe(no_mangle)]
+    extern "C" fn view_free(view: u32) {
+        VIEWS.with_borrow_mut(|all| all.free(view));
+    }
+
+    /// The matrix of f64 lies in the scratch.
+    #[unsafe(no_mangle)]
+    extern "C" fn view_set_camera(
+        view: u32,
+        depth: u32,
+        width: u32,
+        height: u32,
+        layers: u32,
+    ) -> u32 {
+        let matrix = SCRATCH.with_borrow(|scratch| scratch.first_chunk::<16>().copied());
+        ended(VIEWS.with_borrow_mut(|views| {
+            let missing = || Fault::new(Code::Argument, "there is no matrix");
+            there(views.get(view))?.set_camera(
+                matrix.ok_or_else(missing)?,
+                depth,
+                [width, height],
+                layers,
+            )
+        }))
+    }
+
+    /// The answer is the ids.
+    #[unsafe(no_mangle)]
+    extern "C" fn view_cull(view: u32, scene: u32) -> u32 {
+        of_view(view, scene, |view, scene| {
+            view.cull(scene)?;
+            answer(view.ids());
+            Ok(())
+        })
+    }
+
+    #[unsafe(no_mangle)]
+    extern "C" fn view_triangles(view: u32) -> f64 {
+        let count = |view: &mut SceneView| view.triangle_count() as f64;
+        VIEWS.with_borrow_mut(|all| all.get(view).map_or(0.0, count))
+    }
+
+    /// The answer is a byte for each id.
+    #[unsafe(no_mangle)]
+    extern "C" fn view_reasons(view: u32, scene: u32) -> u32 {
+        of_view(view, scene, |view, scene| {
+            answer(view.reasons(scene)?);
+            Ok(())
+        })
+    }
+
+    /// Fills the draws, which `view_draws_of` then answers with.
+    #[unsafe(no_mangle)]
+    extern "C" fn view_draws(view: u32, scene: u32) -> u32 {
+        of_view(view, scene, SceneView::fill_draws)
+    }
+
+    /// Which of the filled arrays is the answer: 0 commands, 1 keys, 2 instances, 3 indices.
+    #[unsafe(no_mangle)]
+    extern "C" fn view_draws_of(view: u32, which: u32) {
+        VIEWS.with_borrow_mut(|all| {
+            if let Some(view) = all.get(view) {
+                let draws = view.draws();
+                match which {
+                    0 => answer(&draws.commands),
+                    1 => answer(&draws.keys),
+                    2 => answer(&draws.instances),
+                    _ => answer(&draws.indices),
+                }
+            }
+        });
+    }
+
+    /// The answer is eight f64 a row.
+    #[unsafe(no_mangle)]
+    extern "C" fn view_funnel(view: u32) -> u32 {
+        ended(
+            VIEWS
+                .with_borrow_mut(|all| there(all.get(view)).map(|view| answer(view.fill_funnel()))),
+        )
+    }
+
+    /// The answer is text.
+    #[unsafe(no_mangle)]
+    extern "C" fn view_explain(view: u32, scene: u32, id: u32) -> u32 {
+        of_view(view, scene, |view, scene| {
+            answer(view.explain(scene, id)?.as_bytes());
+            Ok(())
+        })
+    }
+
+    /// `name` bytes of a file's name lie in the scratch, then its `bytes`; the answer's address is the scene's number.
+    #[cfg(feature = "files")]
+    #[unsafe(no_mangle)]
+    extern "C" fn file_open(name: usize, bytes: usize) -> u32 {
+        let opened = with_scratch(name + bytes, |all| {
+            crate::files::open(&String::from_utf8_lossy(&all[..name]), &all[name..])
+        });
+        // A file is large, and is read once.
+        SCRATCH.with_borrow_mut(|scratch| *scratch = Vec::new());
+        ended(opened.map(|set| {
+            let number = SCENES.with_borrow_mut(|all| all.add(set));
+            super::ANSWER.set([number as usize, 0]);
+        }))
+    }
+}

@@ -1,0 +1,101 @@
+// What the tests call in the page, as window.t.
+
+import { Culling, init } from 'cullet/three';
+import { scenes } from './scenes.js';
+
+const SIZE = [320, 192];
+let three, renderer;
+let now = null;
+
+async function start(api) {
+  // Both have the same classes in the same file, but tell them apart as a user's page does.
+  three = await import(api === 'webgl' ? 'three' : 'three/webgpu');
+  await init();
+  const canvas = document.body.appendChild(document.createElement('canvas'));
+  renderer = api === 'webgl' ? new three.WebGLRenderer({ canvas, antialias: false }) : new three.WebGPURenderer({ canvas, antialias: false });
+  renderer.setPixelRatio(1);
+  renderer.setSize(...SIZE);
+  renderer.shadowMap.enabled = true;
+  await renderer.init?.();
+  return renderer.backend?.constructor.name ?? 'WebGLRenderer';
+}
+
+/** Makes a scene anew: `{ scene, camera, step(i), ... }` of scenes.js. */
+function build(name, ...values) {
+  now?.culling?.dispose();
+  now = Object.assign(scenes[name](three, SIZE, ...values), { culling: null });
+  return Object.keys(now);
+}
+
+function cull({ occlusion, ...options } = {}) {
+  now.culling = new Culling(now.root ?? now.scene, { ...options, occlusion: occlusion ? now.camera : undefined });
+}
+
+function never() {
+  now.scene.traverse((o) => { o.frustumCulled = false; if (o.isBatchedMesh) o.perObjectFrustumCulled = false; });
+}
+
+async function finish() {
+  if (renderer.backend?.device) await renderer.backend.device.queue.onSubmittedWorkDone();
+  else { const gl = renderer.getContext(); gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); }
+}
+
+const calls = () => (renderer.isWebGPURenderer ? renderer.info.render.drawCalls : renderer.info.render.calls);
+
+// WebGPURenderer draws shadow maps once for each of its own animation frames.
+const frame = () => new Promise((ok) => requestAnimationFrame(() => ok()));
+
+/** The picture as a digest, its colours, and what was drawn for it. */
+async function picture() {
+  await frame();
+  const copy = document.createElement('canvas');
+  [copy.width, copy.height] = SIZE;
+  const context = copy.getContext('2d');
+  renderer.info.reset();
+  renderer.render(now.scene, now.camera);
+  const drawn = { calls: calls(), triangles: renderer.info.render.triangles };
+  // In the task of the drawing: later the canvas may be empty.
+  context.drawImage(renderer.domElement, 0, 0);
+  const { data } = context.getImageData(0, 0, ...SIZE);
+  const digest = [...new Uint8Array(await crypto.subtle.digest('SHA-256', data))].map((b) => b.toString(16).padStart(2, '0')).join('').slice(0, 16);
+  return { digest, colours: new Set(new Uint32Array(data.buffer)).size, ...drawn, stats: now.culling && { ...now.culling.stats } };
+}
+
+/** Pictures of all steps of a scene. `how`: `none` (nothing is culled), `three`, or options for ours. */
+async function pictures(name, how) {
+  build(name);
+  if (how === 'none') never();
+  else if (how !== 'three') cull(how);
+  const list = [await picture()];
+  for (let i = 0; i < (now.steps ?? 2); i++) {
+    now.step(i, now.culling);
+    if (how === 'none') never();
+    list.push(await picture());
+  }
+  return list;
+}
+
+const median = (list) => [...list].sort((a, b) => a - b)[list.length >> 1];
+
+/** Milliseconds of `render()` and of the whole frame until all is drawn. `between`: run before each, its time counted. */
+async function frames(count = 9, between = () => {}) {
+  const [cpu, all] = [[], []];
+  for (let i = 0; i < count + 2; i++) {
+    const from = performance.now();
+    between(i);
+    renderer.info.reset();
+    renderer.render(now.scene, now.camera);
+    const submitted = performance.now() - from;
+    const drawn = calls();
+    await finish();
+    if (i >= 2) { cpu.push(submitted); all.push(performance.now() - from); }
+    now.drawn = drawn;
+  }
+  return { cpu: median(cpu), frame: median(all), calls: now.drawn };
+}
+
+window.t = {
+  start, build, cull, never, picture, pictures, frames, frame, finish, Culling,
+  get three() { return three; }, get renderer() { return renderer; }, get now() { return now; },
+};
+document.body.dataset.state = 'ready';

@@ -1,0 +1,20 @@
+// Taken by tsc --strict: what a user writes, and what is to be refused.
+import { PerspectiveCamera, Scene } from 'three';
+import { Culling, init, type CullingOptions } from 'cullet/three';
+
+await init();
+const scene = new Scene();
+const camera = new PerspectiveCamera();
+const options: CullingOptions = { still: true, occlusion: [camera], preset: 'fast', movesVertices: (mesh) => mesh.geometry.attributes.wave !== undefined };
+const culling = new Culling(scene, options);
+culling.enabled = false;
+culling.update(scene.children[0]);
+culling.update();
+const share: number = culling.stats.visible / culling.stats.objects;
+// @ts-expect-error: counts are not to be set
+culling.stats.visible = share;
+// @ts-expect-error: a renderer is no scene
+new Culling(camera.projectionMatrix);
+// @ts-expect-error: no such preset
+new Culling(scene, { preset: 'best' });
+culling.dispose();

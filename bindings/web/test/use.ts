@@ -1,0 +1,29 @@
+import { BoxSet, CulletError, init, Scene, STAGES, type Draws, type Explanation } from 'cullet';
+import { Scene as FileScene } from 'cullet/files';
+import * as frustum from 'cullet/frustum';
+
+await init();
+await init(new URL('https://example.org/cullet.wasm'));
+await frustum.init(fetch('cullet-frustum.wasm'));
+const set = new BoxSet(10);
+set.boxes.set([0, 0, 0, 1, 1, 1]);
+set.commit(0, 1);
+const list: Uint32Array = set.cull(new Float64Array(24), 1);
+// @ts-expect-error: a set's length is not to be set.
+set.length = list.length;
+const scene = new Scene();
+const mesh: number = scene.addMesh(new Float32Array(9), [0, 1, 2], { twoSided: false, alpha: 'masked' });
+// @ts-expect-error: there is no such mode.
+scene.addMesh(new Float32Array(9), [0, 1, 2], { alpha: 'clear' });
+// @ts-expect-error: positions are f32.
+scene.addMesh(new Float64Array(9), [0, 1, 2]);
+const id = scene.add(mesh, new Float32Array(16), { layers: 3, occluder: false });
+const view = scene.view({ preset: 'fast', depth: 'webgl', reasons: true });
+for (const visible of view.setCamera([1, 2, 3], 640, 400).cull()) console.log(visible);
+const draws: Draws = view.draws();
+const why: Explanation = view.explain(id);
+console.log(STAGES[view.reasons()[id] ?? 0], draws.commands.length, why.reason?.stage, view.funnel()[0]?.left.triangles);
+const opened: FileScene = FileScene.open(new ArrayBuffer(1), 'model.glb');
+try { opened.remove(3); } catch (error) { if (error instanceof CulletError && error.code === 'id') console.log(error.message); }
+// @ts-expect-error: a view is made by its scene.
+new (await import('cullet')).View();
