@@ -205,7 +205,7 @@ pub unsafe extern "C" fn cullet_occlusion_draw_triangles(
         let indices = unsafe { read("indices", indices, index_count) }?;
         // SAFETY: as the header asks of the caller.
         let transform = unsafe { transform_of(transform) }?;
-        if index_count % 3 != 0 {
+        if !index_count.is_multiple_of(3) {
             let message = format!("{index_count} indices do not make whole triangles");
             return Err(Error::value(message));
         }

@@ -318,7 +318,7 @@ pub unsafe extern "C" fn cullet_scene_set_layers(
         let handles = unsafe { read("handles", handles, count) }?;
         // SAFETY: as the header asks of the caller.
         let layers = unsafe { read("layers", layers, count) }?;
-        change(scene, handles, layers, |scene, handle, layers| scene.set_layers(handle, layers))
+        change(scene, handles, layers, engine::Scene::set_layers)
     })
 }
 
