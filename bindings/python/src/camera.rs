@@ -79,12 +79,6 @@ fn perspective(size: [u32; 2], fov_y: f64, near: f64, far: f64) -> PyResult<Proj
 
 #[pymethods]
 impl PyCamera {
-    #[staticmethod]
-    #[pyo3(signature = (eye, target, *, size=None, fov_y=60.0, near=0.1, far=f64::INFINITY, up=None, layers=u32::MAX))]
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "a camera has so many numbers, each with its name in Python"
-    )]
     /// A perspective camera.
     ///
     /// ``size`` is width and height in pixels, 1280 × 720 unless given; ``fov_y`` the full vertical angle in degrees,
@@ -92,6 +86,12 @@ impl PyCamera {
     /// given, or +Z where the camera looks along Y. Instances that share no bit with ``layers`` are not seen.
     ///
     /// Raises `ValueError` for numbers that are out of range or not finite, and where eye and target are one point.
+    #[staticmethod]
+    #[pyo3(signature = (eye, target, *, size=None, fov_y=60.0, near=0.1, far=f64::INFINITY, up=None, layers=u32::MAX))]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a camera has so many numbers, each with its name in Python"
+    )]
     fn look_at(
         eye: &Bound<'_, PyAny>,
         target: &Bound<'_, PyAny>,
@@ -109,13 +109,13 @@ impl PyCamera {
         Ok(Self { view })
     }
 
+    /// A camera with parallel lines of sight, ``height`` units of the world from the lower edge to the upper one.
     #[staticmethod]
     #[pyo3(signature = (eye, target, *, height, near, far, size=None, up=None, layers=u32::MAX))]
     #[expect(
         clippy::too_many_arguments,
         reason = "a camera has so many numbers, each with its name in Python"
     )]
-    /// A camera with parallel lines of sight, ``height`` units of the world from the lower edge to the upper one.
     fn orthographic(
         eye: &Bound<'_, PyAny>,
         target: &Bound<'_, PyAny>,
@@ -165,11 +165,13 @@ impl PyCamera {
         self.view.viewport().into()
     }
 
+    /// The layers that it sees, a bit each.
     #[getter]
     fn layers(&self) -> u32 {
         self.view.layers
     }
 
+    /// Which clip depth is near: 0 in the standard, 1 where it is reversed, as `look_at` makes it.
     #[getter]
     fn depth(&self) -> &'static str {
         match self.view.depth() {
@@ -178,6 +180,7 @@ impl PyCamera {
         }
     }
 
+    /// Whether lines of sight are parallel.
     #[getter]
     fn is_orthographic(&self) -> bool {
         self.view.is_orthographic()
@@ -212,7 +215,8 @@ impl PyCamera {
 
     fn __repr__(&self) -> String {
         // Without the sign of a zero.
-        let ([x, y, z, w], [width, height]) = (self.view.eye().map(|v| v + 0.0), self.view.viewport());
+        let ([x, y, z, w], [width, height]) =
+            (self.view.eye().map(|v| v + 0.0), self.view.viewport());
         match w == 0.0 {
             true => format!(
                 "<cullet.Camera orthographic from ({x:.4}, {y:.4}, {z:.4}), {width} x {height}>"
@@ -224,13 +228,13 @@ impl PyCamera {
 
 #[pymethods]
 impl PyCameras {
+    /// As `Camera.look_at`, of ``eyes`` (n, 3) and ``targets`` (n, 3), or one target for all.
     #[staticmethod]
     #[pyo3(signature = (eyes, targets, *, size=None, fov_y=60.0, near=0.1, far=f64::INFINITY, up=None, layers=u32::MAX))]
     #[expect(
         clippy::too_many_arguments,
         reason = "a camera has so many numbers, each with its name in Python"
     )]
-    /// As `Camera.look_at`, of ``eyes`` (n, 3) and ``targets`` (n, 3), or one target for all.
     fn look_at(
         eyes: &Bound<'_, PyAny>,
         targets: &Bound<'_, PyAny>,
@@ -271,15 +275,15 @@ impl PyCameras {
         Ok(Self { views: all.iter().enumerate().map(view).collect::<PyResult<_>>()? })
     }
 
+    /// Cameras around a scene (``orbit``), through it (``walk``, ``fly``), or its file's own (``camera:NAME``).
+    ///
+    /// +Y is up. Near and far fit the scene. Raises `ValueError` where the scene is empty.
     #[staticmethod]
     #[pyo3(signature = (scene, path="orbit", count=8, *, size=None, fov_y=None, near=None, far=None, seed=0))]
     #[expect(
         clippy::too_many_arguments,
         reason = "a path has so many numbers, each with its name in Python"
     )]
-    /// Cameras around a scene (``orbit``), through it (``walk``, ``fly``), or its file's own (``camera:NAME``).
-    ///
-    /// +Y is up. Near and far fit the scene. Raises `ValueError` where the scene is empty.
     fn along(
         scene: &PyScene,
         path: &str,

@@ -71,6 +71,7 @@ impl PyCuller {
         Ok(Self { culler, preset })
     }
 
+    /// The preset that it was made of.
     #[getter]
     fn preset(&self) -> &'static str {
         self.preset

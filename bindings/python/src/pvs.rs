@@ -145,16 +145,16 @@ fn regions(scene: &PyScene, region: Option<&Bound<'_, PyAny>>) -> PyResult<Regio
 
 #[pymethods]
 impl PyScene {
-    #[pyo3(signature = (cells=None, *, region=None, rays=10_000_000, missing=2e-5, seed=1, threads=0))]
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "settings of a bake, each with its name in Python"
-    )]
     /// Finds what may be seen from each of some cells, by sampled lines; Ctrl-C ends it.
     ///
     /// ``cells`` are so many where geometry is near, or a grid of so many along each axis, in ``region``, (2, 3), or
     /// else the bounds of the scene. It ends after ``rays`` rays, or where the share of looks that is estimated to
     /// miss something is at most ``missing``. The same for any number of threads.
+    #[pyo3(signature = (cells=None, *, region=None, rays=10_000_000, missing=2e-5, seed=1, threads=0))]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "settings of a bake, each with its name in Python"
+    )]
     fn bake_pvs<'py>(
         &self,
         py: Python<'py>,

@@ -255,11 +255,13 @@ impl PyResultOne {
         self.answer.triangle_count
     }
 
+    /// The scene that was culled.
     #[getter]
     fn scene(&self, py: Python<'_>) -> Py<PyScene> {
         self.scene.clone_ref(py)
     }
 
+    /// The camera that it was culled for.
     #[getter]
     fn camera(&self) -> crate::camera::PyCamera {
         crate::camera::PyCamera { view: self.view.clone() }

@@ -165,6 +165,7 @@ impl PyScene {
         self.model.warnings.iter().map(ToString::to_string).collect()
     }
 
+    /// How many instances there are.
     #[getter]
     fn instance_count(&self) -> u32 {
         self.scene().instance_count()
@@ -176,6 +177,7 @@ impl PyScene {
         self.handles.len()
     }
 
+    /// How many meshes they share.
     #[getter]
     fn mesh_count(&self) -> usize {
         self.scene().meshes().len()
@@ -230,7 +232,7 @@ impl PyScene {
         shaped(py, boxes, &[ids.len(), 2, 3])
     }
 
-    /// (n, 4, 4).
+    /// (n, 4, 4): where all instances are, or ``ids``.
     #[pyo3(signature = (ids=None))]
     fn transforms<'py>(
         &self,
@@ -258,6 +260,7 @@ impl PyScene {
         Ok(PyArray1::from_vec(py, ids.iter().map(mesh).collect::<PyResult<_>>()?))
     }
 
+    /// The name of an instance: that of its node, or of its mesh with a number.
     fn name(&self, id: u32) -> PyResult<String> {
         Ok(self.model.instance_name(self.handle(id)?).into_owned())
     }

@@ -63,7 +63,7 @@ def test_transforms_that_are_none_are_refused(transforms: Any, error: type[Excep
 
 
 def test_whatever_lies_in_memory_as_it_likes_is_read(ahead: cullet.Camera) -> None:
-    far = VERTICES + np.float32([0, 0, -5])
+    far = VERTICES + np.array([0, 0, -5], np.float32)
     steps = np.repeat(far, 2, axis=0)[::2]
     fortran = np.asfortranarray(far)
     read_only = far.copy()
@@ -162,13 +162,13 @@ def test_things_that_are_no_camera_culler_or_id_are_named(wall: cullet.Scene, ah
     with pytest.raises(ValueError, match="ids is -1; it must be from 0"):
         wall.remove(-1)
     with pytest.raises(TypeError, match="ids must be of integers, not float64"):
-        wall.remove(np.array([1.0]))  # type: ignore[arg-type]
+        wall.remove(np.array([1.0]))
     with pytest.raises(IndexError, match="no mesh 7; the scene has 2"):
         wall.add_instances(7)
 
 
 def test_what_is_done_to_an_array_afterwards_changes_nothing(ahead: cullet.Camera) -> None:
-    vertices = VERTICES + np.float32([0, 0, -5])
+    vertices = VERTICES + np.array([0, 0, -5], np.float32)
     scene = cullet.Scene.from_arrays(vertices, FACES)
     vertices[:] = np.nan
     assert scene.cull(ahead).visible.tolist() == [0]

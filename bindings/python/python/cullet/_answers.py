@@ -41,6 +41,7 @@ class Explanation:
 
     @property
     def is_visible(self) -> bool:
+        """Whether something of it is drawn."""
         return self.reason is None
 
     def __str__(self) -> str:
@@ -110,6 +111,7 @@ class Verification:
 
     @property
     def ok(self) -> bool:
+        """Whether nothing visible was lost."""
         return len(self.false_culls) == 0
 
     def __bool__(self) -> bool:
@@ -117,14 +119,17 @@ class Verification:
 
     @property
     def all(self) -> int:
+        """Triangles of all instances, over all cameras."""
         return int(self.figures["all"].sum())
 
     @property
     def kept(self) -> int:
+        """Triangles that culling kept, over all cameras."""
         return int(self.figures["kept"].sum())
 
     @property
     def visible(self) -> int:
+        """Triangles that are truly visible, over all cameras."""
         return int(self.figures["visible"].sum())
 
     @property

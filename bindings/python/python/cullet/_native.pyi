@@ -85,11 +85,17 @@ class Camera:
         """Width and height in pixels."""
 
     @property
-    def layers(self) -> int: ...
+    def layers(self) -> int:
+        """The layers that it sees, a bit each."""
+
     @property
-    def depth(self) -> Literal["standard", "reversed"]: ...
+    def depth(self) -> Literal["standard", "reversed"]:
+        """Which clip depth is near: 0 in the standard, 1 where it is reversed, as `look_at` makes it."""
+
     @property
-    def is_orthographic(self) -> bool: ...
+    def is_orthographic(self) -> bool:
+        """Whether lines of sight are parallel."""
+
     @property
     def clip_from_world(self) -> npt.NDArray[np.float64]:
         """(4, 4): projection @ view."""
@@ -172,7 +178,9 @@ class Culler:
         """
 
     @property
-    def preset(self) -> Literal["exact", "balanced", "fast"]: ...
+    def preset(self) -> Literal["exact", "balanced", "fast"]:
+        """The preset that it was made of."""
+
     @property
     def stages(self) -> list[str]:
         """The stages that run, in their order; in scenes without cells, ``pvs`` and ``portal`` do nothing."""
@@ -216,9 +224,13 @@ class Result:
         """How many triangles will be drawn."""
 
     @property
-    def scene(self) -> Scene: ...
+    def scene(self) -> Scene:
+        """The scene that was culled."""
+
     @property
-    def camera(self) -> Camera: ...
+    def camera(self) -> Camera:
+        """The camera that it was culled for."""
+
     def pictures(self, width: int = 480) -> tuple[bytes, bytes]:
         """PNG files of what the camera sees, and of the scene from outside by the kind of culling, ``width`` pixels
         wide (320 to 4096). Raises `StaleError` where the scene has changed since."""
@@ -299,13 +311,17 @@ class Scene:
         """Defects of the file that did not stop it from loading."""
 
     @property
-    def instance_count(self) -> int: ...
+    def instance_count(self) -> int:
+        """How many instances there are."""
+
     @property
     def id_count(self) -> int:
         """Ids given so far, those of removed instances included: the length of masks."""
 
     @property
-    def mesh_count(self) -> int: ...
+    def mesh_count(self) -> int:
+        """How many meshes they share."""
+
     @property
     def triangle_count(self) -> int:
         """Triangles of all instances."""
@@ -326,7 +342,7 @@ class Scene:
         """(n, 2, 3): the boxes that culling tests, rounded outward to float32, of all instances or of ``ids``."""
 
     def transforms(self, ids: _Ids | None = None) -> npt.NDArray[np.float64]:
-        """(n, 4, 4)."""
+        """(n, 4, 4): where all instances are, or ``ids``."""
 
     def mesh_of(self, ids: _Ids | None = None) -> npt.NDArray[np.uint32]:
         """(n,): the number of the mesh of each."""
@@ -334,7 +350,9 @@ class Scene:
     def mesh(self, number: int) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:
         """Vertices (n, 3) and triangles (m, 3) of a mesh, in its own space."""
 
-    def name(self, id: int) -> str: ...
+    def name(self, id: int) -> str:
+        """The name of an instance: that of its node, or of its mesh with a number."""
+
     def add_instances(
         self, mesh: int, transforms: npt.NDArray[np.floating[Any]] | None = None, *, layers: int = 1
     ) -> npt.NDArray[np.uint32]:
