@@ -1,12 +1,14 @@
 //! The bindings, each built and tested in the host that it is for: `cargo xtask bindings [NAME]`, and steps of `test`.
 
 mod golden;
+mod python;
 
 use crate::runner::{self, Step};
 use crate::tools::Done;
 
 /// The steps: the shared answers first, for every host is held against them.
-pub(crate) const STEPS: &[Step] = &[Step { name: "golden", run: golden::test }];
+pub(crate) const STEPS: &[Step] =
+    &[Step { name: "golden", run: golden::test }, Step { name: "host-python", run: python::test }];
 
 /// Makes the shared answers, then builds and tests the bindings whose name contains `filter`.
 pub(crate) fn test(filter: &str) -> Done {
