@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista
 import trimesh
+import vtk
 
 import cullet
 
@@ -97,8 +98,16 @@ def main(poses: int) -> None:
         camera = pyvista.Camera()
         camera.position, camera.focal_point, camera.up = eyes[at], targets[at], (0, 1, 0)
         camera.view_angle, camera.clipping_range = FOV, (0.1, FAR)
-        frustum = camera.view_frustum(SIZE[0] / SIZE[1])
-        inside = surface.clip_surface(frustum)
+        planes = [0.0] * 24
+        camera.GetFrustumPlanes(SIZE[0] / SIZE[1], planes)
+        frustum = vtk.vtkPlanes()
+        frustum.SetFrustumPlanes(planes)
+        selector = vtk.vtkExtractGeometry()
+        selector.SetInputData(surface)
+        selector.SetImplicitFunction(frustum)
+        selector.ExtractBoundaryCellsOn()
+        selector.Update()
+        inside = pyvista.wrap(selector.GetOutput())
         selected.append(np.unique(inside.cell_data["instance"]))
     seconds["pyvista, frustum"] = (time.perf_counter() - begin) * poses / some
     frustum_only = scene.cull(cameras[:some], cullet.Culler("exact", output="instances", without=["occlusion"]))
