@@ -2,6 +2,7 @@
 
 mod c;
 mod golden;
+mod python;
 mod web;
 
 use crate::runner::{self, Step};
@@ -11,6 +12,7 @@ use crate::tools::Done;
 pub(crate) const STEPS: &[Step] = &[
     Step { name: "golden", run: golden::test },
     Step { name: "host-c", run: c::test },
+    Step { name: "host-python", run: python::test },
     Step { name: "host-web", run: web::test },
 ];
 

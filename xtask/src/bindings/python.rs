@@ -1,0 +1,152 @@
+//! The Python package: its wheel and sdist are built and checked, the wheel is installed into a fresh environment, and
+//! used there as a user would.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::golden;
+use crate::runner::{End, Ended, Skip, all};
+use crate::tools::{
+    Done, cache, command, install, install_words, is_bare, is_ci, optional, output, root, run,
+    target,
+};
+
+/// What builds and checks a wheel.
+const BUILDING: &[&str] = &["maturin==1.16.*", "twine"];
+/// What its tests take: the packages that it works with, and what reads types and notebooks.
+const TESTING: &[&str] =
+    &["ipykernel", "mypy", "nbclient", "numpy", "pytest", "pyvista", "rtree", "trimesh"];
+/// What VTK, which pyvista draws with, takes of the system.
+const SYSTEM: &[&str] = &["python3-venv", "libgl1", "libxrender1"];
+/// The oldest interpreter that the wheel is for.
+const OLDEST: &str = "import sys; raise SystemExit(sys.version_info < (3, 10))";
+
+/// The step of `test`.
+pub(crate) fn test() -> Ended {
+    let what = "the Python package, in a fresh environment";
+    let cure = format!("{}, then set CI=true once", install_words(SYSTEM));
+    if is_bare() {
+        return Ok(End::Skipped(Skip::new(what, cure)));
+    }
+    let mut python = interpreter();
+    if python.is_none() && is_ci() {
+        install(SYSTEM)?;
+        python = interpreter();
+    }
+    let Some(python) = python else {
+        return Ok(End::Skipped(Skip::new(what, cure)));
+    };
+    let tools = cache().join("python-tools");
+    let has_tools = program(&tools, "pytest").exists() && program(&tools, "maturin").exists();
+    if !has_tools && !is_ci() {
+        let cure = "CI=true cargo xtask bindings python, which gets maturin, trimesh, pyvista and others from PyPI";
+        return Ok(End::Skipped(Skip::new(what, cure)));
+    }
+    if !has_tools {
+        environment(&python, &tools)?;
+        pip(&tools, &[BUILDING, TESTING].concat())?;
+    }
+    all(build_and_test(&python, &tools))
+}
+
+/// An interpreter that is new enough and can make environments.
+fn interpreter() -> Option<String> {
+    let fits = |name: &&&str| {
+        optional(name, &["-c", OLDEST]).is_some()
+            && optional(name, &["-c", "import venv, ensurepip"]).is_some()
+    };
+    ["python3", "python3.13", "python3.12", "python3.11", "python3.10"]
+        .iter()
+        .find(fits)
+        .map(|n| (*n).to_owned())
+}
+
+fn program(environment: &Path, name: &str) -> PathBuf {
+    environment.join("bin").join(name)
+}
+
+/// Makes an environment anew.
+fn environment(python: &str, folder: &Path) -> Done {
+    run(command(python, &["-m", "venv", "--clear", &folder.to_string_lossy()]))
+}
+
+fn pip(environment: &Path, words: &[&str]) -> Done {
+    let pip = program(environment, "pip");
+    let all = [&["install", "--quiet", "--disable-pip-version-check"], words].concat();
+    run(command(&pip.to_string_lossy(), &all))
+}
+
+fn build_and_test(python: &str, tools: &Path) -> Done {
+    let source = root().join("bindings/python");
+    let out = target().join("wheels");
+    let fail = |e: std::io::Error| format!("{}: {e}", out.display());
+    if out.exists() {
+        fs::remove_dir_all(&out).map_err(fail)?;
+    }
+    let maturin = |words: &[&str]| -> Command {
+        let mut maturin = command(&program(tools, "maturin").to_string_lossy(), words);
+        maturin.args(["--manifest-path", &source.join("Cargo.toml").to_string_lossy()]);
+        maturin.args(["--out", &out.to_string_lossy()]);
+        maturin
+    };
+    // With the build that all tests have, where the interpreter's version matters to nobody.
+    run(maturin(&["build", "--profile", "checked", "--interpreter", python]))?;
+    run(maturin(&["sdist"]))?;
+    let files: Vec<PathBuf> =
+        fs::read_dir(&out).map_err(fail)?.flatten().map(|entry| entry.path()).collect();
+    let names: Vec<_> = files.iter().map(|f| f.to_string_lossy().into_owned()).collect();
+    let mut words = vec!["check", "--strict"];
+    words.extend(names.iter().map(String::as_str));
+    run(command(&program(tools, "twine").to_string_lossy(), &words))?;
+    let wheel = names.iter().find(|name| name.ends_with(".whl"));
+    let wheel = wheel.ok_or_else(|| format!("{}: there is no wheel", out.display()))?;
+    sdist_is_whole(&names)?;
+
+    // Nothing is there but the wheel and what it names itself.
+    let fresh = target().join("python-fresh");
+    environment(python, &fresh)?;
+    pip(&fresh, &[wheel])?;
+    let first = "import cullet; scene = cullet.Scene.builtin('solids'); \
+                 camera = cullet.Cameras.along(scene, 'orbit', 1)[0]; assert scene.verify(camera); print(scene)";
+    run(command(&program(&fresh, "python").to_string_lossy(), &["-c", first]))?;
+
+    pip(tools, &["--force-reinstall", "--no-deps", wheel])?;
+    let python = program(tools, "python");
+    if let Some(list) = output(&python.to_string_lossy(), &["-m", "pip", "list", "--format=freeze"])
+    {
+        println!(
+            "installed in {}: {}",
+            tools.display(),
+            list.lines().collect::<Vec<_>>().join(" ")
+        );
+    }
+    let mut tests = command(&python.to_string_lossy(), &["-m", "pytest", "-p", "no:cacheprovider"]);
+    tests
+        .current_dir(&source)
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .env("MYPY_CACHE_DIR", target().join("mypy"));
+    if golden::folder().join("golden.json").exists() {
+        tests.env("CULLET_GOLDEN", golden::folder());
+    }
+    run(tests)
+}
+
+/// The sdist has what builds the wheel: the crates of the engine lie in it too.
+fn sdist_is_whole(files: &[String]) -> Done {
+    let sdist = files.iter().find(|name| name.ends_with(".tar.gz"));
+    let sdist = sdist.ok_or("there is no sdist")?;
+    let list =
+        output("tar", &["-tzf", sdist]).ok_or_else(|| format!("{sdist}: cannot be listed"))?;
+    for part in [
+        "/bindings/python/src/lib.rs",
+        "/crates/cullet/src/lib.rs",
+        "/python/cullet/py.typed",
+        "/PKG-INFO",
+    ] {
+        if !list.lines().any(|line| line.ends_with(part)) {
+            return Err(format!("{sdist}: it lacks {part}"));
+        }
+    }
+    Ok(())
+}
