@@ -121,13 +121,11 @@ export class Occlusion {
         this.#instances[i] = instances;
       }
     }
-    if (same) {
-      for (const i of this.#moved.keys()) this.#place(i);
-      if (this.#moved.size > 0) this.#scene.refit();
-      this.#moved.clear();
-      return;
-    }
-    this.#make();
+    // Other numbers of instances, or some that are not finite now: another scene.
+    for (const i of this.#moved.keys()) same = same && this.#place(i);
+    if (!same) { this.#make(); return; }
+    if (this.#moved.size > 0) this.#scene.refit();
+    this.#moved.clear();
   }
 
   // A number for all that decides an object's part: 0 it can neither hide nor be hidden, 1 be hidden, 2 and 3 hide too.
@@ -171,10 +169,12 @@ export class Occlusion {
 
   #place(i) {
     const ids = this.#ids.get(i);
-    if (!ids) return;
+    // What is drawn in any case is in no scene, unless it was only not finite.
+    if (!ids) return this.#looked[i] === -1 || this.#looked[i] % 4 === 0 || this.#nodes.isUnculled(i) || this.#nodes.kinds[i] < Kind.Mesh || this.#nodes.kinds[i] === Kind.Batched;
     const matrices = this.#matricesOf(i);
-    if (matrices.length === 16 * ids.length && matrices.every(Number.isFinite)) this.#scene.setTransforms(ids, matrices);
-    else this.#version = -1;
+    if (this.#nodes.isUnculled(i) || matrices.length !== 16 * ids.length || !matrices.every(Number.isFinite)) return false;
+    this.#scene.setTransforms(ids, matrices);
+    return true;
   }
 
   #meshOf(geometry, role) {
