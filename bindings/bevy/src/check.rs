@@ -2,7 +2,7 @@
 
 use std::any::TypeId;
 
-use bevy_camera::Camera;
+use bevy_camera::{Camera, Projection};
 use bevy_camera::primitives::Frustum;
 use bevy_camera::visibility::{
     NoCpuCulling, RenderLayers, SetViewVisibility, ViewVisibility, VisibleEntities,
@@ -10,8 +10,10 @@ use bevy_camera::visibility::{
 };
 use bevy_ecs::prelude::*;
 use bevy_mesh::Mesh3d;
+use bevy_transform::components::GlobalTransform;
 
 use crate::mirror::{CulletScene, OfMesh, Seen, SeenItem, mask};
+use crate::occlusion::{CulletOcclusion, view as view_of};
 use crate::view::{CulletView, Known, half_spaces, is_outside};
 
 /// Fills the lists of all classes but meshes, just as Bevy does: lights, probes, decals, sprites and flat meshes are few, or
@@ -86,20 +88,26 @@ pub(crate) fn check_meshes(
         Option<&RenderLayers>,
         &Camera,
         Has<NoCpuCulling>,
+        (Option<&CulletOcclusion>, Option<&Projection>, Option<&GlobalTransform>),
     )>,
     all: Query<Seen, OfMesh>,
     mut view_visibilities: Query<&mut ViewVisibility, OfMesh>,
     ranges: Option<Res<VisibleEntityRanges>>,
 ) {
     let scene = &mirror.scene;
-    for (view, mut visible, mut state, frustum, layers, camera, is_exempt) in &mut views {
+    for (view, mut visible, mut state, frustum, layers, camera, is_exempt, occluded) in &mut views {
         if !camera.is_active {
             continue;
         }
         let state = &mut *state;
         let planes = (!is_exempt).then(|| half_spaces(frustum));
         let layers = layers.unwrap_or_default();
+        let (occlusion, projection, at) = occluded;
+        let occlusion = occlusion.filter(|_| !is_exempt).and_then(|occlusion| {
+            Some((occlusion, view_of(camera, projection, at?, frustum, mask(layers))?))
+        });
         let now = Known {
+            occlusion: occlusion.as_ref().map(|(o, view)| (view.clip_from_world(), view.viewport(), **o)),
             scene: scene.id(),
             order: scene.order_version(),
             change: scene.change_version(),
@@ -109,6 +117,9 @@ pub(crate) fn check_meshes(
         if state.known.as_ref() != Some(&now) || !mirror.checked.is_empty() {
             state.find(&mirror, planes.as_ref(), now.layers, |entity| {
                 let Ok(seen) = all.get(entity) else { return true };
+                if seen.no_frustum_culling {
+                    return true;
+                }
                 let (Some(aabb), Some(planes)) = (seen.aabb, &planes) else { return true };
                 !is_outside(planes, aabb, &seen.transform.affine())
             });
@@ -125,6 +136,10 @@ pub(crate) fn check_meshes(
                 if !keep {
                     state.next[word] &= !bit;
                 }
+            }
+            state.funnel.in_range = state.count();
+            if let Some((occlusion, view)) = &occlusion {
+                state.hidden.take_out(&occlusion.culler(), &mirror, view, &mut state.next);
             }
             let same = |known: &Known| (known.scene, known.order) == (now.scene, now.order);
             let same_order = state.known.as_ref().is_some_and(same);

@@ -4,10 +4,14 @@
 //!
 //! ```
 //! # use bevy::prelude::*;
-//! use bevy_cullet::CulletPlugin;
+//! use bevy_cullet::{CulletOcclusion, CulletPlugin};
+//!
+//! fn setup(mut commands: Commands) {
+//!     commands.spawn((Camera3d::default(), CulletOcclusion::default()));
+//! }
 //!
 //! # fn run() {
-//! App::new().add_plugins((DefaultPlugins, CulletPlugin)).run();
+//! App::new().add_plugins((DefaultPlugins, CulletPlugin)).add_systems(Startup, setup).run();
 //! # }
 //! ```
 //!
@@ -19,19 +23,44 @@
 //! | item | for |
 //! |---|---|
 //! | [`CulletPlugin`] | the whole |
+//! | [`CulletOcclusion`] | a camera: what lies behind other meshes is not drawn |
+//! | [`CulletOccluder`], [`NoCulletOccluder`] | an entity: what hides, and what never does |
+//! | [`CulletPrepare`] | when occluders are made |
+//! | [`CulletExplain`] | why an entity is drawn or not |
+//! | [`CulletDiagnosticsPlugin`] | the funnel as diagnostics |
+//! | `CulletBaked` | baked files as assets (feature `baked`) |
+//! | `CulletOverlayPlugin` | what was culled, drawn (feature `gizmos`) |
 //! | [`CulletView`] | a camera, added by itself: its funnel, and what was culled and why |
 //! | [`CulletScene`] | the resource that holds the engine's scene |
 //! | [`CulletSystems`] | the set to order systems against |
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "baked")]
+mod baked;
 mod check;
+mod diagnostics;
+mod explain;
 mod mirror;
+mod occluder;
+mod occlusion;
+#[cfg(feature = "gizmos")]
+mod overlay;
+#[cfg(feature = "pbr")]
+mod pbr;
 mod plugin;
 mod view;
 
 pub use engine;
 
+#[cfg(feature = "baked")]
+pub use baked::{CulletBaked, CulletBakedError, CulletBakedLoader, CulletBakedPlugin};
+pub use diagnostics::CulletDiagnosticsPlugin;
+pub use explain::{CulletExplain, CulletReason};
 pub use mirror::CulletScene;
+pub use occluder::{CulletOccluder, CulletPrepare, NoCulletOccluder};
+pub use occlusion::CulletOcclusion;
+#[cfg(feature = "gizmos")]
+pub use overlay::*;
 pub use plugin::{CulletPlugin, CulletSystems};
 pub use view::{CulletFunnel, CulletView};
 #[cfg(doc)]

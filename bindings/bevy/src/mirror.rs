@@ -4,7 +4,7 @@ use std::any::TypeId;
 
 use bevy_camera::primitives::{Aabb, Sphere};
 use bevy_camera::visibility::{
-    InheritedVisibility, NoCpuCulling, NoFrustumCulling, RenderLayers, ViewVisibility,
+    DynamicSkinnedMeshBounds, InheritedVisibility, NoCpuCulling, NoFrustumCulling, RenderLayers, ViewVisibility,
     VisibilityClass, VisibilityRange,
 };
 use bevy_ecs::entity::EntityHashSet;
@@ -12,9 +12,14 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::query::QueryData;
 use bevy_ecs::system::SystemParam;
 use bevy_math::{Affine3A, Vec3A};
+use bevy_asset::AssetId;
+use bevy_mesh::morph::{MeshMorphWeights, MorphWeights};
+use bevy_mesh::skinning::SkinnedMesh;
 use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
-use engine::{BoundsOverride, Handle, Instance, InstanceFlags, Mesh, MeshData, Scene, Transform};
+use engine::{
+    BoundsOverride, Handle, Instance, InstanceFlags, Mesh, MeshData, MeshId, Prepared, Scene, Transform,
+};
 
 /// The layer of the engine that stands for all layers of Bevy from this one on.
 const LAST_LAYER: u32 = 31;
@@ -31,9 +36,12 @@ pub struct CulletScene {
     pub(crate) checked: EntityHashSet,
     // Instances that are new, gone, or found to move, since the slots were sorted.
     unsorted: usize,
+    has_moved_occluders: bool,
     updates: u32,
     // Lists that are used again in each frame.
     moved: Vec<(Handle, engine::bounds::Aabb)>,
+    /// Entities whose meshes are being made into occluders, and whether both sides are drawn.
+    pub(crate) waiting: Vec<(Entity, AssetId<bevy_mesh::Mesh>, bool)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +52,8 @@ struct Record {
     moved_at: u32,
     layers: u32,
     flags: InstanceFlags,
+    /// The engine's mesh: 0 for what hides nothing.
+    mesh: MeshId,
 }
 
 impl Default for CulletScene {
@@ -58,8 +68,10 @@ impl Default for CulletScene {
             records: Vec::new(),
             checked: EntityHashSet::default(),
             unsorted: 0,
+            has_moved_occluders: false,
             updates: 0,
             moved: Vec::new(),
+            waiting: Vec::new(),
         }
     }
 }
@@ -104,18 +116,26 @@ impl CulletScene {
         } else if !self.checked.is_empty() {
             self.checked.remove(&seen.entity);
         }
+        let mesh = self.records[at].map_or(0, |record| record.mesh);
+        let mesh = if mesh != 0 && self.is_drawn_as_it_is(seen, mesh) { mesh } else { 0 };
+        if let Some(record) = self.records[at].filter(|record| record.mesh != mesh) {
+            let _ = self.scene.remove(record.handle);
+            self.records[at] = None;
+        }
         let (bounds, layers) = (seen.bounds(), seen.layers());
-        let always_visible = seen.no_frustum_culling;
+        let always_visible = seen.no_frustum_culling || seen.is_deformed();
         let now = self.updates;
+        let transform = if mesh == 0 { Transform::IDENTITY } else { seen.transform() };
+        let bounds = if mesh == 0 { bounds } else { BoundsOverride::Mesh };
         let Some(record) = &mut self.records[at] else {
             let flags = InstanceFlags { always_visible, ..InstanceFlags::default() };
             let user = seen.entity.to_bits();
-            let instance = Instance::new(0, Transform::IDENTITY);
+            let instance = Instance::new(mesh, transform);
             let added = self.scene.add(Instance { bounds, layers, flags, user, ..instance });
             // Full at four thousand million, which no world reaches: its entities would not fit either.
             let Ok(handle) = added else { return };
             let entity = seen.entity;
-            self.records[at] = Some(Record { entity, handle, moved_at: now, layers, flags });
+            self.records[at] = Some(Record { entity, handle, moved_at: now, layers, flags, mesh });
             self.unsorted += 1;
             return;
         };
@@ -136,10 +156,49 @@ impl CulletScene {
         }
         match bounds {
             BoundsOverride::World(bounds) => self.moved.push((handle, bounds)),
+            BoundsOverride::Mesh => {
+                let _ = self.scene.set_transform(handle, transform);
+                self.has_moved_occluders = true;
+            }
             other => {
                 let _ = self.scene.set_bounds(handle, other);
             }
         }
+    }
+
+    /// Adds a mesh that hides, if there is one.
+    pub(crate) fn take(&mut self, made: Option<(Mesh, Prepared)>) -> Option<MeshId> {
+        made.map(|(mesh, prepared)| self.scene.add_prepared_mesh(mesh, prepared))
+    }
+
+    /// Gives an entity another of the engine's meshes, if it is there.
+    pub(crate) fn set_mesh(&mut self, entity: Entity, mesh: MeshId, seen: Option<&SeenItem<'_, '_>>) {
+        let (Some(record), Some(seen)) = (self.record(entity).copied(), seen) else { return };
+        if record.mesh == mesh || mesh != 0 && !self.is_drawn_as_it_is(seen, mesh) {
+            return;
+        }
+        let bounds = if mesh == 0 { seen.bounds() } else { BoundsOverride::Mesh };
+        let transform = if mesh == 0 { Transform::IDENTITY } else { seen.transform() };
+        let (layers, flags, user) = (record.layers, record.flags, entity.to_bits());
+        let instance = Instance::new(mesh, transform);
+        // What waits to be written has the old handle.
+        self.moved.retain(|(handle, _)| *handle != record.handle);
+        if let Ok(handle) = self.scene.add(Instance { bounds, layers, flags, user, ..instance }) {
+            let _ = self.scene.remove(record.handle);
+            self.records[entity.index_u32() as usize] = Some(Record { handle, mesh, ..record });
+            self.unsorted += 2;
+        }
+    }
+
+    /// Whether an entity is drawn just where its mesh lies, so that the mesh hides what is behind it.
+    fn is_drawn_as_it_is(&self, seen: &SeenItem<'_, '_>, mesh: MeshId) -> bool {
+        let Some(aabb) = seen.aabb else { return false };
+        let own = self.scene.meshes()[mesh as usize].bounds();
+        let (min, max) = (Vec3A::from_array(own.min), Vec3A::from_array(own.max));
+        let slack = (min.abs().max(max.abs())) * 1e-5;
+        let is_own = (aabb.min() - min).abs().cmple(slack).all() && (aabb.max() - max).abs().cmple(slack).all();
+        let turns_over = seen.transform.affine().matrix3.determinant() <= 0.0;
+        is_own && !turns_over && !seen.is_skinned && !seen.has_morphs() && !seen.needs_check()
     }
 
     /// Takes an entity out, if it is there.
@@ -166,10 +225,11 @@ impl CulletScene {
             for (handle, b) in self.moved.drain(..) {
                 let _ = self.scene.set_bounds(handle, BoundsOverride::World(b));
             }
-            if count > 0 {
+            if count > 0 || self.has_moved_occluders {
                 self.scene.refit();
             }
         }
+        self.has_moved_occluders = false;
         if self.unsorted > 64 + self.scene.slot_count() as usize / 8 {
             self.scene.sort();
             self.unsorted = 0;
@@ -189,6 +249,10 @@ pub(crate) struct Seen {
     pub(crate) transform: &'static GlobalTransform,
     pub(crate) no_frustum_culling: Has<NoFrustumCulling>,
     pub(crate) ranged: Has<VisibilityRange>,
+    is_skinned: Has<SkinnedMesh>,
+    has_dynamic_bounds: Has<DynamicSkinnedMeshBounds>,
+    is_morphed: Has<MeshMorphWeights>,
+    has_weights: Has<MorphWeights>,
 }
 
 impl SeenItem<'_, '_> {
@@ -200,6 +264,23 @@ impl SeenItem<'_, '_> {
             || self.aabb.is_none() && self.sphere.is_some()
             || !self.class.is_some_and(is_plain)
             || self.layers.is_some_and(|layers| mask(layers) >> LAST_LAYER != 0)
+    }
+
+    fn has_morphs(&self) -> bool {
+        self.is_morphed || self.has_weights
+    }
+
+    /// Whether its vertices may lie outside its `Aabb`, which is that of the pose in which it was made: it is tested against
+    /// the frustum, as Bevy does, but is never taken for hidden.
+    fn is_deformed(&self) -> bool {
+        self.has_morphs() || self.is_skinned && !self.has_dynamic_bounds
+    }
+
+    fn transform(&self) -> Transform {
+        let at = self.transform.affine();
+        let linear = [at.matrix3.x_axis, at.matrix3.y_axis, at.matrix3.z_axis];
+        let translation = at.translation.as_dvec3().to_array();
+        Transform { linear: linear.map(|axis| axis.to_array()), translation }
     }
 
     fn layers(&self) -> u32 {
@@ -284,7 +365,7 @@ type Touched = Or<(
     Added<NoFrustumCulling>,
     Added<VisibilityRange>,
     Added<ViewVisibility>,
-    Added<Mesh3d>,
+    Or<(Added<Mesh3d>, Added<SkinnedMesh>, Added<MeshMorphWeights>, Added<MorphWeights>)>,
 )>;
 
 /// Takes over into the engine's scene what changed.

@@ -10,6 +10,7 @@ use bevy_ecs::schedule::ScheduleCleanupPolicy;
 
 use crate::check::{check_meshes, check_others};
 use crate::mirror::{CulletScene, follow};
+use crate::occluder::{CulletPrepare, OccluderMeshes, prepare};
 use crate::view::CulletView;
 
 /// Steps of the plugin, in [`PostUpdate`], within [`VisibilitySystems::CheckVisibility`].
@@ -31,6 +32,8 @@ pub struct CulletPlugin;
 impl Plugin for CulletPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<CulletScene>();
+        app.init_resource::<OccluderMeshes>();
+        app.init_resource::<CulletPrepare>();
         app.register_required_components::<Camera, CulletView>();
         app.configure_sets(
             PostUpdate,
@@ -42,9 +45,16 @@ impl Plugin for CulletPlugin {
         app.add_systems(
             PostUpdate,
             (
-                follow.in_set(CulletSystems::Follow),
+                (follow, prepare).chain().in_set(CulletSystems::Follow),
                 (check_others, check_meshes).chain().in_set(CulletSystems::Check),
             ),
+        );
+        #[cfg(feature = "pbr")]
+        app.add_systems(
+            PostUpdate,
+            crate::pbr::by_material
+                .after(bevy_asset::AssetEventSystems)
+                .before(CulletSystems::Follow),
         );
     }
 

@@ -17,9 +17,7 @@ use crate::mirror::CulletScene;
 pub struct CulletFunnel {
     /// All that are culled on the CPU.
     pub entities: u64,
-    /// Those that are not hidden and share a layer with the camera.
-    pub in_layers: u64,
-    /// Those of them that are not outside the frustum.
+    /// Those that are not outside the frustum, are not hidden by their `Visibility` and share a layer with the camera.
     pub in_frustum: u64,
     /// Those of them that are in their visibility range too: what Bevy itself would list.
     pub in_range: u64,
@@ -41,6 +39,7 @@ pub struct CulletView {
     /// What `seen` was found from.
     pub(crate) known: Option<Known>,
     pub(crate) scratch: Vec<Entity>,
+    pub(crate) hidden: crate::occlusion::Hidden,
 }
 
 /// What the answer depends on: where it is the same as in the last frame, so is the answer.
@@ -51,6 +50,8 @@ pub(crate) struct Known {
     pub(crate) change: u64,
     pub(crate) planes: Option<[[f32; 4]; 5]>,
     pub(crate) layers: u32,
+    /// Matrix and settings of occlusion, where there is some.
+    pub(crate) occlusion: Option<([f64; 16], [u32; 2], crate::CulletOcclusion)>,
 }
 
 /// The half-spaces that Bevy tests meshes against: all but the far one, which its renderer does not clip at.
@@ -122,26 +123,31 @@ impl CulletView {
                     }
                     next[word] = kept;
                 }
-                for (next, (exempt, present)) in next.iter_mut().zip(scene.exempt().iter().zip(present)) {
-                    *next |= exempt & present;
+                for (word, next) in next.iter_mut().enumerate() {
+                    let exempt = scene.exempt()[word] & present[word];
+                    *next &= !exempt;
+                    for slot in slots_of(word, exempt) {
+                        let keeps = straddles(Entity::from_bits(scene.user(slot)));
+                        *next |= u64::from(keeps) << (slot % 64);
+                    }
                 }
             }
             None => next.copy_from_slice(present),
         }
-        let mut entities = 0;
         for (word, next) in next.iter_mut().enumerate() {
-            let mut bits = *next;
-            while bits != 0 {
-                let bit = bits.trailing_zeros();
-                bits &= bits - 1;
-                if scene.layers(word as u32 * 64 + bit) & layers == 0 {
-                    *next &= !(1 << bit);
+            for slot in slots_of(word, *next) {
+                if scene.layers(slot) & layers == 0 {
+                    *next &= !(1 << (slot % 64));
                 }
             }
-            entities += u64::from(next.count_ones());
         }
         self.funnel.entities = u64::from(scene.instance_count());
-        self.funnel.in_frustum = entities;
+        self.funnel.in_frustum = self.count();
+    }
+
+    /// How many are in `next`.
+    pub(crate) fn count(&self) -> u64 {
+        self.next.iter().map(|word| u64::from(word.count_ones())).sum()
     }
 
     /// Makes `next` what is seen, and brings the list after it: sorted anew where slots were, else by what came and went.
