@@ -2,12 +2,12 @@
 
 use std::any::TypeId;
 
-use bevy_camera::{Camera, Projection};
 use bevy_camera::primitives::Frustum;
 use bevy_camera::visibility::{
     NoCpuCulling, RenderLayers, SetViewVisibility, ViewVisibility, VisibleEntities,
     VisibleEntityRanges,
 };
+use bevy_camera::{Camera, Projection};
 use bevy_ecs::prelude::*;
 use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
@@ -107,7 +107,9 @@ pub(crate) fn check_meshes(
             Some((occlusion, view_of(camera, projection, at?, frustum, mask(layers))?))
         });
         let now = Known {
-            occlusion: occlusion.as_ref().map(|(o, view)| (view.clip_from_world(), view.viewport(), **o)),
+            occlusion: occlusion
+                .as_ref()
+                .map(|(o, view)| (view.clip_from_world(), view.viewport(), **o)),
             scene: scene.id(),
             order: scene.order_version(),
             change: scene.change_version(),

@@ -34,7 +34,8 @@ impl Plugin for CulletDiagnosticsPlugin {
 }
 
 fn measure(mut diagnostics: Diagnostics, views: Query<(&Camera, &CulletView)>) {
-    let active = || views.iter().filter(|(camera, _)| camera.is_active).map(|(_, view)| view.funnel);
+    let active =
+        || views.iter().filter(|(camera, _)| camera.is_active).map(|(_, view)| view.funnel);
     let mut add = |path: DiagnosticPath, of: &dyn Fn(crate::CulletFunnel) -> u64| {
         diagnostics.add_measurement(&path, || active().map(of).sum::<u64>() as f64);
     };

@@ -111,7 +111,8 @@ impl CulletExplain<'_, '_> {
     /// Why `camera` draws `entity`, or not. Its cost is that of a whole cull where the camera has occlusion.
     #[must_use]
     pub fn why(&self, camera: Entity, entity: Entity) -> CulletReason {
-        let Ok((of, frustum, at, projection, layers, occlusion, is_exempt)) = self.cameras.get(camera)
+        let Ok((of, frustum, at, projection, layers, occlusion, is_exempt)) =
+            self.cameras.get(camera)
         else {
             return CulletReason::NoCamera;
         };
@@ -146,7 +147,8 @@ impl CulletExplain<'_, '_> {
                 }
             }
         }
-        let view = occlusion.and_then(|o| Some((o, view_of(of, projection, at, frustum, mask(layers))?)));
+        let view =
+            occlusion.and_then(|o| Some((o, view_of(of, projection, at, frustum, mask(layers))?)));
         let (Some((occlusion, view)), Some(handle)) = (view, self.mirror.handle(entity)) else {
             return CulletReason::Visible;
         };

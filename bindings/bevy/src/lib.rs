@@ -54,6 +54,8 @@ pub use engine;
 
 #[cfg(feature = "baked")]
 pub use baked::{CulletBaked, CulletBakedError, CulletBakedLoader, CulletBakedPlugin};
+#[cfg(doc)]
+use bevy_camera::visibility::check_visibility_cpu_culling;
 pub use diagnostics::CulletDiagnosticsPlugin;
 pub use explain::{CulletExplain, CulletReason};
 pub use mirror::CulletScene;
@@ -63,5 +65,3 @@ pub use occlusion::CulletOcclusion;
 pub use overlay::*;
 pub use plugin::{CulletPlugin, CulletSystems};
 pub use view::{CulletFunnel, CulletView};
-#[cfg(doc)]
-use bevy_camera::visibility::check_visibility_cpu_culling;

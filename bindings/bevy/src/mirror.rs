@@ -2,23 +2,24 @@
 
 use std::any::TypeId;
 
+use bevy_asset::AssetId;
 use bevy_camera::primitives::{Aabb, Sphere};
 use bevy_camera::visibility::{
-    DynamicSkinnedMeshBounds, InheritedVisibility, NoCpuCulling, NoFrustumCulling, RenderLayers, ViewVisibility,
-    VisibilityClass, VisibilityRange,
+    DynamicSkinnedMeshBounds, InheritedVisibility, NoCpuCulling, NoFrustumCulling, RenderLayers,
+    ViewVisibility, VisibilityClass, VisibilityRange,
 };
 use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::QueryData;
 use bevy_ecs::system::SystemParam;
 use bevy_math::{Affine3A, Vec3A};
-use bevy_asset::AssetId;
+use bevy_mesh::Mesh3d;
 use bevy_mesh::morph::{MeshMorphWeights, MorphWeights};
 use bevy_mesh::skinning::SkinnedMesh;
-use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
 use engine::{
-    BoundsOverride, Handle, Instance, InstanceFlags, Mesh, MeshData, MeshId, Prepared, Scene, Transform,
+    BoundsOverride, Handle, Instance, InstanceFlags, Mesh, MeshData, MeshId, Prepared, Scene,
+    Transform,
 };
 
 /// The layer of the engine that stands for all layers of Bevy from this one on.
@@ -172,7 +173,12 @@ impl CulletScene {
     }
 
     /// Gives an entity another of the engine's meshes, if it is there.
-    pub(crate) fn set_mesh(&mut self, entity: Entity, mesh: MeshId, seen: Option<&SeenItem<'_, '_>>) {
+    pub(crate) fn set_mesh(
+        &mut self,
+        entity: Entity,
+        mesh: MeshId,
+        seen: Option<&SeenItem<'_, '_>>,
+    ) {
         let (Some(record), Some(seen)) = (self.record(entity).copied(), seen) else { return };
         if record.mesh == mesh || mesh != 0 && !self.is_drawn_as_it_is(seen, mesh) {
             return;
@@ -196,7 +202,8 @@ impl CulletScene {
         let own = self.scene.meshes()[mesh as usize].bounds();
         let (min, max) = (Vec3A::from_array(own.min), Vec3A::from_array(own.max));
         let slack = (min.abs().max(max.abs())) * 1e-5;
-        let is_own = (aabb.min() - min).abs().cmple(slack).all() && (aabb.max() - max).abs().cmple(slack).all();
+        let is_own = (aabb.min() - min).abs().cmple(slack).all()
+            && (aabb.max() - max).abs().cmple(slack).all();
         let turns_over = seen.transform.affine().matrix3.determinant() <= 0.0;
         is_own && !turns_over && !seen.is_skinned && !seen.has_morphs() && !seen.needs_check()
     }
@@ -216,7 +223,11 @@ impl CulletScene {
         // Fitting all nodes once is quicker than letting each grow, from a few in a hundred on.
         if count > 64 && count * 32 > self.scene.slot_count() as usize {
             let slots = |scene: &Scene, handle| scene.slot(handle).ok();
-            let moved: Vec<_> = self.moved.drain(..).filter_map(|(handle, b)| Some((slots(&self.scene, handle)?, b))).collect();
+            let moved: Vec<_> = self
+                .moved
+                .drain(..)
+                .filter_map(|(handle, b)| Some((slots(&self.scene, handle)?, b)))
+                .collect();
             let mut bounds = self.scene.bounds_mut();
             for (slot, b) in moved {
                 bounds.set(slot, &b);
@@ -293,7 +304,11 @@ impl SeenItem<'_, '_> {
             (None, Some(s)) => around(s.center, Vec3A::splat(s.radius)),
             (None, None) => return BoundsOverride::None,
         };
-        if bounds.is_finite() && !bounds.is_empty() { BoundsOverride::World(bounds) } else { BoundsOverride::None }
+        if bounds.is_finite() && !bounds.is_empty() {
+            BoundsOverride::World(bounds)
+        } else {
+            BoundsOverride::None
+        }
     }
 }
 

@@ -101,8 +101,11 @@ pub(crate) fn prepare(
     }
     let mut stale = Vec::new();
     for event in events.iter_mut().flat_map(|events| events.read()) {
-        if let AssetEvent::Added { id } | AssetEvent::Modified { id } | AssetEvent::Removed { id } = event {
-            let known = [false, true].into_iter().any(|sides| meshes.made.remove(&(*id, sides)).is_some());
+        if let AssetEvent::Added { id } | AssetEvent::Modified { id } | AssetEvent::Removed { id } =
+            event
+        {
+            let known =
+                [false, true].into_iter().any(|sides| meshes.made.remove(&(*id, sides)).is_some());
             if known {
                 stale.push(*id);
             }
@@ -128,9 +131,10 @@ pub(crate) fn prepare(
                 return Made::Nothing;
             };
             match *when {
-                CulletPrepare::Background => {
-                    Made::Soon(AsyncComputeTaskPool::get_or_init(Default::default).spawn(async move { make(data) }))
-                }
+                CulletPrepare::Background => Made::Soon(
+                    AsyncComputeTaskPool::get_or_init(Default::default)
+                        .spawn(async move { make(data) }),
+                ),
                 CulletPrepare::AtOnce => mirror.take(make(data)).map_or(Made::Nothing, Made::Here),
             }
         });

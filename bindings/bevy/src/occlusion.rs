@@ -57,7 +57,13 @@ pub(crate) struct Hidden {
 
 impl Hidden {
     /// Takes out of `seen`, one bit a slot, what the view does not see.
-    pub(crate) fn take_out(&mut self, culler: &Culler, mirror: &CulletScene, view: &View, seen: &mut [u64]) {
+    pub(crate) fn take_out(
+        &mut self,
+        culler: &Culler,
+        mirror: &CulletScene,
+        view: &View,
+        seen: &mut [u64],
+    ) {
         culler.cull_one(&mirror.scene, view, &mut self.state, &mut self.visible);
         let mut kept = vec![0u64; seen.len()];
         for slot in self.visible.slots() {
@@ -80,7 +86,8 @@ pub(crate) fn view(
 ) -> Option<View> {
     let size = camera.physical_viewport_size()?;
     let own = projection?.compute_frustum(at);
-    let is_own = own.half_spaces.iter().zip(&frustum.half_spaces).all(|(a, b)| a.normal_d() == b.normal_d());
+    let is_own =
+        own.half_spaces.iter().zip(&frustum.half_spaces).all(|(a, b)| a.normal_d() == b.normal_d());
     if !is_own || camera.invert_culling {
         return None;
     }

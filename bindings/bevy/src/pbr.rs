@@ -2,12 +2,12 @@
 
 use bevy_asset::{AssetEvent, AssetId, Assets};
 use bevy_ecs::prelude::*;
+use bevy_material::AlphaMode;
 use bevy_mesh::Mesh3d;
 use bevy_pbr::{MeshMaterial3d, StandardMaterial};
-use bevy_material::AlphaMode;
 use bevy_render::render_resource::Face;
 
-use crate::{CulletOcclusion, CulletOccluder, NoCulletOccluder};
+use crate::{CulletOccluder, CulletOcclusion, NoCulletOccluder};
 
 /// Which entities got their [`CulletOccluder`] here.
 #[derive(Component)]
@@ -16,7 +16,12 @@ pub(crate) struct ByMaterial;
 type Meshes<'w, 's, F> = Query<
     'w,
     's,
-    (Entity, &'static MeshMaterial3d<StandardMaterial>, Option<&'static CulletOccluder>, Has<ByMaterial>),
+    (
+        Entity,
+        &'static MeshMaterial3d<StandardMaterial>,
+        Option<&'static CulletOccluder>,
+        Has<ByMaterial>,
+    ),
     (With<Mesh3d>, Without<NoCulletOccluder>, F),
 >;
 
@@ -48,7 +53,9 @@ pub(crate) fn by_material(
         .iter_mut()
         .flat_map(|events| events.read())
         .filter_map(|event| match event {
-            AssetEvent::Added { id } | AssetEvent::Modified { id } | AssetEvent::Removed { id } => Some(*id),
+            AssetEvent::Added { id } | AssetEvent::Modified { id } | AssetEvent::Removed { id } => {
+                Some(*id)
+            }
             _ => None,
         })
         .collect();
@@ -58,7 +65,12 @@ pub(crate) fn by_material(
     for entity in &vetoed {
         commands.entity(entity).remove::<(CulletOccluder, ByMaterial)>();
     }
-    let mut judge = |(entity, material, known, is_ours): (Entity, &MeshMaterial3d<StandardMaterial>, Option<&CulletOccluder>, bool)| {
+    let mut judge = |(entity, material, known, is_ours): (
+        Entity,
+        &MeshMaterial3d<StandardMaterial>,
+        Option<&CulletOccluder>,
+        bool,
+    )| {
         if known.is_some() && !is_ours {
             return;
         }

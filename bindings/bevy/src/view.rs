@@ -83,7 +83,8 @@ pub(crate) fn is_outside(
         let radius = (m.transpose() * normal).abs().dot(extents);
         let distance = normal.dot(center) + d;
         // The planes themselves are rounded to f32, and so is what the shader makes of the corners.
-        let rounding = (normal.abs().dot(center.abs()) + d.abs() + radius) * f64::from(f32::EPSILON);
+        let rounding =
+            (normal.abs().dot(center.abs()) + d.abs() + radius) * f64::from(f32::EPSILON);
         distance + radius < -rounding
     })
 }
