@@ -380,7 +380,8 @@ type Touched = Or<(
     Added<NoFrustumCulling>,
     Added<VisibilityRange>,
     Added<ViewVisibility>,
-    Or<(Added<Mesh3d>, Added<SkinnedMesh>, Added<MeshMorphWeights>, Added<MorphWeights>)>,
+    // A `Mesh3d` that comes changes the class.
+    Or<(Added<SkinnedMesh>, Added<MeshMorphWeights>, Added<MorphWeights>)>,
 )>;
 
 /// Takes over into the engine's scene what changed.

@@ -125,7 +125,7 @@ pub(crate) fn prepare(
         mirror.set_mesh(entity, 0, all.get(entity).ok().as_ref());
         news.push((entity, mesh.id(), occluder.double_sided));
     }
-    for (entity, id, sides) in news.drain(..).chain(mirror.waiting.drain(..).collect::<Vec<_>>()) {
+    for (entity, id, sides) in news.drain(..).chain(std::mem::take(&mut mirror.waiting)) {
         let made = meshes.made.entry((id, sides)).or_insert_with(|| {
             let Some(data) = assets.get(id).and_then(|mesh| data(mesh, sides)) else {
                 return Made::Nothing;
