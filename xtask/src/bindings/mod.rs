@@ -1,5 +1,6 @@
 //! The bindings, each built and tested in the host that it is for: `cargo xtask bindings [NAME]`, and steps of `test`.
 
+mod bevy;
 mod c;
 mod golden;
 mod python;
@@ -14,6 +15,7 @@ pub(crate) const STEPS: &[Step] = &[
     Step { name: "host-c", run: c::test },
     Step { name: "host-python", run: python::test },
     Step { name: "host-web", run: web::test },
+    Step { name: "host-bevy", run: bevy::test },
 ];
 
 /// Makes the shared answers, then builds and tests the bindings whose name contains `filter`.

@@ -1,0 +1,98 @@
+//! Occlusion: the cameras that ask for it, and what of their list lies behind others.
+
+use bevy_camera::primitives::Frustum;
+use bevy_camera::{Camera, Projection};
+use bevy_ecs::prelude::*;
+use bevy_transform::components::GlobalTransform;
+use engine::cull::occlusion::Occlusion;
+use engine::{Backface, Culler, Depth, Output, View, ViewState, Visible};
+
+use crate::mirror::CulletScene;
+
+/// A camera that does not list what lies behind other meshes.
+///
+/// What hides are meshes that are opaque: with the feature `pbr` those whose `StandardMaterial` is, found by themselves, and
+/// else the entities that carry [`CulletOccluder`](crate::CulletOccluder). Nothing is dropped that could reach a pixel.
+///
+/// It does nothing for a camera whose `Frustum` is not that of its `Projection`, whose target has no size yet, that carries
+/// `NoCpuCulling`, or that draws with `invert_culling`.
+#[derive(Clone, Copy, Component, Debug, PartialEq)]
+pub struct CulletOcclusion {
+    /// Pixels across the occlusion buffer, from 1 to 4,096, never more than the camera has. More finds more, at a cost
+    /// that grows by its square. Default: 640.
+    pub width: u32,
+    /// What drawing occluders may cost, in microseconds by a model, not a clock: from 0, which draws none. Default: 200.
+    pub budget: f32,
+}
+
+impl Default for CulletOcclusion {
+    fn default() -> Self {
+        let Occlusion { width, budget, .. } = Occlusion::default();
+        Self { width, budget }
+    }
+}
+
+impl CulletOcclusion {
+    /// The engine's settings: whole instances, since a list of Bevy knows no parts of one.
+    pub(crate) fn culler(&self) -> Culler {
+        Culler {
+            // Without a risk: what an entity costs to draw is not known here, and its instance may have one triangle.
+            occlusion: Some(Occlusion { width: self.width, budget: self.budget, risk: None }),
+            pvs: false,
+            portal: None,
+            backface: Backface::Off,
+            degenerate: false,
+            output: Output::Instances,
+            ..Culler::default()
+        }
+    }
+}
+
+/// What a camera with occlusion keeps.
+#[derive(Debug, Default)]
+pub(crate) struct Hidden {
+    state: ViewState,
+    visible: Visible,
+}
+
+impl Hidden {
+    /// Takes out of `seen`, one bit a slot, what the view does not see.
+    pub(crate) fn take_out(
+        &mut self,
+        culler: &Culler,
+        mirror: &CulletScene,
+        view: &View,
+        seen: &mut [u64],
+    ) {
+        culler.cull_one(&mirror.scene, view, &mut self.state, &mut self.visible);
+        let mut kept = vec![0u64; seen.len()];
+        for slot in self.visible.slots() {
+            kept[slot as usize / 64] |= 1 << (slot % 64);
+        }
+        let exempt = mirror.scene.exempt();
+        for (word, seen) in seen.iter_mut().enumerate() {
+            *seen &= kept[word] | exempt.get(word).copied().unwrap_or(0);
+        }
+    }
+}
+
+/// The view that a camera draws; `None` where nothing can be told to be hidden in it.
+pub(crate) fn view(
+    camera: &Camera,
+    projection: Option<&Projection>,
+    at: &GlobalTransform,
+    frustum: &Frustum,
+    layers: u32,
+) -> Option<View> {
+    let size = camera.physical_viewport_size()?;
+    let own = projection?.compute_frustum(at);
+    let is_own =
+        own.half_spaces.iter().zip(&frustum.half_spaces).all(|(a, b)| a.normal_d() == b.normal_d());
+    if !is_own || camera.invert_culling {
+        return None;
+    }
+    let clip_from_world = camera.clip_from_view().as_dmat4() * at.to_matrix().as_dmat4().inverse();
+    let matrix = clip_from_world.to_cols_array();
+    // A matrix that shows no volume hides nothing.
+    Some(View::from_matrix(matrix, Depth::Reversed, size.to_array()).ok()?.with_layers(layers))
+}

@@ -1,0 +1,69 @@
+//! The plugin: what is put in the place of Bevy's own systems.
+
+use bevy_app::{App, Plugin, PostUpdate};
+use bevy_camera::Camera;
+use bevy_camera::visibility::{
+    VisibilitySystems, check_visibility_cpu_culling, check_visibility_ranges,
+};
+use bevy_ecs::prelude::*;
+use bevy_ecs::schedule::ScheduleCleanupPolicy;
+
+use crate::check::{check_meshes, check_others};
+use crate::mirror::{CulletScene, follow};
+use crate::occluder::{CulletPrepare, OccluderMeshes, prepare};
+use crate::view::CulletView;
+
+/// Steps of the plugin, in [`PostUpdate`], within [`VisibilitySystems::CheckVisibility`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, SystemSet)]
+pub enum CulletSystems {
+    /// The engine's scene takes over what changed.
+    Follow,
+    /// Each camera gets its visible entities.
+    Check,
+}
+
+/// Takes visibility over from Bevy, for all cameras of the app.
+///
+/// Add it anywhere among the plugins; Bevy's own check is taken out when the app is finished. It keeps all its state in
+/// the app's world, so that any number of apps can run in one process.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CulletPlugin;
+
+impl Plugin for CulletPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<CulletScene>();
+        app.init_resource::<OccluderMeshes>();
+        app.init_resource::<CulletPrepare>();
+        app.register_required_components::<Camera, CulletView>();
+        app.configure_sets(
+            PostUpdate,
+            (CulletSystems::Follow, CulletSystems::Check)
+                .chain()
+                .in_set(VisibilitySystems::CheckVisibility)
+                .after(check_visibility_ranges),
+        );
+        app.add_systems(
+            PostUpdate,
+            (
+                (follow, prepare).chain().in_set(CulletSystems::Follow),
+                (check_others, check_meshes).chain().in_set(CulletSystems::Check),
+            ),
+        );
+        #[cfg(feature = "pbr")]
+        app.add_systems(
+            PostUpdate,
+            crate::pbr::by_material
+                .after(bevy_asset::AssetEventSystems)
+                .before(CulletSystems::Follow),
+        );
+    }
+
+    fn finish(&self, app: &mut App) {
+        // Not an error where there is none: an app without Bevy's cameras has nothing to take out.
+        let _ = app.remove_systems_in_set(
+            PostUpdate,
+            check_visibility_cpu_culling,
+            ScheduleCleanupPolicy::RemoveSystemsOnly,
+        );
+    }
+}

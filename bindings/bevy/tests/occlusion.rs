@@ -1,0 +1,92 @@
+//! What lies behind others is not listed, and only that.
+mod common;
+
+use bevy::camera::RenderTargetInfo;
+use bevy::ecs::system::RunSystemOnce;
+use bevy::prelude::*;
+use bevy_cullet::{
+    CulletExplain, CulletOccluder, CulletOcclusion, CulletPrepare, CulletReason, CulletView,
+};
+use common::{Headless, cube};
+
+fn app() -> (Headless, Entity) {
+    let mut app = Headless::with_plugin();
+    app.app.insert_resource(CulletPrepare::AtOnce);
+    let camera = app.world().spawn((Camera3d::default(), CulletOcclusion::default())).id();
+    size(&mut app, camera, true);
+    (app, camera)
+}
+
+/// What Bevy's renderer does, which is not here: tells a camera the size of its target.
+fn size(app: &mut Headless, camera: Entity, is_known: bool) {
+    let mut camera = app.world().get_mut::<Camera>(camera).unwrap();
+    let physical_size = UVec2::new(640, 640);
+    camera.computed.target_info =
+        is_known.then_some(RenderTargetInfo { physical_size, scale_factor: 1.0 });
+    camera.computed.clip_from_view = Projection::default().get_clip_from_view();
+}
+
+fn wall(app: &mut Headless, at: Vec3, size: Vec3) -> (Entity, Handle<Mesh>) {
+    let mesh = app.world().resource_mut::<Assets<Mesh>>().add(Cuboid::from_size(size));
+    let wall = (Mesh3d(mesh.clone()), CulletOccluder::default(), Transform::from_translation(at));
+    (app.world().spawn(wall).id(), mesh)
+}
+
+#[test]
+fn a_wall_hides_what_is_behind_it_and_says_so() {
+    let (mut app, camera) = app();
+    let (wall, mesh) = wall(&mut app, Vec3::new(0.0, 0.0, -5.0), Vec3::new(2.0, 2.0, 0.2));
+    let behind = cube(&mut app, [0.0, 0.0, -20.0]);
+    let beside = cube(&mut app, [6.0, 6.0, -20.0]);
+    let outside = cube(&mut app, [0.0, 0.0, 0.8]);
+    app.frames(4);
+    let mut expected = vec![wall, beside];
+    expected.sort_unstable();
+    assert_eq!(app.seen(camera), expected);
+    let funnel = app.world().get::<CulletView>(camera).unwrap().funnel;
+    assert_eq!((funnel.entities, funnel.in_frustum, funnel.in_range, funnel.visible), (4, 3, 3, 2));
+    let why = |app: &mut Headless, entity| {
+        let ask = move |explain: CulletExplain| explain.why(camera, entity);
+        app.world().run_system_once(ask).unwrap()
+    };
+    assert_eq!(why(&mut app, behind), CulletReason::Occluded(vec![wall]));
+    assert_eq!(why(&mut app, beside), CulletReason::Visible);
+    assert_eq!(why(&mut app, outside), CulletReason::Frustum("near"));
+
+    // The mesh is changed behind the plugin's back: what it hid is seen.
+    *app.world().resource_mut::<Assets<Mesh>>().get_mut(&mesh).unwrap() =
+        Cuboid::from_size(Vec3::new(0.1, 0.1, 0.1)).into();
+    app.frames(1);
+    assert!(app.seen(camera).contains(&behind));
+
+    // And back again.
+    *app.world().resource_mut::<Assets<Mesh>>().get_mut(&mesh).unwrap() =
+        Cuboid::from_size(Vec3::new(2.0, 2.0, 0.2)).into();
+    app.frames(3);
+    assert!(!app.seen(camera).contains(&behind));
+    app.world().entity_mut(wall).remove::<CulletOccluder>();
+    app.frames(1);
+    assert!(app.seen(camera).contains(&behind));
+}
+
+#[test]
+fn occluders_move_with_their_entities() {
+    let (mut app, camera) = app();
+    let (wall, _) = wall(&mut app, Vec3::new(0.0, 0.0, -5.0), Vec3::new(4.0, 4.0, 0.2));
+    let behind = cube(&mut app, [0.0, 0.0, -20.0]);
+    app.frames(4);
+    assert!(!app.seen(camera).contains(&behind));
+    app.world().get_mut::<Transform>(wall).unwrap().translation.x = 10.0;
+    app.frames(1);
+    assert!(app.seen(camera).contains(&behind));
+}
+
+#[test]
+fn a_camera_without_a_size_hides_nothing() {
+    let (mut app, camera) = app();
+    size(&mut app, camera, false);
+    wall(&mut app, Vec3::new(0.0, 0.0, -5.0), Vec3::new(4.0, 4.0, 0.2));
+    let behind = cube(&mut app, [0.0, 0.0, -20.0]);
+    app.frames(4);
+    assert!(app.seen(camera).contains(&behind));
+}
