@@ -7,10 +7,8 @@ use crate::runner::{self, Step};
 use crate::tools::Done;
 
 /// The steps: the shared answers first, for every host is held against them.
-pub(crate) const STEPS: &[Step] = &[
-    Step { name: "golden", run: golden::test },
-    Step { name: "host-bevy", run: bevy::test },
-];
+pub(crate) const STEPS: &[Step] =
+    &[Step { name: "golden", run: golden::test }, Step { name: "host-bevy", run: bevy::test }];
 
 /// Makes the shared answers, then builds and tests the bindings whose name contains `filter`.
 pub(crate) fn test(filter: &str) -> Done {
