@@ -16,7 +16,7 @@ use bevy_cullet::{CulletOcclusion, CulletOverlayPlugin, CulletPlugin, CulletView
 fn main() {
     let mut app = App::new();
     app.add_plugins((DefaultPlugins, CulletPlugin, CulletOverlayPlugin));
-    scene::spawn(app.world_mut());
+    scene::spawn(app.world_mut(), scene::SPEC);
     app.world_mut().spawn((Camera3d::default(), scene::street(), CulletOcclusion::default()));
     app.add_systems(Update, (walk, switch, tell)).run();
 }

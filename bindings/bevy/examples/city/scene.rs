@@ -15,8 +15,8 @@ pub(crate) fn street() -> Transform {
 }
 
 /// Spawns the city and a sun without shadows.
-pub(crate) fn spawn(world: &mut World) {
-    let model = scenes::build(SPEC).expect("a built-in scene");
+pub(crate) fn spawn(world: &mut World, spec: &str) {
+    let model = scenes::build(spec).expect("a built-in scene");
     let meshes: Vec<Handle<Mesh>> = model
         .scene
         .meshes()

@@ -13,6 +13,7 @@ mod deformed;
 mod kit;
 mod moving;
 mod mutants;
+mod overlay;
 mod scenes;
 
 use std::collections::BTreeSet;
