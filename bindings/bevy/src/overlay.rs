@@ -119,9 +119,10 @@ pub struct CulletOverlayPlugin;
 
 impl Plugin for CulletOverlayPlugin {
     fn build(&self, app: &mut App) {
-        // Through walls, or nobody would see the bounds of what is behind them.
-        let config = GizmoConfig { depth_bias: -1.0, ..GizmoConfig::default() };
-        app.insert_gizmo_config(CulletGizmos, config);
+        // Through walls, or nobody would see the bounds of what is behind them; the text before all bounds.
+        let config = |depth_bias| GizmoConfig { depth_bias, ..GizmoConfig::default() };
+        app.insert_gizmo_config(CulletGizmos, config(-0.98));
+        app.insert_gizmo_config(CulletTextGizmos, config(-1.0));
         app.init_resource::<CulletOverlay>();
         app.add_systems(PreUpdate, read_keys);
         app.add_systems(
@@ -134,9 +135,13 @@ impl Plugin for CulletOverlayPlugin {
     }
 }
 
-/// The gizmos of the overlay, to change their line width or layers.
+/// The bounds of the overlay as a group of gizmos, to change their line width or layers.
 #[derive(Clone, Copy, Debug, Default, Reflect, GizmoConfigGroup)]
 pub struct CulletGizmos;
+
+/// The text of the overlay as a group of gizmos.
+#[derive(Clone, Copy, Debug, Default, Reflect, GizmoConfigGroup)]
+pub struct CulletTextGizmos;
 
 fn read_keys(keys: Option<Res<ButtonInput<KeyCode>>>, mut overlay: ResMut<CulletOverlay>) {
     // An app without windows has no keys.
@@ -264,6 +269,7 @@ fn show(
     all: Subjects,
     ranges: Option<Res<VisibleEntityRanges>>,
     mut gizmos: Gizmos<CulletGizmos>,
+    mut text: Gizmos<CulletTextGizmos>,
 ) {
     if !(overlay.bounds || overlay.text) {
         return;
@@ -299,7 +305,7 @@ fn show(
         }
     }
     if overlay.text {
-        write(&eye, fates, frozen.is_some(), &mut gizmos);
+        write(&eye, fates, frozen.is_some(), &mut text);
     }
 }
 
@@ -323,7 +329,7 @@ fn write(
     eye: &EyeItem<'_, '_>,
     fates: &[(Entity, CulletFate)],
     is_frozen: bool,
-    gizmos: &mut Gizmos<CulletGizmos>,
+    gizmos: &mut Gizmos<CulletTextGizmos>,
 ) {
     let Some(size) = eye.camera.logical_viewport_size() else { return };
     let place = |px: Vec2| {
@@ -346,10 +352,11 @@ fn write(
     let mut sections = vec![(head.as_str(), Color::WHITE)];
     sections.extend(lines.iter().map(|(text, color)| (text.as_str(), *color)));
     let rotation = eye.transform.rotation();
-    gizmos.text_sections(
-        Isometry3d::new(from, rotation),
-        &sections,
-        Vec3::distance(from, to),
-        Vec2::new(-0.5, 0.5),
-    );
+    let size = Vec3::distance(from, to);
+    let anchor = Vec2::new(-0.5, 0.5);
+    // In black, a little lower, first: a colour is lost before bounds of the same.
+    let shadows: Vec<_> = sections.iter().map(|&(text, _)| (text, Color::BLACK)).collect();
+    let below = rotation * Vec3::new(1.0, -1.0, 0.0) * (size * 1.5 / TEXT_PX);
+    gizmos.text_sections(Isometry3d::new(from + below, rotation), &shadows, size, anchor);
+    gizmos.text_sections(Isometry3d::new(from, rotation), &sections, size, anchor);
 }

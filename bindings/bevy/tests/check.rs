@@ -114,10 +114,8 @@ fn play(world: &mut World, entities: &[Entity], random: &mut Random) {
             7 => drop(entity.insert(Visibility::Inherited)),
             8 => drop(entity.remove::<Aabb>()),
             9 => {
-                drop(entity.insert(Aabb {
-                    center: Vec3A::ZERO,
-                    half_extents: Vec3A::splat(random.unit()),
-                }))
+                let half_extents = Vec3A::splat(random.unit());
+                entity.insert(Aabb { center: Vec3A::ZERO, half_extents });
             }
             10 => drop(entity.insert(NoFrustumCulling)),
             11 => drop(entity.remove::<NoFrustumCulling>()),

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use bevy::app::TaskPoolPlugin;
 use bevy::asset::{AssetPlugin, LoadState};
 use bevy::prelude::*;
-use bevy_cullet::engine::{Culler, Depth, View, ViewState, Visible};
+use bevy_cullet::engine::{Counts, Culler, Depth, View, ViewState, Visible};
 use bevy_cullet::{CulletBaked, CulletBakedPlugin};
 use serde_json::Value;
 
@@ -91,8 +91,7 @@ fn baked_assets_give_the_answers_of_all_hosts() {
                 .rows
                 .iter()
                 .map(|row| {
-                    let counts =
-                        |c: &bevy_cullet::engine::Counts| [c.instances, c.clusters, c.triangles];
+                    let counts = |c: &Counts| [c.instances, c.clusters, c.triangles];
                     serde_json::json!({
                         "stage": row.stage.name(), "unit": row.unit.name(),
                         "in": counts(&row.entered), "out": counts(&row.left),

@@ -122,11 +122,6 @@ impl Picture {
         self.pixels.iter().zip(&other.pixels).filter(|(a, b)| a != b).count()
     }
 
-    /// Number of colours: a picture of nothing has one.
-    pub(crate) fn colours(&self) -> usize {
-        self.pixels.iter().collect::<std::collections::BTreeSet<_>>().len()
-    }
-
     /// Writes a PNG without transparency.
     pub(crate) fn save(&self, path: &Path) {
         let image = Image::new(
@@ -143,19 +138,4 @@ impl Picture {
         let dynamic = image.try_into_dynamic().expect("eight bits a channel");
         dynamic.to_rgb8().save(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     }
-}
-
-/// Whether this machine has a graphics device, in hardware or in software; without one Bevy panics when its plugins are
-/// added. With `CULLET_REQUIRE_GPU=1` it must have one.
-pub(crate) fn has_device() -> bool {
-    static ANSWER: std::sync::OnceLock<bool> = std::sync::OnceLock::new();
-    *ANSWER.get_or_init(|| {
-        let is_there = std::panic::catch_unwind(|| Studio::new([16, 16], |_| {})).is_ok();
-        let required = std::env::var("CULLET_REQUIRE_GPU").is_ok_and(|v| v == "1");
-        assert!(is_there || !required, "CULLET_REQUIRE_GPU=1, and there is no graphics device");
-        if !is_there {
-            println!("skipped: no graphics device (apt install mesa-vulkan-drivers libvulkan1)");
-        }
-        is_there
-    })
 }

@@ -10,8 +10,7 @@ use bevy::light::SimulationLightSystems;
 use bevy::prelude::*;
 
 use crate::kit::{CasterProbe, Probe};
-use crate::picture::has_device;
-use crate::{Scene, deformed, moving, ours, scenes, shoot};
+use crate::{Scene, deformed, has_device, moving, ours, scenes, shoot};
 
 /// Takes the probe from the lists of the cameras.
 fn lose_mesh(app: &mut App) {
