@@ -1,23 +1,22 @@
 // Serves the package and three.js on the loopback interface, and starts Chromium.
-//
-// CULLET_PACKAGE: the built package (default: the sources, where they have been built in place); CULLET_NODE_MODULES: the folder with three and playwright-core (default: that of the package); CHROMIUM: the browser.
+// The variables of ../package.mjs name the package and the browser.
 
 import { createServer } from 'node:http';
 import { readFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { extname, join, normalize } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { chromium, folder, tool, tools } from '../package.mjs';
 
 export const root = fileURLToPath(new URL('../..', import.meta.url));
-export const modules = process.env.CULLET_NODE_MODULES ?? join(root, 'node_modules');
 /** The built package: its modules of WebAssembly lie beside its scripts. */
-export const packageFolder = process.env.CULLET_PACKAGE ?? root;
-const core = join(packageFolder, 'js');
+export const packageFolder = folder;
+export const modules = join(tools(), 'node_modules');
 
 const types = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/javascript', '.wasm': 'application/wasm', '.json': 'application/json', '.css': 'text/css' };
 
 // Folders by the beginning of an address; the rest is the package's own.
-const mounts = [['/node_modules/', modules], ['/js/three/', join(root, 'js/three')], ['/js/', core], ['/', root]];
+const mounts = [['/node_modules/', modules], ['/js/', join(packageFolder, 'js')], ['/', root]];
 
 export async function serve() {
   const server = createServer(async (request, response) => {
@@ -41,8 +40,8 @@ const flags = [
 ];
 
 export async function launch() {
-  const { chromium } = createRequire(join(modules, 'x.js'))('playwright-core');
-  return chromium.launch({ executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', headless: true, args: flags });
+  const { chromium: driver } = createRequire(import.meta.url)(tool('playwright-core'));
+  return driver.launch({ executablePath: chromium(), headless: true, args: flags });
 }
 
 /** A page of `page.html`, its renderer started and its backend asserted. `page.errors` gathers what goes wrong in it. */
