@@ -61,17 +61,14 @@ pub(crate) fn check() -> Ended {
 /// A line for each file that is in a circle, and for each arrow that runs upward.
 fn faults() -> Result<BTreeSet<String>, String> {
     let mut faults = BTreeSet::new();
-    let crates = root().join("crates");
-    let folders = std::fs::read_dir(&crates).map_err(|e| format!("crates: {e}"))?;
-    let mut names: Vec<String> = folders
-        .filter_map(|f| Some(f.ok()?.file_name().to_string_lossy().into_owned()))
-        .filter(|name| crates.join(name).join("Cargo.toml").exists())
-        .collect();
-    names.sort();
-    for name in &names {
-        let folder = crates.join(name);
-        faults.extend(upward_crates(name, &names, &folder)?);
-        let src = folder.join("src");
+    let (crates, bindings) = (members("crates")?, members("bindings")?);
+    for name in &crates {
+        faults.extend(upward_crates(name, &crates, &root().join("crates").join(name))?);
+    }
+    // Bindings stand beside each other above all crates; in them there is no more to hold than that files form no circle.
+    let names = crates.iter().map(|name| ("crates", name));
+    for (above, name) in names.chain(bindings.iter().map(|name| ("bindings", name))) {
+        let src = root().join(above).join(name).join("src");
         let short = |p: &Path| p.strip_prefix(&src).unwrap_or(p).to_string_lossy().into_owned();
         let arrows = Files::read(&src)?.arrows(STRICT.contains(&name.as_str()));
         let arrows: BTreeSet<(String, String)> =
@@ -83,6 +80,18 @@ fn faults() -> Result<BTreeSet<String>, String> {
         }
     }
     Ok(faults)
+}
+
+/// The crates in a folder, by name.
+fn members(folder: &str) -> Result<Vec<String>, String> {
+    let path = root().join(folder);
+    let folders = std::fs::read_dir(&path).map_err(|e| format!("{folder}: {e}"))?;
+    let mut names: Vec<String> = folders
+        .filter_map(|f| Some(f.ok()?.file_name().to_string_lossy().into_owned()))
+        .filter(|name| path.join(name).join("Cargo.toml").exists())
+        .collect();
+    names.sort();
+    Ok(names)
 }
 
 /// Dependencies of a crate that do not stand below it; those of its tests alone do not count.

@@ -9,7 +9,9 @@
 )]
 
 pub mod clip;
+pub mod clip_occlusion;
 pub mod cull;
+pub mod explain;
 mod memory;
 pub mod mesh;
 pub mod occlusion;

@@ -6,6 +6,7 @@
 
 mod arrays;
 mod camera;
+mod cull;
 mod culler;
 mod draw;
 mod edit;

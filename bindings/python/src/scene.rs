@@ -1,4 +1,4 @@
-//! The scene: opened, asked, culled.
+//! The scene: opened and asked.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -10,8 +10,7 @@ use pyo3::exceptions::{PyFileNotFoundError, PyIndexError, PyOSError, PyValueErro
 use pyo3::prelude::*;
 
 use crate::arrays::{ids, shaped};
-use crate::result::{self, PyResultOne, PyResults};
-use crate::{FileError, camera, culler, value_error};
+use crate::{FileError, value_error};
 
 /// The id of no instance.
 pub(crate) const NO_ID: u32 = u32::MAX;
@@ -263,32 +262,6 @@ impl PyScene {
     /// The name of an instance: that of its node, or of its mesh with a number.
     fn name(&self, id: u32) -> PyResult<String> {
         Ok(self.model.instance_name(self.handle(id)?).into_owned())
-    }
-
-    /// What a camera, or each of many, may see.
-    ///
-    /// Conservative: nothing visible is missing. Many cameras are spread over ``threads`` threads, 0 for as many as
-    /// there are processors; the answers are the same. Other threads of Python go on meanwhile, and may cull the same
-    /// scene; one that changes it then gets a `RuntimeError`.
-    #[pyo3(signature = (camera, culler=None, *, threads=0))]
-    fn cull<'py>(
-        slf: &Bound<'py, Self>,
-        py: Python<'py>,
-        camera: &Bound<'py, PyAny>,
-        culler: Option<&Bound<'py, PyAny>>,
-        threads: usize,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let (views, is_one) = camera::views(camera)?;
-        let culler = culler::culler(culler)?;
-        let borrowed = slf.try_borrow()?;
-        let this: &Self = &borrowed;
-        if is_one && let [view] = &views[..] {
-            let answer = py.detach(|| result::one(this, view, &culler));
-            let result = PyResultOne::new(answer, slf, view.clone(), culler);
-            return Ok(Bound::new(py, result)?.into_any());
-        }
-        let answers = result::many(py, this, &views, &culler, threads)?;
-        Ok(Bound::new(py, PyResults::new(answers, this))?.into_any())
     }
 
     fn __len__(&self) -> usize {
