@@ -13,7 +13,8 @@ use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
 use engine::Stage;
 
-use crate::mirror::{CulletScene, OfMesh, Seen, mask};
+use crate::mirror::CulletScene;
+use crate::seen::{OfMesh, Seen, mask};
 use crate::occlusion::{CulletOcclusion, view as view_of};
 use crate::view::{half_spaces, is_outside};
 

@@ -40,6 +40,9 @@ mod baked;
 mod check;
 mod diagnostics;
 mod explain;
+mod follow;
+mod inherit;
+mod marks;
 mod mirror;
 mod occluder;
 mod occlusion;
@@ -48,6 +51,8 @@ mod overlay;
 #[cfg(feature = "pbr")]
 mod pbr;
 mod plugin;
+mod seen;
+mod ticks;
 mod view;
 
 pub use engine;

@@ -137,8 +137,8 @@ impl Scene {
     }
 
     /// Bounds in world space of many instances, written straight to their slots: for what the caller moves by
-    /// means of its own (see [`BoundsOverride::World`]). Dropping it fits all nodes again: O(n), once
-    /// through them.
+    /// means of its own (see [`BoundsOverride::World`]). Dropping it fits the nodes above them: the cost is that
+    /// of what was written, and at most O(n), once through all nodes.
     pub fn bounds_mut(&mut self) -> SceneBoundsMut<'_> {
         SceneBoundsMut { scene: self }
     }
@@ -242,7 +242,7 @@ impl SceneBoundsMut<'_> {
 
 impl Drop for SceneBoundsMut<'_> {
     fn drop(&mut self) {
-        self.scene.hierarchy.refit_all();
+        self.scene.hierarchy.refit_written();
         self.scene.change += 1;
     }
 }

@@ -1,0 +1,107 @@
+//! `InheritedVisibility`: Bevy's rules, where what changed is found by a quicker pass.
+
+use std::sync::Mutex;
+
+use bevy_camera::visibility::{InheritedVisibility, Visibility};
+use bevy_ecs::change_detection::ContiguousRef;
+use bevy_ecs::hierarchy::{ChildOf, Children};
+use bevy_ecs::prelude::*;
+use bevy_ecs::system::SystemChangeTick;
+
+use crate::ticks::{MANY, ROWS, Since};
+
+type All<'w, 's> = Query<
+    'w,
+    's,
+    (Entity, Ref<'static, Visibility>, Option<Ref<'static, ChildOf>>),
+    With<InheritedVisibility>,
+>;
+type Parents<'w, 's> =
+    Query<'w, 's, &'static Children, (With<Visibility>, With<InheritedVisibility>)>;
+
+/// Hands visibility down from parents to children, where it or the parent changed.
+pub(crate) fn inherit(
+    ticks: SystemChangeTick,
+    all: All,
+    mut inherited: Query<(&Visibility, &mut InheritedVisibility)>,
+    children: Parents,
+    parents: Query<&ChildOf>,
+    mut orphans: RemovedComponents<ChildOf>,
+) {
+    let mut stack = Vec::new();
+    for entity in changed(Since::new(&ticks), &all) {
+        let Ok((visibility, _)) = inherited.get(entity) else { continue };
+        let parent = || parents.get(entity).ok().and_then(|of| inherited.get(of.parent()).ok());
+        // Under no parent, or one without these components, it is visible.
+        let is_visible = of(*visibility, || parent().is_none_or(|(_, parent)| parent.get()));
+        stack.push((entity, is_visible));
+        hand_down(&mut stack, &mut inherited, &children);
+    }
+    for entity in orphans.read() {
+        let Ok((visibility, _)) = inherited.get(entity) else { continue };
+        stack.push((entity, of(*visibility, || true)));
+        hand_down(&mut stack, &mut inherited, &children);
+    }
+}
+
+fn of(visibility: Visibility, parent: impl FnOnce() -> bool) -> bool {
+    match visibility {
+        Visibility::Visible => true,
+        Visibility::Hidden => false,
+        Visibility::Inherited => parent(),
+    }
+}
+
+/// Writes what differs, of the entities of a stack and of all below them.
+fn hand_down(
+    stack: &mut Vec<(Entity, bool)>,
+    all: &mut Query<(&Visibility, &mut InheritedVisibility)>,
+    children: &Parents,
+) {
+    while let Some((entity, is_visible)) = stack.pop() {
+        let Ok((_, mut inherited)) = all.get_mut(entity) else { continue };
+        if inherited.get() == is_visible {
+            continue;
+        }
+        *inherited =
+            if is_visible { InheritedVisibility::VISIBLE } else { InheritedVisibility::HIDDEN };
+        for &child in children.get(entity).into_iter().flatten() {
+            if let Ok((visibility, _)) = all.get(child) {
+                stack.push((child, of(*visibility, || is_visible)));
+            }
+        }
+    }
+}
+
+/// The entities whose visibility or parent changed.
+fn changed(since: Since, all: &All) -> Vec<Entity> {
+    let found = Mutex::new(Vec::new());
+    let ask = |(entities, visibility, parent): (
+        &[Entity],
+        ContiguousRef<'_, Visibility>,
+        Option<ContiguousRef<'_, ChildOf>>,
+    )| {
+        let visibility = visibility.changed_ticks_slice().chunks(ROWS);
+        let parents = parent.map_or(&[][..], |parent| parent.changed_ticks_slice());
+        for (at, (entities, visibility)) in entities.chunks(ROWS).zip(visibility).enumerate() {
+            let parents = parents.chunks(ROWS).nth(at).unwrap_or_default();
+            if !since.any(visibility) && !since.any(parents) {
+                continue;
+            }
+            let mut bits = since.bits(visibility) | since.bits(parents);
+            let Ok(mut found) = found.lock() else { continue };
+            while bits != 0 {
+                found.push(entities[bits.trailing_zeros() as usize]);
+                bits &= bits - 1;
+            }
+        }
+    };
+    let Ok(tables) = all.contiguous_iter() else { return Vec::new() };
+    let most = tables.map(|(entities, ..)| entities.len()).max().unwrap_or(0);
+    if most < MANY {
+        all.contiguous_iter().into_iter().flatten().for_each(ask);
+    } else if let Ok(tables) = all.contiguous_par_iter() {
+        tables.for_each(ask);
+    }
+    found.into_inner().unwrap_or_default()
+}
