@@ -12,17 +12,15 @@ use bevy_ecs::prelude::*;
 use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
 
-use crate::marks::Marks;
+use crate::marks::{Marked, Marks};
 use crate::mirror::CulletScene;
-use crate::seen::{OfMesh, Seen, SeenItem, mask};
 use crate::occlusion::{CulletOcclusion, view as view_of};
+use crate::seen::{OfMesh, Seen, SeenItem, mask};
 use crate::view::{CulletView, Known, half_spaces, is_outside};
 
 /// Fills the lists of all classes but meshes, just as Bevy does: lights, probes, decals, sprites and flat meshes are few, or
 /// change in each frame.
 pub(crate) fn check_others(
-    mut mirror: ResMut<CulletScene>,
-    mut marks: ResMut<Marks>,
     mut views: Query<(
         Entity,
         &mut VisibleEntities,
@@ -33,13 +31,8 @@ pub(crate) fn check_others(
         Has<NoCpuCulling>,
     )>,
     mut others: Query<(Seen, &mut ViewVisibility), (Without<Mesh3d>, Without<NoCpuCulling>)>,
-    mut dropped: Query<&mut ViewVisibility, (With<Mesh3d>, Without<NoCpuCulling>)>,
     ranges: Option<Res<VisibleEntityRanges>>,
 ) {
-    for entity in mirror.bypass_change_detection().dropped.drain(..) {
-        let of_others = others.get_mut(entity).map(|(_, mark)| mark);
-        marks.drop_one(entity, of_others.or_else(|_| dropped.get_mut(entity)).ok());
-    }
     let mesh = TypeId::of::<Mesh3d>();
     for (view, mut visible, mut state, frustum, layers, camera, is_exempt) in &mut views {
         if !camera.is_active {
@@ -112,7 +105,7 @@ pub(crate) fn check_meshes(
     )>,
     all: Query<Seen, OfMesh>,
     boxes: Query<(Option<&Aabb>, &GlobalTransform, Has<NoFrustumCulling>), OfMesh>,
-    mut view_visibilities: Query<&mut ViewVisibility, OfMesh>,
+    mut marked: Marked,
     ranges: Option<Res<VisibleEntityRanges>>,
     mut active: Local<Vec<Entity>>,
 ) {
@@ -182,17 +175,15 @@ pub(crate) fn check_meshes(
         state.is_listed = mirror.checked.is_empty();
         state.written = Some(visible.last_changed());
     }
+    let lists = || views.iter().filter(|view| view.5.is_active).map(|view| &view.2.list[..]);
     if is_changed || *active != seeing {
-        let lists = views.iter().filter(|view| view.5.is_active).map(|view| &view.2.list[..]);
-        marks.keep(lists, |index| mirror.of_index(index), &mut view_visibilities);
+        marks.list(lists(), |index| mirror.of_index(index), &mut marked);
         *active = seeing;
     }
-    if std::mem::take(&mut marks.is_broken) {
-        for view in views.iter().filter(|view| view.5.is_active) {
-            for &entity in &view.2.list {
-                if let Ok(mut mark) = view_visibilities.get_mut(entity) {
-                    mark.set_visible();
-                }
+    if !marks.set(&mut marked) {
+        for &entity in lists().flatten() {
+            if let Ok((_, mut mark)) = marked.get_mut(entity) {
+                mark.set_visible();
             }
         }
     }

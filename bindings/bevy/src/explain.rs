@@ -14,8 +14,8 @@ use bevy_transform::components::GlobalTransform;
 use engine::Stage;
 
 use crate::mirror::CulletScene;
-use crate::seen::{OfMesh, Seen, mask};
 use crate::occlusion::{CulletOcclusion, view as view_of};
+use crate::seen::{OfMesh, Seen, mask};
 use crate::view::{half_spaces, is_outside};
 
 /// Names of the half-spaces of a `Frustum`, in Bevy's order.

@@ -1,8 +1,8 @@
 //! `ViewVisibility`: which entities some view sees.
 //!
-//! Bevy clears the mark of each entity in each frame, and each view sets it again for all that it lists. Here the marks of
-//! what cameras list stay from frame to frame, and only what comes and goes is touched. Whoever else marks entities
-//! (shadow casters of lights, systems of the user's) does so as under Bevy, in each frame anew: their marks are cleared.
+//! Bevy clears the mark of each entity in each frame, each view sets it again for all that it lists, and what nobody has
+//! marked in the end is hidden. The same here, but that what cameras list is one bit an entity from frame to frame: the marks
+//! are set again in one pass over the tables, and only what comes is looked up.
 
 use std::sync::Mutex;
 
@@ -14,97 +14,112 @@ use bevy_camera::visibility::{
     NoCpuCulling, SetViewVisibility, ViewVisibility, VisibilityPlugin, VisibilitySystems,
 };
 use bevy_ecs::prelude::*;
-use bevy_ecs::schedule::{
-    InternedSystemSet, ScheduleCleanupPolicy, Schedules,
-};
+use bevy_ecs::schedule::{InternedSystemSet, ScheduleCleanupPolicy};
 
 use crate::ticks::{MANY, ROWS};
+use crate::view::slots_of;
 
-/// The marks that stay.
+/// What cameras list.
 #[derive(Debug, Resource)]
 pub(crate) struct Marks {
-    /// One bit an index of an entity: a camera lists it.
-    kept: Vec<u64>,
+    /// One bit an index of an entity: an active camera lists it.
+    listed: Vec<u64>,
     /// How many bits are set.
     count: usize,
-    /// Entities that are seen no more, unless someone marks them yet.
+    /// Entities that were seen in the last frame, and not yet in this one.
     leaving: Vec<Entity>,
-    /// A mark that should have stayed is not there: all are to be set again.
-    pub(crate) is_broken: bool,
     scratch: Vec<u64>,
     /// What Bevy makes of the mark of a visible entity when a frame begins.
     was_visible: ViewVisibility,
 }
 
+/// All that have marks which are set and cleared here.
+pub(crate) type Marked<'w, 's> =
+    Query<'w, 's, (Entity, &'static mut ViewVisibility), Without<NoCpuCulling>>;
+
 impl Marks {
-    fn is_kept(&self, entity: Entity) -> bool {
+    fn is_listed(&self, entity: Entity) -> bool {
         let at = entity.index_u32() as usize;
-        self.kept.get(at / 64).is_some_and(|word| word >> (at % 64) & 1 == 1)
+        self.listed.get(at / 64).is_some_and(|word| word >> (at % 64) & 1 == 1)
     }
 
-    /// Takes note that no camera can list an entity any more. Its mark is cleared, as if a frame began.
-    pub(crate) fn drop_one(&mut self, entity: Entity, mark: Option<Mut<'_, ViewVisibility>>) {
-        if !self.is_kept(entity) {
-            return;
-        }
-        let at = entity.index_u32() as usize;
-        self.kept[at / 64] &= !(1 << (at % 64));
-        self.count -= 1;
-        self.leave(entity, mark);
-    }
-
-    fn leave(&mut self, entity: Entity, mark: Option<Mut<'_, ViewVisibility>>) {
-        if let Some(mut mark) = mark.filter(|mark| mark.get()) {
-            *mark.bypass_change_detection() = self.was_visible;
-            self.leaving.push(entity);
-        }
-    }
-
-    /// Marks what the lists hold now, and no more what they held: `entity` tells the entity of an index.
-    pub(crate) fn keep<'a>(
+    /// Takes over other lists, and marks what was in none before: `entity` tells the entity of an index.
+    pub(crate) fn list<'a>(
         &mut self,
         lists: impl Iterator<Item = &'a [Entity]>,
         entity: impl Fn(usize) -> Option<Entity>,
-        marks: &mut Query<&mut ViewVisibility, crate::seen::OfMesh>,
+        all: &mut Marked,
     ) {
         let mut next = std::mem::take(&mut self.scratch);
         next.clear();
-        next.resize(self.kept.len(), 0);
-        for list in lists {
-            // Sorted by index, so that most of its words are asked for many times in a row.
-            for entity in list {
-                let at = entity.index_u32() as usize;
-                if next.len() <= at / 64 {
-                    next.resize(at / 64 + 1, 0);
-                }
-                next[at / 64] |= 1 << (at % 64);
+        next.resize(self.listed.len(), 0);
+        for entity in lists.flatten() {
+            let at = entity.index_u32() as usize;
+            if next.len() <= at / 64 {
+                next.resize(at / 64 + 1, 0);
             }
+            next[at / 64] |= 1 << (at % 64);
         }
-        self.kept.resize(next.len(), 0);
+        self.listed.resize(next.len(), 0);
         self.count = 0;
-        for (word, &new) in next.iter().enumerate() {
+        for (word, (new, old)) in next.iter().zip(&self.listed).enumerate() {
             self.count += new.count_ones() as usize;
-            let mut differ = new ^ self.kept[word];
-            while differ != 0 {
-                let bit = differ.trailing_zeros();
-                differ &= differ - 1;
-                let Some(entity) = entity(word * 64 + bit as usize) else { continue };
-                let mark = marks.get_mut(entity).ok();
-                if new >> bit & 1 == 0 {
-                    self.leave(entity, mark);
-                } else if let Some(mut mark) = mark {
+            for index in slots_of(word, new & !old) {
+                let entity = entity(index as usize);
+                if let Some((_, mut mark)) = entity.and_then(|entity| all.get_mut(entity).ok()) {
                     mark.set_visible();
                 }
             }
         }
-        self.scratch = std::mem::replace(&mut self.kept, next);
+        self.scratch = std::mem::replace(&mut self.listed, next);
+    }
+
+    /// Marks all that is listed, and notes what else was seen in the last frame. `false` where a mark is not as it was left:
+    /// then those of all lists are to be set one by one.
+    pub(crate) fn set(&mut self, all: &mut Marked) -> bool {
+        let (listed, was) = (&*self, self.was_visible);
+        let found = Mutex::new((0, Vec::new()));
+        let set = |entities: &[Entity], rows: &mut [ViewVisibility]| {
+            let (mut count, mut leaving) = (0, Vec::new());
+            for (entities, rows) in entities.chunks(ROWS).zip(rows.chunks_mut(ROWS)) {
+                let bits = bits_of(rows, |mark| mark != ViewVisibility::HIDDEN);
+                for row in slots_of(0, bits).map(|row| row as usize) {
+                    let is_listed = listed.is_listed(entities[row]);
+                    count += usize::from(is_listed);
+                    if is_listed && rows[row] == was {
+                        rows[row] = ViewVisibility::VISIBLE;
+                    } else if rows[row] == was {
+                        leaving.push(entities[row]);
+                    }
+                }
+            }
+            // Locked once for each part of a table.
+            if let Ok(mut found) = found.lock() {
+                found.0 += count;
+                found.1.append(&mut leaving);
+            }
+        };
+        if !is_large(all) {
+            let tables = all.contiguous_iter_mut().into_iter().flatten();
+            tables.for_each(|(entities, mut rows)| set(entities, rows.bypass_change_detection()));
+        } else if let Ok(tables) = all.contiguous_par_iter_mut() {
+            tables.for_each(|(entities, mut rows)| set(entities, rows.bypass_change_detection()));
+        }
+        let (count, mut leaving) = found.into_inner().unwrap_or_default();
+        self.leaving.clear();
+        self.leaving.append(&mut leaving);
+        count == self.count
     }
 }
 
-/// One bit a row: it is marked.
-fn marked(rows: &[ViewVisibility]) -> u64 {
+fn is_large(all: &Marked) -> bool {
+    all.contiguous_iter().into_iter().flatten().any(|(entities, _)| entities.len() >= MANY)
+}
+
+/// One bit a row.
+fn bits_of(rows: &[ViewVisibility], is: impl Fn(ViewVisibility) -> bool) -> u64 {
     let mut bytes = [0u8; ROWS];
-    bytes.iter_mut().zip(rows).for_each(|(byte, mark)| *byte = u8::from(mark.get()));
+    bytes.iter_mut().zip(rows).for_each(|(byte, &mark)| *byte = u8::from(is(mark)));
     bytes.chunks_exact(8).enumerate().fold(0, |bits, (part, eight)| {
         let eight = eight.try_into().map_or(0, u64::from_le_bytes);
         // Each byte is 0 or 1: the product has them side by side in its highest byte.
@@ -112,48 +127,14 @@ fn marked(rows: &[ViewVisibility]) -> u64 {
     })
 }
 
-/// Clears the marks that do not stay, as Bevy clears all.
-pub(crate) fn reset(
-    marks: ResMut<Marks>,
-    mut all: Query<(Entity, &mut ViewVisibility), Without<NoCpuCulling>>,
-) {
-    let marks = marks.into_inner();
-    let mut most = 0;
-    let Ok(tables) = all.contiguous_iter() else { return };
-    tables.for_each(|(entities, _)| most = most.max(entities.len()));
-    let (kept, was) = (&*marks, marks.was_visible);
-    let found = Mutex::new((0, Vec::new()));
-    let clear = |entities: &[Entity], rows: &mut [ViewVisibility]| {
-        let (mut count, mut others) = (0, Vec::new());
-        for (entities, rows) in entities.chunks(ROWS).zip(rows.chunks_mut(ROWS)) {
-            let mut bits = marked(rows);
-            while bits != 0 {
-                let row = bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                if kept.is_kept(entities[row]) {
-                    count += 1;
-                } else {
-                    rows[row] = was;
-                    others.push(entities[row]);
-                }
-            }
+/// Begins a frame: nobody is marked, but what was is known.
+pub(crate) fn reset(marks: Res<Marks>, mut all: Query<&mut ViewVisibility, Without<NoCpuCulling>>) {
+    let was = marks.was_visible;
+    for mut rows in all.contiguous_iter_mut().into_iter().flatten() {
+        for mark in rows.bypass_change_detection() {
+            *mark = if mark.get() { was } else { ViewVisibility::HIDDEN };
         }
-        // Locked once for each part of a table.
-        if let Ok(mut found) = found.lock() {
-            found.0 += count;
-            found.1.append(&mut others);
-        }
-    };
-    if most < MANY {
-        let tables = all.contiguous_iter_mut().into_iter().flatten();
-        tables.for_each(|(entities, mut rows)| clear(entities, rows.bypass_change_detection()));
-    } else if let Ok(tables) = all.contiguous_par_iter_mut() {
-        tables.for_each(|(entities, mut rows)| clear(entities, rows.bypass_change_detection()));
     }
-    let (count, mut others) = found.into_inner().unwrap_or_default();
-    marks.is_broken = count != marks.count;
-    marks.leaving.clear();
-    marks.leaving.append(&mut others);
 }
 
 /// Marks as hidden what was seen in the last frame, and in this one by nobody.
@@ -198,10 +179,9 @@ impl Replaced {
 
     pub(crate) fn marks(&self) -> Marks {
         Marks {
-            kept: Vec::new(),
+            listed: Vec::new(),
             count: 0,
             leaving: Vec::new(),
-            is_broken: false,
             scratch: Vec::new(),
             was_visible: self.was_visible,
         }

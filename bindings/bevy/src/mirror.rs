@@ -34,8 +34,6 @@ pub struct CulletScene {
     /// One bit a word of slots, in words of 64 of them: one of its slots changed in the last step.
     touched: Vec<u64>,
     is_touched: bool,
-    /// Entities that went in this frame, and may still be marked as visible.
-    pub(crate) dropped: Vec<Entity>,
     // Used again in each frame.
     moved: Vec<Moved>,
     /// Entities whose meshes are being made into occluders, and whether both sides are drawn.
@@ -82,7 +80,6 @@ impl Default for CulletScene {
             step: 0,
             touched: Vec::new(),
             is_touched: false,
-            dropped: Vec::new(),
             moved: Vec::new(),
             waiting: Vec::new(),
         }
@@ -288,7 +285,6 @@ impl CulletScene {
         self.records[entity.index_u32() as usize] = None;
         self.len -= 1;
         self.unsorted += 1;
-        self.dropped.push(entity);
     }
 
     /// Writes the boxes that changed, fits the nodes above them, and sorts where that is due.

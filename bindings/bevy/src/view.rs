@@ -132,12 +132,7 @@ impl CulletView {
     }
 
     /// Asks all words of slots, by the hierarchy.
-    fn find_all(
-        &mut self,
-        mirror: &CulletScene,
-        now: &Known,
-        straddles: &impl Fn(Entity) -> bool,
-    ) {
+    fn find_all(&mut self, mirror: &CulletScene, now: &Known, straddles: &impl Fn(Entity) -> bool) {
         let scene = &mirror.scene;
         let hierarchy = scene.hierarchy();
         self.found.fill(0);
@@ -270,7 +265,8 @@ pub(crate) fn slots(words: &[u64]) -> impl Iterator<Item = u32> + '_ {
     words.iter().enumerate().flat_map(|(word, &bits)| slots_of(word, bits))
 }
 
-fn slots_of(word: usize, mut bits: u64) -> impl Iterator<Item = u32> {
+/// Those of one word.
+pub(crate) fn slots_of(word: usize, mut bits: u64) -> impl Iterator<Item = u32> {
     std::iter::from_fn(move || {
         (bits != 0).then(|| {
             let bit = bits.trailing_zeros();
