@@ -63,9 +63,10 @@ type Rows = (
     ),
 );
 
-/// What a part of a table has of change.
-#[derive(Default)]
-struct Found {
+/// What a part of a table has of change. Its memory is used again in each frame: fresh pages cost more than what is
+/// written to them.
+#[derive(Debug, Default)]
+pub(crate) struct Found {
     /// Moved, and nothing else.
     moved: Vec<Moved>,
     /// To be looked at whole.
@@ -74,10 +75,11 @@ struct Found {
 
 /// Asks the rows of a part of a table.
 fn ask(
+    found: &mut Found,
     mirror: &CulletScene,
     since: Since,
     (entities, (transforms, boxes), others): <Rows as ContiguousQueryData>::Contiguous<'_, '_>,
-) -> Found {
+) {
     let (inherited, class, layers, sphere, culling, range, skin, morphs, weights) = others;
     /// Of a component that an entity may be without.
     fn changed<'w, T>(of: &Option<ContiguousRef<'w, T>>) -> Option<&'w [Tick]> {
@@ -103,7 +105,6 @@ fn ask(
     .flatten()
     .collect();
     let moves = transforms.changed_ticks_slice();
-    let mut found = Found::default();
     for start in (0..entities.len()).step_by(ROWS) {
         let rows = start..(start + ROWS).min(entities.len());
         let has_changed = others.iter().any(|ticks| since.any(&ticks[rows.clone()]));
@@ -126,7 +127,6 @@ fn ask(
             }
         }
     }
-    found
 }
 
 /// Takes over into the engine's scene what changed.
@@ -147,9 +147,12 @@ pub(crate) fn follow(
         let (sum, most) = lens.fold((0, 0), |(sum, most), len| (sum + len, len.max(most)));
         count = sum;
         let since = Since::new(&ticks);
+        let spare = Mutex::new(std::mem::take(&mut mirror.spare));
         let parts = Mutex::new(Vec::new());
+        let mirror = &*mirror;
         let of_part = |part: <Rows as ContiguousQueryData>::Contiguous<'_, '_>| {
-            let found = ask(mirror, since, part);
+            let mut found = spare.lock().map_or(None, |mut s| s.pop()).unwrap_or_default();
+            ask(&mut found, mirror, since, part);
             if let Ok(mut parts) = parts.lock() {
                 parts.push(found);
             }
@@ -160,6 +163,7 @@ pub(crate) fn follow(
             tables.for_each(of_part);
         }
         found = parts.into_inner().unwrap_or_default();
+        found.append(&mut spare.into_inner().unwrap_or_default());
     }
     let changed = found.iter().flat_map(|part| part.changed.iter().copied());
     for entity in gone.read().chain(&off_cpu).chain(changed) {
@@ -175,4 +179,9 @@ pub(crate) fn follow(
         missing.into_iter().filter_map(|entity| all.get(entity).ok()).for_each(|s| mirror.put(&s));
     }
     mirror.settle(found.iter().flat_map(|part| &part.moved));
+    for part in &mut found {
+        part.moved.clear();
+        part.changed.clear();
+    }
+    mirror.spare = found;
 }

@@ -36,6 +36,7 @@ pub struct CulletScene {
     is_touched: bool,
     // Used again in each frame.
     moved: Vec<Moved>,
+    pub(crate) spare: Vec<crate::follow::Found>,
     /// Entities whose meshes are being made into occluders, and whether both sides are drawn.
     pub(crate) waiting: Vec<(Entity, AssetId<bevy_mesh::Mesh>, bool)>,
 }
@@ -81,6 +82,7 @@ impl Default for CulletScene {
             touched: Vec::new(),
             is_touched: false,
             moved: Vec::new(),
+            spare: Vec::new(),
             waiting: Vec::new(),
         }
     }
