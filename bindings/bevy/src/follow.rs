@@ -1,5 +1,6 @@
 //! Finds what changed of the entities, and hands it to the engine's scene.
 
+use std::ops::Range;
 use std::sync::Mutex;
 
 use bevy_camera::primitives::{Aabb, Sphere};
@@ -18,7 +19,7 @@ use bevy_transform::components::GlobalTransform;
 
 use crate::mirror::{CulletScene, Moved};
 use crate::seen::{OfMesh, Seen, SeenItem, world_box};
-use crate::ticks::{MANY, ROWS, Since};
+use crate::ticks::{MANY, ROWS, RUN, Since};
 
 /// Components whose going makes an entity another one for visibility.
 #[derive(SystemParam)]
@@ -105,12 +106,16 @@ fn ask(
     .flatten()
     .collect();
     let moves = transforms.changed_ticks_slice();
-    for start in (0..entities.len()).step_by(ROWS) {
-        let rows = start..(start + ROWS).min(entities.len());
-        let has_changed = others.iter().any(|ticks| since.any(&ticks[rows.clone()]));
-        if !has_changed && !since.any(&moves[rows.clone()]) {
-            continue;
-        }
+    let any = |rows: Range<usize>| {
+        since.any(&moves[rows.clone()])
+            || others.iter().any(|ticks| since.any(&ticks[rows.clone()]))
+    };
+    let parts = |of: Range<usize>, len: usize| {
+        of.clone().step_by(len).map(move |start| start..(start + len).min(of.end))
+    };
+    let runs = parts(0..entities.len(), RUN).filter(|run| any(run.clone()));
+    for rows in runs.flat_map(|run| parts(run, ROWS)).filter(|rows| any(rows.clone())) {
+        let start = rows.start;
         let whole = others.iter().fold(0, |bits, ticks| bits | since.bits(&ticks[rows.clone()]));
         let mut bits = whole | since.bits(&moves[rows]);
         while bits != 0 {
@@ -119,7 +124,7 @@ fn ask(
             let row = start + bit as usize;
             let only_moves = boxes.as_ref().filter(|_| whole >> bit & 1 == 0).and_then(|boxes| {
                 let bounds = world_box(&boxes[row], &transforms[row].affine());
-                mirror.moved(entities[row], bounds)
+                mirror.moved(entities[row].index_u32(), bounds)
             });
             match only_moves {
                 Some(moved) => found.moved.push(moved),
@@ -178,7 +183,7 @@ pub(crate) fn follow(
         let missing: Vec<Entity> = all.iter().filter(is_missing).map(|seen| seen.entity).collect();
         missing.into_iter().filter_map(|entity| all.get(entity).ok()).for_each(|s| mirror.put(&s));
     }
-    mirror.settle(found.iter().flat_map(|part| &part.moved));
+    mirror.settle(found.iter().map(|part| &part.moved[..]));
     for part in &mut found {
         part.moved.clear();
         part.changed.clear();

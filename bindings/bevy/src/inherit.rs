@@ -3,12 +3,13 @@
 use std::sync::Mutex;
 
 use bevy_camera::visibility::{InheritedVisibility, Visibility};
-use bevy_ecs::change_detection::ContiguousRef;
+use bevy_ecs::change_detection::{ContiguousRef, Tick};
 use bevy_ecs::hierarchy::{ChildOf, Children};
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemChangeTick;
 
-use crate::ticks::{MANY, ROWS, Since};
+use crate::ticks::{MANY, ROWS, RUN, Since};
+use crate::view::slots_of;
 
 type All<'w, 's> = Query<
     'w,
@@ -81,24 +82,37 @@ fn changed(since: Since, all: &All) -> Vec<Entity> {
         ContiguousRef<'_, Visibility>,
         Option<ContiguousRef<'_, ChildOf>>,
     )| {
-        let visibility = visibility.changed_ticks_slice().chunks(ROWS);
+        let visibility = visibility.changed_ticks_slice();
         let parents = parent.map_or(&[][..], |parent| parent.changed_ticks_slice());
-        for (at, (entities, visibility)) in entities.chunks(ROWS).zip(visibility).enumerate() {
-            let parents = parents.chunks(ROWS).nth(at).unwrap_or_default();
+        for start in (0..entities.len()).step_by(RUN) {
+            let rows = start..(start + RUN).min(entities.len());
+            let parents = parents.get(rows.clone()).unwrap_or_default();
+            let visibility = &visibility[rows];
             if !since.any(visibility) && !since.any(parents) {
                 continue;
             }
-            let mut bits = since.bits(visibility) | since.bits(parents);
             let Ok(mut found) = found.lock() else { continue };
-            while bits != 0 {
-                found.push(entities[bits.trailing_zeros() as usize]);
-                bits &= bits - 1;
+            for first in (0..visibility.len()).step_by(ROWS) {
+                let bits = |ticks: &[Tick]| {
+                    since.bits(
+                        ticks
+                            .get(first..)
+                            .unwrap_or_default()
+                            .chunks(ROWS)
+                            .next()
+                            .unwrap_or_default(),
+                    )
+                };
+                let changed = bits(visibility) | bits(parents);
+                let rows = slots_of(0, changed).map(|row| entities[start + first + row as usize]);
+                found.extend(rows);
             }
         }
     };
     let Ok(tables) = all.contiguous_iter() else { return Vec::new() };
     let most = tables.map(|(entities, ..)| entities.len()).max().unwrap_or(0);
-    if most < MANY {
+    // Two columns at most are read: a thread more is worth it later than elsewhere.
+    if most < 4 * MANY {
         all.contiguous_iter().into_iter().flatten().for_each(ask);
     } else if let Ok(tables) = all.contiguous_par_iter() {
         tables.for_each(ask);

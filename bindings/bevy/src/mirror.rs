@@ -11,6 +11,7 @@ use engine::{
 };
 
 use crate::seen::SeenItem;
+use crate::view::slots;
 
 /// The engine's scene: an instance for each entity with a mesh that Bevy culls on the CPU.
 ///
@@ -22,6 +23,9 @@ pub struct CulletScene {
     records: Vec<Option<Record>>,
     // How many of them are not empty.
     len: usize,
+    // By index of entity: what a moved one is written to. It lies closer than the records, which are as large as a line of
+    // the cache.
+    plain: Vec<u32>,
     /// Entities that the hierarchy alone does not decide: see [`SeenItem::needs_check`].
     pub(crate) checked: EntityHashSet,
     // Instances that are new or gone, and those that were found to move, since the slots were sorted.
@@ -36,10 +40,18 @@ pub struct CulletScene {
     is_touched: bool,
     // Used again in each frame.
     moved: Vec<Moved>,
+    // By slot, for those with a bit: in which list of what moved, and where in it.
+    at_slot: Vec<[u32; 2]>,
+    is_moved: Vec<u64>,
     pub(crate) spare: Vec<crate::follow::Found>,
     /// Entities whose meshes are being made into occluders, and whether both sides are drawn.
     pub(crate) waiting: Vec<(Entity, AssetId<bevy_mesh::Mesh>, bool)>,
 }
+
+/// In [`CulletScene::plain`]: the entity is known to move often.
+const RESTLESS: u32 = 1 << 31;
+/// In [`CulletScene::plain`]: not there, or drawn as an occluder.
+const NOT_PLAIN: u32 = u32::MAX;
 
 /// An entity that moved.
 #[derive(Clone, Copy, Debug)]
@@ -73,6 +85,7 @@ impl Default for CulletScene {
             scene,
             records: Vec::new(),
             len: 0,
+            plain: Vec::new(),
             checked: EntityHashSet::default(),
             unsorted: 0,
             restless: 0,
@@ -82,6 +95,8 @@ impl Default for CulletScene {
             touched: Vec::new(),
             is_touched: false,
             moved: Vec::new(),
+            at_slot: Vec::new(),
+            is_moved: Vec::new(),
             spare: Vec::new(),
             waiting: Vec::new(),
         }
@@ -152,21 +167,40 @@ impl CulletScene {
 
     /// The words of slots that changed in the last step, ascending.
     pub(crate) fn touched(&self) -> impl Iterator<Item = usize> + '_ {
-        crate::view::slots(&self.touched).map(|word| word as usize)
+        slots(&self.touched).map(|word| word as usize)
     }
 
-    /// What is to be written of an entity that moved and changed in nothing else; `None` where more follows from it.
-    pub(crate) fn moved(&self, entity: Entity, bounds: Aabb) -> Option<Moved> {
-        let record = self.record(entity)?;
-        if record.mesh != 0 || !bounds.is_finite() || bounds.is_empty() {
+    /// What is to be written of an entity that moved and changed in nothing else since it was taken over; `None` where more
+    /// follows from it.
+    #[inline]
+    pub(crate) fn moved(&self, index: u32, bounds: Aabb) -> Option<Moved> {
+        let plain = self.plain.get(index as usize).copied().filter(|&plain| plain != NOT_PLAIN)?;
+        if !bounds.is_finite() || bounds.is_empty() {
             return None;
         }
-        let index = if record.flags.dynamic { u32::MAX } else { entity.index_u32() };
-        Some(Moved { slot: self.scene.slot(record.handle).ok()?, index, bounds })
+        let index = if plain & RESTLESS == 0 { index } else { u32::MAX };
+        Some(Moved { slot: plain & !RESTLESS, index, bounds })
+    }
+
+    /// Brings `plain` after the record of an index.
+    fn note(&mut self, index: usize) {
+        if self.plain.len() <= index {
+            self.plain.resize(index + 1, NOT_PLAIN);
+        }
+        let record = self.records[index].filter(|record| record.mesh == 0);
+        let slot = record.and_then(|record| self.scene.slot(record.handle).ok());
+        let restless = record.map_or(0, |record| u32::from(record.flags.dynamic) << 31);
+        self.plain[index] =
+            slot.filter(|slot| slot & RESTLESS == 0).map_or(NOT_PLAIN, |s| s | restless);
     }
 
     /// Takes an entity over as it is now.
     pub(crate) fn put(&mut self, seen: &SeenItem<'_, '_>) {
+        self.take_over(seen);
+        self.note(seen.entity.index_u32() as usize);
+    }
+
+    fn take_over(&mut self, seen: &SeenItem<'_, '_>) {
         let at = seen.entity.index_u32() as usize;
         if self.records.len() <= at {
             self.records.resize(at + 1, None);
@@ -263,6 +297,7 @@ impl CulletScene {
             let _ = self.scene.remove(record.handle);
             self.records[entity.index_u32() as usize] = Some(Record { handle, mesh, ..record });
             self.unsorted += 2;
+            self.note(entity.index_u32() as usize);
         }
     }
 
@@ -287,28 +322,46 @@ impl CulletScene {
         self.records[entity.index_u32() as usize] = None;
         self.len -= 1;
         self.unsorted += 1;
+        self.note(entity.index_u32() as usize);
     }
 
     /// Writes the boxes that changed, fits the nodes above them, and sorts where that is due.
-    pub(crate) fn settle<'a>(&mut self, moved: impl Iterator<Item = &'a Moved> + Clone) {
-        // Those of entities that changed in more come last.
+    pub(crate) fn settle<'a>(&mut self, moved: impl Iterator<Item = &'a [Moved]>) {
+        // In the order of the slots: a box is written to lines of the cache far apart, which boxes beside it share.
+        self.at_slot.resize(self.scene.slot_count() as usize, [0; 2]);
+        self.is_moved.resize(self.at_slot.len().div_ceil(64), 0);
         let mut more = std::mem::take(&mut self.moved);
-        let all = moved.copied().chain(more.iter().copied());
-        for Moved { slot, index, .. } in all.clone() {
-            self.touch(slot);
-            if let Some(Some(record)) = self.records.get_mut(index as usize) {
+        // Those of entities that changed in more come last, and so are those that are kept.
+        let mut lists: Vec<&[Moved]> = moved.collect();
+        lists.push(&more);
+        for (list, all) in lists.iter().enumerate() {
+            for (at, &Moved { slot, index, .. }) in all.iter().enumerate() {
+                self.at_slot[slot as usize] = [list as u32, at as u32];
+                self.is_moved[slot as usize / 64] |= 1 << (slot % 64);
+                let Some(Some(record)) = self.records.get_mut(index as usize) else { continue };
                 let moves_on = self.updates.wrapping_sub(record.moved_at) == 1;
                 record.moved_at = self.updates;
                 if moves_on && !record.flags.dynamic {
                     record.flags.dynamic = true;
                     self.restless += 1;
                     let _ = self.scene.set_flags(record.handle, record.flags);
+                    self.plain[index as usize] |= RESTLESS;
                 }
             }
         }
-        if self.is_touched {
+        if self.is_touched || lists.iter().any(|list| !list.is_empty()) {
+            let mut is_moved = std::mem::take(&mut self.is_moved);
+            for (word, bits) in is_moved.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+                self.touch(word as u32 * 64 + bits.trailing_zeros());
+            }
             let mut boxes = self.scene.bounds_mut();
-            all.for_each(|moved| boxes.set(moved.slot, &moved.bounds));
+            for slot in slots(&is_moved) {
+                let [list, at] = self.at_slot[slot as usize];
+                boxes.set(slot, &lists[list as usize][at as usize].bounds);
+            }
+            drop(boxes);
+            is_moved.fill(0);
+            self.is_moved = is_moved;
         }
         more.clear();
         self.moved = more;
@@ -320,6 +373,7 @@ impl CulletScene {
         if self.unsorted > 64 + slots / 8 || self.restless > 64 + slots / 64 {
             self.scene.sort();
             (self.unsorted, self.restless) = (0, 0);
+            (0..self.records.len()).for_each(|index| self.note(index));
         }
     }
 }
