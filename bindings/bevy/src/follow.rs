@@ -106,17 +106,18 @@ fn ask(
     .flatten()
     .collect();
     let moves = transforms.changed_ticks_slice();
-    let any = |rows: Range<usize>| {
-        since.any(&moves[rows.clone()])
-            || others.iter().any(|ticks| since.any(&ticks[rows.clone()]))
-    };
+    let any_other =
+        |rows: &Range<usize>| others.iter().any(|ticks| since.any(&ticks[rows.clone()]));
+    let any = |rows: &Range<usize>| since.any(&moves[rows.clone()]) || any_other(rows);
     let parts = |of: Range<usize>, len: usize| {
         of.clone().step_by(len).map(move |start| start..(start + len).min(of.end))
     };
-    let runs = parts(0..entities.len(), RUN).filter(|run| any(run.clone()));
-    for rows in runs.flat_map(|run| parts(run, ROWS)).filter(|rows| any(rows.clone())) {
+    let runs = parts(0..entities.len(), RUN).filter(any);
+    for rows in runs.flat_map(|run| parts(run, ROWS)) {
         let start = rows.start;
-        let whole = others.iter().fold(0, |bits, ticks| bits | since.bits(&ticks[rows.clone()]));
+        // Row by row only where there is something: that takes far longer.
+        let of_others = if any_other(&rows) { &others[..] } else { &[] };
+        let whole = of_others.iter().fold(0, |bits, ticks| bits | since.bits(&ticks[rows.clone()]));
         let mut bits = whole | since.bits(&moves[rows]);
         while bits != 0 {
             let bit = bits.trailing_zeros();

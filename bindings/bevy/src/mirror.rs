@@ -11,7 +11,7 @@ use engine::{
 };
 
 use crate::seen::SeenItem;
-use crate::view::slots;
+use crate::view::{slots, slots_of};
 
 /// The engine's scene: an instance for each entity with a mesh that Bevy culls on the CPU.
 ///
@@ -355,9 +355,15 @@ impl CulletScene {
                 self.touch(word as u32 * 64 + bits.trailing_zeros());
             }
             let mut boxes = self.scene.bounds_mut();
-            for slot in slots(&is_moved) {
-                let [list, at] = self.at_slot[slot as usize];
-                boxes.set(slot, &lists[list as usize][at as usize].bounds);
+            let mut near = [Aabb::EMPTY; 64];
+            for (word, &bits) in is_moved.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+                // Read before any is written: reads that miss the cache wait for each other the least when nothing is
+                // between them.
+                for (near, slot) in near.iter_mut().zip(slots_of(word, bits)) {
+                    let [list, at] = self.at_slot[slot as usize];
+                    *near = lists[list as usize][at as usize].bounds;
+                }
+                slots_of(word, bits).zip(&near).for_each(|(slot, bounds)| boxes.set(slot, bounds));
             }
             drop(boxes);
             is_moved.fill(0);
