@@ -15,8 +15,8 @@
 //! # }
 //! ```
 //!
-//! What is drawn stays the same to the pixel: [`CulletPlugin`] takes [`check_visibility_cpu_culling`] out of the
-//! schedule and fills the lists of [`VisibleEntities`](bevy_camera::visibility::VisibleEntities) itself, with what Bevy
+//! What is drawn stays the same to the pixel: [`CulletPlugin`] takes [`check_visibility_cpu_culling`] and what belongs to it
+//! out of the schedule and fills the lists of [`VisibleEntities`](bevy_camera::visibility::VisibleEntities) itself, with what Bevy
 //! would list or less. `Visibility`, `RenderLayers`, `NoFrustumCulling`, `NoCpuCulling`, `VisibilityRange` and a
 //! `Frustum` of the user's own mean what they mean in Bevy.
 //!

@@ -120,8 +120,8 @@ fn is_large(all: &Marked) -> bool {
 fn bits_of(rows: &[ViewVisibility], is: impl Fn(ViewVisibility) -> bool) -> u64 {
     let mut bytes = [0u8; ROWS];
     bytes.iter_mut().zip(rows).for_each(|(byte, &mark)| *byte = u8::from(is(mark)));
-    bytes.chunks_exact(8).enumerate().fold(0, |bits, (part, eight)| {
-        let eight = eight.try_into().map_or(0, u64::from_le_bytes);
+    bytes.as_chunks().0.iter().enumerate().fold(0, |bits, (part, eight)| {
+        let eight = u64::from_le_bytes(*eight);
         // Each byte is 0 or 1: the product has them side by side in its highest byte.
         bits | (eight.wrapping_mul(0x0102_0408_1020_4080) >> 56) << (part * 8)
     })
@@ -153,7 +153,7 @@ pub(crate) fn hide(
 }
 
 /// Bevy's private systems that [`reset`], [`hide`] and [`inherit`](crate::inherit::inherit) stand for, by their types.
-#[derive(Debug)]
+#[derive(Debug, Resource)]
 pub(crate) struct Replaced {
     pub(crate) systems: Vec<InternedSystemSet>,
     was_visible: ViewVisibility,
@@ -204,4 +204,32 @@ fn systems_of(app: &mut App, set: VisibilitySystems) -> Vec<InternedSystemSet> {
         Some(sets.filter(|set| set.system_type().is_some()).collect())
     });
     found.ok().flatten().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_systems_of_bevy_that_are_replaced_are_found() {
+        let replaced = Replaced::find();
+        assert_eq!(replaced.systems.len(), 3, "{:?}", replaced.systems);
+        assert!(!replaced.was_visible.get());
+        assert_ne!(replaced.was_visible, ViewVisibility::HIDDEN);
+    }
+
+    #[test]
+    fn each_row_has_its_bit() {
+        for pattern in [0, 1, 1 << 63, 0x8000_0001_0180_5a00, u64::MAX, 0x0123_4567_89ab_cdef] {
+            let of = |row: usize| match pattern >> row & 1 {
+                1 => ViewVisibility::VISIBLE,
+                _ => ViewVisibility::HIDDEN,
+            };
+            for len in [0, 1, 9, 63, 64] {
+                let rows: Vec<_> = (0..len).map(of).collect();
+                let all = if len == 64 { u64::MAX } else { (1 << len) - 1 };
+                assert_eq!(bits_of(&rows, ViewVisibility::get), pattern & all);
+            }
+        }
+    }
 }

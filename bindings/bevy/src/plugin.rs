@@ -36,6 +36,9 @@ impl Plugin for CulletPlugin {
         app.init_resource::<CulletScene>();
         app.init_resource::<OccluderMeshes>();
         app.init_resource::<CulletPrepare>();
+        let replaced = Replaced::find();
+        app.insert_resource(replaced.marks());
+        app.insert_resource(replaced);
         app.register_required_components::<Camera, CulletView>();
         app.configure_sets(
             PostUpdate,
@@ -61,8 +64,7 @@ impl Plugin for CulletPlugin {
     }
 
     fn finish(&self, app: &mut App) {
-        let replaced = Replaced::find();
-        app.insert_resource(replaced.marks());
+        let Some(replaced) = app.world_mut().remove_resource::<Replaced>() else { return };
         remove(app, check_visibility_cpu_culling.into_system_set());
         replaced.systems.iter().for_each(|&set| remove(app, set));
         app.add_systems(
