@@ -2,18 +2,20 @@
 
 use std::any::TypeId;
 
-use bevy_camera::primitives::Frustum;
+use bevy_camera::primitives::{Aabb, Frustum};
 use bevy_camera::visibility::{
-    NoCpuCulling, RenderLayers, SetViewVisibility, ViewVisibility, VisibleEntities,
-    VisibleEntityRanges,
+    NoCpuCulling, NoFrustumCulling, RenderLayers, SetViewVisibility, ViewVisibility,
+    VisibleEntities, VisibleEntityRanges,
 };
 use bevy_camera::{Camera, Projection};
 use bevy_ecs::prelude::*;
 use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
 
-use crate::mirror::{CulletScene, OfMesh, Seen, SeenItem, mask};
+use crate::marks::{Marked, Marks};
+use crate::mirror::CulletScene;
 use crate::occlusion::{CulletOcclusion, view as view_of};
+use crate::seen::{OfMesh, Seen, SeenItem, mask};
 use crate::view::{CulletView, Known, half_spaces, is_outside};
 
 /// Fills the lists of all classes but meshes, just as Bevy does: lights, probes, decals, sprites and flat meshes are few, or
@@ -22,6 +24,7 @@ pub(crate) fn check_others(
     mut views: Query<(
         Entity,
         &mut VisibleEntities,
+        &mut CulletView,
         &Frustum,
         Option<&RenderLayers>,
         &Camera,
@@ -30,11 +33,16 @@ pub(crate) fn check_others(
     mut others: Query<(Seen, &mut ViewVisibility), (Without<Mesh3d>, Without<NoCpuCulling>)>,
     ranges: Option<Res<VisibleEntityRanges>>,
 ) {
-    for (view, mut visible, frustum, layers, camera, is_exempt) in &mut views {
+    let mesh = TypeId::of::<Mesh3d>();
+    for (view, mut visible, mut state, frustum, layers, camera, is_exempt) in &mut views {
         if !camera.is_active {
             continue;
         }
-        visible.clear_all();
+        let state = &mut *state;
+        state.is_listed &= state.written == Some(visible.last_changed()) && state.strays.is_empty();
+        state.strays.clear();
+        let classes = visible.entities.iter_mut().filter(|(class, _)| **class != mesh);
+        classes.for_each(|(_, list)| list.clear());
         let layers = layers.unwrap_or_default();
         for (seen, mut view_visibility) in &mut others {
             let is_in = seen.inherited.get()
@@ -44,11 +52,15 @@ pub(crate) fn check_others(
             if is_in {
                 view_visibility.set_visible();
                 for &class in seen.class.iter().flat_map(|class| class.iter()) {
-                    visible.push(seen.entity, class);
+                    // What lost its mesh keeps the class.
+                    let is_stray = class == mesh;
+                    let list = if is_stray { &mut state.strays } else { visible.get_mut(class) };
+                    list.push(seen.entity);
                 }
             }
         }
-        visible.entities.values_mut().for_each(|list| list.sort_unstable());
+        let classes = visible.entities.iter_mut().filter(|(class, _)| **class != mesh);
+        classes.for_each(|(_, list)| list.sort_unstable());
     }
 }
 
@@ -80,6 +92,7 @@ fn is_in_frustum(seen: &SeenItem<'_, '_>, frustum: &Frustum) -> bool {
 /// Fills the lists of meshes, by the hierarchy.
 pub(crate) fn check_meshes(
     mirror: Res<CulletScene>,
+    mut marks: ResMut<Marks>,
     mut views: Query<(
         Entity,
         &mut VisibleEntities,
@@ -91,14 +104,19 @@ pub(crate) fn check_meshes(
         (Option<&CulletOcclusion>, Option<&Projection>, Option<&GlobalTransform>),
     )>,
     all: Query<Seen, OfMesh>,
-    mut view_visibilities: Query<&mut ViewVisibility, OfMesh>,
+    boxes: Query<(Option<&Aabb>, &GlobalTransform, Has<NoFrustumCulling>), OfMesh>,
+    mut marked: Marked,
     ranges: Option<Res<VisibleEntityRanges>>,
+    mut active: Local<Vec<Entity>>,
 ) {
     let scene = &mirror.scene;
+    let mut is_changed = false;
+    let mut seeing = Vec::new();
     for (view, mut visible, mut state, frustum, layers, camera, is_exempt, occluded) in &mut views {
         if !camera.is_active {
             continue;
         }
+        seeing.push(view);
         let state = &mut *state;
         let planes = (!is_exempt).then(|| half_spaces(frustum));
         let layers = layers.unwrap_or_default();
@@ -113,17 +131,16 @@ pub(crate) fn check_meshes(
             scene: scene.id(),
             order: scene.order_version(),
             change: scene.change_version(),
+            step: mirror.step,
             planes,
             layers: mask(layers),
         };
+        let mut is_new = false;
         if state.known.as_ref() != Some(&now) || !mirror.checked.is_empty() {
-            state.find(&mirror, planes.as_ref(), now.layers, |entity| {
-                let Ok(seen) = all.get(entity) else { return true };
-                if seen.no_frustum_culling {
-                    return true;
-                }
-                let (Some(aabb), Some(planes)) = (seen.aabb, &planes) else { return true };
-                !is_outside(planes, aabb, &seen.transform.affine())
+            state.find(&mirror, &now, |entity| {
+                let Ok((aabb, at, no_frustum_culling)) = boxes.get(entity) else { return true };
+                let (Some(aabb), Some(planes)) = (aabb, &planes) else { return true };
+                no_frustum_culling || !is_outside(planes, aabb, &at.affine())
             });
             for &entity in &mirror.checked {
                 let slot = mirror.handle(entity).and_then(|handle| scene.slot(handle).ok());
@@ -145,30 +162,57 @@ pub(crate) fn check_meshes(
             }
             let same = |known: &Known| (known.scene, known.order) == (now.scene, now.order);
             let same_order = state.known.as_ref().is_some_and(same);
-            state.take(&mirror, same_order);
+            is_new = state.take(&mirror, same_order);
             state.known = Some(now);
             state.funnel.visible = state.list.len() as u64;
         }
-        for &entity in &state.list {
-            if let Ok(mut view_visibility) = view_visibilities.get_mut(entity) {
-                view_visibility.set_visible();
+        is_changed |= is_new;
+        if is_new || !state.is_listed || !state.strays.is_empty() || !mirror.checked.is_empty() {
+            list(&mut visible, state, &mirror, &all);
+        }
+        // Bevy writes it in each frame, and whoever listens hears it.
+        visible.set_changed();
+        state.is_listed = mirror.checked.is_empty();
+        state.written = Some(visible.last_changed());
+    }
+    let lists = || views.iter().filter(|view| view.5.is_active).map(|view| &view.2.list[..]);
+    if is_changed || *active != seeing {
+        marks.list(lists(), |index| mirror.of_index(index), &mut marked);
+        *active = seeing;
+    }
+    if !marks.set(&mut marked) {
+        for &entity in lists().flatten() {
+            if let Ok((_, mut mark)) = marked.get_mut(entity) {
+                mark.set_visible();
             }
         }
-        let mesh = TypeId::of::<Mesh3d>();
-        if mirror.checked.is_empty() {
-            visible.get_mut(mesh).extend_from_slice(&state.list);
+    }
+}
+
+/// Writes the list of meshes of a camera.
+fn list(
+    visible: &mut VisibleEntities,
+    state: &CulletView,
+    mirror: &CulletScene,
+    all: &Query<Seen, OfMesh>,
+) {
+    let mesh = TypeId::of::<Mesh3d>();
+    let meshes = visible.get_mut(mesh);
+    meshes.clear();
+    meshes.extend_from_slice(&state.strays);
+    if mirror.checked.is_empty() && state.strays.is_empty() {
+        meshes.extend_from_slice(&state.list);
+        return;
+    }
+    for &entity in &state.list {
+        if !mirror.checked.contains(&entity) {
+            visible.push(entity, mesh);
             continue;
         }
-        for &entity in &state.list {
-            if !mirror.checked.contains(&entity) {
-                visible.push(entity, mesh);
-                continue;
-            }
-            let class = all.get(entity).ok().and_then(|seen| seen.class);
-            for &class in class.iter().flat_map(|class| class.iter()) {
-                visible.push(entity, class);
-            }
+        let class = all.get(entity).ok().and_then(|seen| seen.class);
+        for &class in class.iter().flat_map(|class| class.iter()) {
+            visible.push(entity, class);
         }
-        visible.entities.values_mut().for_each(|list| list.sort_unstable());
     }
+    visible.entities.values_mut().for_each(|list| list.sort_unstable());
 }

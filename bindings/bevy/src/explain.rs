@@ -13,8 +13,9 @@ use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
 use engine::Stage;
 
-use crate::mirror::{CulletScene, OfMesh, Seen, mask};
+use crate::mirror::CulletScene;
 use crate::occlusion::{CulletOcclusion, view as view_of};
+use crate::seen::{OfMesh, Seen, mask};
 use crate::view::{half_spaces, is_outside};
 
 /// Names of the half-spaces of a `Frustum`, in Bevy's order.

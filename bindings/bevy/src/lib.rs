@@ -15,8 +15,8 @@
 //! # }
 //! ```
 //!
-//! What is drawn stays the same to the pixel: [`CulletPlugin`] takes [`check_visibility_cpu_culling`] out of the
-//! schedule and fills the lists of [`VisibleEntities`](bevy_camera::visibility::VisibleEntities) itself, with what Bevy
+//! What is drawn stays the same to the pixel: [`CulletPlugin`] takes [`check_visibility_cpu_culling`] and what belongs to it
+//! out of the schedule and fills the lists of [`VisibleEntities`](bevy_camera::visibility::VisibleEntities) itself, with what Bevy
 //! would list or less. `Visibility`, `RenderLayers`, `NoFrustumCulling`, `NoCpuCulling`, `VisibilityRange` and a
 //! `Frustum` of the user's own mean what they mean in Bevy.
 //!
@@ -40,6 +40,9 @@ mod baked;
 mod check;
 mod diagnostics;
 mod explain;
+mod follow;
+mod inherit;
+mod marks;
 mod mirror;
 mod occluder;
 mod occlusion;
@@ -48,6 +51,8 @@ mod overlay;
 #[cfg(feature = "pbr")]
 mod pbr;
 mod plugin;
+mod seen;
+mod ticks;
 mod view;
 
 pub use engine;

@@ -1,29 +1,17 @@
 //! The engine's scene, kept in step with the entities that have a mesh.
 
-use std::any::TypeId;
-
 use bevy_asset::AssetId;
-use bevy_camera::primitives::{Aabb, Sphere};
-use bevy_camera::visibility::{
-    DynamicSkinnedMeshBounds, InheritedVisibility, NoCpuCulling, NoFrustumCulling, RenderLayers,
-    ViewVisibility, VisibilityClass, VisibilityRange,
-};
 use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::QueryData;
-use bevy_ecs::system::SystemParam;
-use bevy_math::{Affine3A, Vec3A};
-use bevy_mesh::Mesh3d;
-use bevy_mesh::morph::{MeshMorphWeights, MorphWeights};
-use bevy_mesh::skinning::SkinnedMesh;
-use bevy_transform::components::GlobalTransform;
+use bevy_math::Vec3A;
+use engine::bounds::Aabb;
 use engine::{
     BoundsOverride, Handle, Instance, InstanceFlags, Mesh, MeshData, MeshId, Prepared, Scene,
     Transform,
 };
 
-/// The layer of the engine that stands for all layers of Bevy from this one on.
-const LAST_LAYER: u32 = 31;
+use crate::seen::SeenItem;
+use crate::view::{slots, slots_of};
 
 /// The engine's scene: an instance for each entity with a mesh that Bevy culls on the CPU.
 ///
@@ -33,16 +21,45 @@ pub struct CulletScene {
     pub(crate) scene: Scene,
     // By index of entity.
     records: Vec<Option<Record>>,
-    /// Entities that the hierarchy alone does not decide: see [`Seen::needs_check`].
+    // How many of them are not empty.
+    len: usize,
+    // By index of entity: what a moved one is written to. It lies closer than the records, which are as large as a line of
+    // the cache.
+    plain: Vec<u32>,
+    /// Entities that the hierarchy alone does not decide: see [`SeenItem::needs_check`].
     pub(crate) checked: EntityHashSet,
-    // Instances that are new, gone, or found to move, since the slots were sorted.
+    // Instances that are new or gone, and those that were found to move, since the slots were sorted.
     unsorted: usize,
+    restless: usize,
     has_moved_occluders: bool,
     updates: u32,
-    // Lists that are used again in each frame.
-    moved: Vec<(Handle, engine::bounds::Aabb)>,
+    /// Rises with each frame in which any slot changed.
+    pub(crate) step: u64,
+    /// One bit a word of slots, in words of 64 of them: one of its slots changed in the last step.
+    touched: Vec<u64>,
+    is_touched: bool,
+    // Used again in each frame.
+    moved: Vec<Moved>,
+    // By slot, for those with a bit: in which list of what moved, and where in it.
+    at_slot: Vec<[u32; 2]>,
+    is_moved: Vec<u64>,
+    pub(crate) spare: Vec<crate::follow::Found>,
     /// Entities whose meshes are being made into occluders, and whether both sides are drawn.
     pub(crate) waiting: Vec<(Entity, AssetId<bevy_mesh::Mesh>, bool)>,
+}
+
+/// In [`CulletScene::plain`]: the entity is known to move often.
+const RESTLESS: u32 = 1 << 31;
+/// In [`CulletScene::plain`]: not there, or drawn as an occluder.
+const NOT_PLAIN: u32 = u32::MAX;
+
+/// An entity that moved.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moved {
+    slot: u32,
+    /// Of the entity, where it is not known yet that it moves often; else `u32::MAX`.
+    index: u32,
+    bounds: Aabb,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -67,11 +84,20 @@ impl Default for CulletScene {
         Self {
             scene,
             records: Vec::new(),
+            len: 0,
+            plain: Vec::new(),
             checked: EntityHashSet::default(),
             unsorted: 0,
+            restless: 0,
             has_moved_occluders: false,
             updates: 0,
+            step: 0,
+            touched: Vec::new(),
+            is_touched: false,
             moved: Vec::new(),
+            at_slot: Vec::new(),
+            is_moved: Vec::new(),
+            spare: Vec::new(),
             waiting: Vec::new(),
         }
     }
@@ -103,8 +129,78 @@ impl CulletScene {
         (record.entity == entity).then_some(record)
     }
 
+    /// How many entities there are.
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// The entity of an index.
+    pub(crate) fn of_index(&self, index: usize) -> Option<Entity> {
+        self.records.get(index)?.as_ref().map(|record| record.entity)
+    }
+
+    /// Begins a frame.
+    pub(crate) fn begin(&mut self) {
+        self.updates = self.updates.wrapping_add(1);
+        if std::mem::take(&mut self.is_touched) {
+            self.touched.fill(0);
+        }
+    }
+
+    /// Takes note that a slot changed.
+    fn touch(&mut self, slot: u32) {
+        if !std::mem::replace(&mut self.is_touched, true) {
+            self.step += 1;
+        }
+        let word = slot as usize / 64;
+        if self.touched.len() <= word / 64 {
+            self.touched.resize(word / 64 + 1, 0);
+        }
+        self.touched[word / 64] |= 1 << (word % 64);
+    }
+
+    fn touch_handle(&mut self, handle: Handle) {
+        if let Ok(slot) = self.scene.slot(handle) {
+            self.touch(slot);
+        }
+    }
+
+    /// The words of slots that changed in the last step, ascending.
+    pub(crate) fn touched(&self) -> impl Iterator<Item = usize> + '_ {
+        slots(&self.touched).map(|word| word as usize)
+    }
+
+    /// What is to be written of an entity that moved and changed in nothing else since it was taken over; `None` where more
+    /// follows from it.
+    #[inline]
+    pub(crate) fn moved(&self, index: u32, bounds: Aabb) -> Option<Moved> {
+        let plain = self.plain.get(index as usize).copied().filter(|&plain| plain != NOT_PLAIN)?;
+        if !bounds.is_finite() || bounds.is_empty() {
+            return None;
+        }
+        let index = if plain & RESTLESS == 0 { index } else { u32::MAX };
+        Some(Moved { slot: plain & !RESTLESS, index, bounds })
+    }
+
+    /// Brings `plain` after the record of an index.
+    fn note(&mut self, index: usize) {
+        if self.plain.len() <= index {
+            self.plain.resize(index + 1, NOT_PLAIN);
+        }
+        let record = self.records[index].filter(|record| record.mesh == 0);
+        let slot = record.and_then(|record| self.scene.slot(record.handle).ok());
+        let restless = record.map_or(0, |record| u32::from(record.flags.dynamic) << 31);
+        self.plain[index] =
+            slot.filter(|slot| slot & RESTLESS == 0).map_or(NOT_PLAIN, |s| s | restless);
+    }
+
     /// Takes an entity over as it is now.
-    fn put(&mut self, seen: &SeenItem<'_, '_>) {
+    pub(crate) fn put(&mut self, seen: &SeenItem<'_, '_>) {
+        self.take_over(seen);
+        self.note(seen.entity.index_u32() as usize);
+    }
+
+    fn take_over(&mut self, seen: &SeenItem<'_, '_>) {
         let at = seen.entity.index_u32() as usize;
         if self.records.len() <= at {
             self.records.resize(at + 1, None);
@@ -120,8 +216,10 @@ impl CulletScene {
         let mesh = self.records[at].map_or(0, |record| record.mesh);
         let mesh = if mesh != 0 && self.is_drawn_as_it_is(seen, mesh) { mesh } else { 0 };
         if let Some(record) = self.records[at].filter(|record| record.mesh != mesh) {
+            self.touch_handle(record.handle);
             let _ = self.scene.remove(record.handle);
             self.records[at] = None;
+            self.len -= 1;
         }
         let (bounds, layers) = (seen.bounds(), seen.layers());
         let always_visible = seen.no_frustum_culling || seen.is_deformed();
@@ -137,7 +235,9 @@ impl CulletScene {
             let Ok(handle) = added else { return };
             let entity = seen.entity;
             self.records[at] = Some(Record { entity, handle, moved_at: now, layers, flags, mesh });
+            self.len += 1;
             self.unsorted += 1;
+            self.touch_handle(handle);
             return;
         };
         let handle = record.handle;
@@ -147,7 +247,7 @@ impl CulletScene {
         let flags = InstanceFlags { always_visible, dynamic, ..record.flags };
         // None of these is refused: the handle is this scene's, and was not removed.
         if flags != record.flags {
-            self.unsorted += usize::from(dynamic != record.flags.dynamic);
+            self.restless += usize::from(dynamic != record.flags.dynamic);
             record.flags = flags;
             let _ = self.scene.set_flags(handle, flags);
         }
@@ -155,8 +255,12 @@ impl CulletScene {
             record.layers = layers;
             let _ = self.scene.set_layers(handle, layers);
         }
+        let Ok(slot) = self.scene.slot(handle) else { return };
+        self.touch(slot);
         match bounds {
-            BoundsOverride::World(bounds) => self.moved.push((handle, bounds)),
+            BoundsOverride::World(bounds) => {
+                self.moved.push(Moved { slot, index: u32::MAX, bounds });
+            }
             BoundsOverride::Mesh => {
                 let _ = self.scene.set_transform(handle, transform);
                 self.has_moved_occluders = true;
@@ -187,12 +291,13 @@ impl CulletScene {
         let transform = if mesh == 0 { Transform::IDENTITY } else { seen.transform() };
         let (layers, flags, user) = (record.layers, record.flags, entity.to_bits());
         let instance = Instance::new(mesh, transform);
-        // What waits to be written has the old handle.
-        self.moved.retain(|(handle, _)| *handle != record.handle);
         if let Ok(handle) = self.scene.add(Instance { bounds, layers, flags, user, ..instance }) {
+            self.touch_handle(handle);
+            self.touch_handle(record.handle);
             let _ = self.scene.remove(record.handle);
             self.records[entity.index_u32() as usize] = Some(Record { handle, mesh, ..record });
             self.unsorted += 2;
+            self.note(entity.index_u32() as usize);
         }
     }
 
@@ -209,199 +314,72 @@ impl CulletScene {
     }
 
     /// Takes an entity out, if it is there.
-    fn remove(&mut self, entity: Entity) {
+    pub(crate) fn remove(&mut self, entity: Entity) {
         self.checked.remove(&entity);
-        let Some(record) = self.record(entity) else { return };
-        let _ = self.scene.remove(record.handle);
+        let Some(&Record { handle, .. }) = self.record(entity) else { return };
+        self.touch_handle(handle);
+        let _ = self.scene.remove(handle);
         self.records[entity.index_u32() as usize] = None;
+        self.len -= 1;
         self.unsorted += 1;
+        self.note(entity.index_u32() as usize);
     }
 
     /// Writes the boxes that changed, fits the nodes above them, and sorts where that is due.
-    fn settle(&mut self) {
-        let count = self.moved.len();
-        // Fitting all nodes once is quicker than letting each grow, from a few in a hundred on.
-        if count > 64 && count * 32 > self.scene.slot_count() as usize {
-            let slots = |scene: &Scene, handle| scene.slot(handle).ok();
-            let moved: Vec<_> = self
-                .moved
-                .drain(..)
-                .filter_map(|(handle, b)| Some((slots(&self.scene, handle)?, b)))
-                .collect();
-            let mut bounds = self.scene.bounds_mut();
-            for (slot, b) in moved {
-                bounds.set(slot, &b);
-            }
-        } else {
-            for (handle, b) in self.moved.drain(..) {
-                let _ = self.scene.set_bounds(handle, BoundsOverride::World(b));
-            }
-            if count > 0 || self.has_moved_occluders {
-                self.scene.refit();
+    pub(crate) fn settle<'a>(&mut self, moved: impl Iterator<Item = &'a [Moved]>) {
+        // In the order of the slots: a box is written to lines of the cache far apart, which boxes beside it share.
+        self.at_slot.resize(self.scene.slot_count() as usize, [0; 2]);
+        self.is_moved.resize(self.at_slot.len().div_ceil(64), 0);
+        let mut more = std::mem::take(&mut self.moved);
+        // Those of entities that changed in more come last, and so are those that are kept.
+        let mut lists: Vec<&[Moved]> = moved.collect();
+        lists.push(&more);
+        for (list, all) in lists.iter().enumerate() {
+            for (at, &Moved { slot, index, .. }) in all.iter().enumerate() {
+                self.at_slot[slot as usize] = [list as u32, at as u32];
+                self.is_moved[slot as usize / 64] |= 1 << (slot % 64);
+                let Some(Some(record)) = self.records.get_mut(index as usize) else { continue };
+                let moves_on = self.updates.wrapping_sub(record.moved_at) == 1;
+                record.moved_at = self.updates;
+                if moves_on && !record.flags.dynamic {
+                    record.flags.dynamic = true;
+                    self.restless += 1;
+                    let _ = self.scene.set_flags(record.handle, record.flags);
+                    self.plain[index as usize] |= RESTLESS;
+                }
             }
         }
-        self.has_moved_occluders = false;
-        if self.unsorted > 64 + self.scene.slot_count() as usize / 8 {
+        if self.is_touched || lists.iter().any(|list| !list.is_empty()) {
+            let mut is_moved = std::mem::take(&mut self.is_moved);
+            for (word, bits) in is_moved.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+                self.touch(word as u32 * 64 + bits.trailing_zeros());
+            }
+            let mut boxes = self.scene.bounds_mut();
+            let mut near = [Aabb::EMPTY; 64];
+            for (word, &bits) in is_moved.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+                // Read before any is written: reads that miss the cache wait for each other the least when nothing is
+                // between them.
+                for (near, slot) in near.iter_mut().zip(slots_of(word, bits)) {
+                    let [list, at] = self.at_slot[slot as usize];
+                    *near = lists[list as usize][at as usize].bounds;
+                }
+                slots_of(word, bits).zip(&near).for_each(|(slot, bounds)| boxes.set(slot, bounds));
+            }
+            drop(boxes);
+            is_moved.fill(0);
+            self.is_moved = is_moved;
+        }
+        more.clear();
+        self.moved = more;
+        if std::mem::take(&mut self.has_moved_occluders) {
+            self.scene.refit();
+        }
+        // Sorting costs as much as many frames of a few stray slots; those that move loosen the nodes of all around them.
+        let slots = self.scene.slot_count() as usize;
+        if self.unsorted > 64 + slots / 8 || self.restless > 64 + slots / 64 {
             self.scene.sort();
-            self.unsorted = 0;
+            (self.unsorted, self.restless) = (0, 0);
+            (0..self.records.len()).for_each(|index| self.note(index));
         }
     }
-}
-
-/// All of an entity that its visibility depends on.
-#[derive(QueryData)]
-pub(crate) struct Seen {
-    pub(crate) entity: Entity,
-    pub(crate) inherited: &'static InheritedVisibility,
-    pub(crate) class: Option<&'static VisibilityClass>,
-    pub(crate) layers: Option<&'static RenderLayers>,
-    pub(crate) aabb: Option<&'static Aabb>,
-    pub(crate) sphere: Option<&'static Sphere>,
-    pub(crate) transform: &'static GlobalTransform,
-    pub(crate) no_frustum_culling: Has<NoFrustumCulling>,
-    pub(crate) ranged: Has<VisibilityRange>,
-    is_skinned: Has<SkinnedMesh>,
-    has_dynamic_bounds: Has<DynamicSkinnedMeshBounds>,
-    is_morphed: Has<MeshMorphWeights>,
-    has_weights: Has<MorphWeights>,
-}
-
-impl SeenItem<'_, '_> {
-    /// Whether more is to be asked than box and layers: ranges, layers beyond those of the engine, a sphere in place of a
-    /// box, or lists of other classes.
-    fn needs_check(&self) -> bool {
-        let is_plain = |class: &VisibilityClass| class.0[..] == [TypeId::of::<Mesh3d>()];
-        self.ranged
-            || self.aabb.is_none() && self.sphere.is_some()
-            || !self.class.is_some_and(is_plain)
-            || self.layers.is_some_and(|layers| mask(layers) >> LAST_LAYER != 0)
-    }
-
-    fn has_morphs(&self) -> bool {
-        self.is_morphed || self.has_weights
-    }
-
-    /// Whether its vertices may lie outside its `Aabb`, which is that of the pose in which it was made: it is tested against
-    /// the frustum, as Bevy does, but is never taken for hidden.
-    fn is_deformed(&self) -> bool {
-        self.has_morphs() || self.is_skinned && !self.has_dynamic_bounds
-    }
-
-    fn transform(&self) -> Transform {
-        let at = self.transform.affine();
-        let linear = [at.matrix3.x_axis, at.matrix3.y_axis, at.matrix3.z_axis];
-        let translation = at.translation.as_dvec3().to_array();
-        Transform { linear: linear.map(|axis| axis.to_array()), translation }
-    }
-
-    fn layers(&self) -> u32 {
-        if self.inherited.get() { mask(self.layers.unwrap_or_default()) } else { 0 }
-    }
-
-    fn bounds(&self) -> BoundsOverride {
-        let bounds = match (self.aabb, self.sphere) {
-            (Some(aabb), _) => world_box(aabb, &self.transform.affine()),
-            (None, Some(s)) => around(s.center, Vec3A::splat(s.radius)),
-            (None, None) => return BoundsOverride::None,
-        };
-        if bounds.is_finite() && !bounds.is_empty() {
-            BoundsOverride::World(bounds)
-        } else {
-            BoundsOverride::None
-        }
-    }
-}
-
-/// Layers of Bevy as those of the engine: the first 31 are themselves, all others are the last.
-pub(crate) fn mask(layers: &RenderLayers) -> u32 {
-    let words = layers.bits();
-    let first = words.first().copied().unwrap_or(0);
-    let low = first as u32 & !(1 << LAST_LAYER);
-    let others = first >> LAST_LAYER != 0 || words.iter().skip(1).any(|&word| word != 0);
-    low | u32::from(others) << LAST_LAYER
-}
-
-/// A box in world space that holds a box of an entity, whatever f32 rounds.
-fn world_box(aabb: &Aabb, at: &Affine3A) -> engine::bounds::Aabb {
-    let m = &at.matrix3;
-    let e = aabb.half_extents.abs();
-    let extents = m.x_axis.abs() * e.x + m.y_axis.abs() * e.y + m.z_axis.abs() * e.z;
-    let c = aabb.center.abs();
-    let sizes = m.x_axis.abs() * c.x + m.y_axis.abs() * c.y + m.z_axis.abs() * c.z;
-    // Four terms and their sums, each rounded by half of f32::EPSILON.
-    let slack = (sizes + at.translation.abs() + extents) * (4.0 * f32::EPSILON);
-    around(at.transform_point3a(aabb.center), extents + slack)
-}
-
-fn around(center: Vec3A, extents: Vec3A) -> engine::bounds::Aabb {
-    // What cannot be told from a point still has to lie inside.
-    let slack = (center.abs() + extents) * (2.0 * f32::EPSILON);
-    let extents = extents + slack;
-    engine::bounds::Aabb::new((center - extents).to_array(), (center + extents).to_array())
-}
-
-/// Components whose going makes an entity another one for visibility.
-#[derive(SystemParam)]
-pub(crate) struct Gone<'w, 's> {
-    mesh: RemovedComponents<'w, 's, Mesh3d>,
-    aabb: RemovedComponents<'w, 's, Aabb>,
-    sphere: RemovedComponents<'w, 's, Sphere>,
-    layers: RemovedComponents<'w, 's, RenderLayers>,
-    inherited: RemovedComponents<'w, 's, InheritedVisibility>,
-    view: RemovedComponents<'w, 's, ViewVisibility>,
-    class: RemovedComponents<'w, 's, VisibilityClass>,
-    transform: RemovedComponents<'w, 's, GlobalTransform>,
-    no_frustum_culling: RemovedComponents<'w, 's, NoFrustumCulling>,
-    no_cpu_culling: RemovedComponents<'w, 's, NoCpuCulling>,
-    range: RemovedComponents<'w, 's, VisibilityRange>,
-}
-
-impl Gone<'_, '_> {
-    fn read(&mut self) -> impl Iterator<Item = Entity> {
-        let all = self.mesh.read().chain(self.aabb.read()).chain(self.sphere.read());
-        let all = all.chain(self.layers.read()).chain(self.inherited.read());
-        let all = all.chain(self.view.read()).chain(self.class.read());
-        let all = all.chain(self.transform.read()).chain(self.no_frustum_culling.read());
-        all.chain(self.no_cpu_culling.read()).chain(self.range.read())
-    }
-}
-
-/// Entities that are culled on the CPU as meshes.
-pub(crate) type OfMesh = (With<Mesh3d>, With<ViewVisibility>, Without<NoCpuCulling>);
-
-/// What an entity's place in the scene follows from.
-type Touched = Or<(
-    Changed<GlobalTransform>,
-    Changed<Aabb>,
-    Changed<InheritedVisibility>,
-    Changed<RenderLayers>,
-    Changed<VisibilityClass>,
-    Changed<Sphere>,
-    Added<NoFrustumCulling>,
-    Added<VisibilityRange>,
-    Added<ViewVisibility>,
-    // A `Mesh3d` that comes changes the class.
-    Or<(Added<SkinnedMesh>, Added<MeshMorphWeights>, Added<MorphWeights>)>,
-)>;
-
-/// Takes over into the engine's scene what changed.
-pub(crate) fn follow(
-    mut mirror: ResMut<CulletScene>,
-    touched: Query<Seen, (OfMesh, Touched)>,
-    all: Query<Seen, OfMesh>,
-    mut gone: Gone,
-    off_cpu: Query<Entity, Added<NoCpuCulling>>,
-) {
-    let mirror = mirror.bypass_change_detection();
-    mirror.updates = mirror.updates.wrapping_add(1);
-    for entity in gone.read().chain(&off_cpu) {
-        match all.get(entity) {
-            Ok(seen) => mirror.put(&seen),
-            Err(_) => mirror.remove(entity),
-        }
-    }
-    for seen in &touched {
-        mirror.put(&seen);
-    }
-    mirror.settle();
 }

@@ -8,7 +8,8 @@ use engine::mesh::Part;
 use engine::{MeshData, MeshId, Preparation, Prepared};
 use std::collections::HashMap;
 
-use crate::mirror::{CulletScene, OfMesh, Seen};
+use crate::mirror::CulletScene;
+use crate::seen::{OfMesh, Seen};
 
 /// An entity whose mesh hides what is behind it, for cameras with [`CulletOcclusion`](crate::CulletOcclusion).
 ///

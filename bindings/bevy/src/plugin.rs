@@ -6,10 +6,12 @@ use bevy_camera::visibility::{
     VisibilitySystems, check_visibility_cpu_culling, check_visibility_ranges,
 };
 use bevy_ecs::prelude::*;
-use bevy_ecs::schedule::ScheduleCleanupPolicy;
 
 use crate::check::{check_meshes, check_others};
-use crate::mirror::{CulletScene, follow};
+use crate::follow::follow;
+use crate::inherit::inherit;
+use crate::marks::{Replaced, hide, remove, reset};
+use crate::mirror::CulletScene;
 use crate::occluder::{CulletPrepare, OccluderMeshes, prepare};
 use crate::view::CulletView;
 
@@ -34,6 +36,9 @@ impl Plugin for CulletPlugin {
         app.init_resource::<CulletScene>();
         app.init_resource::<OccluderMeshes>();
         app.init_resource::<CulletPrepare>();
+        let replaced = Replaced::find();
+        app.insert_resource(replaced.marks());
+        app.insert_resource(replaced);
         app.register_required_components::<Camera, CulletView>();
         app.configure_sets(
             PostUpdate,
@@ -59,11 +64,15 @@ impl Plugin for CulletPlugin {
     }
 
     fn finish(&self, app: &mut App) {
-        // Not an error where there is none: an app without Bevy's cameras has nothing to take out.
-        let _ = app.remove_systems_in_set(
+        let Some(replaced) = app.world_mut().remove_resource::<Replaced>() else { return };
+        remove(app, check_visibility_cpu_culling.into_system_set());
+        replaced.systems.iter().for_each(|&set| remove(app, set));
+        app.add_systems(
             PostUpdate,
-            check_visibility_cpu_culling,
-            ScheduleCleanupPolicy::RemoveSystemsOnly,
+            (
+                (inherit, reset).in_set(VisibilitySystems::VisibilityPropagate),
+                hide.in_set(VisibilitySystems::MarkNewlyHiddenEntitiesInvisible),
+            ),
         );
     }
 }

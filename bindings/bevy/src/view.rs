@@ -1,13 +1,14 @@
 //! What is kept of a camera from frame to frame, and what is told of it.
 
 use bevy_camera::primitives::Frustum;
+use bevy_ecs::change_detection::Tick;
 use bevy_ecs::prelude::*;
 use bevy_math::Affine3A;
-use engine::Simd;
 use engine::bounds::Plane;
-use engine::cull::frustum::batch::Planes;
+use engine::cull::frustum::batch::{Planes, classify_boxes};
 use engine::cull::frustum::tree::Coherent;
 use engine::view::Frustum as Region;
+use engine::{Scene, Simd};
 
 use crate::mirror::CulletScene;
 
@@ -31,6 +32,8 @@ pub struct CulletView {
     /// Counts of the last frame in which the camera was active.
     pub funnel: CulletFunnel,
     pub(crate) coherent: Coherent,
+    /// One bit a slot: in the frustum and the layers.
+    found: Vec<u64>,
     /// One bit a slot: seen by the last frame, ranges and occlusion included.
     pub(crate) seen: Vec<u64>,
     pub(crate) next: Vec<u64>,
@@ -40,6 +43,12 @@ pub struct CulletView {
     pub(crate) known: Option<Known>,
     pub(crate) scratch: Vec<Entity>,
     pub(crate) hidden: crate::occlusion::Hidden,
+    /// When `VisibleEntities` was written last, by us: nobody else wrote to it where it has not changed since.
+    pub(crate) written: Option<Tick>,
+    /// Whether its list of meshes is `list` still.
+    pub(crate) is_listed: bool,
+    /// What is listed among the meshes and is none any more.
+    pub(crate) strays: Vec<Entity>,
 }
 
 /// What the answer depends on: where it is the same as in the last frame, so is the answer.
@@ -48,6 +57,8 @@ pub(crate) struct Known {
     pub(crate) scene: u64,
     pub(crate) order: u64,
     pub(crate) change: u64,
+    /// See [`CulletScene`].
+    pub(crate) step: u64,
     pub(crate) planes: Option<[[f32; 4]; 5]>,
     pub(crate) layers: u32,
     /// Matrix and settings of occlusion, where there is some.
@@ -89,61 +100,82 @@ pub(crate) fn is_outside(
     })
 }
 
+impl Known {
+    /// By how many steps of the scene what was found in the frustum is behind; `None` where it is found anew.
+    fn behind(&self, now: &Self) -> Option<u64> {
+        let view = |known: &Self| (known.scene, known.order, known.planes, known.layers);
+        // NaN equals nothing, and so is found anew.
+        (view(self) == view(now)).then(|| now.step - self.step)
+    }
+}
+
 impl CulletView {
-    /// Finds what of the scene is in the frustum and the layers, into `next`. `None` for a frustum tests nothing.
+    /// Finds what of the scene is in the frustum and the layers of `now`, into `next`. Where the view is that of the last
+    /// frame, only what changed is asked again.
     pub(crate) fn find(
         &mut self,
         mirror: &CulletScene,
-        half_spaces: Option<&[[f32; 4]; 5]>,
-        layers: u32,
+        now: &Known,
         straddles: impl Fn(Entity) -> bool,
     ) {
         let scene = &mirror.scene;
-        let hierarchy = scene.hierarchy();
-        let present = hierarchy.present();
-        self.next.clear();
-        self.next.resize(present.len(), 0);
-        let next = &mut self.next;
-        match half_spaces {
-            Some(half_spaces) => {
-                let planes = Planes::new(&region(half_spaces));
-                let version = hierarchy.change_version();
-                let (nodes, boxes) = (hierarchy.nodes(), hierarchy.boxes());
-                self.coherent.cull(Simd::best(), &planes, nodes, boxes, version);
-                let cut = self.coherent.cut();
-                for word in cut.touched() {
-                    let visible = cut.visible()[word] & present[word];
-                    let mut doubtful = visible & !cut.inside()[word] & !scene.exempt()[word];
-                    let mut kept = visible & !doubtful;
-                    while doubtful != 0 {
-                        let bit = doubtful.trailing_zeros();
-                        doubtful &= doubtful - 1;
-                        let slot = word as u32 * 64 + bit;
-                        let entity = Entity::from_bits(scene.user(slot));
-                        kept |= u64::from(straddles(entity)) << bit;
-                    }
-                    next[word] = kept;
-                }
-                for (word, next) in next.iter_mut().enumerate() {
-                    let exempt = scene.exempt()[word] & present[word];
-                    *next &= !exempt;
-                    for slot in slots_of(word, exempt) {
-                        let keeps = straddles(Entity::from_bits(scene.user(slot)));
-                        *next |= u64::from(keeps) << (slot % 64);
-                    }
-                }
-            }
-            None => next.copy_from_slice(present),
+        let words = scene.hierarchy().present().len();
+        self.found.resize(words, 0);
+        match self.known.as_ref().and_then(|known| known.behind(now)) {
+            Some(0) => {}
+            Some(1) => self.find_again(mirror, now, &straddles),
+            _ => self.find_all(mirror, now, &straddles),
         }
-        for (word, next) in next.iter_mut().enumerate() {
-            for slot in slots_of(word, *next) {
-                if scene.layers(slot) & layers == 0 {
-                    *next &= !(1 << (slot % 64));
-                }
-            }
-        }
+        self.next.clone_from(&self.found);
         self.funnel.entities = u64::from(scene.instance_count());
         self.funnel.in_frustum = self.count();
+    }
+
+    /// Asks all words of slots, by the hierarchy.
+    fn find_all(&mut self, mirror: &CulletScene, now: &Known, straddles: &impl Fn(Entity) -> bool) {
+        let scene = &mirror.scene;
+        let hierarchy = scene.hierarchy();
+        self.found.fill(0);
+        let found = self.found.iter_mut().enumerate();
+        let Some(half_spaces) = &now.planes else {
+            let words = found.zip(hierarchy.present());
+            words.for_each(|((word, found), &all)| *found = in_layers(scene, now, word, all));
+            return;
+        };
+        let planes = Planes::new(&region(half_spaces));
+        let version = hierarchy.change_version();
+        let (nodes, boxes) = (hierarchy.nodes(), hierarchy.boxes());
+        self.coherent.cull(Simd::best(), &planes, nodes, boxes, version);
+        let cut = self.coherent.cut();
+        for (word, found) in found {
+            let (visible, inside) = (cut.visible()[word], cut.inside()[word]);
+            if visible != 0 || scene.exempt()[word] != 0 {
+                *found = decide(scene, now, word, [visible, inside], straddles);
+            }
+        }
+    }
+
+    /// Asks the words in which a slot changed, one by one.
+    fn find_again(
+        &mut self,
+        mirror: &CulletScene,
+        now: &Known,
+        straddles: &impl Fn(Entity) -> bool,
+    ) {
+        let scene = &mirror.scene;
+        let hierarchy = scene.hierarchy();
+        let planes = now.planes.as_ref().map(|planes| Planes::new(&region(planes)));
+        for word in mirror.touched() {
+            let Some(found) = self.found.get_mut(word) else { continue };
+            let Some(planes) = &planes else {
+                *found = in_layers(scene, now, word, hierarchy.present()[word]);
+                continue;
+            };
+            let [mut visible, mut inside] = [[0]; 2];
+            let boxes = hierarchy.boxes();
+            classify_boxes(Simd::best(), planes, boxes, word, &mut visible, &mut inside);
+            *found = decide(scene, now, word, [visible[0], inside[0]], straddles);
+        }
     }
 
     /// How many are in `next`.
@@ -152,14 +184,15 @@ impl CulletView {
     }
 
     /// Makes `next` what is seen, and brings the list after it: sorted anew where slots were, else by what came and went.
-    pub(crate) fn take(&mut self, mirror: &CulletScene, same_order: bool) {
+    /// Tells whether it changed.
+    pub(crate) fn take(&mut self, mirror: &CulletScene, same_order: bool) -> bool {
         let entity = |slot| Entity::from_bits(mirror.scene.user(slot));
         if !same_order || self.seen.len() > self.next.len() {
             self.list.clear();
             self.list.extend(slots(&self.next).map(entity));
             self.list.sort_unstable();
             std::mem::swap(&mut self.seen, &mut self.next);
-            return;
+            return true;
         }
         self.seen.resize(self.next.len(), 0);
         let mut changed = Vec::new();
@@ -167,12 +200,46 @@ impl CulletView {
             let differ = old ^ new;
             changed.extend(slots_of(word, differ).map(entity));
         }
+        if changed.is_empty() {
+            return false;
+        }
         // An entity is in the old list or among the new ones, never in both: those that are in both lists went.
         changed.sort_unstable();
         merge(&self.list, &changed, &mut self.scratch);
         std::mem::swap(&mut self.list, &mut self.scratch);
         std::mem::swap(&mut self.seen, &mut self.next);
+        true
     }
+}
+
+/// The slots of a word that are in the layers of a view.
+fn in_layers(scene: &Scene, now: &Known, word: usize, mut bits: u64) -> u64 {
+    for slot in slots_of(word, bits) {
+        if scene.layers(slot) & now.layers == 0 {
+            bits &= !(1 << (slot % 64));
+        }
+    }
+    bits
+}
+
+/// The slots of a word that are seen, of those whose boxes are visible, or inside all half-spaces: the boxes of those that
+/// straddle one are looser than those of Bevy, and some are tested against nothing but those.
+fn decide(
+    scene: &Scene,
+    now: &Known,
+    word: usize,
+    [visible, inside]: [u64; 2],
+    straddles: &impl Fn(Entity) -> bool,
+) -> u64 {
+    let (present, exempt) = (scene.hierarchy().present()[word], scene.exempt()[word]);
+    let visible = in_layers(scene, now, word, (visible | exempt) & present);
+    let doubtful = visible & (!inside | exempt);
+    let mut kept = visible & !doubtful;
+    for slot in slots_of(word, doubtful) {
+        let entity = Entity::from_bits(scene.user(slot));
+        kept |= u64::from(straddles(entity)) << (slot % 64);
+    }
+    kept
 }
 
 /// What is in exactly one of two sorted lists.
@@ -198,7 +265,8 @@ pub(crate) fn slots(words: &[u64]) -> impl Iterator<Item = u32> + '_ {
     words.iter().enumerate().flat_map(|(word, &bits)| slots_of(word, bits))
 }
 
-fn slots_of(word: usize, mut bits: u64) -> impl Iterator<Item = u32> {
+/// Those of one word.
+pub(crate) fn slots_of(word: usize, mut bits: u64) -> impl Iterator<Item = u32> {
     std::iter::from_fn(move || {
         (bits != 0).then(|| {
             let bit = bits.trailing_zeros();

@@ -5,9 +5,10 @@ use std::any::TypeId;
 
 use bevy::camera::primitives::{Aabb, Frustum, Sphere};
 use bevy::camera::visibility::{
-    NoAutoAabb, NoCpuCulling, NoFrustumCulling, RenderLayers, ViewVisibility, VisibilityRange,
-    VisibleEntities,
+    InheritedVisibility, NoAutoAabb, NoCpuCulling, NoFrustumCulling, RenderLayers,
+    SetViewVisibility, ViewVisibility, VisibilityRange, VisibilitySystems, VisibleEntities,
 };
+use bevy::ecs::entity::EntityHashSet;
 use bevy::math::{Affine3A, DVec3, Vec3A};
 use bevy::prelude::*;
 use common::{Headless, cube, solid};
@@ -127,6 +128,15 @@ fn play(world: &mut World, entities: &[Entity], random: &mut Random) {
             17 => drop(entity.remove::<Mesh3d>()),
             18 => drop(entity.insert(Mesh3d::default())),
             19 if random.one_in(3) => entity.despawn(),
+            20 => drop(entity.insert(ViewVisibility::HIDDEN)),
+            21 => drop(entity.remove::<ViewVisibility>()),
+            22 => drop(entity.insert(ViewVisibility::VISIBLE)),
+            23 => drop(entity.insert(Visibility::Visible)),
+            24 => drop(entity.remove::<ChildOf>()),
+            25 => {
+                entity.remove::<ViewVisibility>();
+                entity.insert(ViewVisibility::HIDDEN);
+            }
             _ => {}
         }
     }
@@ -148,12 +158,66 @@ fn margin(frustum: &Frustum, aabb: &Aabb, at: &Affine3A) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
+/// What others than cameras do with marks, and what is heard of changes.
+#[derive(Resource, Default)]
+struct Ear {
+    casters: Vec<Entity>,
+    marks: EntityHashSet,
+    inherited: EntityHashSet,
+}
+
+fn listen(app: &mut Headless) {
+    app.app.init_resource::<Ear>();
+    let cast = |ear: Res<Ear>, mut marks: Query<&mut ViewVisibility>| {
+        for &caster in ear.casters.iter().take(20) {
+            if let Ok(mut mark) = marks.get_mut(caster) {
+                mark.set_visible();
+            }
+        }
+    };
+    // Wherever in the frame: as custom checks, and as the shadows of lights.
+    app.app.add_systems(PostUpdate, cast.in_set(VisibilitySystems::CheckVisibility));
+    let late = |ear: Res<Ear>, mut marks: Query<&mut ViewVisibility>| {
+        for &caster in ear.casters.iter().rev().take(10) {
+            if let Ok(mut mark) = marks.get_mut(caster) {
+                mark.set_visible();
+            }
+        }
+    };
+    app.app.add_systems(
+        PostUpdate,
+        late.after(VisibilitySystems::CheckVisibility)
+            .before(VisibilitySystems::MarkNewlyHiddenEntitiesInvisible),
+    );
+    app.app.add_systems(
+        Last,
+        |marks: Query<Entity, Changed<ViewVisibility>>,
+         inherited: Query<Entity, Changed<InheritedVisibility>>,
+         mut ear: ResMut<Ear>| {
+            ear.marks = marks.iter().collect();
+            ear.inherited = inherited.iter().collect();
+        },
+    );
+}
+
+/// What Bevy and the plugin say of an entity's marks.
+fn marks(app: &Headless, entity: Entity) -> Option<[bool; 4]> {
+    let world = app.app.world();
+    let ear = world.resource::<Ear>();
+    let mark = world.get::<ViewVisibility>(entity)?.get();
+    let inherited = world.get::<InheritedVisibility>(entity)?.get();
+    let heard = [&ear.marks, &ear.inherited].map(|set| set.contains(&entity));
+    Some([mark, inherited, heard[0], heard[1]])
+}
+
 #[test]
 fn the_same_entities_as_bevy_in_random_scenes_that_change() {
-    let mut compared = 0;
+    let (mut compared, mut marked) = (0, 0);
     for seed in 1..150 {
         let mut apps = [Headless::without_plugin(), Headless::with_plugin()];
         let spawned = apps.each_mut().map(|app| spawn(app.world(), seed));
+        apps.iter_mut().for_each(listen);
+        let mut differed = Vec::new();
         let (cameras, entities) = &spawned[0];
         // Ids differ, for resources are entities too: entities are compared by their place.
         let places = |app: &Headless, which: usize, camera: usize| -> Vec<usize> {
@@ -168,6 +232,7 @@ fn the_same_entities_as_bevy_in_random_scenes_that_change() {
                 app.frames(1);
             }
             let [bevy, ours] = &apps;
+            let before = std::mem::take(&mut differed);
             for (number, &camera) in cameras.iter().enumerate() {
                 let frustum = bevy.app.world().get::<Frustum>(camera).expect("a camera");
                 let (theirs, own) = (places(bevy, 0, number), places(ours, 1, number));
@@ -177,6 +242,7 @@ fn the_same_entities_as_bevy_in_random_scenes_that_change() {
                     .filter(|e| !own.contains(e))
                     .chain(own.iter().filter(|e| !theirs.contains(e)));
                 for &place in differ {
+                    differed.push(place);
                     let entity = entities[place];
                     let of = bevy.app.world().entity(entity);
                     let margin = margin(
@@ -202,12 +268,24 @@ fn the_same_entities_as_bevy_in_random_scenes_that_change() {
                 };
                 assert_eq!(lights(bevy, camera), lights(ours, spawned[1].0[number]));
             }
+            for place in
+                (0..entities.len()).filter(|p| !differed.contains(p) && !before.contains(p))
+            {
+                let [theirs, own] =
+                    [(bevy, 0), (ours, 1)].map(|(app, which)| marks(app, spawned[which].1[place]));
+                assert_eq!(theirs, own, "seed {seed} frame {frame}: marks of {place}");
+                marked += usize::from(theirs.is_some_and(|of| of[2]));
+            }
             for (app, (_, entities)) in apps.iter_mut().zip(&spawned) {
-                play(app.world(), entities, &mut Random(seed * 1000 + frame));
+                let mut random = Random(seed * 1000 + frame);
+                play(app.world(), entities, &mut random);
+                let casters = entities.iter().copied().filter(|_| random.one_in(10)).collect();
+                app.world().resource_mut::<Ear>().casters = casters;
             }
         }
     }
     assert!(compared > 40_000, "{compared}");
+    assert!(marked > 10_000, "{marked}");
 }
 
 #[test]

@@ -215,6 +215,40 @@ fn a_refit_makes_nodes_as_tight_as_new_ones() {
 }
 
 #[test]
+fn boxes_that_are_written_few_or_many_at_once_leave_nodes_as_tight_as_new_ones() {
+    let mut rng = Rng(11);
+    for round in 0..60 {
+        let count = 1 + rng.below(6000) as usize;
+        let start: Vec<_> = (0..count).map(|_| random_box(&mut rng)).collect();
+        let (mut h, _) = Hierarchy::build(&start).expect("few");
+        // Beyond the nodes: no node holds these.
+        (0..rng.below(40)).for_each(|_| {
+            h.insert(&random_box(&mut rng)).expect("few");
+        });
+        for share in [1, 3, 20, 400] {
+            let written = 1 + u64::from(h.slot_count()) / share;
+            let version = h.change_version();
+            let mut boxes = h.bounds_mut();
+            for _ in 0..written {
+                let b = if rng.below(20) == 0 { Aabb::EMPTY } else { random_box(&mut rng) };
+                boxes.set(rng.below(count as u64) as u32, &b);
+            }
+            drop(boxes);
+            assert!(h.change_version() > version);
+            let mut covered = h.boxes().clone();
+            covered.resize(h.nodes().len());
+            let fresh = Nodes::over(Simd::best(), &covered);
+            assert_eq!(h.nodes().levels().len(), fresh.levels().len());
+            for (ours, new) in h.nodes().levels().iter().zip(fresh.levels()) {
+                assert_eq!(ours.as_floats(), new.as_floats(), "round {round}, 1 in {share}");
+            }
+            h.validate().unwrap_or_else(|e| panic!("round {round}, 1 in {share}: {e}"));
+            check(&random_planes(&mut rng), h.nodes(), h.boxes(), &mut Cut::new());
+        }
+    }
+}
+
+#[test]
 fn slices_keep_a_world_in_motion_sorted() {
     let mut rng = Rng(4);
     let start: Vec<_> = (0..20_000)

@@ -1,13 +1,15 @@
-//! Milliseconds a frame in the systems of visibility, Bevy's own and the plugin's, in turn in one run:
-//! `cargo run --release -p bevy_cullet_timing -- 10000 100000 1000000`.
+//! Milliseconds a frame in the systems of visibility, Bevy's own and the plugin's, in turn in one run, as a table:
+//! `cargo run --release -p bevy_cullet_timing`. Words narrow it: numbers of entities, `standing`, `moving`, `turning`, and
+//! `parts` for the parts of each frame.
 #![forbid(unsafe_code)]
 
 use std::any::TypeId;
+use std::process::ExitCode;
 use std::time::Instant;
 
 use bevy_app::prelude::*;
 use bevy_asset::{AssetApp, AssetPlugin};
-use bevy_camera::primitives::Aabb;
+use bevy_camera::primitives::{Aabb, Frustum};
 use bevy_camera::visibility::VisibilitySystems::{
     CalculateBounds, CheckVisibility, MarkNewlyHiddenEntitiesInvisible, UpdateFrusta,
     VisibilityPropagate,
@@ -16,9 +18,9 @@ use bevy_camera::visibility::{NoAutoAabb, VisibleEntities};
 use bevy_camera::{Camera3d, CameraPlugin, PerspectiveProjection, Projection};
 use bevy_cullet::CulletPlugin;
 use bevy_ecs::prelude::*;
-use bevy_math::{Quat, Vec3, Vec3A};
+use bevy_math::{DVec3, Quat, Vec3, Vec3A};
 use bevy_mesh::{Mesh3d, MeshPlugin};
-use bevy_transform::components::Transform;
+use bevy_transform::components::{GlobalTransform, Transform};
 use bevy_transform::{TransformPlugin, TransformSystems};
 
 /// Parts of a frame, in their order.
@@ -29,6 +31,10 @@ struct Clock {
     at: Instant,
     laps: [f64; 4],
 }
+
+/// The place of an entity in the order in which they were made: ids differ from app to app.
+#[derive(Component)]
+struct Number(u32);
 
 #[derive(Component)]
 struct Mover;
@@ -44,6 +50,12 @@ fn lap<const PART: usize>(mut clock: ResMut<Clock>) {
     clock.at = now;
 }
 
+/// A pyramid that holds about a tenth of what is around its tip.
+const FOV: f32 = 1.22;
+
+/// Frames that do not count: what is new is sorted, and memory is taken.
+const WARM_UP: usize = 8;
+
 /// How a scene changes from frame to frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Motion {
@@ -52,8 +64,21 @@ enum Motion {
     CameraTurning,
 }
 
-/// A cube of boxes around a camera that sees about `share` of them.
-fn app(count: usize, motion: Motion, share: f32, with_plugin: bool) -> App {
+impl Motion {
+    const ALL: [Self; 3] = [Self::Standing, Self::TenthMoving, Self::CameraTurning];
+
+    /// What a person types for it, and what the table says.
+    fn words(self) -> [&'static str; 2] {
+        match self {
+            Self::Standing => ["standing", "standing"],
+            Self::TenthMoving => ["moving", "a tenth moving"],
+            Self::CameraTurning => ["turning", "camera turning"],
+        }
+    }
+}
+
+/// A cube of boxes around a camera that sees about a tenth of them.
+fn app(count: usize, motion: Motion, with_plugin: bool) -> App {
     let mut app = App::new();
     let parts = (TaskPoolPlugin::default(), TransformPlugin, AssetPlugin::default(), MeshPlugin);
     app.add_plugins((parts, CameraPlugin));
@@ -85,9 +110,7 @@ fn app(count: usize, motion: Motion, share: f32, with_plugin: bool) -> App {
         ),
     );
     let world = app.world_mut();
-    // A square pyramid of the whole sphere: 3 % at 45 degrees.
-    let fov = if share > 0.05 { 1.4 } else { std::f32::consts::FRAC_PI_4 };
-    let projection = PerspectiveProjection { fov, aspect_ratio: 1.0, ..Default::default() };
+    let projection = PerspectiveProjection { fov: FOV, aspect_ratio: 1.0, ..Default::default() };
     let mut camera = world.spawn((Camera3d::default(), Projection::Perspective(projection)));
     if motion == Motion::CameraTurning {
         camera.insert(Turning);
@@ -99,7 +122,8 @@ fn app(count: usize, motion: Motion, share: f32, with_plugin: bool) -> App {
         let turned = Quat::from_rotation_y(i as f32);
         let aabb = Aabb { center: Vec3A::ZERO, half_extents: Vec3A::splat(0.5) };
         let transform = Transform::from_translation(place).with_rotation(turned);
-        let mut entity = world.spawn((transform, Mesh3d::default(), NoAutoAabb, aabb));
+        let mut entity =
+            world.spawn((transform, Mesh3d::default(), NoAutoAabb, aabb, Number(i as u32)));
         if motion == Motion::TenthMoving && i % 10 == 0 {
             entity.insert(Mover);
         }
@@ -118,59 +142,115 @@ fn frame(app: &mut App) -> [f64; 4] {
     laps
 }
 
-fn visible(app: &mut App) -> usize {
-    let mut views = app.world_mut().query::<&VisibleEntities>();
-    views.iter(app.world()).map(|v| v.get(TypeId::of::<Mesh3d>()).len()).sum()
+/// The numbers of the entities that the camera lists, in the order of the list.
+fn visible(app: &mut App) -> Vec<u32> {
+    let world = app.world_mut();
+    let mut views = world.query::<&VisibleEntities>();
+    let of_mesh = |view: &VisibleEntities| view.get(TypeId::of::<Mesh3d>()).to_vec();
+    let listed: Vec<Entity> = views.iter(world).flat_map(of_mesh).collect();
+    let number = |entity: &Entity| world.get::<Number>(*entity).map(|number| number.0);
+    let mut numbers: Vec<u32> = listed.iter().filter_map(number).collect();
+    numbers.sort_unstable();
+    numbers
 }
 
-fn main() {
-    let counts = std::env::args().skip(1).map(|arg| arg.parse::<usize>());
-    let Ok(counts) = counts.collect::<Result<Vec<_>, _>>() else {
-        eprintln!("timing COUNT...: how many entities, such as 10000 100000 1000000");
-        std::process::exit(2);
+/// How near a box comes to a half-space of the frustum, relative to the sizes that were summed: Bevy tests in f32, the plugin
+/// in f64, and where f32 cannot tell they may differ.
+fn margin(app: &mut App, number: u32) -> f64 {
+    let world = app.world_mut();
+    let mut frusta = world.query::<&Frustum>();
+    let planes: Vec<[f64; 4]> = frusta
+        .iter(world)
+        .flat_map(|frustum| frustum.half_spaces[..5].iter())
+        .map(|plane| plane.normal_d().as_dvec4().to_array())
+        .collect();
+    let mut all = world.query::<(&Number, &Aabb, &GlobalTransform)>();
+    let Some((_, aabb, at)) = all.iter(world).find(|(own, ..)| own.0 == number) else { return 1.0 };
+    let m = at.affine().matrix3.as_dmat3();
+    let center = m * aabb.center.as_dvec3() + at.affine().translation.as_dvec3();
+    let of = |[x, y, z, d]: [f64; 4]| {
+        let n = DVec3::new(x, y, z);
+        let radius = (m.transpose() * n).abs().dot(aabb.half_extents.as_dvec3());
+        ((n.dot(center) + d + radius) / (center.length() + d.abs() + radius)).abs()
     };
-    for count in counts {
-        for share in [0.03, 0.1] {
-            for motion in [Motion::Standing, Motion::TenthMoving, Motion::CameraTurning] {
-                measure(count, motion, share);
-            }
+    planes.into_iter().map(of).fold(f64::INFINITY, f64::min)
+}
+
+fn main() -> ExitCode {
+    let (mut counts, mut motions, mut parts) = (Vec::new(), Vec::new(), false);
+    for word in std::env::args().skip(1) {
+        if let Ok(count @ 1..) = word.parse::<usize>() {
+            counts.push(count);
+        } else if let Some(motion) = Motion::ALL.into_iter().find(|m| m.words()[0] == word) {
+            motions.push(motion);
+        } else if word == "parts" {
+            parts = true;
+        } else {
+            eprintln!("{word}: numbers of entities, standing, moving, turning and parts are known");
+            return ExitCode::from(2);
         }
     }
+    if counts.is_empty() {
+        counts = vec![10_000, 100_000, 1_000_000];
+    }
+    if motions.is_empty() {
+        motions = Motion::ALL.to_vec();
+    }
+    println!("| entities | motion | visible | Bevy, ms | plugin, ms | ratio | its spread |");
+    println!("|---|---|---|---|---|---|---|");
+    for &count in &counts {
+        motions.iter().for_each(|&motion| measure(count, motion, parts));
+    }
+    println!(
+        "\nMedians of whole frames' visibility systems; spread: quartiles of the ratio, frame by frame."
+    );
+    ExitCode::SUCCESS
 }
 
-fn measure(count: usize, motion: Motion, share: f32) {
-    let mut apps = [false, true].map(|with_plugin| app(count, motion, share, with_plugin));
-    let rounds = (2_000_000 / count).clamp(20, 200);
+/// The value that a share of all is below.
+fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values[((values.len() - 1) as f64 * share).round() as usize]
+}
+
+fn measure(count: usize, motion: Motion, parts: bool) {
+    let mut apps = [false, true].map(|with_plugin| app(count, motion, with_plugin));
+    let rounds = (60_000_000 / count).clamp(60, 600);
     let mut all = [Vec::new(), Vec::new()];
-    for round in 0..rounds + 6 {
+    for round in 0..rounds + WARM_UP {
         for (app, times) in apps.iter_mut().zip(&mut all) {
             let laps = frame(app);
-            if round >= 6 {
+            if round >= WARM_UP {
                 times.push(laps);
             }
         }
+        if round % (rounds / 4) == 0 {
+            let [bevy, ours] = apps.each_mut().map(visible);
+            let differ = bevy.iter().filter(|n| ours.binary_search(n).is_err());
+            let differ = differ.chain(ours.iter().filter(|n| bevy.binary_search(n).is_err()));
+            for &number in differ {
+                let margin = margin(&mut apps[0], number);
+                assert!(
+                    margin < 1e-5,
+                    "{number} is in one list only, and no rounding explains it: {margin}"
+                );
+            }
+        }
     }
-    let seen = apps.each_mut().map(visible);
-    assert_eq!(seen[0], seen[1], "the plugin lists others");
-    let median = |times: &[[f64; 4]], of: &dyn Fn(&[f64; 4]) -> f64| {
-        let mut values: Vec<f64> = times.iter().map(of).collect();
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
-    };
-    let sum = |laps: &[f64; 4]| laps[..3].iter().sum();
-    let sums = all.each_ref().map(|times| median(times, &sum));
-    let share = seen[0] as f64 / count as f64 * 100.0;
+    let share = visible(&mut apps[0]).len() as f64 / count as f64 * 100.0;
+    let sum = |laps: &[f64; 4]| laps[..3].iter().sum::<f64>();
+    let [bevy, ours] = all.each_ref().map(|times| quantile(times.iter().map(sum), 0.5));
+    let pairs = || all[0].iter().zip(&all[1]).map(|(bevy, ours)| sum(ours) / sum(bevy));
+    let [low, high] = [0.25, 0.75].map(|at| quantile(pairs(), at));
     println!(
-        "{count:8} {motion:?}, {share:.1} % visible: Bevy {:.3} ms, cullet {:.3} ms, ratio {:.3}",
-        sums[0],
-        sums[1],
-        sums[1] / sums[0]
+        "| {count} | {} | {share:.1} % | {bevy:.3} | {ours:.3} | {:.3} | {low:.3} to {high:.3} |",
+        motion.words()[1],
+        ours / bevy
     );
-    for (name, times) in ["Bevy", "cullet"].iter().zip(&all) {
-        let parts = PARTS.iter().enumerate().map(|(part, label)| {
-            let ms = median(times, &|laps: &[f64; 4]| laps[part]);
-            format!("{label} {ms:.3}")
-        });
-        println!("         {name:7} {}", parts.collect::<Vec<_>>().join(", "));
+    for (name, times) in ["Bevy", "plugin"].iter().zip(&all).filter(|_| parts) {
+        let of = |part: usize| quantile(times.iter().map(|laps| laps[part]), 0.5);
+        let words = PARTS.iter().enumerate().map(|(part, word)| format!("{word} {:.3}", of(part)));
+        println!("    {name}: {}", words.collect::<Vec<_>>().join(", "));
     }
 }

@@ -53,16 +53,19 @@ impl Aabb {
     /// Whether there is no point in the box. One with a NaN coordinate is not empty: what it holds is
     /// not known.
     #[must_use]
+    #[inline]
     pub fn is_empty(&self) -> bool {
         !self.has_nan() && (0..3).any(|a| self.min[a] > self.max[a])
     }
 
     /// Whether all six numbers are finite.
     #[must_use]
+    #[inline]
     pub fn is_finite(&self) -> bool {
         self.min.iter().chain(&self.max).all(|v| v.is_finite())
     }
 
+    #[inline]
     pub(crate) fn has_nan(&self) -> bool {
         self.min.iter().chain(&self.max).any(|v| v.is_nan())
     }

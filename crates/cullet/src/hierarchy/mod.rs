@@ -69,6 +69,8 @@ pub struct Hierarchy {
 const WINDOW: usize = 1024;
 /// How many windows exchange items at once.
 const EXCHANGE: usize = 4;
+/// Nodes are fitted one by one where fewer than one in so many blocks of boxes were written.
+const FEW: usize = 2;
 
 impl Default for Hierarchy {
     fn default() -> Self {
@@ -175,20 +177,29 @@ impl Hierarchy {
         }
     }
 
-    /// Replaces a box and nothing else: [`refit_all`](Self::refit_all) must follow.
+    /// Replaces a box and nothing else: [`refit_written`](Self::refit_written) must follow.
     pub(crate) fn write(&mut self, slot: usize, bounds: &Aabb) {
         self.boxes.set(slot, bounds);
+        if slot < self.nodes.len() {
+            bits::set(&mut self.loose, slot / LANES, true);
+        }
     }
 
-    /// Fits all nodes.
-    pub(crate) fn refit_all(&mut self) {
+    /// Fits the nodes above all boxes that were written: at the cost of those where they are few, and else all nodes at
+    /// once, which streams.
+    pub(crate) fn refit_written(&mut self) {
         self.change_version += 1;
-        self.nodes.refit(self.level, &self.boxes);
-        self.loose.fill(0);
+        let blocks = self.loose.iter().map(|word| word.count_ones() as usize).sum::<usize>();
+        if blocks * LANES * FEW < self.nodes.len() {
+            self.refit();
+        } else {
+            self.nodes.refit(self.level, &self.boxes);
+            self.loose.fill(0);
+        }
     }
 
-    /// All boxes by slot, to be written in place. What changed is not known, so dropping this refits all
-    /// nodes: O(n), once through them.
+    /// All boxes by slot, to be written in place. Dropping this fits the nodes above those that were: the cost is that
+    /// of what was written, and at most O(n), once through all nodes.
     pub fn bounds_mut(&mut self) -> BoundsMut<'_> {
         BoundsMut { hierarchy: self }
     }
@@ -392,6 +403,6 @@ impl BoundsMut<'_> {
 
 impl Drop for BoundsMut<'_> {
     fn drop(&mut self) {
-        self.hierarchy.refit_all();
+        self.hierarchy.refit_written();
     }
 }

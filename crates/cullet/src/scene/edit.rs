@@ -137,8 +137,8 @@ impl Scene {
     }
 
     /// Bounds in world space of many instances, written straight to their slots: for what the caller moves by
-    /// means of its own (see [`BoundsOverride::World`]). Dropping it fits all nodes again: O(n), once
-    /// through them.
+    /// means of its own (see [`BoundsOverride::World`]). Dropping it fits the nodes above them: the cost is that
+    /// of what was written, and at most O(n), once through all nodes.
     pub fn bounds_mut(&mut self) -> SceneBoundsMut<'_> {
         SceneBoundsMut { scene: self }
     }
@@ -219,30 +219,31 @@ impl SceneBoundsMut<'_> {
     ///
     /// # Panics
     /// If there is no such slot.
+    #[inline]
     pub fn set(&mut self, slot: u32, bounds: &Aabb) {
         let scene = &mut *self.scene;
         let at = slot as usize;
         let known = matches!(scene.overrides[at], BoundsOverride::World(_));
         scene.overrides[at] = BoundsOverride::World(*bounds);
         scene.leave_stand_ins(slot);
-        if scene.is_removed(slot) || scene.is_stand_in(slot) {
+        let is_present = bits::get(scene.hierarchy.present(), at);
+        if !is_present || scene.is_stand_in(slot) {
             return;
         }
-        if known && bounds.is_finite() && !scene.flags[at].always_visible {
-            // Neither exempt nor collapsed, if it was not: that is worked out once.
+        // Neither exempt, whatever its flags, nor collapsed, if it was not: that is worked out once. Bits of many slots
+        // lie in one line of the cache, so that this reads nothing else of a slot that the cache may not have.
+        if known && bounds.is_finite() && !bits::get(&scene.exempt, at) {
             scene.hierarchy.write(at, bounds);
             scene.loosen(slot);
-            if !bits::get(&scene.exempt, at) {
-                return;
-            }
+        } else {
+            scene.update_slot(slot);
         }
-        scene.update_slot(slot);
     }
 }
 
 impl Drop for SceneBoundsMut<'_> {
     fn drop(&mut self) {
-        self.scene.hierarchy.refit_all();
+        self.scene.hierarchy.refit_written();
         self.scene.change += 1;
     }
 }

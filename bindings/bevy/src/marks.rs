@@ -1,0 +1,235 @@
+//! `ViewVisibility`: which entities some view sees.
+//!
+//! Bevy clears the mark of each entity in each frame, each view sets it again for all that it lists, and what nobody has
+//! marked in the end is hidden. The same here, but that what cameras list is one bit an entity from frame to frame: the marks
+//! are set again in one pass over the tables, and only what comes is looked up.
+
+use std::sync::Mutex;
+
+use bevy_app::{App, PostUpdate};
+use bevy_camera::visibility::VisibilitySystems::{
+    CalculateBounds, CheckVisibility, MarkNewlyHiddenEntitiesInvisible, VisibilityPropagate,
+};
+use bevy_camera::visibility::{
+    NoCpuCulling, SetViewVisibility, ViewVisibility, VisibilityPlugin, VisibilitySystems,
+};
+use bevy_ecs::prelude::*;
+use bevy_ecs::schedule::{InternedSystemSet, ScheduleCleanupPolicy};
+
+use crate::ticks::{MANY, ROWS};
+use crate::view::slots_of;
+
+/// What cameras list.
+#[derive(Debug, Resource)]
+pub(crate) struct Marks {
+    /// One bit an index of an entity: an active camera lists it.
+    listed: Vec<u64>,
+    /// How many bits are set.
+    count: usize,
+    /// Entities that were seen in the last frame, and not yet in this one.
+    leaving: Vec<Entity>,
+    scratch: Vec<u64>,
+    /// What Bevy makes of the mark of a visible entity when a frame begins.
+    was_visible: ViewVisibility,
+}
+
+/// All that have marks which are set and cleared here.
+pub(crate) type Marked<'w, 's> =
+    Query<'w, 's, (Entity, &'static mut ViewVisibility), Without<NoCpuCulling>>;
+
+impl Marks {
+    fn is_listed(&self, entity: Entity) -> bool {
+        let at = entity.index_u32() as usize;
+        self.listed.get(at / 64).is_some_and(|word| word >> (at % 64) & 1 == 1)
+    }
+
+    /// Takes over other lists, and marks what was in none before: `entity` tells the entity of an index.
+    pub(crate) fn list<'a>(
+        &mut self,
+        lists: impl Iterator<Item = &'a [Entity]>,
+        entity: impl Fn(usize) -> Option<Entity>,
+        all: &mut Marked,
+    ) {
+        let mut next = std::mem::take(&mut self.scratch);
+        next.clear();
+        next.resize(self.listed.len(), 0);
+        for entity in lists.flatten() {
+            let at = entity.index_u32() as usize;
+            if next.len() <= at / 64 {
+                next.resize(at / 64 + 1, 0);
+            }
+            next[at / 64] |= 1 << (at % 64);
+        }
+        self.listed.resize(next.len(), 0);
+        self.count = 0;
+        for (word, (new, old)) in next.iter().zip(&self.listed).enumerate() {
+            self.count += new.count_ones() as usize;
+            for index in slots_of(word, new & !old) {
+                let entity = entity(index as usize);
+                if let Some((_, mut mark)) = entity.and_then(|entity| all.get_mut(entity).ok()) {
+                    mark.set_visible();
+                }
+            }
+        }
+        self.scratch = std::mem::replace(&mut self.listed, next);
+    }
+
+    /// Marks all that is listed, and notes what else was seen in the last frame. `false` where a mark is not as it was left:
+    /// then those of all lists are to be set one by one.
+    pub(crate) fn set(&mut self, all: &mut Marked) -> bool {
+        let (listed, was) = (&*self, self.was_visible);
+        let found = Mutex::new((0, Vec::new()));
+        let set = |entities: &[Entity], rows: &mut [ViewVisibility]| {
+            let (mut count, mut leaving) = (0, Vec::new());
+            for (entities, rows) in entities.chunks(ROWS).zip(rows.chunks_mut(ROWS)) {
+                let bits = bits_of(rows, |mark| mark != ViewVisibility::HIDDEN);
+                for row in slots_of(0, bits).map(|row| row as usize) {
+                    let is_listed = listed.is_listed(entities[row]);
+                    count += usize::from(is_listed);
+                    if is_listed && rows[row] == was {
+                        rows[row] = ViewVisibility::VISIBLE;
+                    } else if rows[row] == was {
+                        leaving.push(entities[row]);
+                    }
+                }
+            }
+            // Locked once for each part of a table.
+            if let Ok(mut found) = found.lock() {
+                found.0 += count;
+                found.1.append(&mut leaving);
+            }
+        };
+        if !is_large(all) {
+            let tables = all.contiguous_iter_mut().into_iter().flatten();
+            tables.for_each(|(entities, mut rows)| set(entities, rows.bypass_change_detection()));
+        } else if let Ok(tables) = all.contiguous_par_iter_mut() {
+            tables.for_each(|(entities, mut rows)| set(entities, rows.bypass_change_detection()));
+        }
+        let (count, mut leaving) = found.into_inner().unwrap_or_default();
+        self.leaving.clear();
+        self.leaving.append(&mut leaving);
+        count == self.count
+    }
+}
+
+fn is_large(all: &Marked) -> bool {
+    all.contiguous_iter().into_iter().flatten().any(|(entities, _)| entities.len() >= MANY)
+}
+
+/// One bit a row.
+fn bits_of(rows: &[ViewVisibility], is: impl Fn(ViewVisibility) -> bool) -> u64 {
+    let mut bytes = [0u8; ROWS];
+    bytes.iter_mut().zip(rows).for_each(|(byte, &mark)| *byte = u8::from(is(mark)));
+    bytes.as_chunks().0.iter().enumerate().fold(0, |bits, (part, eight)| {
+        let eight = u64::from_le_bytes(*eight);
+        // Each byte is 0 or 1: the product has them side by side in its highest byte.
+        bits | (eight.wrapping_mul(0x0102_0408_1020_4080) >> 56) << (part * 8)
+    })
+}
+
+/// Begins a frame: nobody is marked, but what was is known.
+pub(crate) fn reset(marks: Res<Marks>, mut all: Query<&mut ViewVisibility, Without<NoCpuCulling>>) {
+    let was = marks.was_visible;
+    for mut rows in all.contiguous_iter_mut().into_iter().flatten() {
+        for mark in rows.bypass_change_detection() {
+            *mark = if mark.get() { was } else { ViewVisibility::HIDDEN };
+        }
+    }
+}
+
+/// Marks as hidden what was seen in the last frame, and in this one by nobody.
+pub(crate) fn hide(
+    mut marks: ResMut<Marks>,
+    mut all: Query<&mut ViewVisibility, Without<NoCpuCulling>>,
+) {
+    let marks = &mut *marks;
+    for entity in marks.leaving.drain(..) {
+        if let Ok(mut mark) = all.get_mut(entity)
+            && *mark == marks.was_visible
+        {
+            *mark = ViewVisibility::HIDDEN;
+        }
+    }
+}
+
+/// Bevy's private systems that [`reset`], [`hide`] and [`inherit`](crate::inherit::inherit) stand for, by their types.
+#[derive(Debug, Resource)]
+pub(crate) struct Replaced {
+    pub(crate) systems: Vec<InternedSystemSet>,
+    was_visible: ViewVisibility,
+}
+
+impl Replaced {
+    /// Found in an app of its own, where nobody else's systems are in the same sets.
+    pub(crate) fn find() -> Self {
+        let mut app = App::new();
+        app.add_plugins(VisibilityPlugin);
+        let mut systems = systems_of(&mut app, VisibilityPropagate);
+        systems.append(&mut systems_of(&mut app, MarkNewlyHiddenEntitiesInvisible));
+        // What the systems that begin a frame make of a mark, they are asked themselves.
+        for set in [CalculateBounds, CheckVisibility, MarkNewlyHiddenEntitiesInvisible] {
+            remove(&mut app, set);
+        }
+        let world = app.world_mut();
+        let entity = world.spawn(ViewVisibility::VISIBLE).id();
+        world.run_schedule(PostUpdate);
+        let mark = world.get::<ViewVisibility>(entity).copied();
+        Self { systems, was_visible: mark.unwrap_or(ViewVisibility::HIDDEN) }
+    }
+
+    pub(crate) fn marks(&self) -> Marks {
+        Marks {
+            listed: Vec::new(),
+            count: 0,
+            leaving: Vec::new(),
+            scratch: Vec::new(),
+            was_visible: self.was_visible,
+        }
+    }
+}
+
+/// Takes systems out of the schedule after the frame's transforms. Not an error where there are none: an app without Bevy's
+/// cameras has nothing to take out.
+pub(crate) fn remove(app: &mut App, set: impl SystemSet) {
+    let _ = app.remove_systems_in_set(PostUpdate, set, ScheduleCleanupPolicy::RemoveSystemsOnly);
+}
+
+/// The sets of one system each of those in a set.
+fn systems_of(app: &mut App, set: VisibilitySystems) -> Vec<InternedSystemSet> {
+    let found = app.world_mut().try_schedule_scope(PostUpdate, |world, schedule| {
+        schedule.initialize(world).ok()?;
+        let keys = schedule.graph().systems_in_set(set.intern()).ok()?;
+        let of_set = schedule.systems().ok()?.filter(|(key, _)| keys.contains(key));
+        let sets = of_set.flat_map(|(_, system)| system.default_system_sets());
+        Some(sets.filter(|set| set.system_type().is_some()).collect())
+    });
+    found.ok().flatten().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_systems_of_bevy_that_are_replaced_are_found() {
+        let replaced = Replaced::find();
+        assert_eq!(replaced.systems.len(), 3, "{:?}", replaced.systems);
+        assert!(!replaced.was_visible.get());
+        assert_ne!(replaced.was_visible, ViewVisibility::HIDDEN);
+    }
+
+    #[test]
+    fn each_row_has_its_bit() {
+        for pattern in [0, 1, 1 << 63, 0x8000_0001_0180_5a00, u64::MAX, 0x0123_4567_89ab_cdef] {
+            let of = |row: usize| match pattern >> row & 1 {
+                1 => ViewVisibility::VISIBLE,
+                _ => ViewVisibility::HIDDEN,
+            };
+            for len in [0, 1, 9, 63, 64] {
+                let rows: Vec<_> = (0..len).map(of).collect();
+                let all = if len == 64 { u64::MAX } else { (1 << len) - 1 };
+                assert_eq!(bits_of(&rows, ViewVisibility::get), pattern & all);
+            }
+        }
+    }
+}
