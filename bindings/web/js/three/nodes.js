@@ -21,6 +21,8 @@ export class Nodes {
   holders = [];
   boxes = null;
   length = 0;
+  /** What three.js itself moves and draws. */
+  rest = [];
   /** Raised when objects come and go, or a holder's `visible` or `renderOrder` changes. */
   version = 0;
 
@@ -69,7 +71,7 @@ export class Nodes {
     else if (kind === Kind.Batched) this.parts.set(i, new Batch(object));
     this.#hooks.take(object, kind);
     this.#writeBounds(i);
-    if (kind === Kind.Rest) return;
+    if (kind === Kind.Rest) { this.rest.push(i); return; }
     const { children } = object;
     if (kind === Kind.Container || children.length > 0) this.#hold(i);
     for (let k = 0; k < children.length; k++) this.add(children[k], i);
@@ -205,7 +207,7 @@ export class Nodes {
 
   /** As `look`, for what three.js itself moves each frame and nobody else may: lights, cameras, skinned meshes, ... */
   lookAtRest(rootMoved) {
-    for (let i = 0; i < this.length; i++) if (this.kinds[i] === Kind.Rest && this.objects[i] !== null) this.objects[i].updateMatrixWorld(rootMoved);
+    for (const i of this.rest) this.objects[i]?.updateMatrixWorld(rootMoved);
   }
 
   #place(object) {
@@ -257,6 +259,6 @@ export class Nodes {
     for (let i = 0; i < this.length; i++) if (this.objects[i] !== null) this.#free(i);
     this.boxes?.dispose();
     this.length = 0;
-    this.holders.length = 0;
+    this.holders.length = this.rest.length = 0;
   }
 }

@@ -2,10 +2,15 @@
 
 import { random } from './scenes.js';
 
+const frustumOf = (camera) => new t.three.Frustum().setFromProjectionMatrix(new t.three.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse), camera.coordinateSystem);
+
 const median = (list) => [...list].sort((a, b) => a - b)[list.length >> 1];
 
-/** `how`: none (no culling, no test), three, watching, still, or one of two with a tenth moving. */
-export function culling(how, kind, count) {
+/**
+ * `how`: none (no culling, no test), three, watching, still, one of two with a tenth moving, or floor: three.js with nothing but the
+ * meshes in view in its scene, no test and no matrices, which is what it does with what any culling leaves.
+ */
+export function culling(how, kind, count, frames = 15) {
   const T = t.three;
   const { renderer } = t;
   const next = random(7);
@@ -42,9 +47,18 @@ export function culling(how, kind, count) {
     made = new t.Culling(scene, { still: how === 'still' });
     build = performance.now() - from;
   }
+  if (how === 'floor') {
+    camera.rotation.y += 0.01;
+    camera.updateMatrixWorld();
+    const frustum = frustumOf(camera);
+    const inView = meshes.filter((mesh) => mesh.intersectsFrustum(frustum));
+    scene.clear();
+    for (const mesh of inView) { mesh.frustumCulled = false; scene.add(mesh); }
+    scene.matrixWorldAutoUpdate = false;
+  }
   const list = [];
   const worlds = [];
-  for (let i = 0; i < 18; i++) {
+  for (let i = 0; i < frames + 3; i++) {
     if (how.endsWith('moving')) for (let k = i % 10; k < meshes.length; k += 10) meshes[k].position.y += 0.01;
     camera.rotation.y += 0.001;
     const start = performance.now();
@@ -52,16 +66,13 @@ export function culling(how, kind, count) {
     if (kind === 'batched') { scene.updateMatrixWorld(); camera.updateMatrixWorld(); meshes[0]._updateDrawParameters(camera, meshes[0].geometry, material); } else renderer.render(scene, camera);
     const time = performance.now() - start;
     const again = performance.now();
-    scene.updateMatrixWorld();
+    if (how !== 'floor') scene.updateMatrixWorld();
     if (i >= 3) { list.push(time); worlds.push(performance.now() - again); }
   }
   let visible;
   if (kind === 'batched') visible = meshes[0]._multiDrawCount;
   else if (made) visible = made.stats.visible;
-  else {
-    const frustum = new T.Frustum().setFromProjectionMatrix(new T.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse), camera.coordinateSystem);
-    visible = meshes.filter((mesh) => mesh.intersectsFrustum(frustum)).length;
-  }
+  else visible = meshes.filter((mesh) => mesh.intersectsFrustum(frustumOf(camera))).length;
   made?.dispose();
   return { time: median(list), matrices: median(worlds), visible, build };
 }
