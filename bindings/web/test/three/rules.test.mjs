@@ -12,13 +12,18 @@ let server, browser;
 before(async () => { server = await serve(); browser = await launch(); });
 after(async () => { await browser?.close(); server?.close(); });
 
-const inPage = (name, body) => test(name, async () => {
-  const page = await open(browser, server.url, 'webgl');
-  const answer = await page.evaluate(body);
-  assert.deepEqual(page.errors, []);
-  await page.close();
-  assert.deepEqual(answer, answer.map(([what]) => [what, true]));
-});
+// In both renderers.
+const inPage = (name, body) => {
+  for (const api of ['webgl', 'webgpu']) {
+    test(`${name}, ${api}`, async () => {
+      const page = await open(browser, server.url, api);
+      const answer = await page.evaluate(body);
+      assert.deepEqual(page.errors, []);
+      await page.close();
+      assert.deepEqual(answer, answer.map(([what]) => [what, true]));
+    });
+  }
+};
 
 inPage('what stands still is not looked at, and what is told is', async () => {
   const T = t.three;
