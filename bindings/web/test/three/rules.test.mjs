@@ -71,6 +71,47 @@ inPage('what stands still is not looked at, and what is told is', async () => {
   return found;
 });
 
+inPage('what is not ours keeps the test of three.js, also in a frustum that answered for ours', async () => {
+  const T = t.three;
+  const found = [];
+  const is = (what, truth) => found.push([what, Boolean(truth)]);
+  const camera = new T.PerspectiveCamera(60, 1.6, 0.1, 100);
+  const drawn = [];
+  const named = (object, name, z) => { object.name = name; object.position.z = z; object.onBeforeRender = () => drawn.push(name); return object; };
+  const geometry = new T.BoxGeometry();
+  const material = new T.MeshNormalMaterial();
+  const lines = () => new T.LineSegments(new T.EdgesGeometry(geometry), new T.LineBasicMaterial());
+  const [scene, other] = [new T.Scene(), new T.Scene()];
+  for (const z of [-5, 5]) {
+    scene.add(named(new T.Mesh(geometry, material), `mesh ${z}`, z), named(lines(), `lines ${z}`, z));
+    other.add(named(new T.Mesh(geometry, material), `other ${z}`, z), named(lines(), `other lines ${z}`, z));
+  }
+  const culling = new t.Culling(scene);
+  const render = (what) => { drawn.length = 0; t.renderer.render(what, camera); return [...drawn].sort().join(); };
+  for (let i = 0; i < 2; i++) {
+    is('ours before the eye', render(scene) === 'lines -5,mesh -5');
+    is('the other scene', render(other) === 'other -5,other lines -5');
+  }
+  // The walk breaks off in the middle of ours.
+  const broken = new T.Mesh(new T.BoxGeometry(), material);
+  broken.position.z = -5;
+  scene.add(broken);
+  render(scene);
+  Object.defineProperty(broken, 'material', { configurable: true, get() { throw new Error('broken'); } });
+  let threw = false;
+  try { render(scene); } catch { threw = true; }
+  await null;
+  await t.frame();
+  is('broken off', threw);
+  is('nothing answers any more', render(other) === 'other -5,other lines -5');
+  Object.defineProperty(broken, 'material', { value: material, writable: true });
+  is('and on', render(scene) === 'lines -5,mesh -5');
+  culling.enabled = false;
+  is('off', render(scene) === 'lines -5,mesh -5');
+  culling.dispose();
+  return found;
+});
+
 inPage('mistakes', async () => {
   const T = t.three;
   const found = [];

@@ -105,7 +105,7 @@ export const scenes = {
     walk(camera, 0);
     const houses = group.getObjectByName('house');
     return {
-      scene, camera, steps: 4,
+      scene, camera, steps: 4, walk: (seconds) => walk(camera, seconds),
       step(i) {
         if (i === 0) walk(camera, 9);
         // What hid others hides them no longer: moved, hidden, see-through.
