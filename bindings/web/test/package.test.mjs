@@ -15,7 +15,7 @@ process.on('exit', () => rmSync(project, { recursive: true, force: true }));
 mkdirSync(join(project, 'node_modules/@types'), { recursive: true });
 cpSync(folder, join(project, 'node_modules/cullet'), { recursive: true });
 for (const name of ['three', '@types/three']) symlinkSync(join(tools(), 'node_modules', name), join(project, 'node_modules', name));
-for (const file of ['use.ts', 'worker.mjs']) cpSync(join(here, file), join(project, file));
+for (const file of ['use.ts', 'using.ts', 'worker.mjs']) cpSync(join(here, file), join(project, file));
 writeFileSync(join(project, 'package.json'), '{ "type": "module", "private": true }');
 const run = (program, ...words) => {
   try {
@@ -27,7 +27,10 @@ const run = (program, ...words) => {
 
 for (const how of [['--module', 'nodenext'], ['--module', 'esnext', '--moduleResolution', 'bundler']]) {
   test(`tsc --strict takes the declarations and a use of them, ${how.join(' ')}`, () => {
-    run('tsc', '--noEmit', '--strict', '--noUncheckedIndexedAccess', '--target', 'es2022', '--lib', 'es2022,dom,dom.iterable,esnext.disposable', ...how, '--types', '', 'use.ts');
+    const tsc = (lib, file) => run('tsc', '--noEmit', '--strict', '--noUncheckedIndexedAccess', '--target', 'es2022', '--lib', `es2022,dom,dom.iterable${lib}`, ...how, '--types', '', file);
+    tsc('', 'use.ts');
+    tsc(',esnext.disposable', 'use.ts');
+    tsc(',esnext.disposable', 'using.ts');
   });
 }
 

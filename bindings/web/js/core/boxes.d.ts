@@ -44,6 +44,9 @@ export class CulletError extends Error {
  */
 export function init(source?: Source): Promise<void>;
 
+/** `[Symbol.dispose]`, for `using`, where the types in use know it (`lib: esnext.disposable`, Node's own); nothing where they do not. */
+export type Disposal = SymbolConstructor extends { readonly dispose: infer D extends symbol } ? { [K in D]: () => void } : {};
+
 /**
  * Boxes under fixed numbers, and which of them a frustum leaves.
  *
@@ -107,5 +110,5 @@ export class BoxSet {
   forget(view?: number): void;
   /** Gives the memory back to the engine; a forgotten set is disposed of when it is collected. Further calls throw `disposed`. */
   dispose(): void;
-  [Symbol.dispose](): void;
 }
+export interface BoxSet extends Disposal {}

@@ -1,4 +1,4 @@
-import type { Numbers } from './boxes.js';
+import type { Disposal, Numbers } from './boxes.js';
 
 /** A kind of culling, in the order in which they run. */
 export type Stage = 'layer' | 'frustum' | 'pvs' | 'portal' | 'detail' | 'lod' | 'occlusion' | 'backface' | 'degenerate';
@@ -124,8 +124,8 @@ export class View {
   explain(id: number): Explanation;
   /** Gives the memory back to the engine. */
   dispose(): void;
-  [Symbol.dispose](): void;
 }
+export interface View extends Disposal {}
 
 /**
  * Meshes, instances of them, and views that cull them by every stage, with occlusion. Occluders are made of the meshes
@@ -195,5 +195,5 @@ export class Scene {
   cull(view: View): Uint32Array;
   /** Gives the memory back to the engine; its views throw `disposed`. */
   dispose(): void;
-  [Symbol.dispose](): void;
 }
+export interface Scene extends Disposal {}

@@ -26,12 +26,15 @@ function owner(object, name) {
 
 const owners = new WeakMap();
 
+/** The class `Mesh` of the three.js that a mesh is from. */
+export const meshClass = (object) => owner(object, 'updateMorphTargets').constructor;
+
 /** Tells what is done with an object: a class of someone else's, with its own test or its own matrices, is left to three.js. */
 export function kindOf(object, movesVertices) {
   if (object.updateMatrixWorld !== owner(object, 'updateMatrixWorld').updateMatrixWorld) return Kind.Rest;
   if (object.isMesh) {
     const base = owner(object, 'updateMorphTargets');
-    if (!base || (object.intersectsFrustum !== base.intersectsFrustum && !object.intersectsFrustum.cullet)) return Kind.Rest;
+    if (!base || (object.intersectsFrustum !== base.intersectsFrustum)) return Kind.Rest;
     const materials = materialsOf(object);
     if (!object.geometry?.attributes?.position && !object.isBatchedMesh) return Kind.Rest;
     const moved = movesVertices ? movesVertices(object) : materials.some(movedByMaterial) || object.customDepthMaterial || object.customDistanceMaterial;

@@ -1,10 +1,10 @@
 // Culling of a scene or group of three.js, for every pass that a renderer makes.
 
-import { Kind } from './bounds.js';
+import { Kind, meshClass } from './bounds.js';
 import { Nodes } from './nodes.js';
 import { Occlusion } from './occlusion.js';
 import { planesOfFrustum } from './planes.js';
-import { shorten, Walk } from './walk.js';
+import { push, shorten, stop, Walk } from './walk.js';
 
 const taken = new WeakMap();
 
@@ -17,9 +17,11 @@ export class Culling {
   #pending = [];
   #rootWorld = new Float64Array(16);
   #planes = new Float64Array(24);
-  #frustum = null;
   #seenVersion = -1;
-  #orderOf = [];
+  #carriers = [];
+  #base = 0;
+  #asked = null;
+  #Mesh = null;
   #still;
   #movesVertices;
   #cameras;
@@ -28,7 +30,6 @@ export class Culling {
   #enabled = true;
   #passes = new WeakMap();
   #turns = [];
-  #isSeen;
   #always;
   #disposed = false;
   #layersTest;
@@ -44,14 +45,8 @@ export class Culling {
     this.#still = Boolean(still);
     this.#movesVertices = movesVertices;
     taken.set(root, this);
-    const culling = this;
-    // One function for all objects. For another frustum than that of the pass, three.js's own test.
-    this.#isSeen = Object.assign(function isSeen(frustum) {
-      if (frustum === culling.#frustum) return true;
-      return prototypeOf(this).intersectsFrustum.call(this.standsFor ?? this, frustum);
-    }, { cullet: true });
     this.#always = Object.assign(() => true, { cullet: true });
-    this.#walk = new Walk((layers, frustum) => this.#cull(layers, frustum));
+    this.#walk = new Walk((frustum) => this.#cull(this.#asked, frustum));
     this.#children = (event) => { this.#pending.push(event.child, event.target); };
     this.#gone = ({ child }) => this.#nodes.remove(child);
     this.#build();
@@ -65,7 +60,6 @@ export class Culling {
   set enabled(on) {
     if (this.#disposed || Boolean(on) === this.#enabled) return;
     this.#enabled = Boolean(on);
-    this.#frustum = null;
     for (const part of this.#nodes.parts.values()) part.enable(this.#enabled);
     if (this.#enabled) this.update();
   }
@@ -154,7 +148,7 @@ export class Culling {
     const { layers } = root;
     const test = Object.getPrototypeOf(layers).test;
     // A `layers` that someone puts in the place of this one leaves three.js to itself: all is drawn, only slower.
-    this.#layersTest = (asked) => { if (this.#enabled) this.#door.arm(); return test.call(layers, asked); };
+    this.#layersTest = (asked) => { if (this.#enabled) { this.#asked = asked; this.#door.arm(); } return test.call(layers, asked); };
     layers.test = this.#layersTest;
     // A raycaster asks for layers too.
     const { raycast } = root;
@@ -170,8 +164,9 @@ export class Culling {
       object.addEventListener('childremoved', this.#gone);
     }
     if (object.isSkinnedMesh && !Object.hasOwn(object, 'intersectsFrustum')) object.intersectsFrustum = this.#always;
-    else if (kind > Kind.Container) object.intersectsFrustum = this.#isSeen;
-    if (kind > Kind.Container && object.children.length > 0) this.#shortenMesh(object);
+    if (kind <= Kind.Container) return;
+    this.#Mesh ??= meshClass(object);
+    if (object.children.length > 0) this.#shortenMesh(object);
   }
 
   #free(object, kind) {
@@ -238,6 +233,7 @@ export class Culling {
   }
 
   #flushTurns() {
+    stop();
     for (const pass of this.#turns) pass.turn = -1;
     this.#turns.length = 0;
   }
@@ -246,6 +242,8 @@ export class Culling {
   #prepare() {
     this.#flush(false);
     this.#nodes.lookAtHolders();
+    const base = orderAbove(this.#root);
+    if (this.#base !== base) { this.#base = base; this.#nodes.version += 1; }
     if (this.#seenVersion !== this.#nodes.version) this.#list();
   }
 
@@ -255,7 +253,7 @@ export class Culling {
     stats.passes += 1;
     stats.visible = stats.visibleInstances = stats.instances = 0;
     this.#walk.clear();
-    if (nodes.length === 0) return;
+    if (nodes.length === 0) { this.#walk.cut(); return; }
     nodes.commit();
     const pass = this.#turn(layers, frustum);
     const planes = this.#planesOf(frustum);
@@ -265,33 +263,32 @@ export class Culling {
     let list;
     if (planes.length === 24) list = nodes.boxes.cull(planes);
     else list = this.#ofAny(planes);
-    this.#frustum = frustum;
-    const { objects, kinds, hidden } = nodes;
-    const orderOf = this.#orderOf;
+    const { objects, kinds, hidden, length } = nodes;
+    const carriers = this.#carriers;
+    const only = this.#walk.orders.size === 0 ? this.#walk.base : null;
     // Copied, since the parts of an object cull too.
     if (nodes.parts.size > 0 || this.#occlusion) list = list.slice();
-    const length = nodes.length;
     for (let k = 0; k < list.length; k++) {
       const i = list[k];
       if (i >= length || kinds[i] < Kind.Mesh || hidden[i] === 1) continue;
       const object = objects[i];
       if (kinds[i] !== Kind.Mesh) this.#pushParts(i, object, pass, planes, occlusion);
-      else if (occlusion === null || !occlusion.isHidden(i)) orderOf[i].push(object);
+      else if (occlusion === null || !occlusion.isHidden(i)) push(only ?? carriers[i], object);
       else continue;
       if (this.#kids.size > 0 && object.visible) this.#kids.get(object)?.arm();
     }
-    for (const carrier of this.#walk.orders.values()) stats.visible += carrier.children.length - carrier.fixed.length;
+    stats.visible = this.#walk.cut();
   }
 
   #pushParts(i, object, pass, planes, occlusion) {
     if (!object.visible) return;
     const part = this.#nodes.parts.get(i);
     this.#stats.instances += part.count;
-    if (this.#nodes.kinds[i] === Kind.Batched) { this.#orderOf[i].push(object); return; }
+    if (this.#nodes.kinds[i] === Kind.Batched) { push(this.#carriers[i], object); return; }
     const standIn = part.cull(pass, planes, occlusion && ((list) => occlusion.keep(i, list)));
     if (!standIn) return;
     this.#stats.visibleInstances += standIn.count;
-    this.#orderOf[i].push(standIn);
+    push(this.#carriers[i], standIn);
   }
 
   // Planes of the frustum, twenty-four numbers, or those of each camera of an array.
@@ -315,21 +312,22 @@ export class Culling {
   #list() {
     const nodes = this.#nodes;
     nodes.inherit();
-    this.#walk.reset();
+    const walk = this.#walk;
+    walk.reset(this.#Mesh);
     const orders = [];
-    this.#orderOf.length = nodes.length;
+    this.#carriers.length = nodes.length;
     let objects = 0;
     for (let i = 0; i < nodes.length; i++) {
       const object = nodes.objects[i];
       if (object === null) continue;
       const parent = nodes.parents[i];
-      const above = parent < 0 ? null : orders[parent];
+      const above = parent < 0 ? this.#base : orders[parent];
       orders[i] = object.isGroup ? object.renderOrder : above;
-      const carrier = this.#walk.carrier(above);
-      this.#orderOf[i] = carrier.children;
+      const carrier = walk.carrier(above === this.#base ? null : above);
+      this.#carriers[i] = carrier;
       if (nodes.kinds[i] === Kind.Rest) { if (nodes.hidden[i] === 0) carrier.fixed.push(object); } else if (nodes.kinds[i] > Kind.Container) objects += 1;
     }
-    for (const { fixed, children } of this.#walk.orders.values()) for (const object of fixed) children.push(object);
+    walk.arrange();
     this.#stats.objects = objects;
     this.#seenVersion = nodes.version;
   }
@@ -351,10 +349,11 @@ function isBelow(object, root) {
   return false;
 }
 
-function prototypeOf(object) {
-  let found = null;
-  for (let p = Object.getPrototypeOf(object); p; p = Object.getPrototypeOf(p)) if (Object.hasOwn(p, 'updateMorphTargets')) found = p;
-  return found;
+// The order that a walk has when it comes to the root's children, or `null` where that depends on where it starts.
+function orderAbove(root) {
+  if (root.isGroup) return root.renderOrder;
+  for (let o = root.parent; o; o = o.parent) if (o.isGroup && o.renderOrder !== 0) return null;
+  return 0;
 }
 
 function check(root) {

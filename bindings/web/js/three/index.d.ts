@@ -6,8 +6,8 @@ export { init } from 'cullet';
 export interface CullingOptions {
   /**
    * Whether nothing below the root moves unless {@link Culling.update} is told. Default `false`: before each `render()` the position,
-   * rotation and scale of every object are compared with those of the last, which for 1e5 objects takes nearly as long as three.js's own
-   * `updateMatrixWorld`. With `true` that is left out: what stands still costs nothing.
+   * rotation and scale of every object are compared with those of the last, but for objects with `matrixAutoUpdate = false`. With `true`
+   * that is left out: what stands still costs nothing.
    */
   still?: boolean;
   /**

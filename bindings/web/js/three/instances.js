@@ -174,7 +174,8 @@ function makeStandIn(mesh, capacity) {
     _listeners: own({}),
     modelViewMatrix: own(mesh.modelViewMatrix.clone()),
     normalMatrix: own(mesh.normalMatrix.clone()),
-    standsFor: own(mesh),
+    // By the sphere of all instances, as three.js has it.
+    intersectsFrustum: own((frustum) => mesh.intersectsFrustum(frustum)),
   });
 }
 

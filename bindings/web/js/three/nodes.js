@@ -21,6 +21,8 @@ export class Nodes {
   holders = [];
   boxes = null;
   length = 0;
+  /** What three.js itself moves and draws. */
+  rest = [];
   /** Raised when objects come and go, or a holder's `visible` or `renderOrder` changes. */
   version = 0;
 
@@ -69,7 +71,7 @@ export class Nodes {
     else if (kind === Kind.Batched) this.parts.set(i, new Batch(object));
     this.#hooks.take(object, kind);
     this.#writeBounds(i);
-    if (kind === Kind.Rest) return;
+    if (kind === Kind.Rest) { this.rest.push(i); return; }
     const { children } = object;
     if (kind === Kind.Container || children.length > 0) this.#hold(i);
     for (let k = 0; k < children.length; k++) this.add(children[k], i);
@@ -137,7 +139,7 @@ export class Nodes {
     const kind = this.kinds[i];
     const at = 6 * i;
     this.#geometries[i] = object.geometry;
-    this.#culled[i] = Number(object.frustumCulled);
+    this.#culled[i] = Number(Boolean(object.frustumCulled));
     this.#unculled[i] = Number(!object.frustumCulled || isMorphed(object));
     this.#hooks.placed(i);
     if (kind === Kind.Mesh) {
@@ -167,45 +169,48 @@ export class Nodes {
     state[at + 7] = s.x; state[at + 8] = s.y; state[at + 9] = s.z;
   }
 
-  #stands(i, { position: p, quaternion: q, scale: s }) {
-    const state = this.#state;
-    const at = STATE * i;
-    return state[at] === p.x && state[at + 1] === p.y && state[at + 2] === p.z
-      && state[at + 3] === q.x && state[at + 4] === q.y && state[at + 5] === q.z && state[at + 6] === q.w
-      && state[at + 7] === s.x && state[at + 8] === s.y && state[at + 9] === s.z;
-  }
-
   /**
    * World matrices and boxes of all that moved, as `Object3D.updateMatrixWorld` would have them, but composing only where
    * position, rotation or scale are others than last time. `all`: everything anew.
    */
   look(rootMoved, all) {
-    const { objects, kinds, parents } = this;
-    const changed = this.#changed;
-    for (let i = 0; i < this.length; i++) {
+    const { objects, kinds, parents, length } = this;
+    const [changed, state, geometries, culled] = [this.#changed, this.#state, this.#geometries, this.#culled];
+    for (let i = 0, at = 0; i < length; i++, at += STATE) {
       const object = objects[i];
       if (object === null) continue;
+      const kind = kinds[i];
       const parent = parents[i];
       const force = all || (parent === NONE ? rootMoved : changed[parent] === 1);
-      if (kinds[i] === Kind.Rest) { object.updateMatrixWorld(force); continue; }
-      if (object.matrixAutoUpdate && (force || object.pivot !== null || !this.#stands(i, object))) {
-        object.updateMatrix();
-        this.#remember(i, object);
+      if (kind === Kind.Rest) { object.updateMatrixWorld(force); continue; }
+      if (object.matrixAutoUpdate) {
+        let moved = force || object.pivot !== null;
+        if (!moved) {
+          // Written out: in a function of its own it takes twice as long.
+          const { position: p, quaternion: q, scale: s } = object;
+          moved = state[at] !== p.x || state[at + 1] !== p.y || state[at + 2] !== p.z
+            || state[at + 3] !== q.x || state[at + 4] !== q.y || state[at + 5] !== q.z || state[at + 6] !== q.w
+            || state[at + 7] !== s.x || state[at + 8] !== s.y || state[at + 9] !== s.z;
+        }
+        if (moved) {
+          object.updateMatrix();
+          this.#remember(i, object);
+        }
       }
-      changed[i] = 0;
       if (force || object.matrixWorldNeedsUpdate) {
         this.#place(object);
         changed[i] = 1;
-        if (kinds[i] !== Kind.Container) this.#writeBounds(i);
-      } else if (kinds[i] !== Kind.Container && (this.#geometries[i] !== object.geometry || this.#culled[i] !== Number(object.frustumCulled))) {
-        this.#writeBounds(i);
+        if (kind !== Kind.Container) this.#writeBounds(i);
+      } else {
+        changed[i] = 0;
+        if (kind !== Kind.Container && (geometries[i] !== object.geometry || (culled[i] === 1) !== Boolean(object.frustumCulled))) this.#writeBounds(i);
       }
     }
   }
 
   /** As `look`, for what three.js itself moves each frame and nobody else may: lights, cameras, skinned meshes, ... */
   lookAtRest(rootMoved) {
-    for (let i = 0; i < this.length; i++) if (this.kinds[i] === Kind.Rest && this.objects[i] !== null) this.objects[i].updateMatrixWorld(rootMoved);
+    for (const i of this.rest) this.objects[i]?.updateMatrixWorld(rootMoved);
   }
 
   #place(object) {
@@ -257,6 +262,6 @@ export class Nodes {
     for (let i = 0; i < this.length; i++) if (this.objects[i] !== null) this.#free(i);
     this.boxes?.dispose();
     this.length = 0;
-    this.holders.length = 0;
+    this.holders.length = this.rest.length = 0;
   }
 }

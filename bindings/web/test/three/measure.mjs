@@ -1,49 +1,81 @@
-// Figures, not a test: 1e5 meshes in a cube, a tenth of them in view, nothing drawn, so that a render() is its walk and its culling.
+// Figures, not a test: 1e5 meshes, and as many instances of a BatchedMesh, in a cube, a tenth of them in view, nothing drawn, so that
+// a render() is its walk and its culling.
 //
-// Then the city at street level, frames until all is drawn, each picture held against that without culling.
+// Then the city at street level, frames until all is drawn, each picture held against that without culling. A software renderer's
+// time goes with what it draws: on a GPU another share of it is saved.
 //
-// node test/three/measure.mjs [webgl] [webgpu] [city|culling]
+// node test/three/measure.mjs [webgl] [webgpu] [city|culling] [ROUNDS]
 
+import { loadavg } from 'node:os';
 import { launch, open, serve } from './harness.mjs';
 
 const args = process.argv.slice(2);
 const apis = args.filter((a) => a.startsWith('web'));
+const rounds = Number(args.find((a) => /^\d+$/.test(a)) ?? 7);
+const COUNT = 100_000;
 const { url, close } = await serve();
 const browser = await launch();
-console.log('chromium', browser.version());
+
+const sorted = (list) => [...list].sort((a, b) => a - b);
+const median = (list) => sorted(list)[list.length >> 1];
+const range = (list, digits = 1) => `${median(list).toFixed(digits)} (${Math.min(...list).toFixed(digits)} to ${Math.max(...list).toFixed(digits)})`;
+// Of each round by itself, since the load of the machine changes between them.
+const ratios = (a, b) => range(a.map((x, i) => x / b[i]));
+
+async function culling(page, api) {
+  for (const kind of ['meshes', 'batch']) {
+    const { times, visible } = await page.evaluate(async ([kind, count, rounds]) => (await import('./measure.js'))[kind](count, rounds), [kind, COUNT, rounds]);
+    // The same objects in view: a sphere leaves a few more or fewer than a box.
+    for (const [how, seen] of Object.entries(visible)) if (!(seen > 0.8 * visible.three && seen < 1.25 * visible.three)) throw new Error(`${visible.three} objects in view by three.js, ${seen} ${how}`);
+    for (const [how, list] of Object.entries(times)) {
+      const beside = how.includes(',') ? times['three, a tenth moving'] : times.three;
+      console.log(`${api} ${kind}, ${how}: ${range(list, 2)} ms${list === beside ? '' : `; three.js takes ${ratios(beside, list)} times as long`}`);
+    }
+    if (times.floor) console.log(`${api} ${kind}: still / floor ${ratios(times.still, times.floor)}`);
+    console.log(`${api} ${kind}: in view ${JSON.stringify(visible)}`);
+  }
+}
+
+// Some steps of each in turn, as often as there are rounds. Its first and its last picture are compared.
+async function city(page, api) {
+  const hows = ['three', 'frustum', 'occlusion'];
+  const rows = Object.fromEntries(hows.map((how) => [how, { frame: [], cpu: [] }]));
+  for (let r = 0; r < rounds; r++) {
+    for (const how of hows) {
+      const got = await page.evaluate(async ([how, count]) => {
+        if (t.now?.name !== 'measured') { await t.build('city', count); t.now.name = 'measured'; }
+        if (how !== 'three') t.cull({ still: true, occlusion: how === 'occlusion' });
+        t.now.walk(0);
+        const first = await t.picture();
+        // A step on in each frame, for to see again from where one stands may cost nothing.
+        const { cpu, frame, calls } = await t.frames(5, (i) => t.now.walk((i + 1) / 30));
+        const last = await t.picture();
+        const digest = `${first.digest} ${last.digest}`;
+        const { triangles } = last;
+        const stats = t.now.culling && { ...t.now.culling.stats };
+        t.now.culling?.dispose();
+        t.now.culling = null;
+        return { cpu, frame, calls, digest, triangles, stats };
+      }, [how, COUNT]);
+      if (got.digest !== (rows.three.digest ?? got.digest)) throw new Error(`${how} draws another picture: ${got.digest}, not ${rows.three.digest}`);
+      rows[how].frame.push(got.frame);
+      rows[how].cpu.push(got.cpu);
+      Object.assign(rows[how], { digest: got.digest, triangles: got.triangles, calls: got.calls, instances: got.stats?.visibleInstances ?? COUNT });
+    }
+  }
+  for (const [how, { frame, cpu, calls, triangles, instances, digest }] of Object.entries(rows)) {
+    console.log(`${api} city, ${how}: frame ${range(frame, 0)} ms, render() ${range(cpu)} ms, ${calls} draws, ${triangles} triangles, ${instances} instances, pictures ${digest}; ${ratios(rows.three.frame, frame)} times as fast as three.js`);
+  }
+}
+
+console.log(`chromium ${browser.version()}, ${rounds} rounds, median (least to greatest), load ${loadavg()[0].toFixed(1)}`);
 for (const api of apis.length ? apis : ['webgl', 'webgpu']) {
   const page = await open(browser, url, api);
-  for (const kind of args.includes('city') ? [] : ['mesh', 'batched']) {
-    const count = 100_000;
-    const of = (how) => page.evaluate(async ([how, kind, count]) => (await import('./measure.js')).culling(how, kind, count), [how, kind, count]);
-    const row = {};
-    for (const how of ['none', 'three', 'watching', 'still']) row[how] = await of(how);
-    if (kind === 'mesh') for (const how of ['three moving', 'moving']) row[how] = await of(how);
-    // The same objects in view: a sphere leaves a few more or fewer than a box.
-    const [a, b] = [row.three.visible, row.still.visible];
-    if (!(b > 0.8 * a && b < 1.25 * a)) throw new Error(`${a} objects in view by three.js, ${b} by cullet`);
-    for (const [how, { time, matrices, visible, build }] of Object.entries(row)) {
-      console.log(`${api} ${kind} ${how}: render ${time.toFixed(2)} ms, of it world matrices ${matrices.toFixed(2)} ms; ${visible} in view${build ? `; set up in ${build.toFixed(0)} ms` : ''}`);
-    }
-    const ratio = (x, y) => (x / y).toFixed(1);
-    console.log(`${api} ${kind}: three / still ${ratio(row.three.time, row.still.time)}, without world matrices ${ratio(row.three.time - row.three.matrices, row.still.time - row.still.matrices)}; three / watching ${ratio(row.three.time, row.watching.time)}`);
-  }
-  if (!args.includes('culling')) {
-    const rows = {};
-    for (const how of ['three', 'frustum', 'occlusion']) {
-      rows[how] = await page.evaluate(async (kind) => {
-        t.build('city', 100_000);
-        if (kind !== 'three') t.cull({ still: true, occlusion: kind === 'occlusion' });
-        const { digest, triangles } = await t.picture();
-        return { ...(await t.frames(kind === 'three' ? 5 : 9)), digest, triangles, stats: t.now.culling && { ...t.now.culling.stats } };
-      }, how);
-      if (rows[how].digest !== rows.three.digest) throw new Error(`${how} draws another picture`);
-      const { cpu, frame, calls, triangles, stats } = rows[how];
-      console.log(`${api} city ${how}: frame ${frame.toFixed(0)} ms, render() ${cpu.toFixed(1)} ms, ${calls} draws, ${triangles} triangles, ${stats ? stats.visibleInstances : 100_000} instances; ${(rows.three.frame / frame).toFixed(1)} times as fast`);
-    }
-  }
-  if (page.errors.length) console.log(page.errors);
+  if (!args.includes('city')) await culling(page, api);
+  if (!args.includes('culling')) await city(page, api);
+  if (page.errors.length) throw new Error(page.errors.join('\n'));
   await page.close();
 }
+console.log(`load ${loadavg()[0].toFixed(1)}`);
 await browser.close();
 close();

@@ -21,14 +21,16 @@ async function start(api) {
 }
 
 /** Makes a scene anew: `{ scene, camera, step(i), ... }` of scenes.js. */
-function build(name, ...values) {
+async function build(name, ...values) {
   now?.culling?.dispose();
-  now = Object.assign(scenes[name](three, SIZE, ...values), { culling: null });
+  const made = await scenes[name](three, SIZE, ...values);
+  renderer.shadowMap.type = three[made.shadowType ?? 'PCFShadowMap'];
+  now = Object.assign(made, { culling: null });
   return Object.keys(now);
 }
 
 function cull({ occlusion, ...options } = {}) {
-  now.culling = new Culling(now.root ?? now.scene, { ...options, occlusion: occlusion ? now.camera : undefined });
+  now.culling = new Culling(now.root ?? now.scene, { ...now.options, ...options, occlusion: occlusion ? now.camera : undefined });
 }
 
 function never() {
@@ -63,7 +65,7 @@ async function picture() {
 
 /** Pictures of all steps of a scene. `how`: `none` (nothing is culled), `three`, or options for ours. */
 async function pictures(name, how) {
-  build(name);
+  await build(name);
   if (how === 'none') never();
   else if (how !== 'three') cull(how);
   const list = [await picture()];

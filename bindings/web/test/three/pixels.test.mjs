@@ -9,7 +9,7 @@ before(async () => { server = await serve(); browser = await launch(); });
 after(async () => { await browser?.close(); server?.close(); });
 
 // CULLET_SCENES: some of them, by their names.
-const names = process.env.CULLET_SCENES?.split(',') ?? ['city', 'meshes', 'nested', 'odd', 'shadows', 'instances', 'instancesInShadow', 'batch', 'batchInShadow', 'eyes', 'cascades', 'group'];
+const names = process.env.CULLET_SCENES?.split(',') ?? ['city', 'meshes', 'nested', 'odd', 'shadows', 'instances', 'instancesInShadow', 'batch', 'batchInShadow', 'eyes', 'cascades', 'group', 'variance', 'addon'];
 
 for (const api of ['webgl', 'webgpu']) {
   test(api, async (context) => {

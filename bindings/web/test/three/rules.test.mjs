@@ -12,13 +12,18 @@ let server, browser;
 before(async () => { server = await serve(); browser = await launch(); });
 after(async () => { await browser?.close(); server?.close(); });
 
-const inPage = (name, body) => test(name, async () => {
-  const page = await open(browser, server.url, 'webgl');
-  const answer = await page.evaluate(body);
-  assert.deepEqual(page.errors, []);
-  await page.close();
-  assert.deepEqual(answer, answer.map(([what]) => [what, true]));
-});
+// In both renderers.
+const inPage = (name, body) => {
+  for (const api of ['webgl', 'webgpu']) {
+    test(`${name}, ${api}`, async () => {
+      const page = await open(browser, server.url, api);
+      const answer = await page.evaluate(body);
+      assert.deepEqual(page.errors, []);
+      await page.close();
+      assert.deepEqual(answer, answer.map(([what]) => [what, true]));
+    });
+  }
+};
 
 inPage('what stands still is not looked at, and what is told is', async () => {
   const T = t.three;
@@ -63,6 +68,47 @@ inPage('what stands still is not looked at, and what is told is', async () => {
   culling.dispose();
   culling.dispose();
   is('given back', !Object.hasOwn(mesh, 'intersectsFrustum') && !Object.hasOwn(scene, 'updateMatrixWorld') && !Object.hasOwn(scene.layers, 'test') && scene.children.length === 1);
+  return found;
+});
+
+inPage('what is not ours keeps the test of three.js, also in a frustum that answered for ours', async () => {
+  const T = t.three;
+  const found = [];
+  const is = (what, truth) => found.push([what, Boolean(truth)]);
+  const camera = new T.PerspectiveCamera(60, 1.6, 0.1, 100);
+  const drawn = [];
+  const named = (object, name, z) => { object.name = name; object.position.z = z; object.onBeforeRender = () => drawn.push(name); return object; };
+  const geometry = new T.BoxGeometry();
+  const material = new T.MeshNormalMaterial();
+  const lines = () => new T.LineSegments(new T.EdgesGeometry(geometry), new T.LineBasicMaterial());
+  const [scene, other] = [new T.Scene(), new T.Scene()];
+  for (const z of [-5, 5]) {
+    scene.add(named(new T.Mesh(geometry, material), `mesh ${z}`, z), named(lines(), `lines ${z}`, z));
+    other.add(named(new T.Mesh(geometry, material), `other ${z}`, z), named(lines(), `other lines ${z}`, z));
+  }
+  const culling = new t.Culling(scene);
+  const render = (what) => { drawn.length = 0; t.renderer.render(what, camera); return [...drawn].sort().join(); };
+  for (let i = 0; i < 2; i++) {
+    is('ours before the eye', render(scene) === 'lines -5,mesh -5');
+    is('the other scene', render(other) === 'other -5,other lines -5');
+  }
+  // The walk breaks off in the middle of ours.
+  const broken = new T.Mesh(new T.BoxGeometry(), material);
+  broken.position.z = -5;
+  scene.add(broken);
+  render(scene);
+  Object.defineProperty(broken, 'material', { configurable: true, get() { throw new Error('broken'); } });
+  let threw = false;
+  try { render(scene); } catch { threw = true; }
+  await null;
+  await t.frame();
+  is('broken off', threw);
+  is('nothing answers any more', render(other) === 'other -5,other lines -5');
+  Object.defineProperty(broken, 'material', { value: material, writable: true });
+  is('and on', render(scene) === 'lines -5,mesh -5');
+  culling.enabled = false;
+  is('off', render(scene) === 'lines -5,mesh -5');
+  culling.dispose();
   return found;
 });
 
@@ -115,7 +161,7 @@ test('tsc --strict takes the declarations, and refuses what it should', () => {
     symlinkSync(packageFolder, join(folder, 'node_modules/cullet'));
     writeFileSync(join(folder, 'package.json'), '{ "type": "module" }');
     writeFileSync(join(folder, 'use.ts'), readFileSync(join(root, 'test/three/use.ts')));
-    const tsc = (...more) => execFileSync(process.execPath, [join(modules, 'typescript/bin/tsc'), '--noEmit', '--strict', '--target', 'es2022', '--lib', 'es2022,esnext.disposable,dom,dom.iterable', '--preserveSymlinks', '--types', '', ...more, 'use.ts'], { cwd: folder, encoding: 'utf8', stdio: 'pipe' });
+    const tsc = (...more) => execFileSync(process.execPath, [join(modules, 'typescript/bin/tsc'), '--noEmit', '--strict', '--target', 'es2022', '--lib', 'es2022,dom,dom.iterable', '--preserveSymlinks', '--types', '', ...more, 'use.ts'], { cwd: folder, encoding: 'utf8', stdio: 'pipe' });
     try { tsc('--module', 'nodenext'); tsc('--module', 'esnext', '--moduleResolution', 'bundler'); } catch (error) { assert.fail(error.stdout || error.message); }
   } finally { rmSync(folder, { recursive: true, force: true }); }
 });

@@ -105,7 +105,7 @@ export const scenes = {
     walk(camera, 0);
     const houses = group.getObjectByName('house');
     return {
-      scene, camera, steps: 4,
+      scene, camera, steps: 4, walk: (seconds) => walk(camera, seconds),
       step(i) {
         if (i === 0) walk(camera, 9);
         // What hid others hides them no longer: moved, hidden, see-through.
@@ -368,6 +368,45 @@ export const scenes = {
     plan.lookAt(0, 0, 0);
     const made = { scene, camera, steps: 3, step(i) { if (i === 0) turn(2.2); if (i === 1) made.camera = plan; if (i === 2) plan.position.x += 15; } };
     return made;
+  },
+
+  // Variance shadow maps: what receives a shadow is drawn into them too.
+  variance(T, size) {
+    const { scene, camera, turn } = stage(T, size, { light: false });
+    ground(T, scene);
+    const list = meshes(T, scene, 300, { shadow: true });
+    for (const mesh of list.slice(0, 100)) mesh.castShadow = false;
+    lights(T, scene);
+    return {
+      scene, camera, steps: 2, shadowType: 'VSMShadowMap',
+      step(i) { if (i === 0) turn(2.4); if (i === 1) for (let k = 100; k < 200; k++) list[k].position.multiplyScalar(0.4); },
+    };
+  },
+
+  // Cascades by three.js's own addon. WebGL's writes into materials, without moving a vertex.
+  async addon(T, size) {
+    const { scene, camera, turn } = stage(T, size, { light: false });
+    ground(T, scene);
+    meshes(T, scene, 400, { shadow: true });
+    scene.add(new T.AmbientLight(0xffffff, 0.4));
+    let update = () => {};
+    if (t.renderer.isWebGPURenderer) {
+      const { CSMShadowNode } = await import('three/addons/csm/CSMShadowNode.js');
+      const sun = new T.DirectionalLight(0xffffff, 2);
+      sun.position.set(20, 50, 10);
+      sun.castShadow = true;
+      sun.shadow.mapSize.set(256, 256);
+      sun.shadow.camera.far = 400;
+      sun.shadow.shadowNode = new CSMShadowNode(sun, { cascades: 3, maxFar: 120, mode: 'practical', lightMargin: 100 });
+      scene.add(sun);
+    } else {
+      const { CSM } = await import('three/addons/csm/CSM.js');
+      const csm = new CSM({ camera, parent: scene, cascades: 3, maxFar: 120, shadowMapSize: 256, lightDirection: new T.Vector3(-0.4, -1, -0.2).normalize(), lightMargin: 100, lightFar: 400 });
+      scene.traverse((o) => { if (o.isMesh && !csm.shaders.has(o.material)) csm.setupMaterial(o.material); });
+      update = () => { camera.updateMatrixWorld(); csm.update(); };
+      update();
+    }
+    return { scene, camera, steps: 2, options: { movesVertices: () => false }, step(i) { turn(2.4 + i); update(); } };
   },
 
   // A group below a moved parent is culled, the rest of the scene is not ours.
