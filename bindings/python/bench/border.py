@@ -1,7 +1,7 @@
 """What the border costs: `scene.cull(camera).visible` against the same work in Rust, turn by turn in one run.
 
-    cargo build --release -p cullet-python --example border
-    python bench/border.py target/release/examples/border
+    cargo build --release -p cullet-python --example python_border
+    python bench/border.py target/release/examples/python_border
 
 The package must be built with `--release` too.
 """

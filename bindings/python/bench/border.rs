@@ -1,6 +1,6 @@
 //! What `scene.cull(camera).visible` does, without Python: for `border.py`, which talks to it.
 //!
-//! `border SCENE WIDTH HEIGHT M00 ... M33` (the matrix from world to clip space, column-major, reversed depth) reads
+//! `python_border SCENE WIDTH HEIGHT M00 ... M33` (the matrix from world to clip space, column-major, reversed depth) reads
 //! numbers of runs from its input, a line each, and answers with the median of their times in nanoseconds, how many
 //! instances are visible, and the sum of their ids.
 
@@ -29,7 +29,7 @@ fn read_back(scene: &Scene, visible: &Visible, bits: &mut Vec<u64>, ids: &mut Ve
 fn main() -> Result<(), Box<dyn Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let [scene, width, height, matrix @ ..] = &args[..] else {
-        return Err("border SCENE WIDTH HEIGHT M00 ... M33".into());
+        return Err("python_border SCENE WIDTH HEIGHT M00 ... M33".into());
     };
     let scene = cullet_io::scenes::build(scene)?.scene;
     let matrix: Vec<f64> = matrix.iter().map(|v| v.parse()).collect::<Result<_, _>>()?;
