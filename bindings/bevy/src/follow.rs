@@ -17,7 +17,7 @@ use bevy_mesh::morph::{MeshMorphWeights, MorphWeights};
 use bevy_mesh::skinning::SkinnedMesh;
 use bevy_transform::components::GlobalTransform;
 
-use crate::mirror::{CulletScene, Moved};
+use crate::mirror::{CulletScene, Found};
 use crate::seen::{OfMesh, Seen, SeenItem, world_box};
 use crate::ticks::{MANY, ROWS, RUN, Since};
 
@@ -63,16 +63,6 @@ type Rows = (
         Option<Ref<'static, MorphWeights>>,
     ),
 );
-
-/// What a part of a table has of change. Its memory is used again in each frame: fresh pages cost more than what is
-/// written to them.
-#[derive(Debug, Default)]
-pub(crate) struct Found {
-    /// Moved, and nothing else.
-    moved: Vec<Moved>,
-    /// To be looked at whole.
-    changed: Vec<Entity>,
-}
 
 /// Asks the rows of a part of a table.
 fn ask(

@@ -8,8 +8,8 @@ use bevy_ecs::hierarchy::{ChildOf, Children};
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemChangeTick;
 
+use crate::bits::slots_of;
 use crate::ticks::{MANY, ROWS, RUN, Since};
-use crate::view::slots_of;
 
 type All<'w, 's> = Query<
     'w,

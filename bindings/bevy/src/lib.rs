@@ -37,6 +37,7 @@
 
 #[cfg(feature = "baked")]
 mod baked;
+mod bits;
 mod check;
 mod diagnostics;
 mod explain;

@@ -16,8 +16,8 @@ use bevy_camera::visibility::{
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::{InternedSystemSet, ScheduleCleanupPolicy};
 
+use crate::bits::slots_of;
 use crate::ticks::{MANY, ROWS};
-use crate::view::slots_of;
 
 /// What cameras list.
 #[derive(Debug, Resource)]

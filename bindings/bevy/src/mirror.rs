@@ -10,8 +10,8 @@ use engine::{
     Transform,
 };
 
+use crate::bits::{slots, slots_of};
 use crate::seen::SeenItem;
-use crate::view::{slots, slots_of};
 
 /// The engine's scene: an instance for each entity with a mesh that Bevy culls on the CPU.
 ///
@@ -43,7 +43,7 @@ pub struct CulletScene {
     // By slot, for those with a bit: in which list of what moved, and where in it.
     at_slot: Vec<[u32; 2]>,
     is_moved: Vec<u64>,
-    pub(crate) spare: Vec<crate::follow::Found>,
+    pub(crate) spare: Vec<Found>,
     /// Entities whose meshes are being made into occluders, and whether both sides are drawn.
     pub(crate) waiting: Vec<(Entity, AssetId<bevy_mesh::Mesh>, bool)>,
 }
@@ -60,6 +60,16 @@ pub(crate) struct Moved {
     /// Of the entity, where it is not known yet that it moves often; else `u32::MAX`.
     index: u32,
     bounds: Aabb,
+}
+
+/// What a part of a table has of change. Its memory is used again in each frame: fresh pages cost more than what is
+/// written to them.
+#[derive(Debug, Default)]
+pub(crate) struct Found {
+    /// Moved, and nothing else.
+    pub(crate) moved: Vec<Moved>,
+    /// To be looked at whole.
+    pub(crate) changed: Vec<Entity>,
 }
 
 #[derive(Clone, Copy, Debug)]

@@ -10,6 +10,7 @@ use engine::cull::frustum::tree::Coherent;
 use engine::view::Frustum as Region;
 use engine::{Scene, Simd};
 
+use crate::bits::{slots, slots_of};
 use crate::mirror::CulletScene;
 
 /// How many entities with a mesh each stage left, for one camera in one frame.
@@ -258,20 +259,4 @@ fn merge(a: &[Entity], b: &[Entity], out: &mut Vec<Entity>) {
         }
     }
     out.extend_from_slice(rest);
-}
-
-/// The slots whose bits are set.
-pub(crate) fn slots(words: &[u64]) -> impl Iterator<Item = u32> + '_ {
-    words.iter().enumerate().flat_map(|(word, &bits)| slots_of(word, bits))
-}
-
-/// Those of one word.
-pub(crate) fn slots_of(word: usize, mut bits: u64) -> impl Iterator<Item = u32> {
-    std::iter::from_fn(move || {
-        (bits != 0).then(|| {
-            let bit = bits.trailing_zeros();
-            bits &= bits - 1;
-            word as u32 * 64 + bit
-        })
-    })
 }
