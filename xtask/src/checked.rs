@@ -90,6 +90,9 @@ pub(crate) fn program(name: &str) -> Result<PathBuf, String> {
     Ok(target().join(PROFILE).join(name))
 }
 
+/// Examples that measure what they are given: the first is run by the step `host-c`, the second beside `bench/border.py`.
+const WITH_ARGUMENTS: &[&str] = &["border", "python_border"];
+
 /// The step that runs every example, of every package, to its end.
 pub(crate) fn examples() -> Ended {
     all(run_examples())
@@ -108,7 +111,9 @@ fn run_examples() -> Done {
         for target in package["targets"].as_array().into_iter().flatten() {
             let is_example =
                 target["kind"].as_array().is_some_and(|k| k.iter().any(|k| k == "example"));
-            if let (Some(name), true) = (target["name"].as_str(), is_example) {
+            if let (Some(name), true) = (target["name"].as_str(), is_example)
+                && !WITH_ARGUMENTS.contains(&name)
+            {
                 run(command(&folder.join(name).to_string_lossy(), &[]))?;
             }
         }

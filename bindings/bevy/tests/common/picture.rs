@@ -8,7 +8,7 @@ use bevy::app::{PluginsState, TerminalCtrlCHandlerPlugin};
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
-use bevy::render::render_resource::{PollType, TextureFormat};
+use bevy::render::render_resource::{PipelineCache, PollType, TextureFormat};
 use bevy::render::renderer::RenderDevice;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::render::{RenderApp, RenderPlugin};
@@ -16,6 +16,8 @@ use bevy::window::ExitCondition;
 
 /// Frames until Bevy has measured the bounds and sent every mesh to the device.
 const SETTLING: u32 = 3;
+/// Frames after which what is still not ready never will be.
+const PATIENCE: u32 = 2000;
 
 /// The image that the cameras of a [`Studio`] draw into.
 #[derive(Resource, Clone)]
@@ -66,10 +68,17 @@ impl Studio {
         self.app.world_mut()
     }
 
-    /// Draws until nothing is on its way to the device any more.
+    /// Draws until nothing is on its way to the device any more. Shaders are read by other threads, and until then a picture
+    /// lacks what they draw: pictures of nothing are equal too.
     pub(crate) fn settle(&mut self) {
-        for _ in 0..SETTLING {
+        let (mut frames, mut ready) = (0, 0);
+        while frames < SETTLING || ready < SETTLING {
+            assert!(frames < PATIENCE, "pipelines are not ready after {frames} frames");
             self.frame();
+            let pipelines = self.app.sub_app(RenderApp).world().resource::<PipelineCache>();
+            let is_ready = pipelines.waiting_pipelines().next().is_none();
+            ready = if is_ready { ready + 1 } else { 0 };
+            frames += 1;
         }
     }
 
