@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use cullet_bake::pvs::RunOptions;
 use cullet_bake::sampled::{
     RayTree, RayTreeOptions, Region, SampledBake, SampledError, SampledSettings, SceneSets,
     ViewCells,
 };
+use cullet_bake::work::RunOptions;
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::exceptions::{PyFileNotFoundError, PyIndexError, PyOSError, PyTypeError, PyValueError};
 use pyo3::prelude::*;

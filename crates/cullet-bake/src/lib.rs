@@ -4,7 +4,8 @@
 //! where that pays; [`levels`] makes it of fewer triangles, with errors that are measured; `merged` does so of groups of instances;
 //! [`occluders`] finds boxes and
 //! polygons that hide what the mesh hides; [`pvs`] finds which cells of a graph of portals see each other, [`sampled`] what
-//! can be seen from anywhere in any scene; [`rooms`] finds the cells and portals of closed interiors; [`container`] is the file that such results are kept in.
+//! can be seen from anywhere in any scene; [`rooms`] finds the cells and portals of closed interiors; [`container`] is the file that such results are kept in,
+//! and [`work`] how what takes long is shared between threads, processes and machines.
 #![forbid(unsafe_code)]
 
 pub mod clusters;
@@ -23,3 +24,4 @@ mod rows;
 mod sample;
 pub mod sampled;
 mod threads;
+pub mod work;

@@ -1,6 +1,6 @@
 //! Jobs side by side, their results in order.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Runs `count` jobs on so many threads, each with a state of its own; the results in the order of the jobs, whoever ran
 /// them. `None` where `go_on` said no before the last was begun.
@@ -43,6 +43,26 @@ pub(crate) fn run<S, T: Send>(
     });
     all.sort_unstable_by_key(|(number, _)| *number);
     (all.len() == count).then(|| all.into_iter().map(|(_, result)| result).collect())
+}
+
+/// As [`run`]; `step` is called after each job, by its thread, and says whether to go on. `None` where it once did not.
+pub(crate) fn run_while<S, T: Send>(
+    threads: usize,
+    count: usize,
+    state: impl Fn() -> S + Sync,
+    job: impl Fn(&mut S, usize) -> T + Sync,
+    step: impl Fn(usize) -> bool + Sync,
+) -> Option<Vec<T>> {
+    let stopped = AtomicBool::new(false);
+    let job = |state: &mut S, number: usize| {
+        let result = job(state, number);
+        if !step(number) {
+            stopped.store(true, Ordering::Relaxed);
+        }
+        result
+    };
+    let results = run(threads.max(1), count, state, job, || !stopped.load(Ordering::Relaxed))?;
+    (!stopped.load(Ordering::Relaxed)).then_some(results)
 }
 
 /// Room for the deepest chain of portals.

@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use cullet::cell::{CellGraph, Portal};
 use cullet_bake::container::Container;
 use cullet_bake::pvs::{
-    Bake, BitRows, PairState, Pvs, PvsFileError, PvsPreset, PvsSettings, RunEnd, RunOptions,
-    UnitFolder, bake, check_sight_ref,
+    Bake, BitRows, PairState, Pvs, PvsFileError, PvsPreset, PvsSettings, bake, check_sight_ref,
 };
+use cullet_bake::work::{Rounds, RunEnd, RunOptions, UnitFolder, run, split};
 use cullet_testkit::{Folder, cases, data};
 
 /// Random numbers of these tests.
@@ -157,13 +157,17 @@ fn in_shares(graph: &CellGraph, shares: &[u32], threads: usize) -> Pvs {
     let settings = PvsSettings::default();
     for &share in shares {
         let mut part = Bake::new(graph, &settings, 1);
-        let options =
-            RunOptions { threads, folder: Some(&units), share: Some([share, shares.len() as u32]) };
-        assert_eq!(part.run(&options, &|| true).unwrap(), RunEnd::Share);
+        let options = RunOptions {
+            threads,
+            folder: Some(&units),
+            share: Some([share, shares.len() as u32]),
+            ..RunOptions::default()
+        };
+        assert_eq!(part.run(&options, &|_| true).unwrap(), RunEnd::Share);
     }
     let mut whole = Bake::new(graph, &settings, 1);
-    let options = RunOptions { threads, folder: Some(&units), share: None };
-    assert_eq!(whole.run(&options, &|| true).unwrap(), RunEnd::Whole);
+    let options = RunOptions { threads, folder: Some(&units), ..RunOptions::default() };
+    assert_eq!(whole.run(&options, &|_| true).unwrap(), RunEnd::Whole);
     whole.finish()
 }
 
@@ -172,11 +176,79 @@ fn what_is_expected_rises_to_all_of_it() {
     for (size, preset) in
         [([4, 4, 2], PvsPreset::Full), ([4, 4, 2], PvsPreset::Fast), ([1, 1, 1], PvsPreset::Full)]
     {
-        let bake = Bake::new(&rooms(15, size), &PvsSettings::default().with_preset(preset), 1);
-        let expected = bake.expected();
-        assert_eq!(expected.len() as u64, bake.steps());
-        assert!(expected.is_sorted() && expected.last() == Some(&1.0), "{expected:?}");
+        let settings = PvsSettings::default().with_preset(preset);
+        let mut bake = Bake::new(&rooms(15, size), &settings, 1);
+        let seen = std::sync::Mutex::new(Vec::new());
+        let step = |share| {
+            seen.lock().unwrap().push(share);
+            true
+        };
+        assert_eq!(run(&mut bake, &RunOptions::default(), &step).unwrap(), RunEnd::Whole);
+        let seen = seen.into_inner().unwrap();
+        assert!(seen.is_sorted() && seen.iter().all(|s| (0.0..=1.0).contains(s)), "{seen:?}");
+        assert!(seen.last().is_some_and(|&last| last > 0.999_999), "{seen:?}");
     }
+}
+
+/// Bakes as strangers would: each holds the work itself, begins at another time, and cuts rounds otherwise.
+#[test]
+fn units_of_strangers_make_the_same_bytes() {
+    let graph = rooms(11, [5, 5, 3]);
+    let settings = PvsSettings::default();
+    let new = || Bake::new(&graph, &settings, 1);
+    let (mut joiner, mut rounds) = (new(), Vec::<Vec<_>>::new());
+    while !joiner.costs().is_empty() {
+        let round = joiner.round();
+        let units = split(&joiner.costs(), 1 + round * 5);
+        // Who begins late takes in what was found before from its bytes.
+        let mut stranger = new();
+        for units in &rounds {
+            let read = |(items, bytes): &(std::ops::Range<u32>, Vec<u8>)| {
+                stranger.read(items.clone(), bytes).unwrap()
+            };
+            let parts = units.iter().map(read).collect();
+            stranger.merge(parts);
+        }
+        assert_eq!((stranger.round(), stranger.key()), (round, joiner.key()));
+        // Last first.
+        let made = units.iter().rev().map(|items| {
+            let part = stranger.run_items(items.clone(), 1, &|_| true).unwrap();
+            (items.clone(), Bake::bytes_of(&part))
+        });
+        let mut made: Vec<_> = made.collect();
+        made.reverse();
+        joiner
+            .merge(made.iter().map(|(items, b)| joiner.read(items.clone(), b).unwrap()).collect());
+        rounds.push(made);
+    }
+    assert!(joiner.finish().to_bytes() == bake(&graph, &settings, 2).to_bytes());
+}
+
+#[test]
+fn a_folder_of_another_split_serves() {
+    let graph = rooms(16, [4, 4, 2]);
+    let settings = PvsSettings::default();
+    let folder = Folder::new("pvs");
+    let units = UnitFolder::new(folder.root()).unwrap();
+    let with = |units_a_round| RunOptions {
+        folder: Some(&units),
+        units: units_a_round,
+        ..RunOptions::default()
+    };
+    let steps = AtomicU32::new(0);
+    let mut stopped = Bake::new(&graph, &settings, 1);
+    let step = |_| steps.fetch_add(1, Ordering::Relaxed) < 50;
+    assert_eq!(stopped.run(&with(7), &step).unwrap(), RunEnd::Stopped);
+    let files = || std::fs::read_dir(folder.root()).unwrap().count();
+    for split in [3, 11] {
+        let mut other = Bake::new(&graph, &settings, 1);
+        assert_eq!(other.run(&with(split), &|_| true).unwrap(), RunEnd::Whole);
+        assert!(other.finish().to_bytes() == bake(&graph, &settings, 1).to_bytes());
+    }
+    let before = files();
+    let mut last = Bake::new(&graph, &settings, 1);
+    assert_eq!(last.run(&with(64), &|_| true).unwrap(), RunEnd::Whole);
+    assert_eq!(files(), before, "nothing was left to do");
 }
 
 #[test]
@@ -200,10 +272,10 @@ fn a_stopped_bake_goes_on_from_its_units_even_damaged_ones() {
     let settings = PvsSettings::default();
     let folder = Folder::new("pvs");
     let units = UnitFolder::new(folder.root()).unwrap();
-    let options = RunOptions { threads: 2, folder: Some(&units), share: None };
+    let options = RunOptions { threads: 2, folder: Some(&units), ..RunOptions::default() };
     let steps = AtomicU32::new(0);
     let mut stopped = Bake::new(&graph, &settings, 1);
-    let end = stopped.run(&options, &|| steps.fetch_add(1, Ordering::Relaxed) < 60);
+    let end = stopped.run(&options, &|_| steps.fetch_add(1, Ordering::Relaxed) < 60);
     assert_eq!(end.unwrap(), RunEnd::Stopped);
     let files: Vec<_> =
         std::fs::read_dir(folder.root()).unwrap().flatten().map(|f| f.path()).collect();
@@ -212,7 +284,7 @@ fn a_stopped_bake_goes_on_from_its_units_even_damaged_ones() {
     check(&graph, &stopped.finish(), 4000);
     std::fs::write(&files[1], b"PVSUNIT1, but no more").unwrap();
     let mut again = Bake::new(&graph, &settings, 1);
-    assert_eq!(again.run(&options, &|| true).unwrap(), RunEnd::Whole);
+    assert_eq!(again.run(&options, &|_| true).unwrap(), RunEnd::Whole);
     assert!(again.finish().to_bytes() == bake(&graph, &settings, 1).to_bytes());
 }
 

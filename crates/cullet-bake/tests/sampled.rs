@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use cullet::mesh::{Alpha, Part};
 use cullet::query::{Sight, SightOptions, line_of_sight};
 use cullet::{Handle, Instance, Mesh, MeshData, Scene, Transform};
-use cullet_bake::pvs::{RunEnd, RunOptions, UnitFolder};
 use cullet_bake::sampled::{
     Granularity, RayTree, RayTreeOptions, SampledBake, SampledError, SampledSettings, ScenePvs,
     SolidVoxels, ViewCells, bake_sampled, check_pictures, scene_hash,
 };
+use cullet_bake::work::{Rounds, RunEnd, RunOptions, UnitFolder, split};
 use cullet_testkit::{Folder, Rng, cases, meshes, scenes};
 
 /// A square of this half side in the plane z = 0, its front towards +z.
@@ -228,7 +228,7 @@ fn bytes_are_the_same_for_any_split_into_units_and_after_a_stop() {
     for (shares, threads) in [(&[[0, 1]][..], 2), (&[[1, 3], [2, 3], [0, 3]][..], 1)] {
         let folder = Folder::new("sampled");
         let units = UnitFolder::new(folder.root()).expect("a folder");
-        let options = RunOptions { threads, folder: Some(&units), share: None };
+        let options = RunOptions { threads, folder: Some(&units), ..RunOptions::default() };
         // Stopped early, so that some of the units of a round lie there.
         let calls = AtomicU32::new(0);
         let mut stopped = new(500_000);
@@ -257,6 +257,34 @@ fn bytes_are_the_same_for_any_split_into_units_and_after_a_stop() {
     }
     let other = SampledBake::new(&tree, &cells, &some_rays(500_000).with_seed(2));
     assert_ne!(other.expect("good settings").key(), new(500_000).key(), "the seed counts");
+}
+
+#[test]
+fn units_of_strangers_make_the_same_sets() {
+    let scene = scenes::city(5, 1, 60);
+    let tree = RayTree::new(&scene, &RayTreeOptions::default()).expect("a scene");
+    let region = [[-60.0, 0.5, -60.0], [60.0, 4.0, 60.0]];
+    let cells = ViewCells::adaptive(&tree, &[region], 20, 1).expect("a box");
+    let settings = some_rays(300_000);
+    let new = || SampledBake::new(&tree, &cells, &settings).expect("good settings");
+    let (mut joiner, mut stranger) = (new(), new());
+    while !joiner.costs().is_empty() {
+        let units = split(&joiner.costs(), 2 + joiner.round() * 7);
+        assert_eq!(stranger.costs(), joiner.costs());
+        let bytes = units.iter().rev().map(|items| {
+            let part = stranger.run_items(items.clone(), 1, &|_| true).expect("nobody stops it");
+            SampledBake::bytes_of(&part)
+        });
+        let mut bytes: Vec<_> = bytes.collect();
+        bytes.reverse();
+        for bake in [&mut joiner, &mut stranger] {
+            let parts = units.iter().zip(&bytes).map(|(items, b)| bake.read(items.clone(), b));
+            let parts = parts.collect::<Option<Vec<_>>>().expect("whole");
+            bake.merge(parts);
+        }
+    }
+    let whole = bake_sampled(&tree, &cells, &settings, 2).expect("good settings");
+    assert_eq!(joiner.finish(), whole);
 }
 
 #[test]

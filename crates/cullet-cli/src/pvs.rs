@@ -1,14 +1,12 @@
 //! `cullet pvs`: which cells of a map see each other.
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::time::Instant;
 
 use clap::Args;
 use cullet::cell::CellGraph;
-use cullet_bake::pvs::{
-    Bake, Pvs, PvsPreset, PvsSettings, RunEnd, RunOptions, SightCheck, UnitFolder, check_sight_ref,
-};
+use cullet_bake::pvs::{Bake, Pvs, PvsPreset, PvsSettings, SightCheck, check_sight_ref};
+use cullet_bake::work::{Rounds, RunEnd, RunOptions, UnitFolder};
 use cullet_command::args::SceneArgs;
 use cullet_command::console::{Console, agree, count, digits, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
@@ -145,9 +143,6 @@ struct CheckRecord {
     missed: u64,
 }
 
-/// Steps of the bar.
-const THOUSANDTHS: u64 = 1000;
-
 /// Runs the command.
 pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
     let threads = args.threads.map_or_else(
@@ -177,24 +172,13 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
         threads,
         folder: folder.as_ref().map(|(_, folder)| folder),
         share: args.unit.map(|[i, n]| [i - 1, n]),
+        ..RunOptions::default()
     };
-    let (expected, mut steps, mut shown) = (bake.expected(), 0, 0);
-    let mut bar = console.progress("thousandths", THOUSANDTHS);
-    let progress = Mutex::new(|| {
-        let share = expected.get(steps).copied().unwrap_or(1.0);
-        steps += 1;
-        let now = (share * THOUSANDTHS as f64) as u64;
-        (shown..now).for_each(|_| bar.step());
-        shown = shown.max(now);
-    });
-    let step = || {
-        if let Ok(mut progress) = progress.lock() {
-            progress();
-        }
+    let bar = console.share_bar();
+    let end = bake.run(&options, &|share| {
+        bar.to(share);
         !interrupted()
-    };
-    let end = bake.run(&options, &step);
-
+    });
     bar.finish();
     let at = folder.as_ref().map_or(Path::new(""), |(path, _)| path);
     match end.map_err(|e| Failure::write(at, &e))? {

@@ -1,15 +1,14 @@
 //! `cullet pvs` of a scene without cells: sets of boxes that an eye may be in, by sampled lines.
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::time::Instant;
 
 use clap::Args;
-use cullet_bake::pvs::{RunEnd, RunOptions, UnitFolder};
 use cullet_bake::sampled::{
     Granularity, RayTree, RayTreeOptions, Region, SampledBake, SampledError, SampledSettings,
     ScenePvs, SolidVoxels, ViewCells, check_pictures,
 };
+use cullet_bake::work::{RunEnd, RunOptions, UnitFolder};
 use cullet_command::console::{Console, count, digits, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
@@ -315,22 +314,19 @@ fn bake_with_progress(
     common: &Common<'_>,
     console: &Console,
 ) -> Result<RunEnd, Failure> {
-    const STEPS: u64 = 1000;
-    let bar = Mutex::new((console.progress("thousandths", STEPS), 0));
-    let step = |share: f64| {
-        if let Ok(mut bar) = bar.lock() {
-            let now = (share * STEPS as f64) as u64;
-            (bar.1..now).for_each(|_| bar.0.step());
-            bar.1 = bar.1.max(now);
-        }
-        !interrupted()
-    };
+    let bar = console.share_bar();
     let folder = common.folder.map(|(_, folder)| folder);
-    let options = RunOptions { threads: common.threads, folder, share: common.share };
-    let end = bake.run(&options, &step);
-    if let Ok(mut bar) = bar.lock() {
-        bar.0.finish();
-    }
+    let options = RunOptions {
+        threads: common.threads,
+        folder,
+        share: common.share,
+        ..RunOptions::default()
+    };
+    let end = bake.run(&options, &|share| {
+        bar.to(share);
+        !interrupted()
+    });
+    bar.finish();
     let at = common.folder.map_or(Path::new(""), |(path, _)| path);
     end.map_err(|e| Failure::write(at, &e))
 }

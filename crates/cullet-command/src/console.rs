@@ -2,6 +2,7 @@
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -46,6 +47,11 @@ impl Console {
     pub fn progress(&self, what: &'static str, length: u64) -> Progress {
         let shown = !self.quiet && std::io::stderr().is_terminal();
         Progress { what, length, done: 0, start: Instant::now(), shown, bar: None }
+    }
+
+    /// A bar over a share of work.
+    pub fn share_bar(&self) -> ShareBar {
+        ShareBar(Mutex::new((self.progress("thousandths", THOUSANDTHS), 0)))
     }
 }
 
@@ -94,6 +100,32 @@ impl Progress {
     pub fn finish(&mut self) {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
+        }
+    }
+}
+
+/// A bar over a share of work, 0 to 1, that any thread may move; it never goes back.
+#[derive(Debug)]
+pub struct ShareBar(Mutex<(Progress, u64)>);
+
+/// Steps of such a bar.
+const THOUSANDTHS: u64 = 1000;
+
+impl ShareBar {
+    /// Moves it.
+    pub fn to(&self, share: f64) {
+        if let Ok(mut bar) = self.0.lock() {
+            let (progress, shown) = &mut *bar;
+            let now = (share * THOUSANDTHS as f64) as u64;
+            progress.steps(now.saturating_sub(*shown));
+            *shown = now.max(*shown);
+        }
+    }
+
+    /// Takes it away.
+    pub fn finish(&self) {
+        if let Ok(mut bar) = self.0.lock() {
+            bar.0.finish();
         }
     }
 }

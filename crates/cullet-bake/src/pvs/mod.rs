@@ -38,8 +38,8 @@ mod sight_ref;
 mod unit;
 
 pub use crate::rows::BitRows;
-pub use bake::{Bake, RunEnd, RunOptions, bake};
+pub use bake::{Bake, bake};
 pub use pvs::{PairState, Pvs, PvsFileError, Witness};
 pub use settings::{PvsPreset, PvsSettings};
 pub use sight_ref::{MissedSight, SightCheck, check_sight_ref};
-pub use unit::{UnitFolder, UnitResult};
+pub use unit::UnitResult;

@@ -1,13 +1,11 @@
-//! Work units: what one found, as a value and as a file.
-
-use std::path::{Path, PathBuf};
+//! What some cells found, as a value and as the bytes of a file.
 
 use glam::DVec3;
 
 use super::lines::{Found, Line};
 use crate::hash::hash;
 
-/// What a unit of a [`Bake`](super::Bake) found: a pure function of graph, settings, round and unit.
+/// What some cells of a round of a [`Bake`](super::Bake) found: a pure function of graph, settings, round and cells.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct UnitResult {
     /// Pairs of cells that are hidden from each other.
@@ -122,49 +120,6 @@ fn take<const N: usize>(rest: &mut &[u8]) -> Option<[u8; N]> {
     let (first, after) = rest.split_first_chunk::<N>()?;
     *rest = after;
     Some(*first)
-}
-
-/// A folder in which units lie as files, each named by what it is a function of.
-#[derive(Clone, Debug)]
-pub struct UnitFolder {
-    path: PathBuf,
-}
-
-impl UnitFolder {
-    /// A folder, which is made where it is not there.
-    ///
-    /// # Errors
-    /// If it cannot be made.
-    pub fn new(path: &Path) -> std::io::Result<Self> {
-        std::fs::create_dir_all(path)?;
-        Ok(Self { path: path.to_owned() })
-    }
-
-    fn file(&self, key: u64, [round, unit]: [u32; 2]) -> PathBuf {
-        self.path.join(format!("{key:016x}-{round:03}-{unit:03}.pvsunit"))
-    }
-
-    /// The bytes of a unit, if they lie there.
-    pub(crate) fn read(&self, key: u64, at: [u32; 2]) -> Option<Vec<u8>> {
-        std::fs::read(self.file(key, at)).ok()
-    }
-
-    /// Whether a file of a unit lies there.
-    pub(super) fn has(&self, key: u64, at: [u32; 2]) -> bool {
-        self.file(key, at).exists()
-    }
-
-    /// Writes a unit beside and renames, so that whoever looks finds all of it or nothing.
-    ///
-    /// # Errors
-    /// If it cannot be written.
-    pub(crate) fn write(&self, key: u64, at: [u32; 2], bytes: &[u8]) -> std::io::Result<()> {
-        let file = self.file(key, at);
-        // Another process may be at the same unit; it writes the same bytes.
-        let beside = file.with_extension(format!("{}.part", std::process::id()));
-        std::fs::write(&beside, bytes)?;
-        std::fs::rename(&beside, &file)
-    }
 }
 
 #[cfg(test)]

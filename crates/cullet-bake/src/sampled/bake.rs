@@ -1,6 +1,6 @@
 //! The bake: rounds of units, and what they found joined in their order.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::ops::Range;
 
 use super::cells::ViewCells;
 use super::line::Tracer;
@@ -12,10 +12,10 @@ use super::unit::{Discovery, Findings, Known, LINES, Work};
 use super::unit_file;
 use super::{SampledError, SampledSettings};
 use crate::hash::hash;
-use crate::pvs::{RunEnd, RunOptions, UnitFolder};
 use crate::random::Random;
 use crate::rows::BitRows;
 use crate::threads;
+use crate::work::{self, Rounds, RunEnd, RunOptions};
 
 /// Changed whenever results change, so that units of another version are not taken for this one's.
 const VERSION: u32 = 1;
@@ -23,14 +23,10 @@ const VERSION: u32 = 1;
 /// Bytes that rows may take.
 const MOST_BYTES: u64 = 8 << 30;
 
-/// Files of a round.
-const UNITS: usize = 16;
-
 /// A bake under way.
 ///
-/// Each round is a list of units of work that is known when it begins; a unit is a pure function of scene, cells, settings,
-/// what the rounds before found, and its number. So the result is the same for any number of threads, and however the
-/// work is shared between processes.
+/// Each round is a list of items that is known when it begins; what an item finds is a pure function of scene, cells, settings,
+/// what the rounds before found, and its number.
 #[derive(Debug)]
 pub struct SampledBake<'a> {
     tree: &'a RayTree<'a>,
@@ -46,6 +42,8 @@ pub struct SampledBake<'a> {
     rays: u64,
     /// What a line around which is looked took in the last round.
     rays_around: u64,
+    /// The items of the round that is next; none once the settings are met.
+    planned: Vec<Work>,
     rounds: u32,
 }
 
@@ -75,6 +73,10 @@ impl Looks {
         if looks == 0 { 1.0 } else { (unknown as f64 / looks as f64).min(1.0) as f32 }
     }
 }
+
+/// What some items of a round of a [`SampledBake`] found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SampledPart(Vec<Findings>);
 
 /// Bakes until the settings are met, on so many threads. See [`SampledBake`].
 ///
@@ -119,7 +121,7 @@ impl<'a> SampledBake<'a> {
                 near
             })
             .collect();
-        Ok(Self {
+        let mut bake = Self {
             tree,
             cells,
             settings: *settings,
@@ -132,23 +134,20 @@ impl<'a> SampledBake<'a> {
             waiting: Waiting::new(),
             rays: 0,
             rays_around: RAYS_AROUND,
+            planned: Vec::new(),
             rounds: 0,
-        })
+        };
+        bake.plan();
+        Ok(bake)
     }
 
-    /// Hash of what units depend on: scene, granularity, cells, seed and version. Not on the budget: who gives a larger one
-    /// goes on from the units that are there.
-    #[must_use]
-    pub fn key(&self) -> u64 {
-        let mut bytes = VERSION.to_le_bytes().to_vec();
-        bytes.extend(scene_hash(self.tree.scene).to_le_bytes());
-        bytes.push(self.tree.targets().granularity() as u8);
-        self.tree.kept().iter().for_each(|t| bytes.extend(t.to_le_bytes()));
-        let ends = self.cells.boxes().iter().flatten();
-        ends.for_each(|v| v.to_array().iter().for_each(|n| bytes.extend(n.to_le_bytes())));
-        // Neither when it ends nor what is kept besides: finished units serve a larger budget and other choices of that.
-        bytes.extend(self.settings.seed.to_le_bytes());
-        hash(&bytes)
+    /// Plans the round that is next.
+    fn plan(&mut self) {
+        self.planned = if self.is_done() {
+            Vec::new()
+        } else {
+            plan(self.rays, self.rays_around, &mut self.waiting, &self.sweeps)
+        };
     }
 
     /// Whether the settings are met: the budget of rays is spent; or so little is estimated to be missing, each cell was
@@ -166,10 +165,10 @@ impl<'a> SampledBake<'a> {
     /// How much of the budget is spent, 0 to 1.
     #[must_use]
     pub fn spent(&self) -> f64 {
-        self.share(self.rays)
+        self.share_of(self.rays)
     }
 
-    fn share(&self, rays: u64) -> f64 {
+    fn share_of(&self, rays: u64) -> f64 {
         (rays as f64 / self.settings.rays as f64).min(1.0)
     }
 
@@ -186,41 +185,17 @@ impl<'a> SampledBake<'a> {
         sum / self.looks.len().max(1) as f64
     }
 
-    /// Runs what is left. `step` is called after each unit with the share of the budget that is spent, and says whether to
-    /// go on. With a folder, units that lie there are not run again and those that are finished are left there, 16 files a
-    /// round; with a share as well this process does its own first, and ends with [`RunEnd::Share`]. After
-    /// [`RunEnd::Stopped`] it holds the rounds that were ended; to go on, begin anew with the same folder.
+    /// Runs what is left. `step` is called after each item with the share of the budget that is spent, and says whether to
+    /// go on. After [`RunEnd::Stopped`] it holds the rounds that were ended; to go on within the next, begin anew with the same folder.
     ///
     /// # Errors
-    /// If a unit cannot be written to the folder.
+    /// If a unit cannot be written to the folder, or that cannot be read.
     pub fn run(
         &mut self,
         options: &RunOptions<'_>,
-        step: &(impl Fn(f64) -> bool + Sync),
+        step: &(dyn Fn(f64) -> bool + Sync),
     ) -> std::io::Result<RunEnd> {
-        let key = if options.folder.is_some() { self.key() } else { 0 };
-        while !self.is_done() {
-            let units = plan(self.rays, self.rays_around, &mut self.waiting, &self.sweeps);
-            let every: Vec<usize> = (0..units.len()).collect();
-            let spent = AtomicU64::new(self.rays);
-            let found = match options.folder {
-                None => self.run_units(&units, &every, options.threads, &spent, step),
-                Some(folder) => self.in_folder(&units, (folder, key), options, &spent, step)?,
-            };
-            let Some(found) = found else {
-                return Ok(RunEnd::Stopped);
-            };
-            for (unit, found) in units.iter().zip(&found) {
-                self.take(unit, found);
-            }
-            let around = units.iter().zip(&found).filter(|(unit, _)| matches!(unit, Work::Around));
-            let around: Vec<u64> = around.map(|(_, found)| found.rays).collect();
-            let lines = around.len() as u64 * u64::from(LINES);
-            self.rays_around = around.iter().sum::<u64>().div_ceil(lines.max(1)).max(1);
-            self.looks.iter_mut().for_each(Looks::end_round);
-            self.rounds += 1;
-        }
-        Ok(if options.share.is_some() { RunEnd::Share } else { RunEnd::Whole })
+        work::run(self, options, step)
     }
 
     fn known(&self) -> Known<'_> {
@@ -234,81 +209,7 @@ impl<'a> SampledBake<'a> {
         }
     }
 
-    /// Runs some units of a round, on so many threads; `None` where it was stopped.
-    fn run_units(
-        &self,
-        units: &[Work],
-        numbers: &[usize],
-        threads: usize,
-        spent: &AtomicU64,
-        step: &(impl Fn(f64) -> bool + Sync),
-    ) -> Option<Vec<Findings>> {
-        let known = self.known();
-        let stopped = AtomicBool::new(false);
-        let order = Ordering::Relaxed;
-        let found = threads::run(
-            threads.max(1),
-            numbers.len(),
-            Tracer::default,
-            |tracer, k| {
-                let number = numbers[k];
-                let mut random = Random::new(self.settings.seed, [self.rounds, number as u32]);
-                let found = known.run(&units[number], &mut random, tracer);
-                let rays = spent.fetch_add(found.rays, order) + found.rays;
-                if !step(self.share(rays)) {
-                    stopped.store(true, order);
-                }
-                found
-            },
-            || !stopped.load(order),
-        )?;
-        (!stopped.load(order)).then_some(found)
-    }
-
-    /// Runs the units of a round of which no file lies in a folder, and leaves their files there.
-    fn in_folder(
-        &self,
-        units: &[Work],
-        (folder, key): (&UnitFolder, u64),
-        options: &RunOptions<'_>,
-        spent: &AtomicU64,
-        step: &(impl Fn(f64) -> bool + Sync),
-    ) -> std::io::Result<Option<Vec<Findings>>> {
-        let files = UNITS.min(units.len());
-        let [share, shares] = options.share.unwrap_or([0, 1]).map(|v| v as usize);
-        let bound = |share: usize| files * share / shares.max(1);
-        let own = bound(share)..bound(share + 1);
-        // Others do theirs from the other end meanwhile.
-        let others = (own.end..files).chain(0..own.start).rev();
-        let mut found: Vec<Findings> = vec![Findings::default(); units.len()];
-        for file in own.clone().chain(others) {
-            let numbers: Vec<usize> = (file..units.len()).step_by(files).collect();
-            let at = [self.rounds, file as u32];
-            let limits = [self.cells.len(), self.tree.targets().count()];
-            let read = folder.read(key, at);
-            let read = read.and_then(|bytes| unit_file::read(&bytes, numbers.len(), limits));
-            let parts = match read {
-                Some(parts) => {
-                    let rays = parts.iter().map(|p| p.rays).sum::<u64>();
-                    let rays = spent.fetch_add(rays, Ordering::Relaxed) + rays;
-                    if !step(self.share(rays)) {
-                        return Ok(None);
-                    }
-                    parts
-                }
-                None => {
-                    let parts = self.run_units(units, &numbers, options.threads, spent, step);
-                    let Some(parts) = parts else { return Ok(None) };
-                    folder.write(key, at, &unit_file::write(&parts))?;
-                    parts
-                }
-            };
-            numbers.iter().zip(parts).for_each(|(&number, part)| found[number] = part);
-        }
-        Ok(Some(found))
-    }
-
-    /// Takes in what a unit found. In the order of the units, so that it is the same for any number of threads.
+    /// Takes in what an item found. In the order of the items, so that it is the same for any number of threads.
     fn take(&mut self, unit: &Work, found: &Findings) {
         let mut weight = 0.0;
         for &(discovery, lines) in &found.seen {
@@ -346,5 +247,88 @@ impl<'a> SampledBake<'a> {
             buried,
             self.rays,
         )
+    }
+}
+
+impl Rounds for SampledBake<'_> {
+    type Part = SampledPart;
+
+    /// Of scene, granularity, cells, seed and version. Not of the budget: who gives a larger one goes on from the units that
+    /// are there.
+    fn key(&self) -> u64 {
+        let mut bytes = VERSION.to_le_bytes().to_vec();
+        bytes.extend(scene_hash(self.tree.scene).to_le_bytes());
+        bytes.push(self.tree.targets().granularity() as u8);
+        self.tree.kept().iter().for_each(|t| bytes.extend(t.to_le_bytes()));
+        let ends = self.cells.boxes().iter().flatten();
+        ends.for_each(|v| v.to_array().iter().for_each(|n| bytes.extend(n.to_le_bytes())));
+        // Neither when it ends nor what is kept besides: finished units serve a larger budget and other choices of that.
+        bytes.extend(self.settings.seed.to_le_bytes());
+        hash(&bytes)
+    }
+
+    fn round(&self) -> u32 {
+        self.rounds
+    }
+
+    /// Nobody knows: it depends on what is found.
+    fn is_last(&self) -> bool {
+        false
+    }
+
+    fn costs(&self) -> Vec<f64> {
+        let cost = |work: &Work| work.rays(&self.sweeps, self.rays_around) as f64;
+        self.planned.iter().map(cost).collect()
+    }
+
+    fn share(&self, cost: f64) -> f64 {
+        self.share_of(self.rays + cost as u64)
+    }
+
+    fn run_items(
+        &self,
+        items: Range<u32>,
+        threads: usize,
+        step: &(dyn Fn(u32) -> bool + Sync),
+    ) -> Option<SampledPart> {
+        let known = self.known();
+        let begin = items.start;
+        threads::run_while(
+            threads,
+            items.len(),
+            Tracer::default,
+            |tracer, k| {
+                let number = begin + k as u32;
+                let mut random = Random::new(self.settings.seed, [self.rounds, number]);
+                known.run(&self.planned[number as usize], &mut random, tracer)
+            },
+            |k| step(begin + k as u32),
+        )
+        .map(SampledPart)
+    }
+
+    fn bytes_of(part: &SampledPart) -> Vec<u8> {
+        unit_file::write(&part.0)
+    }
+
+    fn read(&self, items: Range<u32>, bytes: &[u8]) -> Option<SampledPart> {
+        let limits = [self.cells.len(), self.tree.targets().count()];
+        unit_file::read(bytes, items.len(), limits).map(SampledPart)
+    }
+
+    fn merge(&mut self, parts: Vec<SampledPart>) {
+        let units = std::mem::take(&mut self.planned);
+        let (mut around, mut lines) = (0, 0);
+        for (unit, found) in units.iter().zip(parts.iter().flat_map(|part| &part.0)) {
+            self.take(unit, found);
+            if matches!(unit, Work::Around) {
+                around += found.rays;
+                lines += u64::from(LINES);
+            }
+        }
+        self.rays_around = around.div_ceil(lines.max(1)).max(1);
+        self.looks.iter_mut().for_each(Looks::end_round);
+        self.rounds += 1;
+        self.plan();
     }
 }

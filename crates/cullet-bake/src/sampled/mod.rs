@@ -53,7 +53,7 @@ mod tree;
 mod unit;
 mod unit_file;
 
-pub use bake::{SampledBake, bake_sampled};
+pub use bake::{SampledBake, SampledPart, bake_sampled};
 pub use cells::{Region, ViewCells};
 pub use error::SampledError;
 pub use file::{SceneSets, SceneSetsError};

@@ -57,6 +57,20 @@ impl Sweep {
     }
 }
 
+impl Work {
+    /// Rays that it is expected to take.
+    pub(super) fn rays(&self, sweeps: &[Sweep], rays_around: u64) -> u64 {
+        let lines = u64::from(LINES);
+        match self {
+            Self::Free => lines * 2,
+            Self::Aimed => lines,
+            Self::Around => lines * rays_around,
+            Self::Follow(some) => some.len() as u64 * RAYS_FOLLOWED,
+            Self::Sweep(cell) => sweeps[*cell as usize].cost(),
+        }
+    }
+}
+
 /// What was found and waits to be followed up: what matters more before what matters less, by the halves of its weight.
 #[derive(Debug)]
 pub(super) struct Waiting {

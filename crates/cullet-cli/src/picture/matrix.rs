@@ -1,10 +1,10 @@
 //! `cullet picture pvs-matrix`: which cells see each other, of what was baked, or is baked for the picture.
 
 use std::path::Path;
-use std::sync::Mutex;
 
 use cullet::cell::CellGraph;
-use cullet_bake::pvs::{Bake, PairState, Pvs, PvsSettings, RunEnd, RunOptions};
+use cullet_bake::pvs::{Bake, PairState, Pvs, PvsSettings};
+use cullet_bake::work::{RunEnd, RunOptions};
 use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::{Exit, Failure};
 use cullet_command::inputs;
@@ -75,17 +75,12 @@ fn of_graph(
         threads => threads,
     };
     let mut bake = Bake::new(graph, &PvsSettings::default(), threads);
-    let progress = Mutex::new(console.progress("cells", bake.steps()));
-    let step = || {
-        if let Ok(mut progress) = progress.lock() {
-            progress.step();
-        }
+    let bar = console.share_bar();
+    let end = bake.run(&RunOptions { threads, ..RunOptions::default() }, &|share| {
+        bar.to(share);
         !interrupted()
-    };
-    let end = bake.run(&RunOptions { threads, ..RunOptions::default() }, &step);
-    if let Ok(mut progress) = progress.lock() {
-        progress.finish();
-    }
+    });
+    bar.finish();
     match end {
         Ok(RunEnd::Whole) => Ok((bake.finish(), neighbours)),
         Ok(_) => Err(Failure {

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use cullet_bake::pvs::{Bake, BitRows, Pvs, PvsSettings, RunOptions, check_sight_ref};
+use cullet_bake::pvs::{Bake, BitRows, Pvs, PvsSettings, check_sight_ref};
+use cullet_bake::work::RunOptions;
 use cullet_command::console::{Console, digits, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
@@ -216,7 +217,7 @@ fn measure(file: &Path, args: &PvsArgs) -> Result<Graph, Failure> {
         let mut bake = Bake::new(graph, &PvsSettings::default(), threads as usize);
         let options = RunOptions { threads: threads as usize, ..RunOptions::default() };
         // Without a folder nothing can fail.
-        let _ = bake.run(&options, &|| true);
+        let _ = bake.run(&options, &|_| true);
         (bake.bytes(), bake.finish())
     };
     let begin = (Instant::now(), process::cpu_time());

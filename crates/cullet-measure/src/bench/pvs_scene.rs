@@ -6,11 +6,11 @@ use std::time::Instant;
 
 use clap::Args;
 use cullet::{Scene, View};
-use cullet_bake::pvs::RunOptions;
 use cullet_bake::sampled::{
     RayTree, RayTreeOptions, SampledBake, SampledError, SampledSettings, ScenePvs, SceneSets,
     ViewCells, check_pictures,
 };
+use cullet_bake::work::RunOptions;
 use cullet_command::args::SceneArgs;
 use cullet_command::console::{Console, digits, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
