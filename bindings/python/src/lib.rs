@@ -17,6 +17,7 @@ mod pvs;
 mod result;
 mod scene;
 mod verify;
+mod work;
 
 use pyo3::create_exception;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -47,6 +48,8 @@ mod _native {
     use super::result::{PyResultOne, PyResults};
     #[pymodule_export]
     use super::scene::PyScene;
+    #[pymodule_export]
+    use super::work::{PyJob, PyMade, PyUnitFolder, content_hash, plan_text};
     #[pymodule_export]
     use super::{FileError, StaleError};
 

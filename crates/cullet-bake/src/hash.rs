@@ -32,7 +32,8 @@ impl Sum {
 }
 
 /// Hash of bytes, the same on every machine: no secret, but no accident keeps it.
-pub(crate) fn hash(bytes: &[u8]) -> u64 {
+#[must_use]
+pub fn hash(bytes: &[u8]) -> u64 {
     let mut sum = Sum::new(bytes.len() as u64);
     for chunk in bytes.chunks(8) {
         let mut word = [0; 8];

@@ -20,7 +20,6 @@ mod peer;
 mod picture;
 mod pvs;
 mod pvs_scene;
-mod pvs_source;
 mod record;
 mod recording;
 mod replay;

@@ -5,19 +5,19 @@ use std::time::Instant;
 
 use clap::Args;
 use cullet::cell::CellGraph;
-use cullet_bake::pvs::{Bake, Pvs, PvsPreset, PvsSettings, SightCheck, check_sight_ref};
+use cullet_bake::pvs::{Bake, Pvs, PvsPreset, SightCheck, check_sight_ref};
 use cullet_bake::work::{Rounds, RunEnd, RunOptions, UnitFolder};
 use cullet_command::args::SceneArgs;
 use cullet_command::console::{Console, agree, count, digits, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
 use cullet_command::{inputs, parse};
-use cullet_io::Model;
+use cullet_io::{ErrorKind, LoadError, Model};
 use cullet_measure::process;
+use cullet_work::{CellSource, Settings, is_named_map, is_named_scene};
 use serde::Serialize;
 
 use crate::pvs_scene::{self, PvsSceneArgs};
-use crate::pvs_source::{Source, is_named_map};
 
 /// End of `cullet pvs --help`.
 pub(crate) const HELP: &str = "\
@@ -149,14 +149,16 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
         || std::thread::available_parallelism().map_or(1, usize::from),
         |threads| threads as usize,
     );
-    let source = if pvs_scene::is_scene(&args.file, &args.scene) {
+    let settings = settings(args);
+    let wants_view_cells = settings.scene.wants_view_cells();
+    let source = if wants_view_cells || is_named_scene(&args.file) {
         let model = inputs::load(&SceneArgs::of(args.file.display().to_string()), console)?;
-        match model.scene.cell_graph().filter(|_| !args.scene.wants_view_cells()) {
-            Some(graph) => Source::of_cells(graph.clone()),
-            None => return run_scene(args, &model, threads, console),
+        match model.scene.cell_graph().filter(|_| !wants_view_cells) {
+            Some(graph) => CellSource::of_cells(graph.clone()),
+            None => return run_scene(args, &settings, &model, threads, console),
         }
     } else {
-        Source::open(&args.file)?
+        CellSource::open(&args.file).map_err(failure)?
     };
     if !source.has_map() && args.out.as_deref().is_some_and(is_named_map) {
         return Err(Failure::usage(
@@ -164,9 +166,7 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
         ));
     }
     let begin = (Instant::now(), process::cpu_time());
-    let mut settings = PvsSettings::default().with_preset(args.preset).with_seed(args.seed);
-    settings.tolerance = args.tolerance;
-    let mut bake = Bake::new(&source.graph, &settings, threads);
+    let mut bake = Bake::new(&source.graph, &settings.of_cells(), threads);
     let folder = folder(args)?;
     let options = RunOptions {
         threads,
@@ -228,7 +228,7 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
     }
     if let Some(path) = &args.out {
         let bytes = match is_named_map(path) {
-            true => source.map_with(&args.file, &pvs)?,
+            true => source.map_with(&args.file, &pvs).map_err(failure)?,
             false => pvs.to_bytes(),
         };
         replace(path, &bytes)?;
@@ -244,8 +244,26 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
     Ok(if missed { Exit::FalseCull } else { Exit::Fine })
 }
 
+/// What is baked, and how.
+fn settings(args: &PvsArgs) -> Settings {
+    let fast = args.preset == PvsPreset::Fast;
+    Settings { seed: args.seed, fast, tolerance: args.tolerance, scene: args.scene.settings() }
+}
+
+/// What ends the command where a file cannot be loaded.
+pub(crate) fn failure(error: LoadError) -> Failure {
+    let over = matches!(error.kind, ErrorKind::OverLimit { .. });
+    Failure { exit: if over { Exit::Limit } else { Exit::Input }, message: error.to_string() }
+}
+
 /// Bakes a scene without cells.
-fn run_scene(args: &PvsArgs, model: &Model, threads: usize, console: &Console) -> Outcome {
+fn run_scene(
+    args: &PvsArgs,
+    settings: &Settings,
+    model: &Model,
+    threads: usize,
+    console: &Console,
+) -> Outcome {
     let folder = folder(args)?;
     let common = pvs_scene::Common {
         file: &args.file,
@@ -253,7 +271,7 @@ fn run_scene(args: &PvsArgs, model: &Model, threads: usize, console: &Console) -
         rows: args.rows.as_deref(),
         json: args.json.as_deref(),
         threads,
-        seed: args.seed,
+        settings,
         check: args.check,
         folder: folder.as_ref(),
         share: args.unit.map(|[i, n]| [i - 1, n]),

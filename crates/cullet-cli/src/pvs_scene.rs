@@ -5,15 +5,16 @@ use std::time::Instant;
 
 use clap::Args;
 use cullet_bake::sampled::{
-    Granularity, RayTree, RayTreeOptions, Region, SampledBake, SampledError, SampledSettings,
-    ScenePvs, SolidVoxels, ViewCells, check_pictures,
+    RayTree, RayTreeOptions, Region, SampledBake, SampledError, ScenePvs, SolidVoxels, ViewCells,
+    check_pictures,
 };
 use cullet_bake::work::{RunEnd, RunOptions, UnitFolder};
 use cullet_command::console::{Console, count, digits, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
-use cullet_io::{Model, scenes};
+use cullet_io::Model;
 use cullet_measure::process;
+use cullet_work::{SceneSettings, Settings};
 use serde::Serialize;
 
 /// Cells and lines of a scene.
@@ -60,7 +61,7 @@ pub(crate) struct Common<'a> {
     pub(crate) rows: Option<&'a Path>,
     pub(crate) json: Option<&'a Path>,
     pub(crate) threads: usize,
-    pub(crate) seed: u64,
+    pub(crate) settings: &'a Settings,
     /// Pictures to check the sets with.
     pub(crate) check: Option<u64>,
     /// Where finished units are kept, and whose share is to be done.
@@ -68,27 +69,24 @@ pub(crate) struct Common<'a> {
     pub(crate) share: Option<[u32; 2]>,
 }
 
-/// Endings of files that hold a scene and no cells.
-const ENDINGS: [&str; 7] = ["glb", "gltf", "obj", "ply", "stl", "off", "occscn"];
-
 /// Pixels along each side of the six pictures from a place.
 const SIDE: u32 = 64;
 
 impl PvsSceneArgs {
-    /// Whether view cells are asked for, also where the scene has cells.
-    pub(crate) fn wants_view_cells(&self) -> bool {
-        self.view_cells.is_some()
-            || self.grid.is_some()
-            || !self.region.is_empty()
-            || self.heights.is_some()
+    /// As plans carry them.
+    pub(crate) fn settings(&self) -> SceneSettings {
+        SceneSettings {
+            view_cells: self.view_cells,
+            regions: self.region.clone(),
+            heights: self.heights,
+            grid: self.grid,
+            clusters: self.clusters,
+            rays: self.rays,
+            missing: self.missing,
+            keep_angle: self.keep_angle,
+            join: self.join,
+        }
     }
-}
-
-/// Whether a name is that of a scene rather than of a map or a portal graph.
-pub(crate) fn is_scene(file: &Path, args: &PvsSceneArgs) -> bool {
-    let ending = file.extension().and_then(|e| e.to_str()).unwrap_or_default();
-    let builtin = || !file.exists() && scenes::is_builtin(&file.display().to_string());
-    args.wants_view_cells() || ENDINGS.iter().any(|e| e.eq_ignore_ascii_case(ending)) || builtin()
 }
 
 fn region(text: &str) -> Result<Region, String> {
@@ -197,13 +195,12 @@ pub(crate) fn run(
     console: &Console,
 ) -> Outcome {
     let begin = (Instant::now(), process::cpu_time());
-    let granularity = if args.clusters { Granularity::Cluster } else { Granularity::Instance };
+    let granularity = common.settings.scene.granularity();
     let options = RayTreeOptions { granularity, ..RayTreeOptions::default() };
     let tree = RayTree::new(&model.scene, &options).map_err(|e| failure(common.file, &e))?;
-    let cells = cells(args, &tree, common.seed).map_err(|e| failure(common.file, &e))?;
-    let settings = settings(args, common.seed);
-    let mut bake =
-        SampledBake::new(&tree, &cells, &settings).map_err(|e| failure(common.file, &e))?;
+    let cells = common.settings.view_cells(&tree).map_err(|e| failure(common.file, &e))?;
+    let mut bake = SampledBake::new(&tree, &cells, &common.settings.sampled())
+        .map_err(|e| failure(common.file, &e))?;
     let end = bake_with_progress(&mut bake, common, console)?;
     if let Some(exit) = told_of_units(end, common, console) {
         return Ok(exit);
@@ -265,47 +262,6 @@ fn failure(file: &Path, error: &SampledError) -> Failure {
         _ => Exit::Usage,
     };
     Failure { exit, message: format!("{}: {error}", file.display()) }
-}
-
-fn settings(args: &PvsSceneArgs, seed: u64) -> SampledSettings {
-    let default = SampledSettings::default();
-    default
-        .with_seed(seed)
-        .with_rays(args.rays.unwrap_or(default.rays))
-        .with_missing(args.missing.unwrap_or(default.missing))
-        .with_keep_angle(
-            args.keep_angle
-                .map_or(default.keep_angle, |a| a.to_radians().min(std::f64::consts::PI)),
-        )
-        .with_union_radius(args.join)
-}
-
-/// Where nothing else was said.
-const CELLS: u32 = 500;
-
-fn cells(args: &PvsSceneArgs, tree: &RayTree<'_>, seed: u64) -> Result<ViewCells, SampledError> {
-    let mut whole = tree.bounds();
-    // A flat scene has no room to stand in, but on it.
-    let size = (0..3).map(|a| whole[1][a] - whole[0][a]).fold(0.0, f64::max);
-    for a in 0..3 {
-        if whole[1][a] - whole[0][a] < size * 1e-3 {
-            whole[0][a] -= size * 0.01;
-            whole[1][a] += size * 0.01;
-        }
-    }
-    if let Some([low, high]) = args.heights {
-        let floor = whole[0][1];
-        (whole[0][1], whole[1][1]) = (floor + low, floor + high);
-    }
-    let regions = if args.region.is_empty() { vec![whole] } else { args.region.clone() };
-    match (args.grid, &regions[..]) {
-        (Some(counts), &[region]) => ViewCells::grid(region, counts),
-        (Some([x, y, z]), _) => Err(SampledError::Cells {
-            cells: u64::from(x) * u64::from(y) * u64::from(z),
-            limit: 1 << 24,
-        }),
-        (None, _) => ViewCells::adaptive(tree, &regions, args.view_cells.unwrap_or(CELLS), seed),
-    }
 }
 
 /// Bakes; Ctrl-C ends it with what was found until then.
@@ -439,7 +395,15 @@ fn check(
     console: &Console,
 ) -> PictureRecord {
     let poses = u32::try_from(poses).unwrap_or(u32::MAX);
-    let found = check_pictures(tree, cells, &pvs.visible, poses, SIDE, common.seed, common.threads);
+    let found = check_pictures(
+        tree,
+        cells,
+        &pvs.visible,
+        poses,
+        SIDE,
+        common.settings.seed,
+        common.threads,
+    );
     console.line(format!(
         "{} of {} pixels: {} % of the pixels wrong, {} of {} missing: {} %",
         count(poses.into(), "place", "places"),

@@ -451,3 +451,79 @@ class Scene:
     ) -> list[
         tuple[npt.NDArray[np.float32], list[npt.NDArray[np.float32]], npt.NDArray[np.float32], float]
     ]: ...
+
+_Items = tuple[int, int]
+
+def plan_text(scene: str, settings: str) -> str:
+    """Plans a bake of a file or a built-in scene; the settings are JSON, as a plan has them."""
+
+def content_hash(scene: str) -> int | None:
+    """Hash of what a file contains; of a built-in scene None."""
+
+class UnitFolder:
+    """A folder of finished units, as ``cullet pvs --units`` has it."""
+
+    def __init__(self, path: str | os.PathLike[str]) -> None: ...
+    def units(self, key: int, round: int) -> list[_Items]:
+        """Items of the units of a round that lie there, whole or not."""
+
+    def read(self, key: int, round: int, items: _Items) -> bytes | None:
+        """The bytes of a unit, or None."""
+
+    def write(self, key: int, round: int, items: _Items, bytes: bytes) -> None:
+        """Keeps a unit: all of it or nothing. Raises `OSError` where that fails."""
+
+class Made:
+    """What was made."""
+
+    @property
+    def sets(self) -> bytes:
+        """The sets, as ``cullet pvs -o`` writes them."""
+
+    @property
+    def map(self) -> bytes | None:
+        """The map with the sets in it, where a map was baked."""
+
+    @property
+    def cells(self) -> int: ...
+    @property
+    def targets(self) -> int: ...
+    @property
+    def visible_pairs(self) -> int: ...
+
+class Job:
+    """A planned bake that is held open while its units are run here and elsewhere."""
+
+    def __init__(self, plan: str, scene: str, threads: int = 1) -> None: ...
+    @property
+    def product(self) -> Literal["cells", "view-cells"]: ...
+    @property
+    def key(self) -> int: ...
+    @property
+    def round(self) -> int: ...
+    @property
+    def is_done(self) -> bool: ...
+    @property
+    def shares(self) -> tuple[float, float]:
+        """The share of the work that is over before the round that is next, and once that has ended."""
+
+    def missing(self, have: Sequence[_Items], units: int) -> list[_Items]:
+        """The units that the round lacks beside those that there are, of even cost, so many at the most."""
+
+    def tiles(self, have: Sequence[_Items]) -> list[_Items]:
+        """Of units that there are those that lie end to end."""
+
+    def is_whole(self, items: _Items, bytes: bytes) -> bool:
+        """Whether bytes are a whole unit of these items of the round that is next."""
+
+    def run(self, items: _Items, threads: int = 1) -> bytes:
+        """Runs a unit of the round that is next. Raises `InterruptedError` where `stop` ended it."""
+
+    def stop(self) -> None:
+        """Ends a unit that runs on another thread, and all that come."""
+
+    def merge(self, units: Sequence[tuple[_Items, bytes]]) -> None:
+        """Ends the round with its units, in any order. Raises `ValueError` where one is damaged; then nothing is changed."""
+
+    def finish(self) -> Made:
+        """Ends the job. Raises `ValueError` where rounds are left."""

@@ -14,6 +14,7 @@ mod split;
 
 use std::ops::Range;
 
+pub use crate::hash::hash as content_hash;
 pub use folder::UnitFolder;
 pub use run::{RunEnd, RunOptions, run};
 pub use split::{split, tile};

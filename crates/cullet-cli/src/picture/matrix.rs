@@ -9,9 +9,10 @@ use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::{Exit, Failure};
 use cullet_command::inputs;
 use cullet_draw::{PairShown, Picture, matrix_order, pvs_matrix};
+use cullet_work::CellSource;
 
 use super::PictureArgs;
-use crate::pvs_source::Source;
+use crate::pvs::failure;
 
 /// Draws the matrix of a `.prt`, a map, a `.cpvs`, or a scene with cells.
 pub(super) fn draw(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
@@ -32,7 +33,7 @@ pub(super) fn draw(args: &PictureArgs, console: &Console) -> Result<Picture, Fai
             .collect();
         (pvs, neighbours)
     } else if ends("prt") || ends("bsp") {
-        of_graph(&Source::open(path)?.graph, args, console)?
+        of_graph(&CellSource::open(path).map_err(failure)?.graph, args, console)?
     } else {
         of_scene(args, console)?
     };

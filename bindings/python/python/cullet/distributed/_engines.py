@@ -1,0 +1,235 @@
+"""Where units run: in this process, in others, on Ray and on Dask, all alike to the driver."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator
+from concurrent import futures
+from typing import Any, Protocol
+
+
+class Engine(Protocol):
+    """What a driver needs of an engine. Handles are the engine's own."""
+
+    def workers(self) -> int:
+        """How many units may run at once, now."""
+
+    def share(self, value: Any) -> Any:
+        """Hands a value over once; the handle stands for it as an argument of `submit`."""
+
+    def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
+        """Begins a task and gives its handle."""
+
+    def ended(self, handles: list[Any], seconds: float) -> list[Any]:
+        """Those that have ended, once one has, or none after so many seconds."""
+
+    def result(self, handle: Any) -> Any:
+        """What an ended task gave; raises what it raised, and an error of the engine where its worker was lost."""
+
+    def cancel(self, handles: list[Any]) -> None:
+        """Ends tasks, as far as the engine can."""
+
+    def close(self) -> None:
+        """Gives back what it holds."""
+
+
+class Here:
+    """This process: one unit at a time."""
+
+    def workers(self) -> int:
+        return 1
+
+    def share(self, value: Any) -> Any:
+        return value
+
+    def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
+        # Run when it is waited for, so that what ended before is kept before the next begins.
+        return [task, arguments, None]
+
+    def ended(self, handles: list[Any], seconds: float) -> list[Any]:
+        task, arguments, _ = handles[0]
+        done: futures.Future[Any] = futures.Future()
+        try:
+            done.set_result(task(*arguments))
+        except Exception as error:
+            done.set_exception(error)
+        handles[0][2] = done
+        return [handles[0]]
+
+    def result(self, handle: Any) -> Any:
+        return handle[2].result()
+
+    def cancel(self, handles: list[Any]) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+class Processes:
+    """Other processes on this machine; as many as it has processors, unless told. A lost one is replaced."""
+
+    def __init__(self, count: int | None = None) -> None:
+        self._count = count or os.cpu_count() or 1
+        if self._count < 1:
+            raise ValueError(f"{self._count} processes; at least 1 is needed")
+        self._pool: futures.ProcessPoolExecutor | None = None
+
+    def workers(self) -> int:
+        return self._count
+
+    def share(self, value: Any) -> Any:
+        return value
+
+    def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
+        for _ in range(2):
+            if self._pool is None:
+                # Begun anew, not forked: a fork would hold the locks of threads that it does not have.
+                spawn = multiprocessing.get_context("spawn")
+                self._pool = futures.ProcessPoolExecutor(self._count, mp_context=spawn)
+            try:
+                return self._pool.submit(task, *arguments)
+            except futures.process.BrokenProcessPool:
+                self._pool.shutdown(wait=False)
+                self._pool = None
+        raise RuntimeError("processes end as soon as they begin")
+
+    def ended(self, handles: list[Any], seconds: float) -> list[Any]:
+        done, _ = futures.wait(handles, seconds, futures.FIRST_COMPLETED)
+        return list(done)
+
+    def result(self, handle: Any) -> Any:
+        return handle.result()
+
+    def cancel(self, handles: list[Any]) -> None:
+        for handle in handles:
+            handle.cancel()
+        self._kill()
+
+    def close(self) -> None:
+        if self._pool is not None:
+            self._pool.shutdown(wait=True, cancel_futures=True)
+            self._pool = None
+
+    def _kill(self) -> None:
+        if self._pool is not None:
+            # A unit has no end of its own before it is done.
+            for process in list((self._pool._processes or {}).values()):
+                process.kill()
+            self._pool.shutdown(wait=False, cancel_futures=True)
+            self._pool = None
+
+
+class Ray:
+    """A Ray cluster: at an address, or one that is started on this machine. Needs ``cullet[ray]``.
+
+    Ray refuses 127.0.0.1; give the address that ``ray start`` prints. Its own repetition of tasks is switched off, for the driver
+    repeats what was lost on every engine alike.
+    """
+
+    def __init__(self, address: str | None = None, *, cpus: float = 1) -> None:
+        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+        import ray
+
+        self._ray = ray
+        self._started = not ray.is_initialized()
+        if self._started:
+            ray.init(address=address, log_to_driver=False, logging_level="error", configure_logging=False)
+        self._cpus = cpus
+        self._tasks: dict[Callable[..., Any], Any] = {}
+
+    def workers(self) -> int:
+        cpus = float(self._ray.cluster_resources().get("CPU", 1))
+        return max(1, int(cpus / self._cpus))
+
+    def share(self, value: Any) -> Any:
+        return self._ray.put(value)
+
+    def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
+        if task not in self._tasks:
+            remote = self._ray.remote(num_cpus=self._cpus, max_retries=0)
+            self._tasks[task] = remote(task)
+        return self._tasks[task].remote(*arguments)
+
+    def ended(self, handles: list[Any], seconds: float) -> list[Any]:
+        done, _ = self._ray.wait(handles, num_returns=1, timeout=seconds, fetch_local=False)
+        return list(done)
+
+    def result(self, handle: Any) -> Any:
+        return self._ray.get(handle)
+
+    def cancel(self, handles: list[Any]) -> None:
+        for handle in handles:
+            self._ray.cancel(handle, force=True)
+
+    def close(self) -> None:
+        if self._started:
+            self._ray.shutdown()
+
+
+class Dask:
+    """A Dask cluster: at the address of its scheduler, a ``distributed.Client``, or workers started on this machine.
+
+    Needs ``cullet[dask]``.
+    """
+
+    def __init__(self, address: Any = None) -> None:
+        import distributed
+
+        self._distributed = distributed
+        self._own = not isinstance(address, distributed.Client)
+        if not self._own:
+            self._client = address
+        elif address is None:
+            self._client = distributed.Client(threads_per_worker=1, dashboard_address=None)
+        else:
+            self._client = distributed.Client(address)
+
+    def workers(self) -> int:
+        return max(1, sum(self._client.nthreads().values()))
+
+    def share(self, value: Any) -> Any:
+        # On one node; others fetch it from there, and it is made anew from here where that is lost.
+        return _Kept(self._client, value)
+
+    def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
+        given = [a.future() if isinstance(a, _Kept) else a for a in arguments]
+        return self._client.submit(task, *given, pure=False)
+
+    def ended(self, handles: list[Any], seconds: float) -> list[Any]:
+        try:
+            done = self._distributed.wait(handles, timeout=seconds, return_when="FIRST_COMPLETED").done
+        except (TimeoutError, self._distributed.TimeoutError):
+            return []
+        return list(done)
+
+    def result(self, handle: Any) -> Any:
+        return handle.result()
+
+    def cancel(self, handles: list[Any]) -> None:
+        with contextlib.suppress(Exception):
+            self._client.cancel(handles, force=True)
+
+    def close(self) -> None:
+        if self._own:
+            self._client.close()
+
+
+class _Kept:
+    """A value on a Dask cluster, which is sent again where the node that had it is gone."""
+
+    def __init__(self, client: Any, value: Any) -> None:
+        self._client, self._value, self._future = client, value, None
+
+    def future(self) -> Any:
+        if self._future is None or self._future.status != "finished":
+            self._future = self._client.scatter(self._value, hash=False)
+        return self._future
+
+
+@contextlib.contextmanager
+def opened(engine: Engine | None) -> Iterator[Engine]:
+    """An engine that is given, and stays its giver's; or this process."""
+    yield Here() if engine is None else engine

@@ -1,0 +1,90 @@
+"""What runs on a node: one unit, by a job that is held open from unit to unit."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from .. import _native
+
+Items = tuple[int, int]
+Round = tuple[tuple[Items, bytes], ...]
+
+
+@dataclass(frozen=True)
+class Behind:
+    """The node lacks what was found before this round: to be run again with all that was."""
+
+    round: int
+
+
+@dataclass(frozen=True)
+class NeedsScene:
+    """The node has no such file: to be run again with its bytes."""
+
+
+@dataclass
+class _Held:
+    plan: str
+    job: _native.Job
+
+
+# One at a time: scenes are large.
+_held: _Held | None = None
+
+
+def run_unit(
+    plan: str,
+    scene: str,
+    content: int | None,
+    items: Items,
+    round: int,
+    threads: int,
+    first: int,
+    handed: bytes | None,
+    *rounds: Round,
+) -> bytes | Behind | NeedsScene:
+    """Runs a unit. ``rounds`` is what was found in the rounds from ``first`` on; ``handed`` the bytes of the scene."""
+    global _held
+    if _held is None or _held.plan != plan or _held.job.round > round:
+        _held = None
+        place = _place(scene, content, handed)
+        if place is None:
+            return NeedsScene()
+        _held = _Held(plan, _native.Job(plan, place, threads))
+    job = _held.job
+    for number, found in enumerate(rounds, first):
+        if number == job.round:
+            job.merge(list(found))
+    if job.round < round:
+        return Behind(job.round)
+    return job.run(items, threads)
+
+
+def _place(scene: str, content: int | None, handed: bytes | None) -> str | None:
+    """Where the scene lies on this node."""
+    if content is None:
+        return scene
+    if os.path.exists(scene) and _native.content_hash(scene) == content:
+        return scene
+    # Named by its content: all workers of a node find what the first has kept.
+    user = hashlib.sha256(str(Path.home()).encode()).hexdigest()[:8]
+    folder = Path(tempfile.gettempdir()) / f"cullet-scenes-{user}"
+    kept = folder / f"{content:016x}{Path(scene).suffix}"
+    if kept.exists() and _native.content_hash(str(kept)) == content:
+        return str(kept)
+    if handed is None:
+        return None
+    folder.mkdir(mode=0o700, exist_ok=True)
+    handle, beside = tempfile.mkstemp(dir=folder)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(handed)
+        os.replace(beside, kept)
+    except BaseException:
+        Path(beside).unlink(missing_ok=True)
+        raise
+    return str(kept)
