@@ -1,5 +1,6 @@
 //! Long work off the interpreter's thread, which Ctrl-C ends.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -14,9 +15,9 @@ const LOOK: Duration = Duration::from_millis(50);
 /// true, and then the call raises what the interpreter has to raise.
 pub(crate) fn interruptible<R: Send>(
     py: Python<'_>,
-    work: impl FnOnce(&AtomicBool) -> R + Send,
+    work: impl FnOnce(&Arc<AtomicBool>) -> R + Send,
 ) -> PyResult<R> {
-    let stop = AtomicBool::new(false);
+    let stop = Arc::new(AtomicBool::new(false));
     std::thread::scope(|threads| {
         let (done, end) = channel::<()>();
         let stop = &stop;

@@ -145,7 +145,7 @@ pub(crate) fn many(
         let all = views.par_iter().enumerate();
         on_threads(threads, || all.map_init(Default::default, answer).collect())
     };
-    interruptible(py, work)
+    interruptible(py, |stop| work(stop))
 }
 
 /// What one camera may see: never less than what it does see. In a notebook it shows both pictures and the funnel.

@@ -2,9 +2,7 @@
 
 use std::ops::Range;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use cullet_bake::work::UnitFolder;
 use cullet_work::{Job, Made, Plan, Product, WorkError, content_of};
@@ -149,10 +147,7 @@ impl PyMade {
 
 /// A planned bake that is held open while its units are run here and elsewhere.
 #[pyclass(frozen, module = "cullet", name = "Job")]
-pub(crate) struct PyJob {
-    job: Mutex<Option<Job>>,
-    stop: Arc<AtomicBool>,
-}
+pub(crate) struct PyJob(Mutex<Option<Job>>);
 
 impl PyJob {
     fn with<R: Send>(
@@ -166,7 +161,7 @@ impl PyJob {
     }
 
     fn lock(&self) -> MutexGuard<'_, Option<Job>> {
-        self.job.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -177,8 +172,7 @@ impl PyJob {
     #[pyo3(signature = (plan, scene, threads=1))]
     fn new(py: Python<'_>, plan: &str, scene: &str, threads: usize) -> PyResult<Self> {
         let job = interruptible(py, |_| Job::open(&Plan::parse(plan)?, scene, threads))?;
-        let job = Mutex::new(Some(job.map_err(|e| raise(&e))?));
-        Ok(Self { job, stop: Arc::default() })
+        Ok(Self(Mutex::new(Some(job.map_err(|e| raise(&e))?))))
     }
 
     /// ``cells`` or ``view-cells``.
@@ -231,7 +225,7 @@ impl PyJob {
         self.with(py, |job| job.is_whole(items.0..items.1, bytes))
     }
 
-    /// Runs a unit of the round that is next. Ctrl-C ends it, and so does `stop`, which raises `InterruptedError`.
+    /// Runs a unit of the round that is next. Ctrl-C ends it.
     #[pyo3(signature = (items, threads=1))]
     fn run<'py>(
         &self,
@@ -239,38 +233,13 @@ impl PyJob {
         items: Items,
         threads: usize,
     ) -> PyResult<Bound<'py, PyBytes>> {
+        let finished = || PyValueError::new_err("the job is finished");
         let found = interruptible(py, |stop| {
-            let mut lock = self.lock();
-            let Some(job) = lock.as_mut() else { return Ok(None) };
-            let job = &*job;
-            std::thread::scope(|threads_of| {
-                let ended = AtomicBool::new(false);
-                let (ended, here) = (&ended, &self.stop);
-                threads_of.spawn(move || {
-                    while !ended.load(Ordering::Relaxed) {
-                        if stop.load(Ordering::Relaxed) {
-                            here.store(true, Ordering::Relaxed);
-                        }
-                        std::thread::park_timeout(Duration::from_millis(20));
-                    }
-                });
-                let found = job.run(items.0..items.1, threads, here);
-                ended.store(true, Ordering::Relaxed);
-                found
-            })
+            self.lock().as_ref().map(|job| job.run(items.0..items.1, threads, stop))
         });
-        if found.is_err() {
-            // The next one may run again.
-            self.stop.store(false, Ordering::Relaxed);
-        }
-        let bytes = found?.map_err(|e| raise(&e))?;
-        let stopped = || pyo3::exceptions::PyInterruptedError::new_err("the unit was stopped");
-        Ok(PyBytes::new(py, &bytes.ok_or_else(stopped)?))
-    }
-
-    /// Ends a unit that runs on another thread, and all that come.
-    fn stop(&self) {
-        self.stop.store(true, Ordering::Relaxed);
+        let bytes = found?.ok_or_else(finished)?.map_err(|e| raise(&e))?;
+        // Where it is stopped the interpreter has raised what stopped it.
+        Ok(PyBytes::new(py, &bytes.unwrap_or_default()))
     }
 
     /// Ends the round with its units: ``[(items, bytes), ...]`` in any order.

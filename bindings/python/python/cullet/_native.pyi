@@ -517,10 +517,7 @@ class Job:
         """Whether bytes are a whole unit of these items of the round that is next."""
 
     def run(self, items: _Items, threads: int = 1) -> bytes:
-        """Runs a unit of the round that is next. Raises `InterruptedError` where `stop` ended it."""
-
-    def stop(self) -> None:
-        """Ends a unit that runs on another thread, and all that come."""
+        """Runs a unit of the round that is next. Ctrl-C ends it."""
 
     def merge(self, units: Sequence[tuple[_Items, bytes]]) -> None:
         """Ends the round with its units, in any order. Raises `ValueError` where one is damaged; then nothing is changed."""

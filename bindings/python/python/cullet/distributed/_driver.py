@@ -85,7 +85,8 @@ class _Bake:
         progress: Callable[[float], None],
     ) -> None:
         self.plan, self.engine, self.job, self.kept, self.folder = plan, engine, job, kept, folder
-        self.threads, self.retries, self.progress = threads, retries, progress
+        self.threads, self.retries, self.tell = threads, retries, progress
+        self.told = 0.0
         self.key = job.key
         # Handles of what each round found, and of the scene.
         self.rounds: list[Any] = []
@@ -104,7 +105,7 @@ class _Bake:
         try:
             while running:
                 for handle in self.engine.ended([handle for handle, _ in running], _LOOK):
-                    place = next(k for k, (other, _) in enumerate(running) if other is handle)
+                    place = next(k for k, (other, _) in enumerate(running) if other is handle or other == handle)
                     _, items = running.pop(place)
                     try:
                         found = self.engine.result(handle)
@@ -131,6 +132,11 @@ class _Bake:
         self.job.merge(list(found))
         # Those who run the next round know all before it, but for who comes late.
         self.rounds.append(self.engine.share(found))
+
+    def progress(self, share: float) -> None:
+        # What a round costs is an estimate until it has ended.
+        self.told = max(self.told, share)
+        self.tell(self.told)
 
     def submit(self, items: Items, number: int, answer: Any) -> Any:
         first = max(0, number - 1)

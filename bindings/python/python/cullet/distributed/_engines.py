@@ -221,11 +221,13 @@ class _Kept:
     """A value on a Dask cluster, which is sent again where the node that had it is gone."""
 
     def __init__(self, client: Any, value: Any) -> None:
-        self._client, self._value, self._future = client, value, None
+        self._client, self._value = client, value
+        self._future: Any = None
 
     def future(self) -> Any:
         if self._future is None or self._future.status != "finished":
-            self._future = self._client.scatter(self._value, hash=False)
+            # In a list, for the parts of a tuple would be sent one by one.
+            (self._future,) = self._client.scatter([self._value], hash=False)
         return self._future
 
 

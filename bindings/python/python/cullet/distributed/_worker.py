@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
+import threading
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,8 +33,13 @@ class _Held:
     job: _native.Job
 
 
-# One at a time: scenes are large.
-_held: _Held | None = None
+class _Here(threading.local):
+    """One at a time, for scenes are large; and one a thread, for engines may run several in a process."""
+
+    held: _Held | None = None
+
+
+_here = _Here()
 
 
 def run_unit(
@@ -48,14 +54,14 @@ def run_unit(
     *rounds: Round,
 ) -> bytes | Behind | NeedsScene:
     """Runs a unit. ``rounds`` is what was found in the rounds from ``first`` on; ``handed`` the bytes of the scene."""
-    global _held
-    if _held is None or _held.plan != plan or _held.job.round > round:
-        _held = None
+    held = _here.held
+    if held is None or held.plan != plan or held.job.round > round:
+        held = _here.held = None
         place = _place(scene, content, handed)
         if place is None:
             return NeedsScene()
-        _held = _Held(plan, _native.Job(plan, place, threads))
-    job = _held.job
+        held = _here.held = _Held(plan, _native.Job(plan, place, threads))
+    job = held.job
     for number, found in enumerate(rounds, first):
         if number == job.round:
             job.merge(list(found))
