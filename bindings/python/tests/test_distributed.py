@@ -251,7 +251,10 @@ def test_a_driver_that_is_killed_is_gone_on_from(expected: bytes, tmp_path: Path
 
 def test_a_full_disk_is_named_and_leaves_nothing_torn(tmp_path: Path) -> None:
     units = tmp_path / "units"
-    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (900, 900))  # noqa: E731
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (900, 900))
+
     done = subprocess.run(_command(units, "--processes", "1"), capture_output=True, text=True, preexec_fn=limit)
     assert done.returncode == 4, done.stderr
     assert str(units) in done.stderr and "cannot be kept" in done.stderr
@@ -260,7 +263,10 @@ def test_a_full_disk_is_named_and_leaves_nothing_torn(tmp_path: Path) -> None:
 
 def test_the_command_says_what_is_wrong(tmp_path: Path) -> None:
     start = [sys.executable, "-m", "cullet.distributed"]
-    run = lambda *words: subprocess.run([*start, *words], capture_output=True, text=True, cwd=tmp_path)  # noqa: E731
+
+    def run(*words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([*start, *words], capture_output=True, text=True, cwd=tmp_path)
+
     gone = run("pvs", "nowhere.bsp")
     assert gone.returncode == 3 and "nowhere.bsp" in gone.stderr
     (tmp_path / "odd.prt").write_text("PRT9\n")

@@ -14,9 +14,19 @@ use crate::tools::{
 
 /// What builds and checks a wheel.
 const BUILDING: &[&str] = &["maturin==1.16.*", "twine"];
-/// What its tests take: the packages that it works with, and what reads types and notebooks.
-const TESTING: &[&str] =
-    &["ipykernel", "mypy", "nbclient", "numpy", "pytest", "pyvista", "rtree", "trimesh"];
+/// What its tests take: the packages that it works with, clusters on one machine, and what reads types and notebooks.
+const TESTING: &[&str] = &[
+    "distributed",
+    "ipykernel",
+    "mypy",
+    "nbclient",
+    "numpy",
+    "pytest",
+    "pyvista",
+    "ray",
+    "rtree",
+    "trimesh",
+];
 /// What VTK, which pyvista draws with, takes of the system.
 const SYSTEM: &[&str] = &["python3-venv", "libgl1", "libxrender1"];
 /// The oldest interpreter that the wheel is for.
@@ -38,7 +48,8 @@ pub(crate) fn test() -> Ended {
         return Ok(End::Skipped(Skip::new(what, cure)));
     };
     let tools = cache().join("python-tools");
-    let has_tools = program(&tools, "pytest").exists() && program(&tools, "maturin").exists();
+    let has_tools =
+        ["pytest", "maturin", "dask", "ray"].iter().all(|p| program(&tools, p).exists());
     if !has_tools && !is_ci() {
         let cure = "CI=true cargo xtask bindings python, which gets maturin, trimesh, pyvista and others from PyPI";
         return Ok(End::Skipped(Skip::new(what, cure)));
@@ -126,6 +137,11 @@ fn build_and_test(python: &str, tools: &Path) -> Done {
         .current_dir(&source)
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env("MYPY_CACHE_DIR", target().join("mypy"));
+    let data = std::env::var_os("CULLET_DATA").filter(|folder| !folder.is_empty());
+    let data = data.map_or_else(|| root().join("../shared/data"), |folder| root().join(folder));
+    if data.exists() {
+        tests.env("CULLET_DATA", data);
+    }
     if golden::folder().join("golden.json").exists() {
         tests.env("CULLET_GOLDEN", golden::folder());
     }

@@ -188,7 +188,8 @@ class Dask:
             self._client = distributed.Client(address)
 
     def workers(self) -> int:
-        return max(1, sum(self._client.nthreads().values()))
+        threads: dict[str, int] = self._client.nthreads()
+        return max(1, sum(threads.values()))
 
     def share(self, value: Any) -> Any:
         # On one node; others fetch it from there, and it is made anew from here where that is lost.
