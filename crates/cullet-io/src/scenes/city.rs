@@ -49,10 +49,10 @@ pub(super) const INFO: SceneInfo = SceneInfo {
 };
 
 /// Distance between the centres of neighbouring buildings.
-const PITCH: f64 = 24.0;
+pub(super) const PITCH: f64 = 24.0;
 
 /// Facades, and how they are called.
-const FACADES: [(&str, u32); 6] = [
+pub(super) const FACADES: [(&str, u32); 6] = [
     ("sandstone", 0xD8C3A0),
     ("brick", 0xB5654A),
     ("concrete", 0xA9ACB0),
@@ -62,10 +62,20 @@ const FACADES: [(&str, u32); 6] = [
 ];
 
 #[derive(Clone, Copy)]
-struct Building {
-    half: [f64; 2],
-    height: f64,
-    facade: usize,
+pub(super) struct Building {
+    pub(super) half: [f64; 2],
+    pub(super) height: f64,
+    pub(super) facade: usize,
+}
+
+impl Building {
+    pub(super) fn any(rng: &mut Rng) -> Self {
+        Self {
+            half: [rng.range(5.0, 9.0), rng.range(5.0, 9.0)],
+            height: (6.0 + rng.exponential(14.0)).min(120.0),
+            facade: rng.below(FACADES.len()),
+        }
+    }
 }
 
 struct City {
@@ -94,11 +104,11 @@ impl City {
 }
 
 /// A small object: the half-width and half-depth of its box, and its height.
-struct Object {
+pub(super) struct Object {
     at: [f64; 3],
     half: f64,
     height: f64,
-    kind: usize,
+    pub(super) kind: usize,
     quarter: usize,
 }
 
@@ -111,7 +121,7 @@ const LAMP: usize = 4;
 const BALLOON: usize = 5;
 const VENT: usize = 6;
 
-fn kinds() -> [(&'static str, u32, Shape); 7] {
+pub(super) fn kinds() -> [(&'static str, u32, Shape); 7] {
     let car = [
         [-1.0, 0.12],
         [-0.8, 0.0],
@@ -141,13 +151,7 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
     let mut b = SceneBuilder::new(spec);
 
     let mut rng = Rng::new(seed, 1);
-    let buildings = (0..cells * cells)
-        .map(|_| Building {
-            half: [rng.range(5.0, 9.0), rng.range(5.0, 9.0)],
-            height: (6.0 + rng.exponential(14.0)).min(120.0),
-            facade: rng.below(FACADES.len()),
-        })
-        .collect();
+    let buildings = (0..cells * cells).map(|_| Building::any(&mut rng)).collect();
     let city = City { cells, buildings };
 
     let sub = spec.get("sub") as u32;
@@ -203,40 +207,52 @@ fn ground(reach: f64, material: u32) -> MeshData {
     mesh_data(&[(shape, material)], true, Alpha::Opaque)
 }
 
-/// Small objects: in the street or floating where the place is free, else now and then on the roof.
+/// Small objects all over the city.
 fn objects(city: &City, count: usize, rng: &mut Rng) -> Vec<Object> {
+    let reach = city.reach();
     let mut objects = Vec::with_capacity(count);
     while objects.len() < count {
-        let half = rng.range(0.2, 1.0);
-        let height = rng.range(0.3, 2.5);
-        let reach = city.reach();
-        let [x, z] = [rng.range(-reach, reach), rng.range(-reach, reach)];
-        let cell = city.cell_of([x, z]);
-        // Buildings stay 3 m from the edge of their cell, so only the one of this cell can be met.
-        let building = city.building(cell);
-        let [cx, cz] = city.centre(cell.0, cell.1);
-        let inside =
-            (x - cx).abs() < building.half[0] + half && (z - cz).abs() < building.half[1] + half;
-        let slender = height > 2.2 * half;
-        let (y, kind) = if inside {
-            if !rng.chance(0.15) {
-                continue;
-            }
-            (building.height, VENT)
-        } else if rng.chance(0.25) {
-            (rng.range(0.0, 12.0), BALLOON)
-        } else if slender {
-            (0.0, [LAMP, CONE, BARREL, BARREL][rng.below(4)])
-        } else {
-            (0.0, [CRATE, CRATE, CAR, CONE][rng.below(4)])
+        let building = |p| {
+            let cell = city.cell_of(p);
+            (city.centre(cell.0, cell.1), *city.building(cell))
         };
-        objects.push(Object { at: [x, y, z], half, height, kind, quarter: rng.below(4) });
+        objects.extend(object(rng, [-reach; 2], [reach; 2], building));
     }
     objects
 }
 
+/// A small object somewhere in a box of ground: in the street or floating where the place is free, else now and then on the roof.
+pub(super) fn object(
+    rng: &mut Rng,
+    low: [f64; 2],
+    high: [f64; 2],
+    building_at: impl Fn([f64; 2]) -> ([f64; 2], Building),
+) -> Option<Object> {
+    let half = rng.range(0.2, 1.0);
+    let height = rng.range(0.3, 2.5);
+    let [x, z] = [rng.range(low[0], high[0]), rng.range(low[1], high[1])];
+    // Buildings stay 3 m from the edge of their cell, so only the one of this cell can be met.
+    let ([cx, cz], building) = building_at([x, z]);
+    let inside =
+        (x - cx).abs() < building.half[0] + half && (z - cz).abs() < building.half[1] + half;
+    let slender = height > 2.2 * half;
+    let (y, kind) = if inside {
+        if !rng.chance(0.15) {
+            return None;
+        }
+        (building.height, VENT)
+    } else if rng.chance(0.25) {
+        (rng.range(0.0, 12.0), BALLOON)
+    } else if slender {
+        (0.0, [LAMP, CONE, BARREL, BARREL][rng.below(4)])
+    } else {
+        (0.0, [CRATE, CRATE, CAR, CONE][rng.below(4)])
+    };
+    Some(Object { at: [x, y, z], half, height, kind, quarter: rng.below(4) })
+}
+
 /// Turned by quarters, which leaves the box as it is.
-fn quarter_turned(o: &Object) -> Transform {
+pub(super) fn quarter_turned(o: &Object) -> Transform {
     let (h, y) = (o.half as f32, o.height as f32);
     let [c, s] = [[h, 0.0], [0.0, h], [-h, 0.0], [0.0, -h]][o.quarter];
     Transform { linear: [[c, 0.0, -s + 0.0], [0.0, y, 0.0], [s, 0.0, c]], translation: o.at }

@@ -5,6 +5,7 @@
 
 mod builder;
 mod city;
+mod city_plots;
 mod forest;
 mod knobs;
 mod moving;
@@ -15,6 +16,7 @@ mod shapes;
 mod solids;
 mod spec;
 
+pub use city_plots::{CityPlots, Placed, Plot};
 pub use knobs::knobbly_ball;
 pub use spec::{KeyInfo, SceneInfo, SceneSpecError};
 

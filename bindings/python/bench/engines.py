@@ -1,6 +1,6 @@
 """The same bake by one process, by two, on Dask and on Ray with two nodes each; and once more with one lost in the middle.
 
-    python bench/distributed.py FILE [--view-cells N --rays N] [--units N] [--turns N]
+    python bench/engines.py FILE [--view-cells N --rays N] [--units N] [--turns N]
 
 The package must be built with `--release`, with its extras `ray` and `dask`. Prints a table; every row's bytes are held against the first's.
 """

@@ -1,0 +1,176 @@
+//! A city of any size, plot by plot: what stands on a plot is a function of the seed and the plot, so that no one ever needs all of it.
+
+use cullet::mesh::{Alpha, MeshData, MeshError};
+use cullet::{Mesh, Transform};
+
+use super::builder::fill;
+use super::city::{Building, FACADES, PITCH, kinds, object, quarter_turned};
+use super::rng::Rng;
+use super::shapes::{Shape, mesh_data};
+
+/// Small objects of a plot.
+const OBJECTS: usize = 10;
+
+/// Draws for one at the most: a plot whose house fills it nearly is left with fewer.
+const TRIES: usize = 400;
+
+/// A city of square plots of 24 m, each with a building and ten small objects, about the origin on y = 0. Any part of it is made without
+/// the rest; up to 1e9 instances.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CityPlots {
+    seed: u64,
+    side: u32,
+}
+
+/// What stands somewhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placed {
+    /// Which of [`CityPlots::meshes`].
+    pub mesh: u32,
+    /// Where.
+    pub transform: Transform,
+}
+
+/// The house of a plot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plot {
+    /// Where the plot's middle is, along x and z.
+    pub centre: [f64; 2],
+    /// The height of its building.
+    pub height: f64,
+    /// The building.
+    pub building: Placed,
+}
+
+impl CityPlots {
+    /// Length of a side of a plot.
+    pub const PITCH: f64 = PITCH;
+
+    /// The highest that anything stands: on the highest roof.
+    pub const HIGHEST: f64 = 123.0;
+
+    /// Instances of a plot.
+    pub const INSTANCES: u64 = 1 + OBJECTS as u64;
+
+    /// A square city of at least so many instances, 1 to 1e9.
+    #[must_use]
+    pub fn new(instances: u64, seed: u64) -> Self {
+        let plots = instances.clamp(1, 1_000_000_000).div_ceil(Self::INSTANCES);
+        let mut side = (plots as f64).sqrt() as u32;
+        while u64::from(side) * u64::from(side) < plots {
+            side += 1;
+        }
+        Self { seed, side }
+    }
+
+    /// Plots along each side.
+    #[must_use]
+    pub fn side(&self) -> u32 {
+        self.side
+    }
+
+    /// Half the length of a side of the city.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        f64::from(self.side) * PITCH * 0.5
+    }
+
+    /// The meshes: buildings, then small objects, each with its name; last a box that fills −½..½ × 0..1 × −½..½.
+    ///
+    /// # Errors
+    /// Never: they are checked meshes.
+    pub fn meshes() -> Result<Vec<(&'static str, Mesh)>, MeshError> {
+        let mesh = |shape: Shape, material| {
+            Mesh::new(MeshData { ..mesh_data(&[(shape, material)], false, Alpha::Opaque) })
+        };
+        let mut meshes = Vec::new();
+        for (k, (name, _)) in (0..).zip(FACADES) {
+            meshes.push((name, mesh(Shape::building(1), k)?));
+        }
+        for (k, (name, _, shape)) in (FACADES.len() as u32..).zip(kinds()) {
+            meshes.push((name, mesh(shape, k)?));
+        }
+        let block = meshes.len() as u32;
+        meshes.push(("block", mesh(Shape::building(1), block)?));
+        Ok(meshes)
+    }
+
+    /// The number of the last mesh, the box.
+    #[must_use]
+    pub fn block() -> u32 {
+        (FACADES.len() + kinds().len()) as u32
+    }
+
+    /// A box of the last mesh.
+    #[must_use]
+    pub fn block_at(low: [f64; 3], high: [f64; 3]) -> Placed {
+        Placed { mesh: Self::block(), transform: fill(low, high) }
+    }
+
+    fn rng(&self, x: u32, z: u32) -> Rng {
+        Rng::new(self.seed, 1 << 62 | u64::from(x) << 31 | u64::from(z))
+    }
+
+    /// The house of a plot: x and z below [`Self::side`].
+    #[must_use]
+    pub fn plot(&self, x: u32, z: u32) -> Plot {
+        self.house(x, z, &mut self.rng(x, z)).0
+    }
+
+    fn house(&self, x: u32, z: u32, rng: &mut Rng) -> (Plot, Building) {
+        let building = Building::any(rng);
+        let centre = [x, z].map(|i| (f64::from(i) + 0.5) * PITCH - self.reach());
+        let ([cx, cz], [hx, hz]) = (centre, building.half);
+        let transform = fill([cx - hx, 0.0, cz - hz], [cx + hx, building.height, cz + hz]);
+        let placed = Placed { mesh: building.facade as u32, transform };
+        (Plot { centre, height: building.height, building: placed }, building)
+    }
+
+    /// Adds all that stands on a plot: its building, then its small objects.
+    pub fn add_all(&self, x: u32, z: u32, out: &mut Vec<Placed>) {
+        let mut rng = self.rng(x, z);
+        let (Plot { centre, building: house, .. }, building) = self.house(x, z, &mut rng);
+        out.push(house);
+        let [low, high] = [-0.5, 0.5].map(|s| centre.map(|c| c + s * PITCH));
+        let (mut count, mut tries) = (0, 0);
+        while count < OBJECTS && tries < TRIES {
+            tries += 1;
+            let Some(object) = object(&mut rng, low, high, |_| (centre, building)) else {
+                continue;
+            };
+            let mesh = (FACADES.len() + object.kind) as u32;
+            out.push(Placed { mesh, transform: quarter_turned(&object) });
+            count += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plot_is_the_same_whoever_makes_it_and_stays_in_its_place() {
+        let city = CityPlots::new(100_000_000, 3);
+        assert!(u64::from(city.side()).pow(2) * CityPlots::INSTANCES >= 100_000_000);
+        let meshes = CityPlots::meshes().unwrap();
+        for (x, z) in [(0, 0), (1234, 7), (city.side() - 1, city.side() - 1)] {
+            let (mut one, mut two) = (Vec::new(), Vec::new());
+            city.add_all(x, z, &mut one);
+            city.add_all(x, z, &mut two);
+            assert_eq!(one, two);
+            assert_eq!(one.len() as u64, CityPlots::INSTANCES);
+            let plot = city.plot(x, z);
+            assert_eq!(plot.building, one[0]);
+            for placed in &one {
+                assert!((placed.mesh as usize) < meshes.len() - 1);
+                let [px, py, pz] = placed.transform.translation;
+                assert!((px - plot.centre[0]).abs() <= PITCH * 0.5);
+                assert!((pz - plot.centre[1]).abs() <= PITCH * 0.5);
+                assert!((0.0..=CityPlots::HIGHEST).contains(&py));
+            }
+        }
+        assert_ne!(city.plot(5, 5).height, city.plot(5, 6).height);
+        assert_eq!(CityPlots::new(1, 0).side(), 1);
+    }
+}

@@ -1,0 +1,43 @@
+//! Worlds that do not fit in memory: a hierarchy of tiles, of which those are loaded that matter for the eye.
+//!
+//! ```text
+//!  eye, motion ──> choose ──> a cut of the hierarchy: coarse far away, fine nearby, within a budget of bytes
+//!                               │            (worker thread)
+//!                               ├──> load what of it is missing, what matters most first
+//!                               └──> build a Scene of it ──> handed over whole; frames go on with the one before
+//!  frame ──> World::look: never waits ──> World::scene ──> Culler, as of any scene
+//! ```
+//!
+//! A [`World`] gives one [`Scene`](cullet::Scene) at any time, so every stage works on it as on a scene that was never cut: occluders of one tile hide
+//! what stands in another, and nothing visible of what is loaded is dropped. The scene is a function of the cut alone, not of the order in
+//! which tiles came. Every place of the world is in exactly one tile of a cut. Coarse tiles stand in for what is not loaded; their
+//! blocks are drawn and never hide anything.
+//!
+//! ```
+//! use cullet::{Culler, ViewState, Visible};
+//! use cullet_tiles::{CityTiles, Settings, World};
+//!
+//! let mut world = World::new(CityTiles::new(1_000_000, 1), &Settings::default())?;
+//! // Each frame:
+//! world.look([0.0, 2.0, 0.0], [0.0, 0.0, -10.0]);
+//! assert!(world.scene().instance_count() > 0);
+//! # Ok::<(), cullet_tiles::TileError>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod built;
+mod choose;
+mod city;
+mod settings;
+mod source;
+mod status;
+mod worker;
+mod world;
+
+pub use built::scene_of;
+pub use choose::{Cut, choose};
+pub use city::CityTiles;
+pub use settings::Settings;
+pub use source::{TileContent, TileError, TileId, TileInfo, TileSource};
+pub use status::{Status, Want};
+pub use world::World;

@@ -1,0 +1,57 @@
+//! What is wanted of a world.
+
+use cullet::Preparation;
+
+/// What is wanted of a world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Settings {
+    /// Bytes that tiles and their scenes may take, also while others are loaded. Meshes, which are shared by all, are not
+    /// counted. Default: 1 GiB.
+    pub budget: u64,
+    /// Tiles are wanted finer while their error is larger than this on the screen, in pixels. Default: 4.
+    pub pixels: f64,
+    /// Pixels of a length of one unit at a distance of one: height of the viewport over 2 tan(fov_y / 2). Default: 935,
+    /// a viewport of 1080 pixels at 60 degrees.
+    pub scale: f64,
+    /// So many seconds ahead tiles are loaded that the motion of the eye leads to. Default: 2.
+    pub ahead: f64,
+    /// What is prepared of meshes, as culling wants it: [`Culler::preparation`](cullet::Culler::preparation). Default: of the balanced culler.
+    pub preparation: Preparation,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            budget: 1 << 30,
+            pixels: 4.0,
+            scale: 935.0,
+            ahead: 2.0,
+            preparation: cullet::Culler::balanced().preparation(),
+        }
+    }
+}
+
+impl Settings {
+    /// With another budget in bytes.
+    #[must_use]
+    pub fn with_budget(self, budget: u64) -> Self {
+        Self { budget, ..self }
+    }
+
+    /// With another error on the screen, in pixels; 0 wants everything that the budget allows.
+    #[must_use]
+    pub fn with_pixels(self, pixels: f64) -> Self {
+        Self { pixels, ..self }
+    }
+}
+
+/// Bytes of an instance in a scene, measured by `examples/fly.rs` and rounded up.
+const OF_A_SCENE: u64 = 256;
+
+/// Bytes that a tile of so many instances takes: what was loaded, and twice what a scene has of it, for the next scene is built
+/// while the last is in use.
+pub(crate) fn bytes_of(instances: u32) -> u64 {
+    let instance = size_of::<cullet::Instance>() as u64 + 2 * OF_A_SCENE;
+    u64::from(instances) * instance
+}

@@ -1,0 +1,76 @@
+//! Where tiles come from.
+
+use cullet::{Instance, Mesh};
+use thiserror::Error;
+
+/// The name of a tile in its source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TileId(pub u64);
+
+/// What is known of a tile before it is loaded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TileInfo {
+    /// A box that contains all of its instances and those of all tiles below it, low and high corner, in the world.
+    pub bounds: [[f64; 3]; 2],
+    /// How far what it shows may be from what is there, in units of the world; 0 of a tile that shows all there is.
+    pub error: f64,
+    /// Its instances.
+    pub instances: u32,
+}
+
+/// What a tile shows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TileContent {
+    /// Its instances; their meshes are numbers of [`TileSource::meshes`]. What stands in for something else must have
+    /// [`no_occlusion`](cullet::InstanceFlags::no_occlusion).
+    pub instances: Vec<Instance>,
+}
+
+/// Why a tile is not there.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum TileError {
+    /// It cannot be loaded.
+    #[error("tile {tile:#x}: {reason}; what is coarser is shown in its place")]
+    Load {
+        /// Which.
+        tile: u64,
+        /// Why not.
+        reason: String,
+    },
+    /// The coarsest tiles alone exceed the budget.
+    #[error("the coarsest tiles need {bytes} bytes, above the budget of {budget}: allow more")]
+    Budget {
+        /// What they need.
+        bytes: u64,
+        /// What there is.
+        budget: u64,
+    },
+    /// A mesh of the source cannot be used.
+    #[error("the meshes of the world: {0}")]
+    Meshes(String),
+    /// No thread could be started to load tiles.
+    #[error("no thread can be started: {0}")]
+    Thread(String),
+}
+
+/// A world as a hierarchy of tiles. All is a function of the tile alone; any thread may ask at any time.
+pub trait TileSource: Send + Sync + 'static {
+    /// The meshes that instances of any tile name. Always in memory.
+    fn meshes(&self) -> &[Mesh];
+
+    /// The coarsest tiles, which together are the whole world. They are always loaded.
+    fn roots(&self) -> Vec<TileId>;
+
+    /// What is known of a tile.
+    fn info(&self, tile: TileId) -> TileInfo;
+
+    /// Adds the tiles that together show the place of this one with less error; none for the finest.
+    fn children(&self, tile: TileId, out: &mut Vec<TileId>);
+
+    /// Loads a tile. May take long.
+    ///
+    /// # Errors
+    /// If it cannot be loaded.
+    fn load(&self, tile: TileId) -> Result<TileContent, TileError>;
+}

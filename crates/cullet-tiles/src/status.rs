@@ -1,0 +1,35 @@
+//! Where a world stands.
+
+use crate::source::{TileError, TileId};
+
+/// A tile that is to be loaded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Want {
+    /// Which.
+    pub tile: TileId,
+    /// What it will take.
+    pub bytes: u64,
+    /// The error of what it shows, on the screen, in pixels; of finest tiles 0.
+    pub pixels: f64,
+}
+
+/// Where a world stands.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Status {
+    /// Tiles of the scene that is in use.
+    pub tiles: usize,
+    /// What tiles and scenes take at the most, at any time until the next cut; never above the budget.
+    pub bytes: u64,
+    /// Tiles that are to be loaded next, in this order.
+    pub wanted: Vec<Want>,
+    /// Tiles that could not be loaded, each named once. They are not tried again until [`World::forgive`](crate::World::forgive).
+    pub failed: Vec<TileError>,
+    /// Tiles that were loaded until now.
+    pub loaded: u64,
+    /// Scenes that were built until now, and what the last took, in seconds.
+    pub built: u64,
+    /// Seconds that the last build took.
+    pub build_seconds: f64,
+    /// Whether the budget ended the cut before the error was small enough everywhere.
+    pub is_cut_short: bool,
+}
