@@ -9,7 +9,7 @@ pub struct Settings {
     /// Bytes that tiles and their scenes may take, also while others are loaded. Meshes, which are shared by all, are not
     /// counted. Default: 1 GiB.
     pub budget: u64,
-    /// Tiles are wanted finer while their error is larger than this on the screen, in pixels. Default: 4.
+    /// Tiles are wanted finer while their error is larger than this on the screen, in pixels. Default: 8.
     pub pixels: f64,
     /// Pixels of a length of one unit at a distance of one: height of the viewport over 2 tan(fov_y / 2). Default: 935,
     /// a viewport of 1080 pixels at 60 degrees.
@@ -24,7 +24,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             budget: 1 << 30,
-            pixels: 4.0,
+            pixels: 8.0,
             scale: 935.0,
             ahead: 2.0,
             preparation: cullet::Culler::balanced().preparation(),
@@ -47,7 +47,7 @@ impl Settings {
 }
 
 /// Bytes of an instance in a scene, measured by `examples/fly.rs` and rounded up.
-const OF_A_SCENE: u64 = 256;
+const OF_A_SCENE: u64 = 288;
 
 /// Bytes that a tile of so many instances takes: what was loaded, and twice what a scene has of it, for the next scene is built
 /// while the last is in use.

@@ -6,6 +6,7 @@ use cullet::mesh::{Alpha, MeshData};
 use cullet::{Projection, Transform};
 
 use super::builder::{SceneBuilder, Sides, fill};
+use super::city_plots;
 use super::rng::{Rng, morton_grid, sin_cos};
 use super::shapes::{Shape, mesh_data};
 use super::spec::{KeyInfo, SceneInfo, SceneSpecError, Spec};
@@ -28,6 +29,14 @@ pub(super) const INFO: SceneInfo = SceneInfo {
             name: "objects",
             about: "small objects in streets, in the air and on roofs",
             default: 100_000,
+            min: 0,
+            max: 10_000_000,
+        },
+        KeyInfo {
+            name: "n",
+            about: "if not 0, in place of cells and objects: a city of plots of at least so many instances, one building \
+                    to ten objects, any part of which can be made without the rest",
+            default: 0,
             min: 0,
             max: 10_000_000,
         },
@@ -112,6 +121,16 @@ pub(super) struct Object {
     quarter: usize,
 }
 
+impl Object {
+    /// Whether it leaves room for an eye.
+    pub(super) fn is_clear_of(&self, eye: [f64; 3]) -> bool {
+        (self.at[0] - eye[0]).abs() > self.half + 0.3
+            || (self.at[2] - eye[2]).abs() > self.half + 0.3
+            || eye[1] < self.at[1] - 0.3
+            || eye[1] > self.at[1] + self.height + 0.3
+    }
+}
+
 /// Kinds of small objects; every mesh fills −1..1 × 0..1 × −1..1, so that scaling it gives the box wanted.
 const CRATE: usize = 0;
 const CAR: usize = 1;
@@ -146,6 +165,9 @@ pub(super) fn kinds() -> [(&'static str, u32, Shape); 7] {
 }
 
 pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
+    if spec.get("n") > 0 {
+        return city_plots::build(spec);
+    }
     let seed = spec.get("seed");
     let cells = spec.get("cells") as u32;
     let mut b = SceneBuilder::new(spec);
@@ -193,12 +215,13 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
     for o in &objects {
         b.add(kind_meshes[o.kind], quarter_turned(o))?;
     }
-    cameras(&mut b.model, &city, &objects, &mut Rng::new(seed, 3));
+    let clear = |eye| objects.iter().all(|o| o.is_clear_of(eye));
+    cameras(&mut b.model, city.cells, clear, &mut Rng::new(seed, 3));
     Ok(b.finish())
 }
 
 /// Two triangles at y = 0, seen from both sides.
-fn ground(reach: f64, material: u32) -> MeshData {
+pub(super) fn ground(reach: f64, material: u32) -> MeshData {
     let r = reach as f32;
     let shape = Shape {
         positions: vec![[-r, 0.0, -r], [-r, 0.0, r], [r, 0.0, r], [r, 0.0, -r]],
@@ -259,8 +282,13 @@ pub(super) fn quarter_turned(o: &Object) -> Transform {
 }
 
 /// 32 cameras at street crossings of the middle half.
-fn cameras(model: &mut Model, city: &City, objects: &[Object], rng: &mut Rng) {
-    let crossings = f64::from(city.cells) * 0.25;
+pub(super) fn cameras(
+    model: &mut Model,
+    cells: u32,
+    is_clear: impl Fn([f64; 3]) -> bool,
+    rng: &mut Rng,
+) {
+    let crossings = f64::from(cells) * 0.25;
     for i in 0..32u32 {
         let high = i % 8 == 7;
         let height = if high { 60.0 } else { 1.7 };
@@ -275,16 +303,10 @@ fn cameras(model: &mut Model, city: &City, objects: &[Object], rng: &mut Rng) {
             let mut street = || {
                 (rng.range(-crossings, crossings)).round() * PITCH
                     + rng.range(-3.0, 3.0)
-                    + (f64::from(city.cells % 2) * PITCH * 0.5)
+                    + (f64::from(cells % 2) * PITCH * 0.5)
             };
             eye = [street(), height, street()];
-            let clear = |o: &Object| {
-                (o.at[0] - eye[0]).abs() > o.half + 0.3
-                    || (o.at[2] - eye[2]).abs() > o.half + 0.3
-                    || eye[1] < o.at[1] - 0.3
-                    || eye[1] > o.at[1] + o.height + 0.3
-            };
-            if objects.iter().all(clear) {
+            if is_clear(eye) {
                 break;
             }
         }

@@ -1,12 +1,16 @@
 //! A city of any size, plot by plot: what stands on a plot is a function of the seed and the plot, so that no one ever needs all of it.
 
-use cullet::mesh::{Alpha, MeshData, MeshError};
+use cullet::mesh::{Alpha, MeshError};
 use cullet::{Mesh, Transform};
 
-use super::builder::fill;
-use super::city::{Building, FACADES, PITCH, kinds, object, quarter_turned};
-use super::rng::Rng;
+use super::builder::{SceneBuilder, Sides, fill};
+use super::city::{
+    Building, FACADES, Object, PITCH, cameras, ground, kinds, object, quarter_turned,
+};
+use super::rng::{Rng, morton_grid};
 use super::shapes::{Shape, mesh_data};
+use super::spec::{SceneSpecError, Spec};
+use crate::Model;
 
 /// Small objects of a plot.
 const OBJECTS: usize = 10;
@@ -81,7 +85,7 @@ impl CityPlots {
     /// Never: they are checked meshes.
     pub fn meshes() -> Result<Vec<(&'static str, Mesh)>, MeshError> {
         let mesh = |shape: Shape, material| {
-            Mesh::new(MeshData { ..mesh_data(&[(shape, material)], false, Alpha::Opaque) })
+            Mesh::new(mesh_data(&[(shape, material)], false, Alpha::Opaque))
         };
         let mut meshes = Vec::new();
         for (k, (name, _)) in (0..).zip(FACADES) {
@@ -128,21 +132,68 @@ impl CityPlots {
 
     /// Adds all that stands on a plot: its building, then its small objects.
     pub fn add_all(&self, x: u32, z: u32, out: &mut Vec<Placed>) {
-        let mut rng = self.rng(x, z);
-        let (Plot { centre, building: house, .. }, building) = self.house(x, z, &mut rng);
-        out.push(house);
-        let [low, high] = [-0.5, 0.5].map(|s| centre.map(|c| c + s * PITCH));
-        let (mut count, mut tries) = (0, 0);
-        while count < OBJECTS && tries < TRIES {
-            tries += 1;
-            let Some(object) = object(&mut rng, low, high, |_| (centre, building)) else {
-                continue;
-            };
+        let (house, objects) = self.all(x, z);
+        out.push(house.building);
+        out.extend(objects.iter().map(|object| {
             let mesh = (FACADES.len() + object.kind) as u32;
-            out.push(Placed { mesh, transform: quarter_turned(&object) });
-            count += 1;
+            Placed { mesh, transform: quarter_turned(object) }
+        }));
+    }
+
+    fn all(&self, x: u32, z: u32) -> (Plot, Vec<Object>) {
+        let mut rng = self.rng(x, z);
+        let (plot, building) = self.house(x, z, &mut rng);
+        let [low, high] = [-0.5, 0.5].map(|s| plot.centre.map(|c| c + s * PITCH));
+        let mut objects = Vec::with_capacity(OBJECTS);
+        let mut tries = 0;
+        while objects.len() < OBJECTS && tries < TRIES {
+            tries += 1;
+            objects.extend(object(&mut rng, low, high, |_| (plot.centre, building)));
+        }
+        (plot, objects)
+    }
+
+    /// Whether nothing small stands where an eye is to be.
+    fn is_clear(&self, eye: [f64; 3]) -> bool {
+        let plot = |v: f64| ((v + self.reach()) / PITCH) as u32;
+        let around = |v: f64| [plot(v - PITCH), plot(v), plot(v + PITCH)];
+        around(eye[2]).into_iter().all(|z| {
+            around(eye[0])
+                .into_iter()
+                .filter(|&x| x.max(z) < self.side)
+                .all(|x| self.all(x, z).1.iter().all(|object| object.is_clear_of(eye)))
+        })
+    }
+}
+
+/// The whole of it as a model.
+pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
+    let (seed, sub) = (spec.get("seed"), spec.get("sub") as u32);
+    let city = CityPlots::new(spec.get("n"), seed);
+    let mut b = SceneBuilder::new(spec);
+    for (name, colour) in FACADES {
+        let material = b.material(name, colour);
+        let name = format!("{name} building");
+        b.mesh(&name, &[(Shape::building(sub), material)], Sides::One)?;
+    }
+    for (name, colour, shape) in kinds() {
+        let material = b.material(name, colour);
+        b.mesh(name, &[(shape, material)], Sides::One)?;
+    }
+    if spec.get("ground") == 1 {
+        let material = b.material("asphalt", 0x5A5E63);
+        let mesh = b.mesh_from("ground", ground(city.reach() + 200.0, material))?;
+        b.add(mesh, Transform::IDENTITY)?;
+    }
+    let mut placed = Vec::new();
+    for (x, z) in morton_grid(city.side) {
+        city.add_all(x, z, &mut placed);
+        for Placed { mesh, transform } in placed.drain(..) {
+            b.add(mesh, transform)?;
         }
     }
+    cameras(&mut b.model, city.side, |eye| city.is_clear(eye), &mut Rng::new(seed, 3));
+    Ok(b.finish())
 }
 
 #[cfg(test)]
