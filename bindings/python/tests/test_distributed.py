@@ -142,6 +142,32 @@ def test_every_engine_makes_the_same_bytes_after_any_loss(
     assert distributed.run(plan, cluster.engine, progress=progress).sets == expected
 
 
+def test_what_lay_on_a_lost_node_is_handed_over_again() -> None:
+    for cluster in _on_dask():
+        engine = cluster.engine
+        value = engine.share((b"a round", 2))
+        value.future().cancel()
+        time.sleep(0.5)
+        late = engine.submit(len, value)
+        assert engine.ended([late], 30.0) == [late] and engine.result(late) == 2
+        # A task whose value goes while it waits ends with an error that the driver takes for a loss.
+        # By its name no node would find it.
+        after = lambda seconds, _: time.sleep(seconds) or seconds  # type: ignore[func-returns-value]  # noqa: E731
+        waits = engine.submit(after, 3.0, value)
+        value.future().cancel()
+        kept = engine.share(b"stays")
+        stays = engine.submit(after, 0.1, kept)
+        left, results = [waits, stays], []
+        while left:
+            for handle in engine.ended(left, 30.0):
+                left.remove(handle)
+                try:
+                    results.append(engine.result(handle))
+                except RuntimeError:
+                    results.append(None)
+        assert 0.1 in results and len(results) == 2
+
+
 @pytest.mark.parametrize("data", ["CULLET_DATA"], indirect=True)
 def test_a_map_is_the_same_with_its_sets_in_it(data: Path, tmp_path: Path) -> None:
     made = distributed.plan(data / "portals" / "gen_small.prt")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import multiprocessing
 import os
@@ -149,7 +150,8 @@ class Ray:
 
     def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
         if task not in self._tasks:
-            remote = self._ray.remote(num_cpus=self._cpus, max_retries=0)
+            # Else all go where what was found in the last round lies.
+            remote = self._ray.remote(num_cpus=self._cpus, max_retries=0, scheduling_strategy="SPREAD")
             self._tasks[task] = remote(task)
         return self._tasks[task].remote(*arguments)
 
@@ -192,7 +194,6 @@ class Dask:
         return max(1, sum(threads.values()))
 
     def share(self, value: Any) -> Any:
-        # On one node; others fetch it from there, and it is made anew from here where that is lost.
         return _Kept(self._client, value)
 
     def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
@@ -204,10 +205,16 @@ class Dask:
             done = self._distributed.wait(handles, timeout=seconds, return_when="FIRST_COMPLETED").done
         except (TimeoutError, self._distributed.TimeoutError):
             return []
+        except _CANCELLED:
+            # What was handed over lay on a node that is gone, and all that waits for it goes with it.
+            return [handle for handle in handles if handle.status != "pending"]
         return list(done)
 
     def result(self, handle: Any) -> Any:
-        return handle.result()
+        try:
+            return handle.result()
+        except _CANCELLED as error:
+            raise RuntimeError("lost with a node that had what it needs") from error
 
     def cancel(self, handles: list[Any]) -> None:
         with contextlib.suppress(Exception):
@@ -216,6 +223,10 @@ class Dask:
     def close(self) -> None:
         if self._own:
             self._client.close()
+
+
+# The interpreter has two of the name, one of which is no Exception.
+_CANCELLED = (asyncio.CancelledError, futures.CancelledError)
 
 
 class _Kept:
@@ -227,8 +238,8 @@ class _Kept:
 
     def future(self) -> Any:
         if self._future is None or self._future.status != "finished":
-            # In a list, for the parts of a tuple would be sent one by one.
-            (self._future,) = self._client.scatter([self._value], hash=False)
+            # In a list, for the parts of a tuple would be sent one by one; and to all nodes, for tasks are given to those that have it.
+            (self._future,) = self._client.scatter([self._value], hash=False, broadcast=True)
         return self._future
 
 
