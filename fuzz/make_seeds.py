@@ -26,6 +26,16 @@ def u32(*values: int) -> bytes:
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 
 
+def tileset() -> None:
+    volume = {"box": [0, 0, 0, 9, 0, 0, 0, 9, 0, 0, 0, 9]}
+    moved = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1]
+    child = {"boundingVolume": volume, "geometricError": 0, "transform": moved, "contents": [{"uri": "b.b3dm"}]}
+    root = {"boundingVolume": volume, "geometricError": 9, "refine": "ADD", "content": {"uri": "a.glb"}, "children": [child]}
+    text = json.dumps({"asset": {"version": "1.1"}, "geometricError": 99, "root": root}, separators=(",", ":"))
+    features = b'{"RTC_CENTER":[1,2,3]}  '
+    put("tileset", "added", text.encode() + b"b3dm" + u32(1, 28 + len(features), len(features), 0, 0, 0) + features)
+
+
 def obj() -> None:
     corners = "".join(f"v {x} {y} {z}\n" for x, y, z in SQUARE)
     put("obj", "square", corners + "f 1 2 3 4\n")
@@ -342,5 +352,5 @@ def bsp() -> None:
     put("bsp", "quake3", quake3())
 
 
-for make in (obj, ply, stl, off, prt, occscn, gltf, bsp, claims):
+for make in (obj, ply, stl, off, prt, occscn, gltf, bsp, claims, tileset):
     make()

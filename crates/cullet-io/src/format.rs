@@ -9,6 +9,8 @@ use crate::ErrorKind;
 pub(crate) enum Format {
     /// glTF or GLB: their loader tells them apart.
     Gltf,
+    /// The JSON of 3D Tiles.
+    Tileset,
     Obj,
     Ply,
     Stl,
@@ -73,6 +75,10 @@ fn by_signature(head: &[u8], size: u64) -> Option<Format> {
     }
     if let [b'p', b'l', b'y', b'\r' | b'\n', ..] = head {
         return Some(Format::Ply);
+    }
+    // Before the first of these, a tileset has little; and a glTF has none.
+    if text.starts_with(b"{") && contains(text, b"\"boundingVolume\"") {
+        return Some(Format::Tileset);
     }
     if text.starts_with(b"{") && !contains(text, b"\"CityJSON\"") {
         return Some(Format::Gltf);

@@ -41,6 +41,7 @@ mod save;
 pub mod scenes;
 mod stl;
 mod text;
+mod tileset;
 mod weld;
 mod winding;
 

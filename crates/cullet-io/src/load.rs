@@ -7,10 +7,10 @@ use crate::blocks::Source;
 use crate::format::{Format, recognise};
 use crate::{
     CellGraph, ErrorKind, LoadError, LoadOptions, Model, Warning, bsp, gltf, obj, occscn, off, ply,
-    stl,
+    stl, tileset,
 };
 
-/// Loads a model: GLB, glTF, OBJ, PLY, STL, OFF, `OCCSCN01`, or a Quake or Quake 3 map, told by content first, then by ending.
+/// Loads a model: GLB, glTF, 3D Tiles, OBJ, PLY, STL, OFF, `OCCSCN01`, or a Quake or Quake 3 map, told by content first, then by ending.
 ///
 /// OBJ, PLY, STL, OFF and `OCCSCN01` say nothing of sides: their solids are one-sided, all else is
 /// two-sided. A map has z up; its walls are one-sided, and a mesh is what is in one of its cells. Every vertex of the model is finite and every index in range; a file without triangles
@@ -104,6 +104,7 @@ fn decode(
     let builder = match recognise(path, &head, source.size())? {
         // Owned, so that it can be freed once it is decoded.
         Format::Gltf => return gltf::load(path, source.into_bytes()?, options, beside),
+        Format::Tileset => return tileset::load(path, &source.into_bytes()?, options, beside),
         Format::Obj => obj::read(&name, source, options, beside)?,
         Format::Ply => ply::read(&name, source, options)?,
         Format::Stl => stl::read(&name, source, options)?,

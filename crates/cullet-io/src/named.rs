@@ -33,7 +33,13 @@ fn named(path: &Path, source: Source<'_>) -> Result<Vec<PathBuf>, ErrorKind> {
     let all = match recognise(path, &source.head(Source::HEAD)?, source.size())? {
         Format::Gltf => gltf::named(path, &source)?,
         Format::Obj => obj::named(source)?,
-        Format::Ply | Format::Stl | Format::Off | Format::Occscn | Format::Bsp => Vec::new(),
+        // Tiles name more tiles: what they need is told only by loading them.
+        Format::Tileset
+        | Format::Ply
+        | Format::Stl
+        | Format::Off
+        | Format::Occscn
+        | Format::Bsp => Vec::new(),
     };
     let mut files = Vec::new();
     for file in all.iter().filter_map(|file| below(file)) {

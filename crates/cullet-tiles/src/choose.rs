@@ -69,8 +69,8 @@ pub fn choose<S: TileSource + ?Sized>(
     let mut children = Vec::new();
     while let Some(Candidate { want: of }) = heap.pop() {
         children.clear();
-        // Not a number is not small enough.
-        if !(of.pixels <= settings.pixels) {
+        // What is no number is not small enough.
+        if of.pixels.is_nan() || of.pixels > settings.pixels {
             source.children(of.tile, &mut children);
         }
         if children.is_empty() || children.iter().any(|&child| failed(child)) {

@@ -11,7 +11,7 @@ pub struct Settings {
     pub budget: u64,
     /// Tiles are wanted finer while their error is larger than this on the screen, in pixels. Default: 8.
     pub pixels: f64,
-    /// Pixels of a length of one unit at a distance of one: height of the viewport over 2 tan(fov_y / 2). Default: 935,
+    /// Pixels of a length of one unit at a distance of one: height of the viewport over twice the tangent of half of the vertical angle of view. Default: 935,
     /// a viewport of 1080 pixels at 60 degrees.
     pub scale: f64,
     /// So many seconds ahead tiles are loaded that the motion of the eye leads to. Default: 2.

@@ -250,7 +250,7 @@ impl TileSource for Torn {
         if self.heals && tries > 0 {
             return Ok(content);
         }
-        if tile.0 % 2 == 0 {
+        if tile.0.is_multiple_of(2) {
             return Err(TileError::Load { tile: tile.0, reason: "the file is cut short".into() });
         }
         let twice = [&content.instances[..], &content.instances[..]].concat();

@@ -14,7 +14,7 @@ use cullet_bake::work::{Rounds, split, tile};
 use crate::error::WorkError;
 use crate::plan::{Plan, Product};
 use crate::settings::Settings;
-use crate::source::{CellSource, is_named_scene, scene};
+use crate::source::{CellSource, content_of, is_named_scene, scene};
 
 /// The bytes of units, each with its items.
 type Units = Vec<(Range<u32>, Vec<u8>)>;
@@ -77,12 +77,6 @@ impl Job {
             return Err(WorkError::OtherWork { scene: scene.to_owned(), found, expected });
         }
         Ok(job)
-    }
-
-    /// What a file's plan would be of, and its key.
-    pub(crate) fn look(scene: &str, settings: &Settings) -> Result<(Product, u64), WorkError> {
-        let job = Self::start(scene, settings, 1)?;
-        Ok((job.state.product, job.state.key))
     }
 
     fn start(scene: &str, settings: &Settings, threads: usize) -> Result<Self, WorkError> {
@@ -230,6 +224,19 @@ impl Drop for Job {
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
+    }
+}
+
+impl Plan {
+    /// Plans the sets of a file: of its cells, if it is a portal graph, a map or a scene with cells and no view cells are
+    /// asked for; else of view cells. Loads it, to know.
+    ///
+    /// # Errors
+    /// If it cannot be loaded or baked.
+    pub fn new(scene: &str, settings: &Settings) -> Result<Self, WorkError> {
+        let content = content_of(scene)?;
+        let job = Job::start(scene, settings, 1)?;
+        Ok(Self::of(scene, content, job.state.product, settings, job.state.key))
     }
 }
 

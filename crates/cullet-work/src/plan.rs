@@ -5,7 +5,6 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::error::WorkError;
-use crate::job::Job;
 use crate::settings::Settings;
 use crate::source::content_of;
 
@@ -40,16 +39,15 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Plans the sets of a file: of its cells, if it is a portal graph, a map or a scene with cells and no view cells are
-    /// asked for; else of view cells. Loads it, to know.
-    ///
-    /// # Errors
-    /// If it cannot be loaded or baked.
-    pub fn new(scene: &str, settings: &Settings) -> Result<Self, WorkError> {
-        let content = content_of(scene)?;
-        let (product, key) = Job::look(scene, settings)?;
+    pub(crate) fn of(
+        scene: &str,
+        content: Option<u64>,
+        product: Product,
+        settings: &Settings,
+        key: u64,
+    ) -> Self {
         let scene = scene.to_owned();
-        Ok(Self { version: VERSION, scene, content, product, settings: settings.clone(), key })
+        Self { version: VERSION, scene, content, product, settings: settings.clone(), key }
     }
 
     /// As JSON on one line.

@@ -27,7 +27,7 @@ mod nodes;
 mod notes;
 mod rig;
 mod stand_ins;
-mod uri;
+pub(crate) mod uri;
 
 #[cfg(test)]
 mod tests;

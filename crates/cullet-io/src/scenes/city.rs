@@ -6,7 +6,6 @@ use cullet::mesh::{Alpha, MeshData};
 use cullet::{Projection, Transform};
 
 use super::builder::{SceneBuilder, Sides, fill};
-use super::city_plots;
 use super::rng::{Rng, morton_grid, sin_cos};
 use super::shapes::{Shape, mesh_data};
 use super::spec::{KeyInfo, SceneInfo, SceneSpecError, Spec};
@@ -165,9 +164,6 @@ pub(super) fn kinds() -> [(&'static str, u32, Shape); 7] {
 }
 
 pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
-    if spec.get("n") > 0 {
-        return city_plots::build(spec);
-    }
     let seed = spec.get("seed");
     let cells = spec.get("cells") as u32;
     let mut b = SceneBuilder::new(spec);

@@ -68,6 +68,7 @@ pub fn no_such_file(text: &str) -> String {
 pub fn build(text: &str) -> Result<Model, SceneSpecError> {
     let spec = Spec::parse(text, SCENES)?;
     match spec.info.name {
+        "city" if spec.get("n") > 0 => city_plots::build(&spec),
         "city" => city::build(&spec),
         "solids" => solids::build(&spec),
         "office" => office::build(&spec),

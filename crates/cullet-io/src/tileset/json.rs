@@ -1,0 +1,98 @@
+//! The JSON of a tileset.
+
+use glam::{DMat4, DVec3};
+use serde::Deserialize;
+
+use crate::ErrorKind;
+
+#[derive(Debug, Deserialize)]
+pub(super) struct TilesetJson {
+    asset: Asset,
+    pub(super) root: TileJson,
+    #[serde(default, rename = "extensionsRequired")]
+    required: Vec<String>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Asset {
+    version: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+pub(super) enum Refine {
+    #[serde(rename = "REPLACE", alias = "replace")]
+    Replace,
+    #[serde(rename = "ADD", alias = "add")]
+    Add,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TileJson {
+    pub(super) bounding_volume: Volume,
+    #[serde(default)]
+    pub(super) refine: Option<Refine>,
+    #[serde(default)]
+    pub(super) transform: Option<Vec<f64>>,
+    #[serde(default)]
+    pub(super) content: Option<Content>,
+    #[serde(default)]
+    pub(super) contents: Vec<Content>,
+    #[serde(default)]
+    pub(super) children: Vec<Self>,
+    #[serde(default)]
+    pub(super) implicit_tiling: Option<serde_json::Value>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Content {
+    #[serde(default)]
+    pub(super) uri: Option<String>,
+    /// As before 1.0.
+    #[serde(default)]
+    pub(super) url: Option<String>,
+}
+
+/// One of the three is there; numbers as in the file.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Volume {
+    #[serde(rename = "box")]
+    pub(super) block: Option<Vec<f64>>,
+    pub(super) sphere: Option<Vec<f64>>,
+    pub(super) region: Option<Vec<f64>>,
+}
+
+/// Extensions that change nothing of what is drawn where.
+const HARMLESS: [&str; 3] =
+    ["3DTILES_content_gltf", "3DTILES_metadata", "3DTILES_multiple_contents"];
+
+/// Reads a tileset. Its depth is limited by that of JSON, 128.
+pub(super) fn read(bytes: &[u8]) -> Result<TilesetJson, ErrorKind> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let tileset: TilesetJson =
+        serde_json::from_slice(bytes).map_err(|e| ErrorKind::invalid("tileset", e.to_string()))?;
+    let version = &tileset.asset.version;
+    if !matches!(version.as_str(), "0.0" | "1.0" | "1.1") {
+        let message = format!("\"{version}\"; 1.0 and 1.1 are known");
+        return Err(ErrorKind::invalid("asset.version", message));
+    }
+    if let Some(name) = tileset.required.iter().find(|name| !HARMLESS.contains(&name.as_str())) {
+        return Err(ErrorKind::Unsupported(format!(
+            "it requires the extension {name}, which is not known"
+        )));
+    }
+    Ok(tileset)
+}
+
+/// By how much a b3dm is moved: `RTC_CENTER` of its features, where it is there and finite.
+pub(super) fn relative_to(features: &[u8]) -> DMat4 {
+    #[derive(Deserialize)]
+    struct Features {
+        #[serde(rename = "RTC_CENTER")]
+        centre: Option<[f64; 3]>,
+    }
+    let features = serde_json::from_slice::<Features>(features).ok();
+    let centre = features.and_then(|f| f.centre).map_or(DVec3::ZERO, DVec3::from);
+    DMat4::from_translation(if centre.is_finite() { centre } else { DVec3::ZERO })
+}

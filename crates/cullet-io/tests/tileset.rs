@@ -1,0 +1,171 @@
+//! 3D Tiles, written by hand around models with known answers.
+
+use std::path::Path;
+
+use cullet_io::{LoadOptions, Model, load, load_bytes_with, save, scenes};
+use cullet_testkit::Folder;
+
+/// Writes a model of one box, from 0 to 1 along x, y and z after its own place.
+fn box_glb(path: &Path) {
+    let off = "OFF\n8 12 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n\
+               3 0 2 1\n3 0 3 2\n3 4 5 6\n3 4 6 7\n3 0 1 5\n3 0 5 4\n3 2 3 7\n3 2 7 6\n3 1 2 6\n3 1 6 5\n3 0 4 7\n3 0 7 3\n";
+    let model = cullet_io::load_bytes("box.off", off.as_bytes(), &LoadOptions::default()).unwrap();
+    save(&model, path).unwrap();
+}
+
+fn tileset(root: &str) -> String {
+    format!(r#"{{"asset":{{"version":"1.1"}},"geometricError":100,"root":{root}}}"#)
+}
+
+fn tile(rest: &str) -> String {
+    format!(r#"{{"boundingVolume":{{"box":[0,0,0,9,0,0,0,9,0,0,0,9]}},"geometricError":1{rest}}}"#)
+}
+
+fn try_load(folder: &Folder, text: &str) -> Result<Model, String> {
+    let path = folder.root().join("tileset.json");
+    std::fs::write(&path, text).unwrap();
+    load(&path, &LoadOptions::default()).map_err(|e| e.to_string())
+}
+
+/// Low corners of all instances, rounded, sorted.
+fn places(model: &Model) -> Vec<[i64; 3]> {
+    let origin = model.scene.origin();
+    let low = |slot| {
+        let low = model.scene.bounds(slot).min;
+        std::array::from_fn(|a| (f64::from(low[a]) + origin[a]).round() as i64)
+    };
+    let mut places: Vec<_> = model.scene.slots().map(low).collect();
+    places.sort_unstable();
+    places
+}
+
+fn moved(x: f64, y: f64, z: f64) -> String {
+    format!(r#","transform":[1,0,0,0,0,1,0,0,0,0,1,0,{x},{y},{z},1]"#)
+}
+
+#[test]
+fn the_finest_tiles_are_loaded_where_their_transforms_say() {
+    let folder = Folder::new("tileset");
+    box_glb(&folder.root().join("a.glb"));
+    let content = r#","content":{"uri":"a.glb"}"#;
+    // Tiles are z-up: 10 along their y is 10 to the north, −z of the scene; 5 along z is up.
+    let far = tile(&(moved(100.0, 10.0, 5.0) + content));
+    let near = tile(content);
+    let root = |refine: &str| {
+        let children = format!(r#","refine":"{refine}","children":[{far},{near}]"#);
+        tileset(&tile(&(content.to_owned() + &moved(0.0, 0.0, 1.0) + &children)))
+    };
+    let replaced = try_load(&folder, &root("REPLACE")).unwrap();
+    assert_eq!(places(&replaced), [[0, 1, 0], [100, 6, -10]]);
+    assert_eq!(replaced.scene.triangle_count(), 24);
+    assert!(
+        replaced.instance_names.iter().all(|n| n.starts_with("a ")),
+        "{:?}",
+        replaced.instance_names
+    );
+    let added = try_load(&folder, &root("ADD")).unwrap();
+    assert_eq!(places(&added), [[0, 1, 0], [0, 1, 0], [100, 6, -10]]);
+    // Children that show nothing replace nothing.
+    let empty = tile(&(content.to_owned() + r#","children":["# + &tile("") + "]"));
+    assert_eq!(places(&try_load(&folder, &tileset(&empty)).unwrap()), [[0, 0, 0]]);
+}
+
+#[test]
+fn a_saved_model_comes_back_as_a_tile() {
+    let folder = Folder::new("tileset");
+    let solids = scenes::build("solids").unwrap();
+    save(&solids, &folder.root().join("s.glb")).unwrap();
+    let whole = load(&folder.root().join("s.glb"), &LoadOptions::default()).unwrap();
+    let model = try_load(&folder, &tileset(&tile(r#","content":{"uri":"s.glb"}"#))).unwrap();
+    assert_eq!(model.scene.triangle_count(), whole.scene.triangle_count());
+    assert_eq!(model.scene.instance_count(), whole.scene.instance_count());
+    assert_eq!(model.materials, whole.materials);
+    assert_eq!(places(&model), places(&whole));
+}
+
+#[test]
+fn tilesets_within_tilesets_and_old_tiles_are_read() {
+    let folder = Folder::new("tileset");
+    let inner = folder.root().join("inner");
+    std::fs::create_dir_all(&inner).unwrap();
+    box_glb(&inner.join("a.glb"));
+    let glb = std::fs::read(inner.join("a.glb")).unwrap();
+    let features = br#"{"BATCH_LENGTH":0,"RTC_CENTER":[7,0,0]}  "#;
+    let mut old = b"b3dm".to_vec();
+    let sizes = [1, (28 + features.len() + glb.len()) as u32, features.len() as u32, 0, 0, 0];
+    sizes.iter().for_each(|v| old.extend(v.to_le_bytes()));
+    old.extend(features);
+    old.extend(&glb);
+    std::fs::write(inner.join("b.b3dm"), &old).unwrap();
+    let contents = r#","contents":[{"uri":"a.glb"},{"url":"b.b3dm?v=2"}]"#;
+    std::fs::write(inner.join("more.json"), tileset(&tile(contents))).unwrap();
+    let outer =
+        tile(&(r#","content":{"uri":"inner/more.json"}"#.to_owned() + &moved(0.0, 0.0, 3.0)));
+    let model = try_load(&folder, &tileset(&outer)).unwrap();
+    assert_eq!(places(&model), [[0, 3, 0], [7, 3, 0]]);
+
+    for cut in [4, 20, 30] {
+        std::fs::write(inner.join("b.b3dm"), &old[..cut]).unwrap();
+        let error = try_load(&folder, &tileset(&outer)).unwrap_err();
+        assert!(error.contains("b.b3dm") && error.contains("b3dm header"), "{error}");
+    }
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    let folder = Folder::new("tileset");
+    box_glb(&folder.root().join("a.glb"));
+    std::fs::write(folder.root().join("p.pnts"), b"pnts0000").unwrap();
+    let with = |uri: &str| tileset(&tile(&format!(r#","content":{{"uri":"{uri}"}}"#)));
+    let good = with("a.glb");
+    let cases = [
+        (with("gone.glb"), "gone.glb: it is named by the tileset and is missing"),
+        (with("../a.glb"), "leaves the folder"),
+        (with("https://tiles.example/a.glb"), "nothing is fetched"),
+        (with("tileset.json"), "within itself"),
+        (with("p.pnts"), "a tile of the kind pnts is not read"),
+        (good.replace("1.1", "2.0"), "asset.version: \"2.0\""),
+        (good.replace("\"box\":[0,0", "\"box\":[0"), "boundingVolume: it has 11 numbers; 12"),
+        (good.replace("\"box\"", "\"cone\""), "neither a box, a sphere nor a region"),
+        (tileset(&tile(r#","transform":[1,2]"#)), "transform: it has 2 numbers; 16"),
+        (tileset(&tile(&moved(1.0, 0.0, 0.0).replace(",1]", ",0]"))), "no affine matrix"),
+        (tileset(&tile(r#","implicitTiling":{}"#)), "implicit tiling is not read yet"),
+        (good.replace("\"root\"", "\"extensionsRequired\":[\"X_y\"],\"root\""), "extension X_y"),
+        (good.replace("\"asset\"", "\"assets\""), "missing field `asset`"),
+        (format!("{}{}", &good[..good.len() - 3], ""), "EOF"),
+    ];
+    for (text, expected) in cases {
+        let error = try_load(&folder, &text).unwrap_err();
+        assert!(
+            error.contains(expected) && error.contains("tileset.json"),
+            "{error}\nnot: {expected}"
+        );
+    }
+    let options = LoadOptions { max_triangles: 11, ..LoadOptions::default() };
+    std::fs::write(folder.root().join("tileset.json"), &good).unwrap();
+    let error = load(&folder.root().join("tileset.json"), &options).unwrap_err().to_string();
+    assert!(error.contains("triangles") && error.contains("11"), "{error}");
+}
+
+#[test]
+fn bytes_that_are_cut_or_changed_end_in_an_error_or_a_model() {
+    let folder = Folder::new("tileset");
+    box_glb(&folder.root().join("a.glb"));
+    let glb = std::fs::read(folder.root().join("a.glb")).unwrap();
+    let text = tileset(&tile(
+        &(r#","content":{"uri":"a.glb"},"refine":"ADD","children":["#.to_owned()
+            + &tile(&moved(1e7, 0.0, 0.0))
+            + "]"),
+    ));
+    let beside = [("a.glb".to_owned(), glb)];
+    let load = |bytes: &[u8]| load_bytes_with("t.json", bytes, &beside, &LoadOptions::default());
+    assert_eq!(load(text.as_bytes()).unwrap().scene.instance_count(), 1);
+    let mut wrong = 0;
+    for at in 0..text.len() {
+        wrong += u32::from(load(&text.as_bytes()[..at]).is_err());
+        let mut changed = text.clone().into_bytes();
+        changed[at] = b"0{}[]\",:x9e-"[at % 12];
+        let _ = load(&changed);
+    }
+    assert_eq!(wrong as usize, text.len());
+}
