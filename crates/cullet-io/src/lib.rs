@@ -41,6 +41,7 @@ mod save;
 pub mod scenes;
 mod stl;
 mod text;
+#[cfg(not(target_family = "wasm"))]
 mod tileset;
 mod weld;
 mod winding;

@@ -7,8 +7,11 @@ use crate::blocks::Source;
 use crate::format::{Format, recognise};
 use crate::{
     CellGraph, ErrorKind, LoadError, LoadOptions, Model, Warning, bsp, gltf, obj, occscn, off, ply,
-    stl, tileset,
+    stl,
 };
+
+#[cfg(not(target_family = "wasm"))]
+use crate::tileset;
 
 /// Loads a model: GLB, glTF, 3D Tiles, OBJ, PLY, STL, OFF, `OCCSCN01`, or a Quake or Quake 3 map, told by content first, then by ending.
 ///
@@ -104,6 +107,14 @@ fn decode(
     let builder = match recognise(path, &head, source.size())? {
         // Owned, so that it can be freed once it is decoded.
         Format::Gltf => return gltf::load(path, source.into_bytes()?, options, beside),
+        // A page has no folder of tiles, and every kilobyte of it is waited for.
+        #[cfg(target_family = "wasm")]
+        Format::Tileset => {
+            return Err(ErrorKind::Unsupported(
+                "3D Tiles name other files, which a page does not have".into(),
+            ));
+        }
+        #[cfg(not(target_family = "wasm"))]
         Format::Tileset => return tileset::load(path, &source.into_bytes()?, options, beside),
         Format::Obj => obj::read(&name, source, options, beside)?,
         Format::Ply => ply::read(&name, source, options)?,
