@@ -485,24 +485,38 @@ class Made:
         """The map with the sets in it, where a map was baked."""
 
     @property
-    def cells(self) -> int: ...
+    def cells(self) -> int:
+        """How many cells there are."""
+
     @property
-    def targets(self) -> int: ...
+    def targets(self) -> int:
+        """How many things each cell may see: cells, instances or clusters."""
+
     @property
-    def visible_pairs(self) -> int: ...
+    def visible_pairs(self) -> int:
+        """Pairs of a cell and what it sees."""
+
 
 class Job:
     """A planned bake that is held open while its units are run here and elsewhere."""
 
     def __init__(self, plan: str, scene: str, threads: int = 1) -> None: ...
     @property
-    def product(self) -> Literal["cells", "view-cells"]: ...
+    def product(self) -> Literal["cells", "view-cells"]:
+        """What is baked: sets of a file's cells, or of view cells of a scene."""
+
     @property
-    def key(self) -> int: ...
+    def key(self) -> int:
+        """What its units are named by."""
+
     @property
-    def round(self) -> int: ...
+    def round(self) -> int:
+        """The round that is next."""
+
     @property
-    def is_done(self) -> bool: ...
+    def is_done(self) -> bool:
+        """Whether all rounds are merged."""
+
     @property
     def shares(self) -> tuple[float, float]:
         """The share of the work that is over before the round that is next, and once that has ended."""

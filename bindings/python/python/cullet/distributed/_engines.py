@@ -40,16 +40,20 @@ class Here:
     """This process: one unit at a time."""
 
     def workers(self) -> int:
+        """How many units may run at once, now."""
         return 1
 
     def share(self, value: Any) -> Any:
+        """Hands a value over once."""
         return value
 
     def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
+        """Begins a task and gives its handle."""
         # Run when it is waited for, so that what ended before is kept before the next begins.
         return [task, arguments, None]
 
     def ended(self, handles: list[Any], seconds: float) -> list[Any]:
+        """Those that have ended, once one has, or none after so many seconds."""
         task, arguments, _ = handles[0]
         done: futures.Future[Any] = futures.Future()
         try:
@@ -60,12 +64,15 @@ class Here:
         return [handles[0]]
 
     def result(self, handle: Any) -> Any:
+        """What an ended task gave."""
         return handle[2].result()
 
     def cancel(self, handles: list[Any]) -> None:
+        """Ends tasks, as far as the engine can."""
         pass
 
     def close(self) -> None:
+        """Gives back what it holds."""
         pass
 
 
@@ -79,12 +86,15 @@ class Processes:
         self._pool: futures.ProcessPoolExecutor | None = None
 
     def workers(self) -> int:
+        """How many units may run at once, now."""
         return self._count
 
     def share(self, value: Any) -> Any:
+        """Hands a value over once."""
         return value
 
     def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
+        """Begins a task and gives its handle."""
         for _ in range(2):
             if self._pool is None:
                 # Begun anew, not forked: a fork would hold the locks of threads that it does not have.
@@ -98,18 +108,22 @@ class Processes:
         raise RuntimeError("processes end as soon as they begin")
 
     def ended(self, handles: list[Any], seconds: float) -> list[Any]:
+        """Those that have ended, once one has, or none after so many seconds."""
         done, _ = futures.wait(handles, seconds, futures.FIRST_COMPLETED)
         return list(done)
 
     def result(self, handle: Any) -> Any:
+        """What an ended task gave."""
         return handle.result()
 
     def cancel(self, handles: list[Any]) -> None:
+        """Ends tasks, as far as the engine can."""
         for handle in handles:
             handle.cancel()
         self._kill()
 
     def close(self) -> None:
+        """Gives back what it holds."""
         if self._pool is not None:
             self._pool.shutdown(wait=True, cancel_futures=True)
             self._pool = None
@@ -142,13 +156,16 @@ class Ray:
         self._tasks: dict[Callable[..., Any], Any] = {}
 
     def workers(self) -> int:
+        """How many units may run at once, now."""
         cpus = float(self._ray.cluster_resources().get("CPU", 1))
         return max(1, int(cpus / self._cpus))
 
     def share(self, value: Any) -> Any:
+        """Hands a value over once."""
         return self._ray.put(value)
 
     def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
+        """Begins a task and gives its handle."""
         if task not in self._tasks:
             # Else all go where what was found in the last round lies.
             remote = self._ray.remote(num_cpus=self._cpus, max_retries=0, scheduling_strategy="SPREAD")
@@ -156,17 +173,21 @@ class Ray:
         return self._tasks[task].remote(*arguments)
 
     def ended(self, handles: list[Any], seconds: float) -> list[Any]:
+        """Those that have ended, once one has, or none after so many seconds."""
         done, _ = self._ray.wait(handles, num_returns=1, timeout=seconds, fetch_local=False)
         return list(done)
 
     def result(self, handle: Any) -> Any:
+        """What an ended task gave."""
         return self._ray.get(handle)
 
     def cancel(self, handles: list[Any]) -> None:
+        """Ends tasks, as far as the engine can."""
         for handle in handles:
             self._ray.cancel(handle, force=True)
 
     def close(self) -> None:
+        """Gives back what it holds."""
         if self._started:
             self._ray.shutdown()
 
@@ -190,17 +211,21 @@ class Dask:
             self._client = distributed.Client(address)
 
     def workers(self) -> int:
+        """How many units may run at once, now."""
         threads: dict[str, int] = self._client.nthreads()
         return max(1, sum(threads.values()))
 
     def share(self, value: Any) -> Any:
+        """Hands a value over once."""
         return _Kept(self._client, value)
 
     def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
+        """Begins a task and gives its handle."""
         given = [a.future() if isinstance(a, _Kept) else a for a in arguments]
         return self._client.submit(task, *given, pure=False)
 
     def ended(self, handles: list[Any], seconds: float) -> list[Any]:
+        """Those that have ended, once one has, or none after so many seconds."""
         try:
             done = self._distributed.wait(handles, timeout=seconds, return_when="FIRST_COMPLETED").done
         except (TimeoutError, self._distributed.TimeoutError):
@@ -211,16 +236,19 @@ class Dask:
         return list(done)
 
     def result(self, handle: Any) -> Any:
+        """What an ended task gave."""
         try:
             return handle.result()
         except _CANCELLED as error:
             raise RuntimeError("lost with a node that had what it needs") from error
 
     def cancel(self, handles: list[Any]) -> None:
+        """Ends tasks, as far as the engine can."""
         with contextlib.suppress(Exception):
             self._client.cancel(handles, force=True)
 
     def close(self) -> None:
+        """Gives back what it holds."""
         if self._own:
             self._client.close()
 
