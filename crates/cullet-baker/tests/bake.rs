@@ -112,7 +112,7 @@ fn levels_are_those_of_the_library_whatever_the_threads_and_stops() {
     let again = folder.path("again.glb");
     let kept = folder.path("kept");
     let resume = |threads: &str| {
-        let args = [&plain, "-o", &again, "--threads", threads, "--resume", "--chunks", &kept];
+        let args = [&plain, "-o", &again, "--threads", threads, "--resume", "--units", &kept];
         figures(&args)["resumed"].as_u64().unwrap()
     };
     assert_eq!(resume("2"), 0);
@@ -154,7 +154,7 @@ fn what_is_killed_leaves_the_file_before_and_goes_on_from_there() {
     for part in 0..=8u32 {
         std::fs::write(&out, b"good").unwrap();
         let mut child = Command::new(env!("CARGO_BIN_EXE_cullet-baker"))
-            .args(["bake", &plain, "-o", &out, "--quiet", "--resume", "--chunks", &kept])
+            .args(["bake", &plain, "-o", &out, "--quiet", "--resume", "--units", &kept])
             .spawn()
             .unwrap();
         std::thread::sleep(took * part / 8);
@@ -164,7 +164,7 @@ fn what_is_killed_leaves_the_file_before_and_goes_on_from_there() {
         let found = bytes(&out);
         assert!(found == b"good" || found == whole, "killed after {part} eighths");
     }
-    figures(&[&plain, "-o", &out, "--quiet", "--resume", "--chunks", &kept]);
+    figures(&[&plain, "-o", &out, "--quiet", "--resume", "--units", &kept]);
     assert!(bytes(&out) == whole);
 }
 
@@ -208,7 +208,7 @@ fn what_is_killed_between_merged_groups_goes_on_with_the_next() {
             assert!((along - along.round()).abs() < 1e-4 && up.abs() < 1e-4, "{p:?} {uv:?}");
         }
     }
-    let args = ["--merge", "--threads", "1", "--quiet", "--resume", "--chunks"];
+    let args = ["--merge", "--threads", "1", "--quiet", "--resume", "--units"];
     let args = [&[plain.as_str(), "-o", &out][..], &args, &[&kept]].concat();
     let mut child =
         Command::new(env!("CARGO_BIN_EXE_cullet-baker")).arg("bake").args(&args).spawn().unwrap();
@@ -231,7 +231,7 @@ fn what_is_killed_between_merged_groups_goes_on_with_the_next() {
     assert!(figures(&args)["resumed"].as_u64().unwrap() > all, "and the levels too");
     assert!(bytes(&out) == bytes(&whole));
     // Without --resume nothing that is there counts, though it is kept anew.
-    let fresh = [&args[..args.len() - 3], &["--chunks", &kept]].concat();
+    let fresh = [&args[..args.len() - 3], &["--units", &kept]].concat();
     assert_eq!(figures(&fresh)["resumed"], 0);
 }
 
@@ -242,7 +242,7 @@ fn occluders_are_those_that_are_made_of_each_mesh() {
         (folder.path("plain.glb"), folder.path("out.glb"), folder.path("kept"));
     save(&model(), Path::new(&plain)).unwrap();
     let args = [&plain, "-o", &out, "--occluders", "--no-hierarchy", "--quiet", "--resume"];
-    let args = [&args[..], &["--chunks", &kept]].concat();
+    let args = [&args[..], &["--units", &kept]].concat();
     let record = figures(&args);
     assert_eq!((&record["occluders"], &record["resumed"]), (&4.into(), &0.into()));
     let back = loaded(&out);
@@ -334,4 +334,27 @@ fn opening_a_baked_file() {
         let (plain, all) = (time(false), time(true));
         println!("{name}: plain {plain:.1} ms, with levels {all:.1} ms; {record}");
     }
+}
+
+#[test]
+fn shares_of_the_meshes_join_to_the_same_bytes() {
+    let folder = Folder::new("shares");
+    let (plain, out, whole) =
+        (folder.path("plain.glb"), folder.path("out.glb"), folder.path("whole.glb"));
+    save(&model(), Path::new(&plain)).unwrap();
+    figures(&[&plain, "-o", &whole, "--occluders"]);
+    // One of three is never begun, and one is done twice.
+    for share in ["3/3", "1/3", "3/3"] {
+        let said = Command::new(env!("CARGO_BIN_EXE_cullet-baker"))
+            .args(["bake", &plain, "-o", &out, "--occluders", "--unit", share])
+            .output()
+            .unwrap();
+        assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+        assert!(String::from_utf8_lossy(&said.stdout).contains(&format!("share {} of 3", &share[..1])));
+        assert!(!Path::new(&out).exists(), "a share writes no file");
+    }
+    let kept = std::fs::read_dir(format!("{out}.units")).unwrap().count() as u64;
+    let record = figures(&[&plain, "-o", &out, "--occluders", "--resume"]);
+    assert!(kept > 0 && record["resumed"] == kept, "{kept} of {}", record["resumed"]);
+    assert!(bytes(&out) == bytes(&whole));
 }

@@ -62,7 +62,7 @@ fn impostors_are_made_where_they_pay_and_are_the_same_with_any_threads() {
     let kept = folder.path("kept");
     let resumed = || {
         let args = [&plain, "-o", &again, "--threads", "2", "--impostors", "--resume"];
-        let record = figures(&[&args[..], &["--chunks", &kept]].concat());
+        let record = figures(&[&args[..], &["--units", &kept]].concat());
         assert!(std::fs::read(&out).unwrap() == std::fs::read(&again).unwrap(), "two threads");
         record["resumed"].as_u64().unwrap()
     };

@@ -6,8 +6,8 @@ use std::time::Instant;
 use clap::Args;
 use cullet::cell::CellGraph;
 use cullet_bake::pvs::{Bake, Pvs, PvsPreset, SightCheck, check_sight_ref};
-use cullet_bake::work::{Rounds, RunEnd, RunOptions, UnitFolder};
-use cullet_command::args::SceneArgs;
+use cullet_bake::work::{Rounds, RunEnd, RunOptions};
+use cullet_command::args::{SceneArgs, UnitArgs};
 use cullet_command::console::{Console, agree, count, digits, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
@@ -57,13 +57,13 @@ pub(crate) struct PvsArgs {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Write the sets, with the lines that prove them; with the ending .bsp, the map with the sets in it
-    #[arg(long, short, value_name = "PATH", value_parser = cullet_command::parse::output)]
+    #[arg(long, short, value_name = "PATH", value_parser = parse::output, conflicts_with = "unit")]
     out: Option<PathBuf>,
     /// Write the sets as plain bit rows, PVSROWS1; of a scene PVSROWS2
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", conflicts_with = "unit")]
     rows: Option<PathBuf>,
     /// Write what was found as JSON; - is the standard output
-    #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
+    #[arg(long, value_name = "PATH", value_parser = parse::output, conflicts_with = "unit")]
     pub(crate) json: Option<PathBuf>,
     /// Threads [default: as many as there are processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
@@ -78,20 +78,13 @@ pub(crate) struct PvsArgs {
     #[arg(long, value_name = "SHARE", default_value_t = 1e-6, value_parser = tolerance)]
     tolerance: f64,
     /// Hold the result against N lines of sight, sampled by code of their own; of a scene, N pictures all around
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", conflicts_with = "unit")]
     check: Option<u64>,
     /// How far inside of each portal the lines of --check pass [default: five times the tolerance]
     #[arg(long, value_name = "DISTANCE", value_parser = parse::distance, requires = "check")]
     margin: Option<f64>,
-    /// Do only the I-th of N shares, from 1
-    #[arg(long, value_name = "I/N", value_parser = share, conflicts_with_all = ["out", "rows", "json", "check"])]
-    unit: Option<[u32; 2]>,
-    /// Keep finished units, and go on from those that are there
-    #[arg(long)]
-    resume: bool,
-    /// Folder of the units [default: FILE.units]
-    #[arg(long, value_name = "FOLDER")]
-    units: Option<PathBuf>,
+    #[command(flatten)]
+    units: UnitArgs,
     #[command(flatten)]
     scene: PvsSceneArgs,
 }
@@ -105,14 +98,6 @@ fn tolerance(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(v) if (1e-7..=1e-3).contains(&v) => Ok(v),
         _ => Err(format!("'{text}' is not a share of 1e-7 to 1e-3; try 1e-6")),
-    }
-}
-
-fn share(text: &str) -> Result<[u32; 2], String> {
-    let parts = text.split_once('/').and_then(|(i, n)| Some([i.parse().ok()?, n.parse().ok()?]));
-    match parts {
-        Some([i, n]) if (1..=n).contains(&i) && n <= 10_000 => Ok([i, n]),
-        _ => Err(format!("'{text}' is not I/N with I from 1 to N, at most 10000; try 1/4")),
     }
 }
 
@@ -167,11 +152,11 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
     }
     let begin = (Instant::now(), process::cpu_time());
     let mut bake = Bake::new(&source.graph, &settings.of_cells(), threads);
-    let folder = folder(args)?;
+    let folder = args.units.folder(&args.file)?;
     let options = RunOptions {
         threads,
         folder: folder.as_ref().map(|(_, folder)| folder),
-        share: args.unit.map(|[i, n]| [i - 1, n]),
+        share: args.units.share(),
         ..RunOptions::default()
     };
     let bar = console.share_bar();
@@ -196,13 +181,7 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
             return Ok(Exit::Interrupted);
         }
         RunEnd::Share => {
-            let [i, n] = args.unit.unwrap_or([1, 1]);
-            let file = args.file.display();
-            console.line(format!(
-                "share {i} of {n} is done, in {}; once all are, join them: cullet pvs {file} --resume --units {}",
-                at.display(),
-                at.display()
-            ));
+            console.line(args.units.done(at));
             return Ok(Exit::Fine);
         }
     }
@@ -264,7 +243,7 @@ fn run_scene(
     threads: usize,
     console: &Console,
 ) -> Outcome {
-    let folder = folder(args)?;
+    let folder = args.units.folder(&args.file)?;
     let common = pvs_scene::Common {
         file: &args.file,
         out: args.out.as_deref(),
@@ -274,23 +253,9 @@ fn run_scene(
         settings,
         check: args.check,
         folder: folder.as_ref(),
-        share: args.unit.map(|[i, n]| [i - 1, n]),
+        units: &args.units,
     };
     pvs_scene::run(&args.scene, model, &common, console)
-}
-
-/// The folder of units, where one is wanted.
-fn folder(args: &PvsArgs) -> Result<Option<(PathBuf, UnitFolder)>, Failure> {
-    if !args.resume && args.unit.is_none() && args.units.is_none() {
-        return Ok(None);
-    }
-    let path = args.units.clone().unwrap_or_else(|| {
-        let mut name = args.file.clone().into_os_string();
-        name.push(".units");
-        name.into()
-    });
-    let folder = UnitFolder::new(&path).map_err(|e| Failure::write(&path, &e))?;
-    Ok(Some((path, folder)))
 }
 
 fn print(console: &Console, args: &PvsArgs, turned: u32, record: &Record) {

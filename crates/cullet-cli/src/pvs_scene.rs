@@ -9,6 +9,7 @@ use cullet_bake::sampled::{
     check_pictures,
 };
 use cullet_bake::work::{RunEnd, RunOptions, UnitFolder};
+use cullet_command::args::UnitArgs;
 use cullet_command::console::{Console, count, digits, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
@@ -66,7 +67,7 @@ pub(crate) struct Common<'a> {
     pub(crate) check: Option<u64>,
     /// Where finished units are kept, and whose share is to be done.
     pub(crate) folder: Option<&'a (PathBuf, UnitFolder)>,
-    pub(crate) share: Option<[u32; 2]>,
+    pub(crate) units: &'a UnitArgs,
 }
 
 /// Pixels along each side of the six pictures from a place.
@@ -275,7 +276,7 @@ fn bake_with_progress(
     let options = RunOptions {
         threads: common.threads,
         folder,
-        share: common.share,
+        share: common.units.share(),
         ..RunOptions::default()
     };
     let end = bake.run(&options, &|share| {
@@ -289,18 +290,14 @@ fn bake_with_progress(
 
 /// Says how a bake ended that leaves units; the exit code where nothing but those is wanted of it.
 fn told_of_units(end: RunEnd, common: &Common<'_>, console: &Console) -> Option<Exit> {
-    let folder = common.folder.map(|(path, _)| path.display());
+    let folder = common.folder.map(|(path, _)| path);
     match (end, folder) {
         (RunEnd::Share, Some(folder)) => {
-            let [i, n] = common.share.unwrap_or([0, 1]);
-            console.line(format!(
-                "share {} of {n} is done, in {folder}; join them with the same command, --resume --units {folder} in the place of --unit",
-                i + 1
-            ));
+            console.line(common.units.done(folder));
             Some(Exit::Fine)
         }
         (RunEnd::Stopped, Some(folder)) => {
-            console.note(format!("interrupted; the same command goes on from {folder}"));
+            console.note(format!("interrupted; the same command goes on from {}", folder.display()));
             Some(Exit::Interrupted)
         }
         (RunEnd::Stopped, None) => {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use cullet::{FrustumWork, FunnelRow, Handle, Stage, Unit};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::levels::{LevelsRecord, LevelsSummary};
 
@@ -29,7 +29,7 @@ pub(crate) struct SceneRecord {
 }
 
 /// Counts of triangles. `visible` is null for a view that was not verified.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Counts {
     pub(crate) all: u64,
     pub(crate) potentially_visible: u64,
@@ -37,7 +37,7 @@ pub(crate) struct Counts {
 }
 
 /// One stage and unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct StageRecord {
     #[serde(rename = "name")]
     pub(crate) stage: Stage,
@@ -88,7 +88,7 @@ impl StageRecord {
 pub(crate) type Removed = BTreeMap<Stage, u64>;
 
 /// How often pixels were covered.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct DepthRecord {
     pub(crate) fragments: u64,
     pub(crate) covered_pixels: u64,
@@ -100,7 +100,7 @@ pub(crate) struct DepthRecord {
 }
 
 /// Boxes against spheres as bounds of instances, in one view.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct BoundsRecord {
     pub(crate) tested: u64,
     pub(crate) boxes_kept: u64,
@@ -112,7 +112,7 @@ pub(crate) struct BoundsRecord {
 }
 
 /// Back faces of one-sided parts, counted over the clusters that the frustum left.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct BackfaceRecord {
     /// How many views were counted.
     pub(crate) views: u64,
@@ -134,7 +134,7 @@ pub(crate) struct BackfaceRecord {
 }
 
 /// Something visible that was dropped.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Loss {
     pub(crate) view: usize,
     pub(crate) instance: String,
@@ -147,7 +147,7 @@ pub(crate) struct Loss {
 }
 
 /// One view.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct ViewRecord {
     pub(crate) index: usize,
     /// Null for parallel lines of sight.
@@ -207,7 +207,7 @@ pub(crate) struct Summary {
 
 /// Counts where only whole instances are culled, as a renderer that draws instance by instance sees it: the classic
 /// table of the power plant.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct WholeRecord {
     /// Instances, and the triangles of all of them, that are in the frustum.
     pub(crate) in_frustum: [u64; 2],

@@ -150,7 +150,16 @@ impl Survey {
     /// # Errors
     /// If the model cannot be posed at the view's time.
     pub(crate) fn add(&mut self, view: &View, verify: bool) -> Result<Seen, Failure> {
-        let index = self.views.len();
+        self.add_as(self.views.len(), view, verify)
+    }
+
+    /// As [`add`](Self::add), of the view with that number, which need not be the next.
+    pub(crate) fn add_as(
+        &mut self,
+        index: usize,
+        view: &View,
+        verify: bool,
+    ) -> Result<Seen, Failure> {
         if let Some(&seconds) = self.times.get(index) {
             inputs::pose(&mut self.model, seconds)?;
             if self.bounds.is_some() {

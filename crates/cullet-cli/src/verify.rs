@@ -1,18 +1,21 @@
 //! `cullet verify`: the proof alone, in lines.
 
-use std::collections::HashSet;
-use std::path::PathBuf;
+use std::collections::{BTreeMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use clap::Args;
-use cullet::Stage;
-use cullet_command::args::InputArgs;
+use cullet::{Stage, View};
+use cullet_bake::work::{self, OneRound, RunEnd, RunOptions, content_hash};
+use cullet_command::args::{InputArgs, UnitArgs};
 use cullet_command::console::{Console, agree, count, digits, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
 use cullet_command::{inputs, occluders, sets};
 use cullet_draw::{FalseCull, Verification};
 use cullet_io::recording::Recording;
-use serde::Serialize;
+use cullet_work::content_of;
+use serde::{Deserialize, Serialize};
 
 use crate::levels::{self, LevelsSummary};
 use crate::record::{Loss, SCHEMA, Summary, ViewRecord};
@@ -37,12 +40,16 @@ without a look at the errors that the levels state: 99.9 % of them must be withi
 
 --time 0..4 lets what moves do so along the views, under bounds from its joints and morph targets.
 
+--unit I/N verifies one of N shares of the views, says what it found, and keeps that in --units; any number of processes
+may share a folder. --resume then says what was found in all of them, after it has done what is missing. It also goes on after Ctrl-C.
+
 Examples
   cullet verify city --path walk
   cullet verify figure.glb --time 0..4 --views 32
   cullet verify moving --time 1.5 --path walk
   cullet verify castle.glb --lod 1                   the error of levels of detail, stated and found
   cullet verify city --pvs city.cpvs --only pvs      sampled sets, against their own stated error
+  cullet verify city --views 1000 --unit 3/8 --units /shared/city      the third of eight machines
   cullet verify city --views 1 --record city.occ     for cullet replay";
 
 /// `cullet verify`
@@ -54,11 +61,13 @@ pub(crate) struct VerifyArgs {
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
     pub(crate) samples: u32,
     /// Record the occluders and boxes of every view, and what is hidden, for cullet replay
-    #[arg(long, value_name = "PATH", conflicts_with = "no_occlusion")]
+    #[arg(long, value_name = "PATH", conflicts_with_all = ["no_occlusion", "unit", "resume", "units"])]
     pub(crate) record: Option<PathBuf>,
     /// Write the result as JSON; - is the standard output
     #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
     pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) units: UnitArgs,
 }
 
 /// Losses printed of one view; all of them are in the JSON.
@@ -77,7 +86,7 @@ struct VerifyRecord<'a> {
 }
 
 /// What sampled sets say of their own error, and what was found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 struct Stated {
     /// Share of looks that are estimated to go to what is missing: mean of the cells, and the worst.
     mean: f64,
@@ -111,6 +120,13 @@ impl Stated {
         self.wrong_pixels += wrong.count() as u64;
     }
 
+    /// Adds what was counted of another view.
+    fn join(&mut self, other: &Self) {
+        self.pixels += other.pixels;
+        self.wrong_pixels += other.wrong_pixels;
+        self.losses += other.losses;
+    }
+
     fn share(&self) -> f64 {
         self.wrong_pixels as f64 / self.pixels.max(1) as f64
     }
@@ -134,9 +150,41 @@ impl Stated {
     }
 }
 
+/// What was found of a view.
+#[derive(Debug, Deserialize, Serialize)]
+struct Found {
+    view: ViewRecord,
+    /// Where sets of --pvs were sampled.
+    stated: Option<Stated>,
+}
+
+/// What is verified; views are taken one at a time, for each uses all threads.
+#[derive(Debug)]
+struct Work {
+    survey: Survey,
+    recording: Recording,
+    found: BTreeMap<u32, Found>,
+    failure: Option<Failure>,
+}
+
+/// Hash of all that a view's result is a function of: unit files of other scenes, options and versions are of another work. What
+/// files contain counts, and not where they lie.
+fn key(args: &VerifyArgs, views: usize) -> u64 {
+    let mut input = args.input.clone();
+    input.view.threads = 0;
+    let content = |name: &str| content_of(name).ok().flatten();
+    let scene = content(&input.scene.scene);
+    if scene.is_some() {
+        input.scene.scene = String::new();
+    }
+    let sets = input.scene.pvs.take().and_then(|path| content(&path.to_string_lossy()));
+    let what = (env!("CARGO_PKG_VERSION"), scene, sets, input, args.samples, views);
+    content_hash(format!("{what:?}").as_bytes())
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
-    let mut stated = Stated::of(args)?;
+    let stated = Stated::of(args)?;
     let mut model = levels::load(&args.input.scene, &args.input.cull, console)?;
     occluders::give(&mut model, &args.input.cull, console)?;
     inputs::begin(&mut model, &args.input.view, console)?;
@@ -149,30 +197,118 @@ pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
     };
     let mut survey = Survey::new(model, inputs::culler(&args.input.cull), options);
     survey.move_over(inputs::times(&args.input.view, views.len()));
-    let mut progress = console.progress("views", views.len() as u64);
-    let mut recording = Recording::default();
-    for view in &views {
-        let seen = survey.add(view, true)?;
-        if let (Some(stated), Some(view)) = (&mut stated, &seen.in_full().verification) {
+    let work = Work {
+        survey,
+        recording: Recording::default(),
+        found: BTreeMap::new(),
+        failure: None,
+    };
+    let ended = verify(args, &views, work, stated, console)?;
+    if let Some(path) = &args.record {
+        recording::write(&ended.recording, path, console)?;
+    }
+    if args.units.unit.is_some() && ended.complete {
+        let at = args.units.path(Path::new(&args.input.scene.scene)).unwrap_or_default();
+        console.line(args.units.done(&at));
+    }
+    let mut stated = stated;
+    if let Some(stated) = &mut stated {
+        ended.stated.iter().for_each(|one| stated.join(one));
+    }
+    tell(args, &ended, stated, console)
+}
+
+/// What came of all views, or of those that were done.
+struct Ended {
+    name: String,
+    views: Vec<ViewRecord>,
+    stated: Vec<Stated>,
+    recording: Recording,
+    /// Whether all that was to be done is.
+    complete: bool,
+}
+
+/// Verifies the views, or this process's share of them.
+fn verify(
+    args: &VerifyArgs,
+    views: &[View],
+    work: Work,
+    stated: Option<Stated>,
+    console: &Console,
+) -> Result<Ended, Failure> {
+    let folder = args.units.folder(Path::new(&args.input.scene.scene))?;
+    let bar = console.share_bar();
+    let work = Mutex::new(work);
+    let lock = || work.lock().unwrap_or_else(PoisonError::into_inner);
+    let make = |item: u32| {
+        let mut work = lock();
+        let view = views.get(item as usize)?;
+        let Work { survey, recording, found, failure } = &mut *work;
+        let seen = match survey.add_as(item as usize, view, true) {
+            Ok(seen) => seen,
+            Err(problem) => {
+                *failure = Some(problem);
+                return None;
+            }
+        };
+        let mut of_sets = stated;
+        if let (Some(stated), Some(view)) = (&mut of_sets, &seen.in_full().verification) {
             stated.add(view);
         }
         if args.record.is_some() {
-            recording::record(&survey.model.scene, view, &survey.culler, &mut recording);
+            recording::record(&survey.model.scene, view, &survey.culler, recording);
         }
-        progress.step();
-        if interrupted() {
-            break;
-        }
+        let one = Found { view: survey.views.pop()?, stated: of_sets };
+        let mut bytes = Vec::new();
+        ciborium::into_writer(&one, &mut bytes).ok()?;
+        found.insert(item, one);
+        Some(bytes)
+    };
+    let key = if folder.is_some() { key(args, views.len()) } else { 0 };
+    let mut rounds = OneRound::new(key, vec![1.0; views.len()], make);
+    let options = RunOptions {
+        folder: folder.as_ref().map(|(_, folder)| folder),
+        share: args.units.share(),
+        // Each view is kept as soon as it is done.
+        units: u32::MAX,
+        ..RunOptions::default()
+    };
+    let end = work::run(&mut rounds, &options, &|share| {
+        bar.to(share);
+        !interrupted()
+    });
+    bar.finish();
+    let at = folder.as_ref().map_or(Path::new(""), |(path, _)| path);
+    let end = end.map_err(|e| Failure::write(at, &e))?;
+    let all = rounds.finish();
+    let work = work.into_inner().unwrap_or_else(PoisonError::into_inner);
+    if let Some(failure) = work.failure {
+        return Err(failure);
     }
-    progress.finish();
-    if let Some(path) = &args.record {
-        recording::write(&recording, path, console)?;
+    let read = |bytes: &Vec<u8>| ciborium::from_reader::<Found, _>(&bytes[..]).ok();
+    let damaged = || Failure::input(format!("{}: units of another cullet; delete it", at.display()));
+    let found: Vec<Found> = match all {
+        Some(all) => all.iter().map(read).collect::<Option<_>>().ok_or_else(damaged)?,
+        None => work.found.into_values().collect(),
+    };
+    if end == RunEnd::Stopped && folder.is_some() {
+        console.note(format!("interrupted; the same command goes on from {}", at.display()));
     }
-    let complete = survey.views.len() == views.len();
-    let summary = Summary::of(&survey.views);
-    for view in &survey.views {
-        print_view(console, view);
-    }
+    let stated = found.iter().filter_map(|one| one.stated).collect();
+    Ok(Ended {
+        name: work.survey.model.name,
+        views: found.into_iter().map(|one| one.view).collect(),
+        stated,
+        recording: work.recording,
+        complete: end != RunEnd::Stopped,
+    })
+}
+
+/// Says what was found.
+fn tell(args: &VerifyArgs, ended: &Ended, stated: Option<Stated>, console: &Console) -> Outcome {
+    let Ended { name, views, complete, .. } = ended;
+    let summary = Summary::of(views);
+    views.iter().for_each(|view| print_view(console, view));
     print_summary(console, &summary, args.samples);
     let allowed = stated.filter(Stated::is_kept).map_or(0, |stated| stated.losses);
     if let Some(stated) = &stated {
@@ -185,12 +321,12 @@ pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
     if let Some(path) = &args.json {
         let record = VerifyRecord {
             schema: SCHEMA,
-            scene: &survey.model.name,
+            scene: name,
             samples: args.samples,
-            views: &survey.views,
+            views,
             summary: &summary,
             stated,
-            complete,
+            complete: *complete,
         };
         write_json(path, &record)?;
     }

@@ -9,6 +9,7 @@
 //! run what does not lie in the folder.
 
 mod folder;
+mod one_round;
 mod run;
 mod split;
 
@@ -16,6 +17,7 @@ use std::ops::Range;
 
 pub use crate::hash::hash as content_hash;
 pub use folder::UnitFolder;
+pub use one_round::OneRound;
 pub use run::{RunEnd, RunOptions, run};
 pub use split::{split, tile};
 

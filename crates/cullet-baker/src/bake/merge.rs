@@ -32,7 +32,7 @@ pub(super) fn run(
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let mut options = MergeOptions::default();
     options.threads = args.threads.map_or(cores, |n| n as usize);
-    let kept = folder.map(|folder| Groups::new(folder, args.resume));
+    let kept = folder.map(|folder| Groups::new(folder, args.units.resume));
     const STEPS: u64 = 1000;
     let progress = Mutex::new((console.progress("merging instances", STEPS), 0));
     let go_on = |share: f64| {

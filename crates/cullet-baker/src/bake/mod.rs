@@ -13,6 +13,7 @@ use std::time::Instant;
 
 use cullet::Scene;
 use cullet_bake::levels::LevelsError;
+use cullet_bake::work::split;
 use cullet_command::args::BakeArgs;
 use cullet_command::console::{Console, count, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
@@ -106,6 +107,9 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Outcome {
     } else if model.motion.take().is_some() {
         console.note("note: what moves in it stands as it is stored, and moves no longer");
     }
+    if args.units.unit.is_some() {
+        return share(&mut model, keep, args, console);
+    }
     let start = Instant::now();
     let mut record = bake(&mut model, keep, args, console)?;
     record.original_kept = keep;
@@ -137,42 +141,14 @@ fn keeps_original(model: &Model, args: &BakeArgs) -> bool {
     !model.file_meshes.is_empty() && !other
 }
 
-/// Gives the scene of a model levels of its meshes, in the place of those that it has; of those alone that are `rigid` where
-/// the file keeps the others as they deform.
+/// Gives the scene of a model levels of its meshes, and what else is asked for.
 fn bake(
     model: &mut Model,
     rigid: bool,
     args: &BakeArgs,
     console: &Console,
 ) -> Result<Record, Failure> {
-    model.scene.clear_stand_ins();
-    let used = used(&model.scene);
-    (0..used.len() as u32).for_each(|mesh| model.scene.clear_levels(mesh));
-    let stored = |m: usize| u64::from(model.scene.meshes()[m].triangle_count());
-    let drawn = || (0..used.len()).filter(|&m| used[m] && stored(m) > 0);
-    let mut record = Record {
-        schema: SCHEMA,
-        meshes: drawn().count() as u64,
-        triangles: drawn().map(stored).sum(),
-        ..Record::default()
-    };
-    let wanted = |kind: &LevelKind| match kind {
-        LevelKind::Chain => !args.no_chain,
-        LevelKind::Hierarchy => !args.no_hierarchy,
-        LevelKind::Impostor => false,
-    };
-    let mut jobs = Vec::new();
-    let mut rigid_meshes = Vec::new();
-    for mesh in drawn() {
-        let of = &model.scene.meshes()[mesh];
-        if rigid && of.is_deformable() {
-            continue;
-        }
-        rigid_meshes.push(mesh as u32);
-        let triangles = of.triangle_count() - of.degenerate_count();
-        let job = |kind| Job { mesh: mesh as u32, kind, triangles };
-        jobs.extend(mesh::kinds(triangles).filter(wanted).map(job));
-    }
+    let (jobs, rigid_meshes, mut record) = jobs(model, rigid, args);
     let folder = folder(args)?;
     let folder = folder.as_ref();
     let mut made = run_jobs(model, &jobs, folder, args, console)?;
@@ -240,6 +216,62 @@ fn bake(
     Ok(record)
 }
 
+/// Does a share of the levels and occluders of a model, and leaves them in the folder.
+fn share(model: &mut Model, rigid: bool, args: &BakeArgs, console: &Console) -> Outcome {
+    let path = args.units.path(&args.out).unwrap_or_default();
+    let folder = Folder::new(&path)?;
+    let (jobs, meshes, _) = jobs(model, rigid, args);
+    // Each kind takes about as long as its triangles are many.
+    let jobs = own(jobs, |job| job.triangles.into(), args);
+    for made in run_jobs(model, &jobs, Some(&folder), args, console)?.into_iter().flatten() {
+        // A mesh that is not for it is told of once all is joined.
+        if let Err(Problem::Failure(failure)) = made {
+            return Err(failure);
+        }
+    }
+    if args.occluders {
+        let triangles = |&mesh: &u32| model.scene.meshes()[mesh as usize].triangle_count().into();
+        let meshes = own(meshes, triangles, args);
+        occluders::make(model, &meshes, Some(&folder), resumes(args), threads(args), console)?;
+    }
+    console.line(args.units.done(&path));
+    Ok(Exit::Fine)
+}
+
+/// The levels that are to be made of a model's meshes, in the place of those that it has, and of which meshes; of those alone that
+/// are `rigid` where the file keeps the others as they deform. With the figures of what is there.
+fn jobs(model: &mut Model, rigid: bool, args: &BakeArgs) -> (Vec<Job>, Vec<u32>, Record) {
+    model.scene.clear_stand_ins();
+    let used = used(&model.scene);
+    (0..used.len() as u32).for_each(|mesh| model.scene.clear_levels(mesh));
+    let stored = |m: usize| u64::from(model.scene.meshes()[m].triangle_count());
+    let drawn = || (0..used.len()).filter(|&m| used[m] && stored(m) > 0);
+    let record = Record {
+        schema: SCHEMA,
+        meshes: drawn().count() as u64,
+        triangles: drawn().map(stored).sum(),
+        ..Record::default()
+    };
+    let wanted = |kind: &LevelKind| match kind {
+        LevelKind::Chain => !args.no_chain,
+        LevelKind::Hierarchy => !args.no_hierarchy,
+        LevelKind::Impostor => false,
+    };
+    let mut jobs = Vec::new();
+    let mut rigid_meshes = Vec::new();
+    for mesh in drawn() {
+        let of = &model.scene.meshes()[mesh];
+        if rigid && of.is_deformable() {
+            continue;
+        }
+        rigid_meshes.push(mesh as u32);
+        let triangles = of.triangle_count() - of.degenerate_count();
+        let job = |kind| Job { mesh: mesh as u32, kind, triangles };
+        jobs.extend(mesh::kinds(triangles).filter(wanted).map(job));
+    }
+    (jobs, rigid_meshes, record)
+}
+
 /// Makes occluders of meshes, and puts them beside what else is baked of these.
 fn add_occluders(
     model: &Model,
@@ -250,7 +282,7 @@ fn add_occluders(
     record: &mut Record,
 ) -> Result<(), Failure> {
     let (made, resumed) =
-        occluders::make(model, meshes, folder, args.resume, threads(args), console)?;
+        occluders::make(model, meshes, folder, resumes(args), threads(args), console)?;
     record.resumed += resumed;
     record.occluders = made.len() as u64;
     for (&mesh, tables) in meshes.iter().zip(made) {
@@ -266,15 +298,23 @@ fn add_occluders(
 
 /// Where what is finished lies, if it is kept.
 fn folder(args: &BakeArgs) -> Result<Option<Folder>, Failure> {
-    match (&args.chunks, args.resume) {
-        (Some(path), _) => Folder::new(path).map(Some),
-        (None, true) => {
-            let mut path = args.out.clone().into_os_string();
-            path.push(".chunks");
-            Folder::new(path.as_ref()).map(Some)
-        }
-        (None, false) => Ok(None),
+    args.units.path(&args.out).map(|path| Folder::new(&path)).transpose()
+}
+
+/// Whether what lies there is taken.
+fn resumes(args: &BakeArgs) -> bool {
+    args.units.resume || args.units.unit.is_some()
+}
+
+/// Of a list whose items cost so much, those of this process's share.
+fn own<T>(mut items: Vec<T>, cost: impl Fn(&T) -> f64, args: &BakeArgs) -> Vec<T> {
+    if let Some([share, shares]) = args.units.share() {
+        let costs: Vec<f64> = items.iter().map(cost).collect();
+        let own = split(&costs, shares).get(share as usize).cloned().unwrap_or_default();
+        items.truncate(own.end as usize);
+        items.drain(..own.start as usize);
     }
+    items
 }
 
 fn threads(args: &BakeArgs) -> usize {
@@ -314,7 +354,7 @@ fn run_jobs(
             scope.spawn(move || {
                 while !interrupted() {
                     let Some(&j) = order.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
-                    let made = run_job(model, &jobs[j], folder, args.resume, inner);
+                    let made = run_job(model, &jobs[j], folder, resumes(args), inner);
                     if sender.send((j, made)).is_err() {
                         break;
                     }

@@ -4,10 +4,10 @@ use cullet::lod::Lod;
 use cullet_command::console::{count, grouped, percent};
 use cullet_draw::LevelPixels;
 use cullet_measure::deviation::Measured;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Levels of detail in one view.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct LevelsRecord {
     /// Triangles on the way from all to visible.
     pub(crate) ladder: LadderRecord,
@@ -25,7 +25,7 @@ pub(crate) struct LevelsRecord {
 }
 
 /// Triangles that are left, step by step; each step includes those before it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct LadderRecord {
     pub(crate) all: u64,
     pub(crate) frustum: u64,
@@ -40,7 +40,7 @@ pub(crate) struct LadderRecord {
 }
 
 /// Pixels that levels change.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct PixelRecord {
     pub(crate) all: u64,
     /// They show another instance, or none, or one where there was none.
@@ -52,7 +52,7 @@ pub(crate) struct PixelRecord {
 }
 
 /// How far points of the surfaces are off, in pixels.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct DeviationRecord {
     /// Stated; the largest of the views where a budget chose it.
     pub(crate) threshold_px: f64,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::scene::SceneArgs;
+use super::units::UnitArgs;
 
 /// Counted up whenever the same mesh and options give other levels: neither the baker, which keeps what is finished, nor who
 /// keeps whole baked files, takes those of before for them.
@@ -26,6 +27,10 @@ The same scene and options make the same bytes, with any number of threads. --re
 each mesh and merged group in a folder, and takes from there what was finished before: after Ctrl-C, or where
 a few meshes of many have changed. OUT is replaced when all of it has been written, never by half of it.
 
+--unit I/N makes the levels and occluders of one of N shares of the meshes and writes no OUT; any number of
+processes may share a folder, on one machine or many. Once all have ended, --resume joins them, and makes what is
+missing. Merged groups and impostors are made then.
+
 With --up, --one-sided, --two-sided or --cells the scene is another than the one in the file, and is written
 anew: without textures and animations, and what moves stands as it is stored.
 
@@ -42,6 +47,8 @@ Examples
   cullet bake city -o city.glb                       a built-in scene
   cullet bake castle.glb -o baked.glb --merge        levels of groups of instances too
   cullet bake castle.glb -o baked.glb --resume       goes on where Ctrl-C stopped it
+  cullet bake castle.glb -o baked.glb --unit 3/8 --units /shared/castle
+                                                     the third of eight machines
   cullet bake forest.glb -o baked.glb --impostors    and pictures of what is far away
   cullet bake scan.ply -o baked.glb --no-hierarchy   whole levels only
   cullet bake castle.glb -o baked.glb --occluders    what hides what is behind it too
@@ -78,12 +85,9 @@ pub struct BakeArgs {
     /// Write each impostor as PNGs and as a glTF of cards too, into this folder
     #[arg(long, value_name = "PATH", requires = "impostors")]
     pub impostor_sheets: Option<PathBuf>,
-    /// Keep what is finished of each mesh and merged group, and go on from what is there
-    #[arg(long)]
-    pub resume: bool,
-    /// Folder of what is finished, as --resume keeps it [default: OUT.chunks]
-    #[arg(long, value_name = "PATH")]
-    pub chunks: Option<PathBuf>,
+    /// What of the work to do, and where what is finished is kept: a file for each mesh and kind, and each merged group.
+    #[command(flatten)]
+    pub units: UnitArgs,
     /// How many threads [default: as many as there are cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
