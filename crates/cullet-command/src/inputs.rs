@@ -289,7 +289,7 @@ pub fn path_words(args: &ViewArgs) -> String {
 
 /// The culler of the arguments: a preset, with what the other options change, and without a limit to what occlusion may stake.
 pub fn culler(args: &CullArgs) -> Culler {
-    let mut culler = (args.preset)();
+    let mut culler = args.preset.culler();
     culler.frustum &= !args.no_frustum;
     culler.pvs &= !args.no_pvs;
     if args.no_portal {
@@ -407,7 +407,7 @@ mod tests {
         };
         same("", Culler::balanced());
         for (name, preset, _) in crate::args::PRESETS {
-            same(&format!("--preset {name}"), preset());
+            same(&format!("--preset {name}"), preset.culler());
         }
         let fast = Culler::fast();
         let wide = fast.occlusion.map(|o| Occlusion { width: 99, ..o });

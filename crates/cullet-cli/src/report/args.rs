@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use cullet_command::args::InputArgs;
+use cullet_command::args::{InputArgs, UnitArgs};
 use cullet_command::parse;
 
 use super::drawing::Show;
@@ -15,6 +15,9 @@ pub(crate) const HELP: &str = "\
 Writes into --out: index.html (one file, opens offline), report.json, views.csv and pictures.
 Each view's part is written as it is finished; Ctrl-C finishes the current view and leaves a valid
 report.
+
+Of a folder every scene in it and below gets a report of its own in --out, with a page over all of them. --unit I/N does one
+of N shares of the files; --resume takes what is finished in --units, does the rest, and writes the page.
 
 --fail-if EXPR is KEY OP VALUE: KEY is tightness, false_culls, all, potentially_visible, visible or
 culled_percent; OP is one of > >= < <= == !=; VALUE a number, or, with --baseline, 'baseline',
@@ -33,7 +36,7 @@ one, the built-in city, office, plant, forest and moving are walked through, so 
 back faces all have something to cull; anything else is looked at from all around.";
 
 /// `cullet report`
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct ReportArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
@@ -60,6 +63,8 @@ pub(crate) struct ReportArgs {
     /// Seconds for verification where a view has over 5e7 triangles
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = parse::seconds)]
     pub(crate) verify_seconds: f64,
+    #[command(flatten)]
+    pub(crate) units: UnitArgs,
     #[command(flatten)]
     pub(crate) opened: OpenedArgs,
     /// Also draw this of each view that has pictures

@@ -7,6 +7,7 @@ mod charts;
 mod drawing;
 mod export;
 mod fail_if;
+mod folder;
 mod levels_page;
 mod opened;
 mod page;
@@ -61,31 +62,18 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
     if args.baseline.is_none() && fail_ifs.iter().any(FailIf::needs_baseline) {
         return Err(Failure::usage("--fail-if compares with the baseline, so give --baseline too"));
     }
-    let baseline = args.baseline.as_deref().map(baseline::read).transpose()?;
-    let costs = Origin::find(&args.costs, console)?;
-    let start = Instant::now();
-    let mut model = levels::load(&args.input.scene, &args.input.cull, console)?;
-    occluders::give(&mut model, &args.input.cull, console)?;
-    inputs::begin(&mut model, &args.input.view, console)?;
-    let views = inputs::culled_views(&model, &args.input.view, &args.input.cull, console)?;
-    let triangle_costs = costs.map(|origin| TriangleCosts::new(origin, &model.scene));
-    let opened = Opened::new(&args.opened, &model, console)?;
-    std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
-    let facts = meshes::facts(&model);
-    let mut report = Report::new(args, model, facts, baseline.as_ref(), triangle_costs, console)?;
-    report.opened = opened;
-    report.survey.move_over(inputs::times(&args.input.view, views.len()));
-    let mut progress = console.progress("views", views.len() as u64);
-    for view in &views {
-        report.add(view, views.len())?;
-        progress.step();
-        if interrupted() {
-            break;
-        }
+    if Path::new(&args.input.scene.scene).is_dir() {
+        return folder::run(args, &fail_ifs, console);
     }
-    progress.finish();
-    let complete = report.survey.views.len() == views.len();
-    let record = report.finish(complete)?;
+    if args.units.are_kept() {
+        return Err(Failure::usage(
+            "--unit, --units and --resume are for a folder of files; the views of one scene are shared by cullet verify",
+        ));
+    }
+    let baseline = args.baseline.as_deref().map(baseline::read).transpose()?;
+    let start = Instant::now();
+    let record = of_scene(args, baseline.as_ref(), console)?;
+    let complete = record.complete;
     if let Some(path) = &args.json {
         write_json(path, &record)?;
     }
@@ -105,6 +93,37 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
         fail_ifs.iter().filter_map(|f| f.holds(summary, baseline.as_ref())).collect();
     crossed.iter().for_each(|line| console.line(line));
     Ok(if crossed.is_empty() { Exit::Fine } else { Exit::FailIf })
+}
+
+/// Reports on a scene, into its folder.
+fn of_scene(
+    args: &ReportArgs,
+    baseline: Option<&Value>,
+    console: &Console,
+) -> Result<Record, Failure> {
+    let costs = Origin::find(&args.costs, console)?;
+    let mut model = levels::load(&args.input.scene, &args.input.cull, console)?;
+    occluders::give(&mut model, &args.input.cull, console)?;
+    inputs::begin(&mut model, &args.input.view, console)?;
+    let views = inputs::culled_views(&model, &args.input.view, &args.input.cull, console)?;
+    let triangle_costs = costs.map(|origin| TriangleCosts::new(origin, &model.scene));
+    let opened = Opened::new(&args.opened, &model, console)?;
+    std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
+    let facts = meshes::facts(&model);
+    let mut report = Report::new(args, model, facts, baseline, triangle_costs, console)?;
+    report.opened = opened;
+    report.survey.move_over(inputs::times(&args.input.view, views.len()));
+    let mut progress = console.progress("views", views.len() as u64);
+    for view in &views {
+        report.add(view, views.len())?;
+        progress.step();
+        if interrupted() {
+            break;
+        }
+    }
+    progress.finish();
+    let complete = report.survey.views.len() == views.len();
+    report.finish(complete)
 }
 
 struct Report<'a> {

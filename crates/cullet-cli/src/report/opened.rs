@@ -14,7 +14,7 @@ use crate::shape::{self, Shape};
 use crate::survey::Seen;
 
 /// How to open the scene.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct OpenedArgs {
     /// Also show the scene cut open at this plane (NX,NY,NZ,D) or box (X0,Y0,Z0,X1,Y1,Z1), as in cullet cut; may
     /// be given several times

@@ -95,14 +95,34 @@ impl CullArgs {
     }
 }
 
-/// Settings to begin with.
-pub type Preset = fn() -> Culler;
+/// A preset of the engine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preset {
+    /// [`Culler::exact`]
+    Exact,
+    /// [`Culler::balanced`]
+    Balanced,
+    /// [`Culler::fast`]
+    Fast,
+}
+
+impl Preset {
+    /// Its culler.
+    #[must_use]
+    pub fn culler(self) -> Culler {
+        match self {
+            Self::Exact => Culler::exact(),
+            Self::Balanced => Culler::balanced(),
+            Self::Fast => Culler::fast(),
+        }
+    }
+}
 
 /// The presets of the engine.
 pub const PRESETS: &[(&str, Preset, &str)] = &[
-    ("exact", Culler::exact, "All that can be proved invisible, whatever it takes"),
-    ("balanced", Culler::balanced, "What pays in most frames: the engine's own settings"),
-    ("fast", Culler::fast, "What is found soonest: a narrow buffer, and few occluders"),
+    ("exact", Preset::Exact, "All that can be proved invisible, whatever it takes"),
+    ("balanced", Preset::Balanced, "What pays in most frames: the engine's own settings"),
+    ("fast", Preset::Fast, "What is found soonest: a narrow buffer, and few occluders"),
 ];
 
 /// The stages that can be run alone.

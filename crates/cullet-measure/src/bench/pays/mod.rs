@@ -87,11 +87,11 @@ impl PaysArgs {
     /// What is measured: first without occlusion, then with.
     fn cullers(&self) -> Result<Vec<(&'static str, Culler)>, Failure> {
         let on: Vec<(&str, Culler)> = if self.presets {
-            PRESETS.iter().map(|(name, preset, _)| (*name, preset())).collect()
+            PRESETS.iter().map(|(name, preset, _)| (*name, preset.culler())).collect()
         } else {
             let mut on = inputs::culler(&self.cull);
             if let Some(occlusion) = &mut on.occlusion {
-                let preset = (self.cull.preset)().occlusion.and_then(|o| o.risk);
+                let preset = self.cull.preset.culler().occlusion.and_then(|o| o.risk);
                 occlusion.risk = self.cull.occlusion_risk.or(preset);
             }
             vec![("on", on)]
