@@ -10,11 +10,24 @@ A plan is a text; a bake is *rounds* of *units*. What a unit finds is a function
 runs it, and when. So the result is the same bytes on any engine, for any number of workers, after any loss and any repetition.
 
 Engines: `Here` (this process), `Processes` (others on this machine), `Ray` (extra ``cullet[ray]``) and `Dask`
-(``cullet[dask]``). ``python -m cullet.distributed --help`` shows them by example.
+(``cullet[dask]``). `run_command` shares any command of the program ``cullet`` that works in units. ``python -m cullet.distributed --help`` shows them by example.
 """
 
+from ._commands import SharesFailed, run_command
 from ._driver import UnitsFailed, run
 from ._engines import Dask, Engine, Here, Processes, Ray
 from ._plan import Plan, plan
 
-__all__ = ["Dask", "Engine", "Here", "Plan", "Processes", "Ray", "UnitsFailed", "plan", "run"]
+__all__ = [
+    "Dask",
+    "Engine",
+    "Here",
+    "Plan",
+    "Processes",
+    "Ray",
+    "SharesFailed",
+    "UnitsFailed",
+    "plan",
+    "run",
+    "run_command",
+]

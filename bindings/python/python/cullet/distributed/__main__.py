@@ -9,8 +9,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from ..  import FileError
-from . import Dask, Engine, Here, Processes, Ray, UnitsFailed, plan, run
+from .. import FileError
+from . import Dask, Engine, Here, Processes, Ray, SharesFailed, UnitsFailed, plan, run, run_command
 
 _EXAMPLES = """\
 examples
@@ -19,6 +19,8 @@ examples
   python -m cullet.distributed pvs map.bsp --dask tcp://10.0.0.1:8786
   python -m cullet.distributed pvs city --view-cells 1000 --heights 1 2.5 --ray local
   python -m cullet.distributed pvs map.bsp --folder units                goes on where it was stopped
+  python -m cullet.distributed run --ray local --units /shared/city cullet bake city.glb -o baked.glb
+  python -m cullet.distributed run --units views cullet verify city.glb --views 1000
 
 exit codes
   0 fine    1 units failed each time; the rest is kept    2 wrong usage
@@ -33,7 +35,7 @@ def _arguments() -> argparse.ArgumentParser:
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    commands = parser.add_subparsers(dest="command", required=True, metavar="pvs")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="pvs|run")
     pvs = commands.add_parser(
         "pvs",
         help="potentially visible sets of a map, a portal graph or a scene",
@@ -42,20 +44,34 @@ def _arguments() -> argparse.ArgumentParser:
     )
     pvs.add_argument("file", help="a .prt, a .bsp, a scene, or the name of a built-in one")
     pvs.add_argument("-o", "--out", metavar="PATH", help="write the sets; with the ending .bsp, the map with the sets in it")
-    where = pvs.add_mutually_exclusive_group()
-    where.add_argument("--ray", metavar="ADDRESS", help="a Ray cluster; 'local' starts one here")
-    where.add_argument("--dask", metavar="ADDRESS", help="a Dask scheduler; 'local' starts workers here")
-    where.add_argument("--processes", type=int, metavar="N", help="processes of this machine [default: one a processor]")
+    _add_where(pvs)
     pvs.add_argument("--folder", metavar="FOLDER", help="keep finished units, and go on from those that are there [default: FILE.units]")
     pvs.add_argument("--units", type=int, metavar="N", help="units of a round [default: four a worker]")
-    pvs.add_argument("--retries", type=int, default=3, metavar="N", help="how often a lost unit is run again [default: 3]")
     pvs.add_argument("--seed", type=int, default=1)
     pvs.add_argument("--fast", action="store_true", help="of cells: only a first bound, at once")
     pvs.add_argument("--view-cells", type=int, metavar="N", help="of a scene: how many view cells")
     pvs.add_argument("--heights", type=float, nargs=2, metavar=("LOW", "HIGH"), help="cells only so far above the lowest point")
     pvs.add_argument("--clusters", action="store_true", help="sets of clusters instead of instances")
     pvs.add_argument("--rays", type=int, metavar="N", help="end after about so many rays")
+    command = commands.add_parser(
+        "run",
+        help="any command of cullet that works in units: bake, verify, report, pvs",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_where(command)
+    command.add_argument("--units", metavar="FOLDER", required=True, help="folder of finished units, seen by all nodes")
+    command.add_argument("--shares", type=int, metavar="N", help="in how many shares [default: four a worker]")
+    command.add_argument("words", nargs=argparse.REMAINDER, metavar="COMMAND", help="the command, without --unit")
     return parser
+
+
+def _add_where(parser: argparse.ArgumentParser) -> None:
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--ray", metavar="ADDRESS", help="a Ray cluster; 'local' starts one here")
+    where.add_argument("--dask", metavar="ADDRESS", help="a Dask scheduler; 'local' starts workers here")
+    where.add_argument("--processes", type=int, metavar="N", help="processes of this machine [default: one a processor]")
+    parser.add_argument("--retries", type=int, default=3, metavar="N", help="how often a lost unit is run again [default: 3]")
 
 
 def _engine(options: argparse.Namespace) -> Engine:
@@ -85,29 +101,13 @@ def _bar() -> Callable[[float], None]:
 
 def main() -> int:
     options = _arguments().parse_args()
-    folder = options.folder or f"{options.file.replace(':', '-')}.units"
+    folder = options.units if options.command == "run" else options.folder or f"{options.file.replace(':', '-')}.units"
     try:
-        made_plan = plan(
-            options.file,
-            seed=options.seed,
-            fast=options.fast,
-            view_cells=options.view_cells,
-            heights=tuple(options.heights) if options.heights else None,
-            clusters=options.clusters,
-            rays=options.rays,
-        )
-        begin = time.monotonic()
-        engine = _engine(options)
-        try:
-            made = run(
-                made_plan, engine, folder=folder, units=options.units, retries=options.retries, progress=_bar()
-            )
-        finally:
-            engine.close()
+        return _command(options) if options.command == "run" else _sets(options, folder)
     except KeyboardInterrupt:
         print(f"interrupted; the same command goes on from {folder}", file=sys.stderr)
         return 130
-    except UnitsFailed as error:
+    except (UnitsFailed, SharesFailed) as error:
         print(error, file=sys.stderr)
         return 1
     except (FileError, FileNotFoundError) as error:
@@ -123,6 +123,37 @@ def main() -> int:
     except OSError as error:
         print(error, file=sys.stderr)
         return 4
+
+
+def _command(options: argparse.Namespace) -> int:
+    words = options.words[1:] if options.words[:1] == ["--"] else options.words
+    if not words:
+        raise ValueError("which command? Such as: cullet bake city.glb -o baked.glb")
+    engine = _engine(options)
+    try:
+        return run_command(
+            words, engine, folder=options.units, shares=options.shares, retries=options.retries, progress=_bar()
+        )
+    finally:
+        engine.close()
+
+
+def _sets(options: argparse.Namespace, folder: str) -> int:
+    made_plan = plan(
+        options.file,
+        seed=options.seed,
+        fast=options.fast,
+        view_cells=options.view_cells,
+        heights=tuple(options.heights) if options.heights else None,
+        clusters=options.clusters,
+        rays=options.rays,
+    )
+    begin = time.monotonic()
+    engine = _engine(options)
+    try:
+        made = run(made_plan, engine, folder=folder, units=options.units, retries=options.retries, progress=_bar())
+    finally:
+        engine.close()
     took = time.monotonic() - begin
     of_all = made.cells * made.targets
     print(f"{options.file}: {made.cells} cells, {made.visible_pairs} pairs are seen of {of_all}; {took:.1f} s")

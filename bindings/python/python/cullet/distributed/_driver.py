@@ -11,11 +11,9 @@ from typing import Any
 
 from .. import _native
 from ._engines import Engine, Here
+from ._gather import gather
 from ._plan import Plan
 from ._worker import Behind, Items, NeedsScene, run_unit
-
-# How long an engine is waited for before Ctrl-C is looked at.
-_LOOK = 0.5
 
 
 class UnitsFailed(RuntimeError):
@@ -98,34 +96,21 @@ class _Bake:
         have = self.whole(number)
         wanted = self.job.missing(list(have), units or 4 * self.engine.workers())
         count = len(have) + len(wanted)
-        failed: dict[Items, BaseException] = {}
-        tries = dict.fromkeys(wanted, 0)
-        # Not every engine's handles can be hashed.
-        running = [(self.submit(items, number, None), items) for items in wanted]
-        try:
-            while running:
-                for handle in self.engine.ended([handle for handle, _ in running], _LOOK):
-                    place = next(k for k, (other, _) in enumerate(running) if other is handle or other == handle)
-                    _, items = running.pop(place)
-                    try:
-                        found = self.engine.result(handle)
-                        if isinstance(found, bytes) and not self.job.is_whole(items, found):
-                            raise ValueError("what came back is damaged")
-                    except Exception as error:
-                        tries[items] += 1
-                        if tries[items] > self.retries:
-                            failed[items] = error
-                            continue
-                        found = None
-                    if isinstance(found, bytes):
-                        self.kept.write(self.key, number, items, found)
-                        have[items] = found
-                        self.progress(begin + (end - begin) * len(have) / count)
-                    else:
-                        running.append((self.submit(items, number, found), items))
-        except BaseException:
-            self.engine.cancel([handle for handle, _ in running])
-            raise
+
+        def take(items: Items, found: Any) -> bool:
+            if not isinstance(found, bytes):
+                return False
+            if not self.job.is_whole(items, found):
+                raise ValueError("what came back is damaged")
+            self.kept.write(self.key, number, items, found)
+            have[items] = found
+            self.progress(begin + (end - begin) * len(have) / count)
+            return True
+
+        def submit(items: Items, answer: Any) -> Any:
+            return self.submit(items, number, answer)
+
+        failed = gather(self.engine, wanted, submit, take, self.retries)
         if failed:
             raise UnitsFailed(number, failed, self.folder)
         found = tuple(sorted(have.items()))
