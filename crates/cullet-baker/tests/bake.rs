@@ -350,7 +350,9 @@ fn shares_of_the_meshes_join_to_the_same_bytes() {
             .output()
             .unwrap();
         assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
-        assert!(String::from_utf8_lossy(&said.stdout).contains(&format!("share {} of 3", &share[..1])));
+        assert!(
+            String::from_utf8_lossy(&said.stdout).contains(&format!("share {} of 3", &share[..1]))
+        );
         assert!(!Path::new(&out).exists(), "a share writes no file");
     }
     let kept = std::fs::read_dir(format!("{out}.units")).unwrap().count() as u64;

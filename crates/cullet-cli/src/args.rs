@@ -20,6 +20,7 @@ use crate::replay::{self, ReplayArgs};
 use crate::report::{self, ReportArgs};
 use crate::scenes::ScenesArgs;
 use crate::serve::{self, ServeArgs};
+use crate::tiles::{self, TilesArgs};
 use crate::verify::{self, VerifyArgs};
 use crate::view::{self, WindowArgs};
 
@@ -30,6 +31,7 @@ const EXAMPLES: &str = "\
 Examples
   cullet report                              the built-in city: a page with pictures, figures, advice
   cullet report model.glb --out page/        the same for your own model
+  cullet report models/                      every file in a folder, and a page over all of them
   cullet report model.glb --path walk --views 32 --size 1920x1080
   cullet report model.glb --eye 0,2,9 --target 0,1,0 --fov 60
                                              one view of your choice
@@ -53,6 +55,7 @@ Examples
   cullet cells house.glb --cells rooms.glb -o out.glb
                                              cells and portals from the volumes of its rooms
   cullet pvs map.prt -o map.cpvs             which cells of a map see each other, and what proves it
+  cullet tiles city.glb -o city              3D Tiles, for worlds that are loaded piece by piece
   cullet profile model.glb                   which link of a frame is the slowest, and which culling helps
   cullet view model.glb                      a window: turn it, freeze it, click what is missing
   cullet serve model.glb                     the same as a page, on localhost
@@ -147,6 +150,9 @@ pub(crate) enum Command {
     /// Bake which cells of a map's portal graph see each other
     #[command(after_help = pvs::HELP)]
     Pvs(Box<PvsArgs>),
+    /// Write a scene as 3D Tiles, for worlds that are loaded piece by piece
+    #[command(after_help = tiles::HELP)]
+    Tiles(Box<TilesArgs>),
     /// Write a scene as triangles, boxes and views for comparing occlusion cullers
     #[command(after_help = occscn::HELP)]
     Occscn(Box<OccscnArgs>),

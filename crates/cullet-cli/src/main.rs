@@ -29,6 +29,7 @@ mod serve;
 mod shape;
 mod standpoint;
 mod survey;
+mod tiles;
 mod verify;
 mod view;
 
@@ -72,6 +73,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Serve(args) => serve::run(args),
         Command::Cells(args) => cells::run(args, &console(args.json.as_deref())),
         Command::Pvs(args) => pvs::run(args, &console(args.json.as_deref())),
+        Command::Tiles(args) => tiles::run(args, &console(args.json.as_deref())),
         Command::Profile(_) => peer::PROFILER.hand_on("profile", cli.quiet),
         Command::Picture(args) => picture::run(args, &console(None)),
     }

@@ -297,7 +297,8 @@ fn told_of_units(end: RunEnd, common: &Common<'_>, console: &Console) -> Option<
             Some(Exit::Fine)
         }
         (RunEnd::Stopped, Some(folder)) => {
-            console.note(format!("interrupted; the same command goes on from {}", folder.display()));
+            console
+                .note(format!("interrupted; the same command goes on from {}", folder.display()));
             Some(Exit::Interrupted)
         }
         (RunEnd::Stopped, None) => {

@@ -197,12 +197,8 @@ pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
     };
     let mut survey = Survey::new(model, inputs::culler(&args.input.cull), options);
     survey.move_over(inputs::times(&args.input.view, views.len()));
-    let work = Work {
-        survey,
-        recording: Recording::default(),
-        found: BTreeMap::new(),
-        failure: None,
-    };
+    let work =
+        Work { survey, recording: Recording::default(), found: BTreeMap::new(), failure: None };
     let ended = verify(args, &views, work, stated, console)?;
     if let Some(path) = &args.record {
         recording::write(&ended.recording, path, console)?;
@@ -286,7 +282,8 @@ fn verify(
         return Err(failure);
     }
     let read = |bytes: &Vec<u8>| ciborium::from_reader::<Found, _>(&bytes[..]).ok();
-    let damaged = || Failure::input(format!("{}: units of another cullet; delete it", at.display()));
+    let damaged =
+        || Failure::input(format!("{}: units of another cullet; delete it", at.display()));
     let found: Vec<Found> = match all {
         Some(all) => all.iter().map(read).collect::<Option<_>>().ok_or_else(damaged)?,
         None => work.found.into_values().collect(),

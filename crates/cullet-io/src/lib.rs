@@ -62,3 +62,5 @@ pub use options::{LoadOptions, Up};
 pub use pose::PoseError;
 pub use prt::{Prt, PrtVariant, load_prt, load_prt_bytes};
 pub use save::{SaveError, SaveErrorKind, SaveFormat, save, save_original};
+#[cfg(not(target_family = "wasm"))]
+pub use tileset::{TileNode, TileSize, TileTree, TilesWritten, WriteTiles, write_tiles};

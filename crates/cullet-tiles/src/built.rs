@@ -2,26 +2,54 @@
 
 use std::collections::BTreeMap;
 
-use cullet::{Mesh, Prepared, Scene};
+use cullet::{Instance, Mesh, Preparation, Prepared, Scene};
 
 use crate::source::{TileContent, TileId};
 
+/// A tile in memory, ready for scenes.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    pub(crate) instances: Vec<Instance>,
+    pub(crate) meshes: Vec<(Mesh, Prepared)>,
+}
+
+impl Loaded {
+    /// With what is prepared of its own meshes. Cost: that of preparing them.
+    #[must_use]
+    pub fn of(content: TileContent, preparation: Preparation) -> Self {
+        let prepared = |mesh: Mesh| {
+            let prepared = Prepared::of(&mesh, preparation);
+            (mesh, prepared)
+        };
+        Self {
+            instances: content.instances,
+            meshes: content.meshes.into_iter().map(prepared).collect(),
+        }
+    }
+}
+
 /// The scene of some tiles: their instances, tile by tile in ascending order, so that it is the same whenever each came. Cost: that of
-/// adding and sorting all instances.
+/// adding and sorting all instances, and of copying meshes that are a tile's own.
 #[must_use]
 pub fn scene_of(
     meshes: &[(Mesh, Prepared)],
-    contents: &BTreeMap<TileId, TileContent>,
+    loaded: &BTreeMap<TileId, Loaded>,
     tiles: &[TileId],
 ) -> Scene {
     let mut scene = Scene::new();
+    let shared = meshes.len() as u32;
     for (mesh, prepared) in meshes {
         scene.add_prepared_mesh(mesh.clone(), prepared.clone());
     }
-    for content in tiles.iter().filter_map(|tile| contents.get(tile)) {
-        for instance in &content.instances {
+    for tile in tiles.iter().filter_map(|tile| loaded.get(tile)) {
+        let first = scene.meshes().len() as u32;
+        for (mesh, prepared) in &tile.meshes {
+            scene.add_prepared_mesh(mesh.clone(), prepared.clone());
+        }
+        for &instance in &tile.instances {
+            let own = instance.mesh.checked_sub(shared).map(|own| first.saturating_add(own));
             // A source that names a mesh which it does not have loses that instance, as does a world of more than 2^32.
-            let _ = scene.add(*instance);
+            let _ = scene.add(Instance { mesh: own.unwrap_or(instance.mesh), ..instance });
         }
     }
     scene.commit();

@@ -7,7 +7,7 @@ use crate::settings::{Settings, bytes_of};
 use crate::source::{TileError, TileId, TileInfo, TileSource};
 use crate::status::Want;
 
-/// Tiles that together are the whole world, each place in one of them.
+/// Tiles that together are the whole world: each place in one of them, and in those above it that it adds to.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cut {
     /// Ascending.
@@ -58,7 +58,11 @@ pub fn choose<S: TileSource + ?Sized>(
 ) -> Result<Cut, TileError> {
     let want = |tile: TileId| {
         let info = source.info(tile);
-        Want { tile, bytes: bytes_of(info.instances), pixels: pixels(&info, eyes, settings.scale) }
+        Want {
+            tile,
+            bytes: bytes_of(info.instances, info.meshes),
+            pixels: pixels(&info, eyes, settings.scale),
+        }
     };
     let mut heap: BinaryHeap<Candidate> =
         source.roots().into_iter().map(|tile| Candidate { want: want(tile) }).collect();
@@ -78,7 +82,9 @@ pub fn choose<S: TileSource + ?Sized>(
             continue;
         }
         let finer: Vec<Want> = children.iter().map(|&child| want(child)).collect();
-        let bytes = cut.bytes - of.bytes + finer.iter().map(|w| w.bytes).sum::<u64>();
+        let adds = source.info(of.tile).adds;
+        let without = if adds { cut.bytes } else { cut.bytes - of.bytes };
+        let bytes = finer.iter().fold(without, |sum, w| sum.saturating_add(w.bytes));
         if bytes > settings.budget {
             // What follows matters less, and must not take what this could not have.
             cut.is_cut_short = true;
@@ -87,6 +93,8 @@ pub fn choose<S: TileSource + ?Sized>(
             break;
         }
         cut.bytes = bytes;
+        // What adds to a tile is shown beside it.
+        cut.tiles.extend(adds.then_some(of.tile));
         heap.extend(finer.into_iter().map(|want| Candidate { want }));
     }
     cut.tiles.sort_unstable();

@@ -101,7 +101,7 @@ impl TileSource for CityTiles {
             1 => (OBJECT, 1),
             _ => (CityPlots::PITCH * f64::from(block), 1),
         };
-        TileInfo { bounds, error, instances: x * z * each }
+        TileInfo { bounds, error, instances: x * z * each, meshes: [0; 2], adds: false }
     }
 
     fn children(&self, tile: TileId, out: &mut Vec<TileId>) {

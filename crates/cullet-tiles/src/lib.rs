@@ -10,7 +10,7 @@
 //!
 //! A [`World`] gives one [`Scene`](cullet::Scene) at any time, so every stage works on it as on a scene that was never cut: occluders of one tile hide
 //! what stands in another, and nothing visible of what is loaded is dropped. The scene is a function of the cut alone, not of the order in
-//! which tiles came. Every place of the world is in exactly one tile of a cut. Coarse tiles stand in for what is not loaded; their
+//! which tiles came. Every place of the world is in exactly one tile of a cut, and in those above it that it adds to. Coarse tiles stand in for what is not loaded; their
 //! blocks are drawn and never hide anything.
 //!
 //! ```
@@ -31,13 +31,15 @@ mod city;
 mod settings;
 mod source;
 mod status;
+mod tileset;
 mod worker;
 mod world;
 
-pub use built::scene_of;
+pub use built::{Loaded, scene_of};
 pub use choose::{Cut, choose};
 pub use city::CityTiles;
 pub use settings::Settings;
 pub use source::{TileContent, TileError, TileId, TileInfo, TileSource};
 pub use status::{Status, Want};
+pub use tileset::FolderTiles;
 pub use world::World;

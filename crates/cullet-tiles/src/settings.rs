@@ -48,10 +48,14 @@ impl Settings {
 
 /// Bytes of an instance in a scene, measured by `examples/fly.rs` and rounded up.
 const OF_A_SCENE: u64 = 288;
+/// Bytes of a mesh for each vertex and for each triangle, with what is prepared of it; rounded up.
+const OF_A_MESH: [u64; 2] = [16, 64];
 
-/// Bytes that a tile of so many instances takes: what was loaded, and twice what a scene has of it, for the next scene is built
-/// while the last is in use.
-pub(crate) fn bytes_of(instances: u32) -> u64 {
+/// Bytes that a tile takes: what was loaded, and twice what a scene has of it, for the next scene is built while the last is in
+/// use.
+pub(crate) fn bytes_of(instances: u32, [vertices, triangles]: [u64; 2]) -> u64 {
     let instance = size_of::<cullet::Instance>() as u64 + 2 * OF_A_SCENE;
-    u64::from(instances) * instance
+    let [vertex, triangle] = OF_A_MESH;
+    let meshes = vertices.saturating_mul(vertex).saturating_add(triangles.saturating_mul(triangle));
+    (u64::from(instances) * instance).saturating_add(meshes.saturating_mul(3))
 }

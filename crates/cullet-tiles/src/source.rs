@@ -14,16 +14,32 @@ pub struct TileInfo {
     pub bounds: [[f64; 3]; 2],
     /// How far what it shows may be from what is there, in units of the world; 0 of a tile that shows all there is.
     pub error: f64,
-    /// Its instances.
+    /// Its instances; of those that are its own alone.
     pub instances: u32,
+    /// Vertices and triangles of its own meshes.
+    pub meshes: [u64; 2],
+    /// Whether the tiles below it are shown beside it, and not in its place.
+    pub adds: bool,
 }
 
 /// What a tile shows.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct TileContent {
-    /// Its instances; their meshes are numbers of [`TileSource::meshes`]. What stands in for something else must have
-    /// [`no_occlusion`](cullet::InstanceFlags::no_occlusion).
+    /// Its instances; their meshes are numbers of [`TileSource::meshes`], and above those of `meshes`. What stands in for
+    /// something else must have [`no_occlusion`](cullet::InstanceFlags::no_occlusion).
     pub instances: Vec<Instance>,
+    /// Meshes that it alone has.
+    pub meshes: Vec<Mesh>,
+}
+
+impl TileContent {
+    /// What it takes.
+    pub(crate) fn size(&self) -> (u32, [u64; 2]) {
+        let instances = u32::try_from(self.instances.len()).unwrap_or(u32::MAX);
+        let vertices = self.meshes.iter().map(|m| m.positions().len() as u64).sum();
+        let triangles = self.meshes.iter().map(|m| u64::from(m.triangle_count())).sum();
+        (instances, [vertices, triangles])
+    }
 }
 
 /// Why a tile is not there.

@@ -7,10 +7,10 @@ use std::time::Instant;
 
 use cullet::{Mesh, Prepared, Scene};
 
-use crate::built::scene_of;
+use crate::built::{Loaded, scene_of};
 use crate::choose::{Cut, choose, pixels};
 use crate::settings::{Settings, bytes_of};
-use crate::source::{TileContent, TileError, TileId, TileSource};
+use crate::source::{TileError, TileId, TileSource};
 use crate::status::{Status, Want};
 
 /// A scene and the cut that it is of.
@@ -63,7 +63,7 @@ pub(crate) struct Worker<S> {
     pub(crate) shared: Arc<Shared>,
     /// Scenes that are no longer in use come back, so that no frame takes the time to free them.
     pub(crate) returned: Receiver<Arc<Built>>,
-    pub(crate) contents: BTreeMap<TileId, TileContent>,
+    pub(crate) contents: BTreeMap<TileId, Loaded>,
     pub(crate) failed: BTreeSet<TileId>,
     pub(crate) shown: Cut,
 }
@@ -135,7 +135,7 @@ impl<S: TileSource> Worker<S> {
             .map(|tile| {
                 let info = self.source.info(tile);
                 let pixels = pixels(&info, eyes, self.settings.scale);
-                Want { tile, bytes: bytes_of(info.instances), pixels }
+                Want { tile, bytes: bytes_of(info.instances, info.meshes), pixels }
             })
             .collect();
         wanted.sort_by(|a, b| b.pixels.total_cmp(&a.pixels).then(a.tile.cmp(&b.tile)));
@@ -147,18 +147,25 @@ impl<S: TileSource> Worker<S> {
             if desk.ended {
                 return Some(Step::Ended);
             }
-            let expected = bytes_of(self.source.info(want.tile).instances);
+            let info = self.source.info(want.tile);
             let loaded = loaded.and_then(|content| {
-                let has = content.instances.len();
-                let fits = bytes_of(u32::try_from(has).unwrap_or(u32::MAX)) <= expected;
-                let reason = || format!("{has} instances are more than its header says");
+                let (instances, [vertices, triangles]) = content.size();
+                let takes = bytes_of(instances, [vertices, triangles]);
+                let fits = takes <= bytes_of(info.instances, info.meshes);
+                let reason = || {
+                    format!(
+                        "its {instances} instances, {vertices} vertices and {triangles} triangles are more than was said"
+                    )
+                };
                 let error = || TileError::Load { tile: want.tile.0, reason: reason() };
                 fits.then_some(content).ok_or_else(error)
             });
             match loaded {
                 Ok(content) => {
                     desk.status.loaded += 1;
-                    self.contents.insert(want.tile, content);
+                    drop(desk);
+                    let loaded = Loaded::of(content, self.settings.preparation);
+                    self.contents.insert(want.tile, loaded);
                 }
                 Err(error) => {
                     desk.status.failed.push(error);

@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 
 use cullet::{Prepared, Scene};
 
-use crate::built::scene_of;
+use crate::built::{Loaded, scene_of};
 use crate::choose::choose;
 use crate::settings::Settings;
 use crate::source::{TileError, TileId, TileSource};
@@ -35,7 +35,7 @@ impl World {
         let cut = choose(&source, &[], settings, &|_| true)?;
         let mut contents = BTreeMap::new();
         for &tile in &cut.tiles {
-            contents.insert(tile, source.load(tile)?);
+            contents.insert(tile, Loaded::of(source.load(tile)?, settings.preparation));
         }
         let meshes: Vec<_> = source
             .meshes()

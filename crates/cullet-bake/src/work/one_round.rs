@@ -137,7 +137,12 @@ mod tests {
         let mut done = 0;
         for share in [[2, 3], [0, 3]] {
             let mut work = OneRound::new(7, costs.clone(), make);
-            let options = RunOptions { folder: Some(&folder), share: Some(share), units: 3, ..RunOptions::default() };
+            let options = RunOptions {
+                folder: Some(&folder),
+                share: Some(share),
+                units: 3,
+                ..RunOptions::default()
+            };
             assert_eq!(run(&mut work, &options, &|_| true).expect("runs"), RunEnd::Share);
             assert!(work.finish().is_none());
             assert!(runs.load(Ordering::Relaxed) > done, "{share:?}");

@@ -54,7 +54,8 @@ pub(super) fn add(
         }
         let name = model.mesh_names.get(one.mesh as usize).cloned().unwrap_or_default();
         let key = kept.map(|folder| (folder, key(mesh, &options)));
-        let found = key.filter(|_| args.units.resume).and_then(|(folder, key)| folder.read_impostor(key));
+        let found =
+            key.filter(|_| args.units.resume).and_then(|(folder, key)| folder.read_impostor(key));
         record.resumed += u64::from(found.is_some());
         let made = match found {
             Some(impostor) => impostor,

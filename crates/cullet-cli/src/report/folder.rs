@@ -100,7 +100,10 @@ pub(super) fn run(args: &ReportArgs, fail_ifs: &[FailIf], console: &Console) -> 
     }
     let files = files_in(root)?;
     if files.is_empty() {
-        let message = format!("{}: no scene lies in this folder (glb, gltf, obj, ply, stl, off, occscn)", root.display());
+        let message = format!(
+            "{}: no scene lies in this folder (glb, gltf, obj, ply, stl, off, occscn)",
+            root.display()
+        );
         return Err(Failure::input(message));
     }
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
@@ -144,12 +147,15 @@ pub(super) fn run(args: &ReportArgs, fail_ifs: &[FailIf], console: &Console) -> 
         return Ok(Exit::Fine);
     }
     let read = |bytes: &Vec<u8>| serde_json::from_slice(bytes).ok();
-    let damaged = || Failure::input(format!("{}: units of another cullet; delete it", at.display()));
+    let damaged =
+        || Failure::input(format!("{}: units of another cullet; delete it", at.display()));
     let mut rows = match rounds.finish() {
         Some(all) => all.iter().map(read).collect::<Option<Vec<Row>>>().ok_or_else(damaged)?,
         None => rows.into_inner().unwrap_or_default(),
     };
-    rows.sort_by_cached_key(|row| (row.error.is_some(), std::cmp::Reverse(row.waste()), row.file.clone()));
+    rows.sort_by_cached_key(|row| {
+        (row.error.is_some(), std::cmp::Reverse(row.waste()), row.file.clone())
+    });
     let complete = end == RunEnd::Whole;
     write(args, root, &rows, complete)?;
     let page = args.out.join("index.html");
@@ -177,7 +183,7 @@ fn row(args: &ReportArgs, root: &Path, file: &Path, fail_ifs: &[FailIf]) -> Opti
 fn verdict(rows: &[Row], complete: bool, console: &Console) -> Exit {
     let unread = rows.iter().filter(|row| row.error.is_some()).count() as u64;
     if unread > 0 {
-        console.note(format!("{} not be read", count(unread, "file can", "files can")));
+        console.note(format!("{} read", count(unread, "file cannot be", "files cannot be")));
     }
     if !complete {
         return Exit::Interrupted;
@@ -265,7 +271,10 @@ fn write(args: &ReportArgs, root: &Path, rows: &[Row], complete: bool) -> Result
     if let Some(path) = &args.json {
         write_json(path, &index)?;
     }
-    replace(&args.out.join("index.html"), page(&root.display().to_string(), rows, complete).as_bytes())
+    replace(
+        &args.out.join("index.html"),
+        page(&root.display().to_string(), rows, complete).as_bytes(),
+    )
 }
 
 /// The page: a row a file, those that waste the most first, each with a link to its own.
@@ -296,7 +305,10 @@ fn page(name: &str, rows: &[Row], complete: bool) -> String {
         let file = escape(&row.file);
         if let Some(error) = &row.error {
             let error = escape(error);
-            let _ = writeln!(out, "<tr><td>{file}</td><td colspan=\"7\" class=\"bad\">{error}</td></tr>");
+            let _ = writeln!(
+                out,
+                "<tr><td>{file}</td><td colspan=\"7\" class=\"bad\">{error}</td></tr>"
+            );
             continue;
         }
         let link = escape(row.page.as_deref().unwrap_or_default());

@@ -1,7 +1,7 @@
 //! The JSON of a tileset.
 
 use glam::{DMat4, DVec3};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::ErrorKind;
 
@@ -41,7 +41,30 @@ pub(super) struct TileJson {
     #[serde(default)]
     pub(super) children: Vec<Self>,
     #[serde(default)]
+    pub(super) geometric_error: f64,
+    #[serde(default)]
+    pub(super) extras: Option<Extras>,
+    #[serde(default)]
     pub(super) implicit_tiling: Option<serde_json::Value>,
+}
+
+/// What others wrote here is of no concern.
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+pub(super) enum Extras {
+    Ours { cullet: TileSize },
+    Other(serde::de::IgnoredAny),
+}
+
+/// What a tile takes once it is loaded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+pub struct TileSize {
+    /// Its instances.
+    pub instances: u32,
+    /// Vertices of its meshes.
+    pub vertices: u64,
+    /// Their triangles, each mesh counted once.
+    pub triangles: u64,
 }
 
 #[derive(Debug, Deserialize)]

@@ -1,8 +1,8 @@
 //! Where tiles are: transforms, and the frame of a tileset on the globe.
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat3, DMat4, DVec3, DVec4};
 
-use super::json::TileJson;
+use super::json::{TileJson, Volume};
 use crate::ErrorKind;
 
 /// Farther than this from 0 a tileset is taken to be on the globe, in metres from its middle.
@@ -49,6 +49,45 @@ pub(super) fn frame(root: &TileJson) -> Result<DMat4, ErrorKind> {
     let to_local =
         DMat4::from_cols(east.extend(0.0), north.extend(0.0), up.extend(0.0), DVec4::W).transpose();
     Ok(z_up_to_y_up * to_local * DMat4::from_translation(-middle))
+}
+
+/// A box around a bounding volume, in the space that the transform leads to; regions are in that of the globe, `frame`. Infinite
+/// where the volume is none.
+pub(super) fn bounds(volume: &Volume, transform: &DMat4, frame: &DMat4) -> [[f64; 3]; 2] {
+    let around =
+        |centre: DVec3, half: DVec3| [(centre - half).to_array(), (centre + half).to_array()];
+    let found = if let Some(&[west, south, east, north, low, high]) = volume.region.as_deref() {
+        let width = if east < west { east + std::f64::consts::TAU - west } else { east - west };
+        let at = |x: f64, y: f64, height: f64| {
+            frame.transform_point3(on_globe(west + width * x, south + (north - south) * y, height))
+        };
+        let middle = at(0.5, 0.5, (low + high) * 0.5);
+        let steps = [0.0, 0.5, 1.0];
+        let places = steps.iter().flat_map(|&x| steps.map(|y| [at(x, y, low), at(x, y, high)]));
+        let reach = places.flatten().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        // Between those places the globe bulges, of a small region by next to nothing.
+        around(middle, DVec3::splat(reach * 1.1))
+    } else if let Some(block) = volume.block.as_deref().filter(|block| block.len() == 12) {
+        let axes =
+            [3, 6, 9].map(|k| transform.transform_vector3(DVec3::from_slice(&block[k..])).abs());
+        around(transform.transform_point3(DVec3::from_slice(block)), axes.into_iter().sum())
+    } else if let Some(&[x, y, z, radius]) = volume.sphere.as_deref() {
+        let reach = DVec3::splat(radius * scale(transform));
+        around(transform.transform_point3(DVec3::new(x, y, z)), reach)
+    } else {
+        around(DVec3::ZERO, DVec3::INFINITY)
+    };
+    let is_sound = found.iter().flatten().all(|v| v.is_finite());
+    if is_sound { found } else { [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]] }
+}
+
+/// By how much a transform makes things longer at the most.
+pub(super) fn scale(transform: &DMat4) -> f64 {
+    let columns = DMat3::from_mat4(*transform);
+    [columns.x_axis, columns.y_axis, columns.z_axis]
+        .map(DVec3::length)
+        .into_iter()
+        .fold(0.0, f64::max)
 }
 
 /// The middle of the root's bounding volume, in the space of the tileset.
