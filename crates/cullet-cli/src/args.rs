@@ -11,6 +11,7 @@ use cullet_measure::reproduce::ReproduceArgs;
 use crate::cells::{self, CellsArgs};
 use crate::check_occlusion::{self, CheckArgs};
 use crate::cut::{self, CutArgs};
+use crate::fly::{self, FlyArgs};
 use crate::info::InfoArgs;
 use crate::occluders::{self, OccludersArgs};
 use crate::occscn::{self, OccscnArgs};
@@ -56,6 +57,7 @@ Examples
                                              cells and portals from the volumes of its rooms
   cullet pvs map.prt -o map.cpvs             which cells of a map see each other, and what proves it
   cullet tiles city.glb -o city              3D Tiles, for worlds that are loaded piece by piece
+  cullet fly city:n=1e8                      a hundred million instances, loaded on the way
   cullet profile model.glb                   which link of a frame is the slowest, and which culling helps
   cullet view model.glb                      a window: turn it, freeze it, click what is missing
   cullet serve model.glb                     the same as a page, on localhost
@@ -153,6 +155,9 @@ pub(crate) enum Command {
     /// Write a scene as 3D Tiles, for worlds that are loaded piece by piece
     #[command(after_help = tiles::HELP)]
     Tiles(Box<TilesArgs>),
+    /// Fly through a world larger than memory: what that takes
+    #[command(after_help = fly::HELP)]
+    Fly(Box<FlyArgs>),
     /// Write a scene as triangles, boxes and views for comparing occlusion cullers
     #[command(after_help = occscn::HELP)]
     Occscn(Box<OccscnArgs>),

@@ -9,6 +9,7 @@ mod cells;
 mod check_occlusion;
 mod cut;
 mod cutting;
+mod fly;
 mod info;
 mod levels;
 mod meshes;
@@ -73,6 +74,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Serve(args) => serve::run(args),
         Command::Cells(args) => cells::run(args, &console(args.json.as_deref())),
         Command::Pvs(args) => pvs::run(args, &console(args.json.as_deref())),
+        Command::Fly(args) => fly::run(args, &console(args.json.as_deref())),
         Command::Tiles(args) => tiles::run(args, &console(args.json.as_deref())),
         Command::Profile(_) => peer::PROFILER.hand_on("profile", cli.quiet),
         Command::Picture(args) => picture::run(args, &console(None)),

@@ -46,7 +46,7 @@ impl Settings {
     }
 }
 
-/// Bytes of an instance in a scene, measured by `examples/fly.rs` and rounded up.
+/// Bytes of an instance in a scene, measured by `cullet fly` and rounded up.
 const OF_A_SCENE: u64 = 288;
 /// Bytes of a mesh for each vertex and for each triangle, with what is prepared of it; rounded up.
 const OF_A_MESH: [u64; 2] = [16, 64];
