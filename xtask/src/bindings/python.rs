@@ -137,6 +137,7 @@ fn build_and_test(python: &str, tools: &Path) -> Done {
         .current_dir(&source)
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env("MYPY_CACHE_DIR", target().join("mypy"));
+    tests.env("CULLET_PROGRAM", checked::program("cullet")?);
     let data = std::env::var_os("CULLET_DATA").filter(|folder| !folder.is_empty());
     let data = data.map_or_else(|| root().join("../shared/data"), |folder| root().join(folder));
     if data.exists() {
