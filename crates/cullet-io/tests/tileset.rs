@@ -111,6 +111,66 @@ fn tilesets_within_tilesets_and_old_tiles_are_read() {
     }
 }
 
+fn implicit(scheme: &str, subtree: u32, levels: u32) -> String {
+    format!(
+        r#","content":{{"uri":"{{level}}-{{x}}-{{y}}-{{z}}.glb"}},"implicitTiling":{{"subdivisionScheme":"{scheme}",
+        "subtreeLevels":{subtree},"availableLevels":{levels},"subtrees":{{"uri":"{{level}}-{{x}}-{{y}}-{{z}}.json"}}}}"#
+    )
+}
+
+/// Implicit tiles of four levels in subtrees of two, with a box at the root and in one branch of each level; at each place the box lies
+/// where its name says.
+#[test]
+fn implicit_tiles_are_those_of_their_bits() {
+    let folder = Folder::new("tileset");
+    let file = |name: &str| folder.root().join(name);
+    for name in ["0-0-0-0", "1-1-0-0", "2-2-1-0", "2-3-0-0", "3-5-2-0"] {
+        box_glb(&file(&format!("{name}.glb")));
+    }
+    // Bits of the first subtree: the root, then 0,0 1,0 0,1 1,1: of these only 1,0. Below it 2,0 3,0 2,1 3,1 of sixteen subtrees: in Morton
+    // order 2,1 is the sixth and 3,0 the fifth.
+    std::fs::write(file("bits.bin"), [0b0_0101, 0b1110_0000, 0]).unwrap();
+    let subtree = |tiles: &str, children: &str| {
+        format!(
+            r#"{{"buffers":[{{"uri":"bits.bin","byteLength":3}}],"bufferViews":[{{"buffer":0,"byteLength":1}},{{"buffer":0,"byteOffset":1,
+            "byteLength":2}}],"tileAvailability":{tiles},"contentAvailability":[{tiles}],"childSubtreeAvailability":{children}}}"#
+        )
+    };
+    let (none, bits) = (r#"{"constant":0}"#, |k: u32| format!(r#"{{"bitstream":{k}}}"#));
+    std::fs::write(file("0-0-0-0.json"), subtree(&bits(0), &bits(1))).unwrap();
+    // Those at 2,0 hold a root alone; that at 2,1 has 5,2 below it; that at 3,1 nothing, not even itself.
+    std::fs::write(file("one.bin"), [0b1]).unwrap();
+    let only =
+        |bits: &str| subtree(bits, none).replace("bits.bin", "one.bin").replace(":3}", ":1}");
+    std::fs::write(file("two.bin"), [0b0_0101, 0, 0]).unwrap();
+    let one = r#"{"bitstream":0}"#;
+    std::fs::write(file("2-2-1-0.json"), subtree(one, none).replace("bits.bin", "two.bin"))
+        .unwrap();
+    std::fs::write(file("2-3-0-0.json"), only(one)).unwrap();
+    std::fs::write(file("2-3-1-0.json"), only(r#"{"constant":0}"#)).unwrap();
+    let load = |refine: &str| {
+        try_load(&folder, &tileset(&tile(&(implicit("QUADTREE", 2, 4) + refine)))).unwrap()
+    };
+    let names = |model: &Model| {
+        let mut names: Vec<String> = model
+            .mesh_names
+            .iter()
+            .map(|n| n.split(' ').next().unwrap_or_default().to_owned())
+            .collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names(&load("")), ["2-3-0-0", "3-5-2-0"], "what is finest");
+    let all = names(&load(r#","refine":"ADD""#));
+    assert_eq!(all, ["0-0-0-0", "1-1-0-0", "2-2-1-0", "2-3-0-0", "3-5-2-0"]);
+    let tree = cullet_io::TileTree::open(&file("tileset.json"), &LoadOptions::default()).unwrap();
+    let errors: Vec<f64> = tree.tiles().iter().map(|node| node.error).collect();
+    assert_eq!(errors[..4], [1.0, 0.5, 0.25, 0.25]);
+    // The box of 9 around 0 is halved along x and y, which is −z of the scene; its height stays.
+    let finest = tree.tiles().iter().find(|node| node.error == 0.125).unwrap();
+    assert_eq!(finest.bounds, [[2.25, -9.0, 2.25], [4.5, 9.0, 4.5]]);
+}
+
 #[test]
 fn what_is_wrong_is_named() {
     let folder = Folder::new("tileset");
@@ -129,7 +189,13 @@ fn what_is_wrong_is_named() {
         (good.replace("\"box\"", "\"cone\""), "neither a box, a sphere nor a region"),
         (tileset(&tile(r#","transform":[1,2]"#)), "transform: it has 2 numbers; 16"),
         (tileset(&tile(&moved(1.0, 0.0, 0.0).replace(",1]", ",0]"))), "no affine matrix"),
-        (tileset(&tile(r#","implicitTiling":{}"#)), "implicit tiling is not read yet"),
+        (tileset(&tile(r#","implicitTiling":{}"#)), "missing field `subdivisionScheme`"),
+        (tileset(&tile(&implicit("QUADTREE", 30, 2))), "subtreeLevels"),
+        (tileset(&tile(&implicit("QUADTREE", 0, 2))), "must be 1 or more"),
+        (
+            tileset(&tile(&implicit("QUADTREE", 2, 2))),
+            "0-0-0-0.json: it is named by the tileset and is missing",
+        ),
         (good.replace("\"root\"", "\"extensionsRequired\":[\"X_y\"],\"root\""), "extension X_y"),
         (good.replace("\"asset\"", "\"assets\""), "missing field `asset`"),
         (format!("{}{}", &good[..good.len() - 3], ""), "EOF"),

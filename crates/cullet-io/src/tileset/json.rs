@@ -45,7 +45,7 @@ pub(super) struct TileJson {
     #[serde(default)]
     pub(super) extras: Option<Extras>,
     #[serde(default)]
-    pub(super) implicit_tiling: Option<serde_json::Value>,
+    pub(super) implicit_tiling: Option<ImplicitJson>,
 }
 
 /// What others wrote here is of no concern.
@@ -67,6 +67,28 @@ pub struct TileSize {
     pub triangles: u64,
 }
 
+/// A tree of tiles by bits.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct ImplicitJson {
+    pub(super) subdivision_scheme: Scheme,
+    pub(super) subtree_levels: u32,
+    pub(super) available_levels: u32,
+    pub(super) subtrees: Template,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub(super) enum Scheme {
+    Quadtree,
+    Octree,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct Template {
+    pub(super) uri: String,
+}
+
 #[derive(Debug, Deserialize)]
 pub(super) struct Content {
     #[serde(default)]
@@ -74,6 +96,13 @@ pub(super) struct Content {
     /// As before 1.0.
     #[serde(default)]
     pub(super) url: Option<String>,
+}
+
+impl Content {
+    /// What it names.
+    pub(super) fn text(&self) -> &str {
+        self.uri.as_deref().or(self.url.as_deref()).unwrap_or_default()
+    }
 }
 
 /// One of the three is there; numbers as in the file.

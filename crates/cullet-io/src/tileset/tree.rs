@@ -4,26 +4,19 @@ use std::path::{Path, PathBuf};
 
 use glam::DMat4;
 
+use super::content::{Piece, add};
+use super::files::{file, local, within};
+use super::implicit::{Place, Subtree};
 use super::join::Joint;
-use super::json::{self, Extras, Refine, TileJson, TileSize, TilesetJson};
-use super::{add, place, within};
-use crate::beside::{Beside, Missing};
-use crate::gltf::uri::{self, UriSource};
+use super::json::{self, Extras, ImplicitJson, Refine, TileJson, TileSize, TilesetJson, Volume};
+use super::place;
+use crate::beside::Beside;
 use crate::{ErrorKind, LoadError, LoadOptions, Model};
 
 /// The most tilesets that lie within each other.
 const DEEPEST: usize = 32;
-/// The most bytes of a tileset's JSON, or of a tile.
-const LARGEST: u64 = 1 << 31;
 /// The most tiles of a tree.
 const MOST: usize = 1 << 24;
-
-/// A content that is drawn, and where.
-#[derive(Clone, Debug)]
-pub(super) struct Piece {
-    pub(super) path: PathBuf,
-    pub(super) transform: DMat4,
-}
 
 /// What is known of a tile before it is loaded.
 #[derive(Clone, Debug)]
@@ -175,45 +168,19 @@ impl Walk<'_> {
     ) -> Result<u32, ErrorKind> {
         let transform = above * place::matrix(tile.transform.as_ref())?;
         let refine = tile.refine.unwrap_or(refine);
-        if tile.implicit_tiling.is_some() {
-            return Err(ErrorKind::Unsupported(
-                "implicit tiling is not read yet; `npx 3d-tiles-tools convert` writes its tiles out".into(),
-            ));
+        if let Some(implicit) = &tile.implicit_tiling {
+            implicit.check()?;
+            let tiles = Implicit { folder, root: tile, implicit, transform, refine };
+            return self.subtree(&tiles, Place::ROOT);
         }
-        if self.tiles.len() == MOST {
-            let (item, count) = ("tiles".to_owned(), MOST as u64 + 1);
-            return Err(ErrorKind::OverLimit { item, count, limit: MOST as u64 });
-        }
-        let number = self.tiles.len() as u32;
-        let error = tile.geometric_error * place::scale(&(self.frame * transform));
-        self.tiles.push(TileNode {
-            bounds: place::bounds(&tile.bounding_volume, &(self.frame * transform), &self.frame),
-            // What is no number might be anything.
-            error: if error >= 0.0 { error } else { f64::INFINITY },
-            adds: refine == Refine::Add,
-            children: Vec::new(),
-            size: match tile.extras {
-                Some(Extras::Ours { cullet }) => Some(cullet),
-                _ => None,
-            },
-            contents: Vec::new(),
-        });
+        let number = self.push(tile, &tile.bounding_volume, 0, transform, refine)?;
         let mut children = Vec::new();
         for child in &tile.children {
             children.push(self.tile(folder, child, transform, refine)?);
         }
         let (mut contents, mut inner) = (Vec::new(), Vec::new());
         for content in tile.content.iter().chain(&tile.contents) {
-            let text = content.uri.as_deref().or(content.url.as_deref()).unwrap_or_default();
-            let invalid = |message| ErrorKind::invalid(format!("content {text:?}"), message);
-            // What follows a question mark is for servers.
-            let plain = text.split('?').next().unwrap_or_default();
-            let UriSource::File(path) = uri::read(plain).map_err(invalid)? else {
-                return Err(invalid(
-                    "data URIs are not read as tiles; write the tile to a file".into(),
-                ));
-            };
-            let path = folder.join(path);
+            let path = folder.join(local(content.text())?);
             if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
                 contents.push(Piece { path, transform });
             } else if children.is_empty() || refine == Refine::Add {
@@ -231,21 +198,105 @@ impl Walk<'_> {
     }
 }
 
-/// The bytes of a file that a tileset names.
-pub(super) fn file(path: &Path, beside: Beside<'_>) -> Result<Vec<u8>, ErrorKind> {
-    let item = || path.display().to_string();
-    match beside.read(path, LARGEST) {
-        Ok((bytes, size)) if size <= LARGEST => Ok(bytes.into_owned()),
-        Ok((_, size)) => Err(ErrorKind::OverLimit {
-            item: format!("bytes of {}", item()),
-            count: size,
-            limit: LARGEST,
-        }),
-        Err(Missing::Absent) => Err(ErrorKind::invalid(
-            item(),
-            "it is named by the tileset and is missing; put it beside the tileset",
-        )),
-        Err(Missing::NoFile) => Err(ErrorKind::invalid(item(), "it is no file")),
-        Err(Missing::Unread(error)) => Err(within(path, ErrorKind::Io(error))),
+impl Walk<'_> {
+    /// Adds a tile without children and contents, so many levels below the one that states its error.
+    fn push(
+        &mut self,
+        tile: &TileJson,
+        volume: &Volume,
+        level: u32,
+        transform: DMat4,
+        refine: Refine,
+    ) -> Result<u32, ErrorKind> {
+        if self.tiles.len() == MOST {
+            let (item, count) = ("tiles".to_owned(), MOST as u64 + 1);
+            return Err(ErrorKind::OverLimit { item, count, limit: MOST as u64 });
+        }
+        let number = self.tiles.len() as u32;
+        let to_scene = self.frame * transform;
+        // Of implicit tiles it is half of that above.
+        let error = tile.geometric_error * place::scale(&to_scene) * 0.5_f64.powi(level as i32);
+        self.tiles.push(TileNode {
+            bounds: place::bounds(volume, &to_scene, &self.frame),
+            // What is no number might be anything.
+            error: if error >= 0.0 { error } else { f64::INFINITY },
+            adds: refine == Refine::Add,
+            children: Vec::new(),
+            size: match tile.extras {
+                Some(Extras::Ours { cullet }) if level == 0 => Some(cullet),
+                _ => None,
+            },
+            contents: Vec::new(),
+        });
+        Ok(number)
     }
+
+    /// Adds the tiles of the subtree that begins at a place, and those below; its root.
+    fn subtree(&mut self, tiles: &Implicit<'_>, root: Place) -> Result<u32, ErrorKind> {
+        let path = tiles.folder.join(local(&tiles.implicit.subtree_of(root).to_string_lossy())?);
+        let bytes = file(&path, self.beside)?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let beside = self.beside;
+        let buffer = |name: &Path| file(&folder.join(local(&name.to_string_lossy())?), beside);
+        let subtree =
+            Subtree::read(&bytes, tiles.implicit, buffer).map_err(|e| within(&path, e))?;
+        self.implicit(tiles, &subtree, root, Place::ROOT)
+    }
+
+    /// Adds a tile of a subtree, by its place in that, and those below it.
+    fn implicit(
+        &mut self,
+        tiles: &Implicit<'_>,
+        subtree: &Subtree,
+        root: Place,
+        at: Place,
+    ) -> Result<u32, ErrorKind> {
+        let Implicit { root: json, implicit, transform, refine, .. } = *tiles;
+        let place = Place {
+            level: root.level + at.level,
+            at: std::array::from_fn(|a| (root.at[a] << at.level) + at.at[a]),
+        };
+        let volume = place.volume(&json.bounding_volume, implicit.axes());
+        let number = self.push(json, &volume, place.level, transform, refine)?;
+        let mut contents = Vec::new();
+        for (k, content) in json.content.iter().chain(&json.contents).enumerate() {
+            if subtree.has_content(at, k) {
+                let path = tiles.folder.join(local(&place.fill(content.text()))?);
+                contents.push(Piece { path, transform });
+            }
+        }
+        let mut children = Vec::new();
+        for child in 0..1_u32 << implicit.axes() {
+            let below = Place {
+                level: at.level + 1,
+                at: std::array::from_fn(|a| 2 * at.at[a] + (child >> a & 1)),
+            };
+            if place.level + 1 >= implicit.levels() {
+                break;
+            }
+            if below.level < implicit.subtree_levels() {
+                if subtree.has_tile(below) {
+                    children.push(self.implicit(tiles, subtree, root, below)?);
+                }
+            } else if subtree.has_subtree(below) {
+                let next = Place {
+                    level: place.level + 1,
+                    at: std::array::from_fn(|a| 2 * place.at[a] + (child >> a & 1)),
+                };
+                children.push(self.subtree(tiles, next)?);
+            }
+        }
+        let node = &mut self.tiles[number as usize];
+        (node.children, node.contents) = (children, contents);
+        Ok(number)
+    }
+}
+
+/// Implicit tiles: the folder that names are below, the tile that states them, and where that is.
+struct Implicit<'a> {
+    folder: &'a Path,
+    root: &'a TileJson,
+    implicit: &'a ImplicitJson,
+    transform: DMat4,
+    refine: Refine,
 }
