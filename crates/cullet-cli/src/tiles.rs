@@ -16,7 +16,7 @@ use serde::Serialize;
 pub(crate) const HELP: &str = "\
 Writes 3D Tiles 1.1, which CesiumJS, Unreal, Unity and others show: tileset.json and a GLB for each tile. Each instance is in one
 tile; large ones stand high up in the tree of tiles and are loaded first, small ones far down and are loaded where the eye comes near. Levels of
-detail, textures, cells and motions are not written.
+detail and occluders of a baked scene are written with their meshes; impostors, textures, cells and motions are not.
 
 The world is shown tile by tile by the crate cullet-tiles (FolderTiles), within a budget of memory, and as one model by every
 command that takes a scene.
@@ -24,6 +24,7 @@ command that takes a scene.
 Examples
   cullet tiles city.glb -o city                        city/tileset.json, and city/tiles
   cullet tiles city:objects=100000 -o city             a built-in scene
+  cullet bake city.glb -o b.glb && cullet tiles b.glb -o city     with levels of detail
   cullet tiles plant.glb -o plant --triangles 20000    smaller tiles
   cullet report city/tileset.json                      what of all of it is drawn for nothing";
 

@@ -33,7 +33,7 @@ fn a_scene_is_written_as_tiles_flown_through_and_read_whole() {
     let frames = std::fs::read_to_string(path("page/frames.csv")).expect("frames");
     assert_eq!(frames.lines().count(), 61);
     let html = std::fs::read_to_string(path("page/index.html")).expect("a page");
-    assert_eq!(html.matches("<svg").count(), 5);
+    assert_eq!(html.matches("<svg").count(), 6);
     let whole = json(&["info", &format!("{tiles}/tileset.json")]);
     assert_eq!(whole["scene"]["instances"], written["instances"], "{whole}");
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use cullet::lod::Levels;
 use cullet::{Instance, Mesh, Preparation, Prepared, Scene};
 
 use crate::source::{TileContent, TileId};
@@ -11,6 +12,7 @@ use crate::source::{TileContent, TileId};
 pub struct Loaded {
     pub(crate) instances: Vec<Instance>,
     pub(crate) meshes: Vec<(Mesh, Prepared)>,
+    pub(crate) levels: Vec<([u32; 2], Levels)>,
 }
 
 impl Loaded {
@@ -24,6 +26,7 @@ impl Loaded {
         Self {
             instances: content.instances,
             meshes: content.meshes.into_iter().map(prepared).collect(),
+            levels: content.levels,
         }
     }
 }
@@ -45,6 +48,11 @@ pub fn scene_of(
         let first = scene.meshes().len() as u32;
         for (mesh, prepared) in &tile.meshes {
             scene.add_prepared_mesh(mesh.clone(), prepared.clone());
+        }
+        for ([mesh, held_by], levels) in &tile.levels {
+            // Levels that do not fit are none: all is drawn in full.
+            let of = |own: u32| first.saturating_add(own);
+            let _ = scene.add_levels(of(*mesh), of(*held_by), levels.clone());
         }
         for &instance in &tile.instances {
             let own = instance.mesh.checked_sub(shared).map(|own| first.saturating_add(own));

@@ -1,5 +1,6 @@
 //! Where tiles come from.
 
+use cullet::lod::Levels;
 use cullet::{Instance, Mesh};
 use thiserror::Error;
 
@@ -30,6 +31,8 @@ pub struct TileContent {
     pub instances: Vec<Instance>,
     /// Meshes that it alone has.
     pub meshes: Vec<Mesh>,
+    /// Levels of detail of its own meshes: of which, which holds them, both by their numbers among `meshes`, and what they are.
+    pub levels: Vec<([u32; 2], Levels)>,
 }
 
 impl TileContent {

@@ -15,7 +15,7 @@ const OF_A_FILE: [u64; 3] = [1024, 12, 6];
 ///
 /// What [`write_tiles`](cullet_io::write_tiles) wrote says what each tile takes. Of other tilesets that is estimated from the
 /// size of its files, more than most need; a tile that takes more than that is not shown, and named in
-/// [`Status::failed`](crate::Status::failed). Levels of detail, cells and motions of tiles are left out.
+/// [`Status::failed`](crate::Status::failed). Levels of detail are those of the tiles' files; cells and motions are left out.
 #[derive(Debug)]
 pub struct FolderTiles {
     tree: TileTree,
@@ -88,6 +88,14 @@ impl TileSource for FolderTiles {
             user: tile.0 << 32 | u64::from(slot),
             ..Instance::new(scene.mesh_id(slot), *scene.transform(slot))
         });
-        Ok(TileContent { instances: instances.collect(), meshes: scene.meshes().to_vec() })
+        let levels = |mesh: u32| {
+            let of = scene.levels(mesh).iter();
+            of.map(move |levels| ([mesh, levels.mesh], levels.levels.clone()))
+        };
+        Ok(TileContent {
+            instances: instances.collect(),
+            meshes: scene.meshes().to_vec(),
+            levels: (0..scene.meshes().len() as u32).flat_map(levels).collect(),
+        })
     }
 }

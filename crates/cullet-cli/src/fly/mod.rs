@@ -8,7 +8,8 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use cullet::{Camera, Culler, Depth, Projection, View, ViewState, Visible};
+use cullet::lod::Lod;
+use cullet::{Camera, Culler, Depth, Projection, Stage, View, ViewState, Visible};
 use cullet_command::console::{Console, count, digits, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
@@ -24,7 +25,7 @@ use world::Route;
 pub(crate) const HELP: &str = "\
 Flies through a world whose tiles are loaded and dropped on the way, within a budget of memory: half of the way low, half of it high.
 Writes into --out: index.html with curves of time and memory, and frames.csv. Frames are 60 a second, as in a game; culling takes one
-thread and loading another. Some frames are held against a picture that culls nothing.
+thread and loading another. Some frames are held against a picture that culls nothing; with --lod, without levels of detail.
 
 A world is the built-in city of up to a thousand million instances, or 3D Tiles.
 
@@ -54,6 +55,9 @@ pub(crate) struct FlyArgs {
     /// Units of the world a second [default: 100 in the city, through all of a tileset in that time]
     #[arg(long, value_name = "SPEED", value_parser = parse::distance)]
     speed: Option<f64>,
+    /// Draw levels of detail that are off by up to PX pixels, where tiles have some
+    #[arg(long, value_name = "PX", value_parser = parse::pixels)]
+    lod: Option<f64>,
     /// Frames that are held against a picture that culls nothing
     #[arg(long, value_name = "N", default_value_t = 9)]
     check: u32,
@@ -80,6 +84,8 @@ struct Frame {
     look_ms: f64,
     instances: u32,
     visible: u64,
+    /// Of what is visible, at its levels of detail.
+    triangles: u64,
     tiles: usize,
     /// Tiles that are wanted and not there.
     wanted: usize,
@@ -167,7 +173,9 @@ fn fly(
     let every = count.div_ceil(args.check.max(1)).max(1);
     let speed = args.speed.unwrap_or_else(|| route.speed(args.seconds));
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
-    let culler = Culler::balanced();
+    let lod = args.lod.map(|pixels| Lod { pixels, ..Lod::default() });
+    let culler = Culler { lod, ..Culler::balanced() };
+    let proven = culler.without(Stage::Lod);
     let mut frames = Vec::with_capacity(count as usize);
     let mut record = Record::new(args.budget << 20);
     let mut progress = console.progress("frames", count.into());
@@ -193,13 +201,14 @@ fn fly(
             look_ms: ms(looked),
             instances: world.scene().instance_count(),
             visible: visible.instance_count,
+            triangles: visible.triangle_count,
             tiles: status.tiles,
             wanted: status.wanted.len(),
             bytes: status.bytes,
         });
         if args.check > 0 && number.is_multiple_of(every) {
             record.checked += 1;
-            record.false_culls += false_culls(world, &culler, [eye, target], route.near);
+            record.false_culls += false_culls(world, &proven, [eye, target], route.near);
         }
         progress.step();
         if interrupted() {
@@ -276,12 +285,23 @@ impl Half {
 /// The frames as a table; `None` where that cannot be made, for which there is no reason.
 fn write_csv(frames: &[Frame]) -> Option<Vec<u8>> {
     let mut out =
-        b"seconds,eye_x,eye_y,eye_z,cull_ms,look_ms,instances,visible,tiles,wanted,bytes\n"
+        b"seconds,eye_x,eye_y,eye_z,cull_ms,look_ms,instances,visible,triangles,tiles,wanted,bytes\n"
             .to_vec();
     for f in frames {
         let [x, y, z] = f.eye;
-        let Frame { seconds, cull_ms, look_ms, instances, visible, tiles, wanted, bytes, .. } = f;
-        writeln!(out, "{seconds:.4},{x},{y},{z},{cull_ms:.4},{look_ms:.4},{instances},{visible},{tiles},{wanted},{bytes}").ok()?;
+        let Frame {
+            seconds,
+            cull_ms,
+            look_ms,
+            instances,
+            visible,
+            triangles,
+            tiles,
+            wanted,
+            bytes,
+            ..
+        } = f;
+        writeln!(out, "{seconds:.4},{x},{y},{z},{cull_ms:.4},{look_ms:.4},{instances},{visible},{triangles},{tiles},{wanted},{bytes}").ok()?;
     }
     Some(out)
 }

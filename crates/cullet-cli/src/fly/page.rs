@@ -65,11 +65,12 @@ pub(super) fn page(r: &Record, frames: &[Frame]) -> String {
     }
     figure(&mut out, grouped(r.loaded), "tiles were loaded");
     out.push_str("</div>\n<h2>Along the way</h2><p class=\"sub\">Half of the way low, half of it high; the line between them is dashed.</p>");
-    let curves: [(&str, Value); 5] = [
+    let curves: [(&str, Value); 6] = [
         ("Culling a view, in ms", |f| f.cull_ms),
         ("Memory counted, in MiB", |f| f.bytes as f64 / f64::from(1 << 20)),
         ("Instances loaded", |f| f.instances.into()),
         ("Instances visible", |f| f.visible as f64),
+        ("Triangles drawn", |f| f.triangles as f64),
         ("Tiles wanted and not there yet", |f| f.wanted as f64),
     ];
     for (title, value) in curves {

@@ -1,6 +1,7 @@
 //! Models of tiles as one.
 
-use cullet::{Instance, Mesh, Transform};
+use cullet::mesh::MeshError;
+use cullet::{Instance, Mesh, MeshLevels, Transform};
 use glam::{DMat3, DMat4, DVec3};
 
 use crate::{ErrorKind, LoadOptions, Model, Warning};
@@ -14,12 +15,19 @@ pub(super) struct Joint<'a> {
     instances: u64,
     /// Tiles whose motions, levels or cells are left out.
     still: usize,
+    /// Whether levels of the first of them are kept: clusters of the others are made anew, and levels are of clusters.
+    keeps_levels: bool,
 }
 
 impl<'a> Joint<'a> {
     pub(super) fn new(name: &str, options: &'a LoadOptions) -> Self {
         let model = Model { name: name.to_owned(), ..Model::default() };
-        Self { options, model, triangles: 0, instances: 0, still: 0 }
+        Self { options, model, triangles: 0, instances: 0, still: 0, keeps_levels: false }
+    }
+
+    /// As [`new`](Self::new), with the levels of detail of what is added first.
+    pub(super) fn with_levels(name: &str, options: &'a LoadOptions) -> Self {
+        Self { keeps_levels: true, ..Self::new(name, options) }
     }
 
     /// Adds what a tile shows, placed by a transform.
@@ -33,19 +41,35 @@ impl<'a> Joint<'a> {
         over("triangles", self.triangles, self.options.max_triangles)?;
         self.instances += u64::from(tile.scene.instance_count());
         over("instances", self.instances, self.options.max_instances)?;
-        if tile.motion.is_some() || tile.baked.is_some() || !tile.cells.cells.is_empty() {
+        let is_kept = self.keeps_levels && self.model.scene.meshes().is_empty();
+        let leaves_out = tile.baked.is_some() && !is_kept;
+        if tile.motion.is_some() || leaves_out || !tile.cells.cells.is_empty() {
             self.still += 1;
         }
         let (first, materials) =
             (self.model.scene.meshes().len() as u32, self.model.materials.len() as u32);
         for (k, mesh) in tile.scene.meshes().iter().enumerate() {
-            let mut data = mesh.to_data();
-            data.parts.iter_mut().for_each(|part| part.material += materials);
-            let mesh = Mesh::new(data)
-                .map_err(|e| ErrorKind::invalid(format!("mesh {k}"), e.to_string()))?;
+            let mesh = if materials == 0 {
+                mesh.clone()
+            } else {
+                let mut data = mesh.to_data();
+                data.parts.iter_mut().for_each(|part| part.material += materials);
+                let invalid = |e: MeshError| ErrorKind::invalid(format!("mesh {k}"), e.to_string());
+                Mesh::new(data).map_err(invalid)?
+            };
             self.model.scene.add_mesh(mesh);
             let own = tile.mesh_names.get(k).map_or("", String::as_str);
             self.model.mesh_names.push(format!("{name} {own}").trim_end().to_owned());
+        }
+        if is_kept {
+            for mesh in 0..tile.scene.meshes().len() as u32 {
+                for MeshLevels { mesh: held_by, levels, .. } in tile.scene.levels(mesh) {
+                    let added = self.model.scene.add_levels(mesh, *held_by, levels.clone());
+                    added.map_err(|e| {
+                        ErrorKind::invalid(format!("levels of mesh {mesh}"), e.to_string())
+                    })?;
+                }
+            }
         }
         for slot in tile.scene.slots() {
             let transform = composed(place, tile.scene.transform(slot));

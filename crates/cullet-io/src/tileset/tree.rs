@@ -100,13 +100,13 @@ impl TileTree {
         contents.iter().map(size).sum()
     }
 
-    /// Loads what a tile shows itself. A tile that there is not shows nothing.
+    /// Loads what a tile shows itself, with its levels of detail where it has one content. A tile that there is not shows nothing.
     ///
     /// # Errors
     /// If one of its files cannot be loaded.
     pub fn load(&self, tile: u32) -> Result<Model, LoadError> {
         let contents = self.tree.tiles.get(tile as usize).map_or(&[][..], |node| &node.contents);
-        let mut joint = Joint::new(&format!("tile {tile}"), &self.options);
+        let mut joint = Joint::with_levels(&format!("tile {tile}"), &self.options);
         for piece in contents {
             let beside = Beside::Folder(&self.folder);
             add(&mut joint, piece, &self.tree.frame, &self.options, beside)

@@ -8,7 +8,8 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::json::TileSize;
-use crate::{Model, SaveError, SaveErrorKind, save};
+use crate::baked::{Baked, BakedLevels, BakedMesh};
+use crate::{Attributes, Model, SaveError, SaveErrorKind, save};
 
 /// How a model is cut into tiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,8 +48,8 @@ const LARGE: f64 = 0.25;
 /// Writes a model as a tileset: `tileset.json` in a folder, which is made where it is not there, and a GLB for each tile that shows
 /// something. Every instance is in one tile: in the smallest box of a tree that has its middle and is not small
 /// beside it. Tiles add to those above them; a tile's geometric error is the diagonal of the largest instance below it. The
-/// same model makes the same bytes. Meshes are written with each tile that draws them; levels of detail,
-/// cells and motions are left out. `step` is called with the share that is written, and says whether to go on;
+/// same model makes the same bytes. Meshes are written with each tile that draws them, with their levels and occluders where the model was baked;
+/// impostors, merged groups, cells and motions are left out. `step` is called with the share that is written, and says whether to go on;
 /// `None` where it did not.
 ///
 /// # Errors
@@ -228,13 +229,21 @@ fn part(model: &Model, items: &[Item]) -> Model {
     let mut made =
         Model { name: model.name.clone(), materials: model.materials.clone(), ..Model::default() };
     let mut meshes: BTreeMap<u32, u32> = BTreeMap::new();
+    let mut baked = Baked::default();
     for item in items {
         let mesh = from.mesh_id(item.slot);
         let own = *meshes.entry(mesh).or_insert_with(|| {
             made.mesh_names.push(model.mesh_names.get(mesh as usize).cloned().unwrap_or_default());
             let attributes = model.attributes.get(mesh as usize).cloned().unwrap_or_default();
             made.attributes.push(attributes);
-            scene.add_mesh(from.meshes()[mesh as usize].clone())
+            let own = scene.add_mesh(from.meshes()[mesh as usize].clone());
+            let of = model.baked.iter().flat_map(|baked| &baked.meshes).find(|of| of.mesh == mesh);
+            if let Some(of) = of {
+                baked.meshes.push(with_levels(from, of, own, &mut scene));
+                made.mesh_names.resize(scene.meshes().len(), String::new());
+                made.attributes.resize(scene.meshes().len(), Attributes::default());
+            }
+            own
         });
         let instance = Instance {
             layers: from.layers(item.slot),
@@ -251,7 +260,27 @@ fn part(model: &Model, items: &[Item]) -> Model {
     }
     scene.commit();
     made.scene = scene;
+    if let Some(whole) = model.baked.as_ref().filter(|_| !baked.meshes.is_empty()) {
+        made.baked = Some(Baked { generator: whole.generator.clone(), ..baked });
+    }
     made
+}
+
+/// Gives a mesh of another scene the levels that its own has; what is baked of it there.
+fn with_levels(from: &Scene, of: &BakedMesh, own: u32, scene: &mut Scene) -> BakedMesh {
+    let mut baked = BakedMesh { mesh: own, levels: Vec::new(), ..of.clone() };
+    for levels in from.levels(of.mesh) {
+        let Some(&kind) = of.levels.iter().find(|l| l.held_by == levels.mesh) else { continue };
+        // Pictures would be written with each tile again.
+        if levels.impostor.is_some() {
+            continue;
+        }
+        let held_by = scene.add_mesh(from.meshes()[levels.mesh as usize].clone());
+        if scene.add_levels(own, held_by, levels.levels.clone()).is_ok() {
+            baked.levels.push(BakedLevels { held_by, ..kind });
+        }
+    }
+    baked
 }
 
 fn size_of(scene: &Scene) -> TileSize {
