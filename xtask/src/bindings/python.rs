@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::golden;
+use crate::checked;
 use crate::runner::{End, Ended, Skip, all};
 use crate::tools::{
     Done, cache, command, install, install_words, is_bare, is_ci, optional, output, root, run,

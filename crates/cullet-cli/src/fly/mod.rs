@@ -1,6 +1,7 @@
 //! `cullet fly`: a world larger than memory, flown through while its tiles come and go.
 
 mod page;
+mod record;
 mod world;
 
 use std::io::Write as _;
@@ -15,10 +16,9 @@ use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
 use cullet_command::parse;
 use cullet_draw::{VerifyOptions, verify};
-use cullet_measure::process;
 use cullet_tiles::{Settings, World};
-use serde::Serialize;
 
+use record::{Frame, Record, mebibytes};
 use world::Route;
 
 /// End of `cullet fly --help`.
@@ -71,62 +71,6 @@ const RATE: f64 = 60.0;
 const SIZE: [u32; 2] = [1920, 1080];
 /// Of the pictures that check.
 const SMALL: [u32; 2] = [320, 180];
-
-/// A frame.
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Frame {
-    seconds: f64,
-    eye: [f64; 3],
-    /// Whether it is of the second half of the way.
-    high: bool,
-    cull_ms: f64,
-    /// What the frame took to say where the eye is and to take in what was loaded.
-    look_ms: f64,
-    instances: u32,
-    visible: u64,
-    /// Of what is visible, at its levels of detail.
-    triangles: u64,
-    tiles: usize,
-    /// Tiles that are wanted and not there.
-    wanted: usize,
-    bytes: u64,
-}
-
-/// Times of a half of the way, in milliseconds.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-struct Half {
-    median_ms: f64,
-    p99_ms: f64,
-    most_ms: f64,
-    /// Mean of the frames.
-    visible: f64,
-}
-
-/// The figures.
-#[derive(Debug, Serialize)]
-struct Record {
-    schema: u32,
-    world: String,
-    /// Of all of the world.
-    instances: u64,
-    frames: usize,
-    /// At the most in the scene, and bytes counted at the most.
-    most_instances: u32,
-    most_tiles: usize,
-    most_bytes: u64,
-    budget: u64,
-    peak_bytes: Option<u64>,
-    loaded: u64,
-    built: u64,
-    longest_build_seconds: f64,
-    longest_look_ms: f64,
-    low: Half,
-    high: Half,
-    checked: u32,
-    false_culls: u64,
-    failed: Vec<String>,
-    complete: bool,
-}
 
 /// Runs the command.
 pub(crate) fn run(args: &FlyArgs, console: &Console) -> Outcome {
@@ -233,55 +177,6 @@ fn false_culls(world: &World, culler: &Culler, [eye, target]: [[f64; 3]; 2], nea
     proof.false_culls.len() as u64
 }
 
-impl Record {
-    fn new(budget: u64) -> Self {
-        Self {
-            schema: 1,
-            world: String::new(),
-            instances: 0,
-            frames: 0,
-            most_instances: 0,
-            most_tiles: 0,
-            most_bytes: 0,
-            budget,
-            peak_bytes: None,
-            loaded: 0,
-            built: 0,
-            longest_build_seconds: 0.0,
-            longest_look_ms: 0.0,
-            low: Half::default(),
-            high: Half::default(),
-            checked: 0,
-            false_culls: 0,
-            failed: Vec::new(),
-            complete: false,
-        }
-    }
-
-    /// Adds up the frames.
-    fn sum(&mut self, frames: &[Frame]) {
-        self.frames = frames.len();
-        self.most_instances = frames.iter().map(|f| f.instances).max().unwrap_or(0);
-        self.most_tiles = frames.iter().map(|f| f.tiles).max().unwrap_or(0);
-        self.most_bytes = frames.iter().map(|f| f.bytes).max().unwrap_or(0);
-        self.longest_look_ms = frames.iter().map(|f| f.look_ms).fold(0.0, f64::max);
-        self.peak_bytes = process::peak_bytes();
-        (self.low, self.high) = (Half::of(frames, false), Half::of(frames, true));
-    }
-}
-
-impl Half {
-    fn of(frames: &[Frame], high: bool) -> Self {
-        let of: Vec<&Frame> = frames.iter().filter(|f| f.high == high).collect();
-        let mut times: Vec<f64> = of.iter().map(|f| f.cull_ms).collect();
-        times.sort_unstable_by(f64::total_cmp);
-        let Some(last) = times.len().checked_sub(1) else { return Self::default() };
-        let at = |share: f64| times[(last as f64 * share) as usize];
-        let visible = of.iter().map(|f| f.visible as f64).sum::<f64>() / of.len() as f64;
-        Self { median_ms: at(0.5), p99_ms: at(0.99), most_ms: at(1.0), visible }
-    }
-}
-
 /// The frames as a table; `None` where that cannot be made, for which there is no reason.
 fn write_csv(frames: &[Frame]) -> Option<Vec<u8>> {
     let mut out =
@@ -304,10 +199,6 @@ fn write_csv(frames: &[Frame]) -> Option<Vec<u8>> {
         writeln!(out, "{seconds:.4},{x},{y},{z},{cull_ms:.4},{look_ms:.4},{instances},{visible},{triangles},{tiles},{wanted},{bytes}").ok()?;
     }
     Some(out)
-}
-
-fn mebibytes(bytes: u64) -> String {
-    grouped(bytes >> 20)
 }
 
 fn print(r: &Record, console: &Console) {

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use cullet_command::console::{count, digits, grouped};
 use cullet_command::html::escape;
 
-use super::{Frame, Record, mebibytes};
+use super::record::{Frame, Record, mebibytes};
 
 const WIDTH: f64 = 960.0;
 const HEIGHT: f64 = 150.0;

@@ -13,9 +13,10 @@ use cullet_command::html::escape;
 use cullet_work::{content_of, is_named_scene};
 use serde::{Deserialize, Serialize};
 
+use super::args::ReportArgs;
 use super::fail_if::FailIf;
 use super::record::Record;
-use super::{ReportArgs, of_scene};
+use super::scene::of_scene;
 use crate::record::{Counts, SCHEMA};
 
 /// What came of a file.

@@ -15,7 +15,7 @@ pub(super) fn local(text: &str) -> Result<PathBuf, ErrorKind> {
     // What follows a question mark is for servers.
     let plain = text.split('?').next().unwrap_or_default();
     match uri::read(plain).map_err(invalid)? {
-        UriSource::File(path) => Ok(path.into()),
+        UriSource::File(path) => Ok(path),
         _ => Err(invalid("data URIs are not read as tiles; write the tile to a file".into())),
     }
 }
