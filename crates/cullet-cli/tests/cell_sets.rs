@@ -85,7 +85,11 @@ fn a_bake_states_its_pairs_writes_its_rows_and_is_the_same_on_threads_and_in_uni
     for share in ["2/3", "1/3", "3/3"] {
         let out = cullet(&[&map, "--unit", share, "--units", &units]);
         assert_eq!(out.status.code(), Some(0), "{}", said(&out));
-        assert!(said(&out).contains("join them by the same command with --resume"), "{}", said(&out));
+        assert!(
+            said(&out).contains("join them by the same command with --resume"),
+            "{}",
+            said(&out)
+        );
     }
     let out = cullet(&[&map, "--resume", "--units", &units, "-o", &again, "--json", "-"]);
     assert_eq!(out.status.code(), Some(0), "{}", said(&out));
