@@ -14,7 +14,7 @@ use cullet_command::files::write_json;
 use cullet_command::{inputs, occluders, sets};
 use cullet_draw::{FalseCull, Verification};
 use cullet_io::recording::Recording;
-use cullet_work::content_of;
+use cullet_work::contents_of;
 use serde::{Deserialize, Serialize};
 
 use crate::levels::{self, LevelsSummary};
@@ -172,13 +172,14 @@ struct Work {
 fn key(args: &VerifyArgs, views: usize) -> u64 {
     let mut input = args.input.clone();
     input.view.threads = 0;
-    let content = |name: &str| content_of(name).ok().flatten();
+    let content = |name: &str| contents_of(name).ok().flatten();
     let scene = content(&input.scene.scene);
     if scene.is_some() {
         input.scene.scene = String::new();
     }
     let sets = input.scene.pvs.take().and_then(|path| content(&path.to_string_lossy()));
-    let what = (env!("CARGO_PKG_VERSION"), scene, sets, input, args.samples, views);
+    let cells = input.scene.cells.as_ref().and_then(|path| content(&path.to_string_lossy()));
+    let what = (env!("CARGO_PKG_VERSION"), scene, sets, cells, input, args.samples, views);
     content_hash(format!("{what:?}").as_bytes())
 }
 

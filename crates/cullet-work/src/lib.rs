@@ -39,4 +39,4 @@ pub use error::WorkError;
 pub use job::{Job, Made};
 pub use plan::{Plan, Product};
 pub use settings::{SceneSettings, Settings};
-pub use source::{CellSource, content_of, is_named_map, is_named_scene};
+pub use source::{CellSource, content_of, contents_of, is_named_map, is_named_scene};

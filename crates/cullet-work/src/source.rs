@@ -102,6 +102,23 @@ pub fn content_of(text: &str) -> Result<Option<u64>, LoadError> {
     bytes_of(Path::new(text)).map(|bytes| Some(content_hash(&bytes)))
 }
 
+/// As [`content_of`], with the files that it names as far as they are there: buffers of a glTF, materials of an OBJ. Of a tileset its JSON alone.
+///
+/// # Errors
+/// If it cannot be read.
+pub fn contents_of(text: &str) -> Result<Option<u64>, LoadError> {
+    let Some(own) = content_of(text)? else { return Ok(None) };
+    let path = Path::new(text);
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut sums = vec![own];
+    // A file that names none, or is invalid, is loaded or refused as it is.
+    for name in cullet_io::files_named(path).unwrap_or_default() {
+        sums.push(bytes_of(&folder.join(name)).map_or(0, |bytes| content_hash(&bytes)));
+    }
+    let bytes: Vec<u8> = sums.into_iter().flat_map(u64::to_le_bytes).collect();
+    Ok(Some(content_hash(&bytes)))
+}
+
 fn bytes_of(path: &Path) -> Result<Vec<u8>, LoadError> {
     // A device might never end.
     let bytes = match std::fs::metadata(path).map(|m| m.is_file()) {

@@ -10,7 +10,7 @@ use cullet_command::console::{Console, count, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
 use cullet_command::html::escape;
-use cullet_work::{content_of, is_named_scene};
+use cullet_work::{contents_of, is_named_scene};
 use serde::{Deserialize, Serialize};
 
 use super::args::ReportArgs;
@@ -240,7 +240,7 @@ fn key(args: &ReportArgs, root: &Path, files: &[PathBuf]) -> u64 {
     input.scene.scene = String::new();
     let contents: Vec<_> = files
         .iter()
-        .map(|file| (words(file), content_of(&root.join(file).to_string_lossy()).ok().flatten()))
+        .map(|file| (words(file), contents_of(&root.join(file).to_string_lossy()).ok().flatten()))
         .collect();
     let what = (env!("CARGO_PKG_VERSION"), input, args.samples, &args.fail_if, contents);
     content_hash(format!("{what:?}").as_bytes())
