@@ -17,6 +17,7 @@ const CRATES: &[&[&str]] = &[
     &["cullet-bake", "cullet-draw", "cullet-io"],
     &["cullet-command", "cullet-cut", "cullet-gpu", "cullet-tiles", "cullet-work"],
     &["cullet-browser", "cullet-measure"],
+    &["cullet-lecture"],
     &["cullet-baker", "cullet-cli", "cullet-profile", "cullet-serve", "cullet-viewer"],
 ];
 

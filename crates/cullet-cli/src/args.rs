@@ -13,6 +13,7 @@ use crate::check_occlusion::{self, CheckArgs};
 use crate::cut::{self, CutArgs};
 use crate::fly::{self, FlyArgs};
 use crate::info::InfoArgs;
+use crate::lecture::{self, LectureArgs};
 use crate::occluders::{self, OccludersArgs};
 use crate::occscn::{self, OccscnArgs};
 use crate::picture::{self, PictureArgs};
@@ -67,6 +68,7 @@ Examples
   cullet bench occlusion --scene city.bin    what hiding boxes takes on such a file
   cullet bench culler forest --path walk     what each stage of culling takes on a scene
   cullet bench pays                          whether occlusion gives back what it takes, scene by scene
+  cullet lecture                             three lectures and a paper, each claim measured here
   cullet reproduce assarsson-moller          what each trick of the paper on frustum culling gains
   cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
   cullet reproduce mesh-reduction --model armadillo.obj
@@ -128,6 +130,9 @@ pub(crate) enum Command {
     Bench(BenchArgs),
     /// Measure the figures of a published work again, beside the published ones
     Reproduce(Box<ReproduceArgs>),
+    /// Three lectures and a paper, item by item: each claim, measured here
+    #[command(after_help = lecture::HELP)]
+    Lecture(LectureArgs),
     /// Measure what tests and triangles cost here, so that reports speak of milliseconds
     #[command(after_help = calibrate::HELP)]
     Calibrate(CalibrateArgs),

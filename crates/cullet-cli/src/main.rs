@@ -11,6 +11,7 @@ mod cut;
 mod cutting;
 mod fly;
 mod info;
+mod lecture;
 mod levels;
 mod meshes;
 mod names;
@@ -76,6 +77,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Pvs(args) => pvs::run(args, &console(args.json.as_deref())),
         Command::Fly(args) => fly::run(args, &console(args.json.as_deref())),
         Command::Tiles(args) => tiles::run(args, &console(args.json.as_deref())),
+        Command::Lecture(args) => lecture::run(args, &console(args.json.as_deref())),
         Command::Profile(_) => peer::PROFILER.hand_on("profile", cli.quiet),
         Command::Picture(args) => picture::run(args, &console(None)),
     }

@@ -38,15 +38,20 @@ pub(crate) const PROFILER: Peer = Peer {
 };
 
 impl Peer {
+    /// Where it lies: beside this program, or in PATH.
+    pub(crate) fn path(&self) -> Option<PathBuf> {
+        let beside = std::env::current_exe().ok();
+        let folders = std::env::var_os("PATH").unwrap_or_default();
+        self.find(beside.as_deref(), &folders)
+    }
+
     /// Starts it and ends when it does.
     pub(crate) fn run(&self, args: &[OsString]) -> Outcome {
         self.run_with(args, Stdio::inherit)
     }
 
     fn run_with(&self, args: &[OsString], output: fn() -> Stdio) -> Outcome {
-        let beside = std::env::current_exe().ok();
-        let folders = std::env::var_os("PATH").unwrap_or_default();
-        let program = self.find(beside.as_deref(), &folders).ok_or_else(|| self.missing())?;
+        let program = self.path().ok_or_else(|| self.missing())?;
         self.start(&program, args, output())
     }
 

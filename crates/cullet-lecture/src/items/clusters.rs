@@ -1,0 +1,5 @@
+//! Clusters that face away as a whole.
+
+use crate::item::Item;
+
+pub(super) const ITEMS: &[Item] = &[];

@@ -1,0 +1,5 @@
+//! The frustum, bounding volumes and hierarchies.
+
+use crate::item::Item;
+
+pub(super) const ITEMS: &[Item] = &[];

@@ -1,0 +1,5 @@
+//! Levels of detail.
+
+use crate::item::Item;
+
+pub(super) const ITEMS: &[Item] = &[];

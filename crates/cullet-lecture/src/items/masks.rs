@@ -1,0 +1,5 @@
+//! Normal masks.
+
+use crate::item::Item;
+
+pub(super) const ITEMS: &[Item] = &[];
