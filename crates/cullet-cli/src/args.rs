@@ -18,6 +18,7 @@ use crate::occluders::{self, OccludersArgs};
 use crate::occscn::{self, OccscnArgs};
 use crate::picture::{self, PictureArgs};
 use crate::pvs::{self, PvsArgs};
+use crate::quiz::{self, QuizArgs};
 use crate::replay::{self, ReplayArgs};
 use crate::report::{self, ReportArgs};
 use crate::scenes::ScenesArgs;
@@ -69,6 +70,7 @@ Examples
   cullet bench culler forest --path walk     what each stage of culling takes on a scene
   cullet bench pays                          whether occlusion gives back what it takes, scene by scene
   cullet lecture                             three lectures and a paper, each claim measured here
+  cullet quiz frustum-1 2.5                  the exercises of the book: is that the answer?
   cullet reproduce assarsson-moller          what each trick of the paper on frustum culling gains
   cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
   cullet reproduce mesh-reduction --model armadillo.obj
@@ -133,6 +135,9 @@ pub(crate) enum Command {
     /// Three lectures and a paper, item by item: each claim, measured here
     #[command(after_help = lecture::HELP)]
     Lecture(LectureArgs),
+    /// The exercises of the book: is an answer right?
+    #[command(after_help = quiz::HELP)]
+    Quiz(QuizArgs),
     /// Measure what tests and triangles cost here, so that reports speak of milliseconds
     #[command(after_help = calibrate::HELP)]
     Calibrate(CalibrateArgs),

@@ -22,6 +22,7 @@ mod peer;
 mod picture;
 mod pvs;
 mod pvs_scene;
+mod quiz;
 mod record;
 mod recording;
 mod replay;
@@ -78,6 +79,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Fly(args) => fly::run(args, &console(args.json.as_deref())),
         Command::Tiles(args) => tiles::run(args, &console(args.json.as_deref())),
         Command::Lecture(args) => lecture::run(args, &console(args.json.as_deref())),
+        Command::Quiz(args) => quiz::run(args, &console(None)),
         Command::Profile(_) => peer::PROFILER.hand_on("profile", cli.quiet),
         Command::Picture(args) => picture::run(args, &console(None)),
     }

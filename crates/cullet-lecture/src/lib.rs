@@ -14,15 +14,19 @@
 //! # Ok::<(), cullet_lecture::LabError>(())
 //! ```
 //!
+//! The book's [`exercises`] stand here too, with their answers.
+//!
 //! The texts: [`Text`]. Facts carry over from them; sentences, slides and pictures are other people's and do not.
 #![forbid(unsafe_code)]
 
+mod exercise;
 mod finding;
 mod item;
 mod items;
 mod lab;
 mod text;
 
+pub use exercise::{Answer, Exercise, NoAnswer, exercises};
 pub use finding::{Finding, Outcome};
 pub use item::{Item, Live, Place};
 pub use items::items;
