@@ -1,0 +1,88 @@
+//! Lectures and exercises, as one types them.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use cullet_testkit::Folder;
+use serde_json::Value;
+
+fn cullet(args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cullet"));
+    if let Some(data) = cullet_testkit::data("") {
+        command.env("CULLET_DATA", data);
+    }
+    command.args(args).output().expect("the program")
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
+}
+
+#[test]
+fn texts_items_and_what_they_measure_are_shown() {
+    let texts = said(&cullet(&["lecture"]));
+    for name in ["zachmann", "ucsd", "kaist", "zhang-hoff"] {
+        assert!(texts.contains(name), "{texts}");
+        let list = cullet(&["lecture", name]);
+        assert!(list.status.success() && said(&list).lines().count() > 10, "{}", said(&list));
+    }
+    let one = cullet(&["lecture", "zachmann", "21"]);
+    assert_eq!(one.status.code(), Some(0));
+    let text = said(&one);
+    for part in ["21. ", "slide 10", "claim", "said", "here", "try", "see", "read", "-4 and 5"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let missing = cullet(&["lecture", "999"]);
+    assert_eq!(missing.status.code(), Some(2), "{}", said(&missing));
+}
+
+/// Every claim comes out as it is told, and the book says the same of each.
+#[test]
+fn all_claims_hold_here_as_the_book_says() {
+    let folder = Folder::new("lecture-check");
+    let path = |name: &str| folder.root().join(name).display().to_string();
+    let (page, json) = (path("page.md"), path("items.json"));
+    let checked = cullet(&["lecture", "--check", "--page", &page, "--json", &json]);
+    assert_eq!(checked.status.code(), Some(0), "{}", said(&checked));
+    let text = std::fs::read_to_string(&json).expect("JSON");
+    let record: Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(record["items"].as_array().expect("a list").len(), 101);
+    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/lectures.md");
+    let book = std::fs::read_to_string(&book).expect("the chapter");
+    let made = std::fs::read_to_string(&page).expect("the page");
+    // Numbers may differ from machine to machine, and what cannot be tried on one may be on another; what is claimed, and how it ends, may not.
+    let told = |text: &str| -> Vec<String> {
+        let lines =
+            text.lines().filter(|l| !l.starts_with("*Here: ") && !l.starts_with("Not tried here"));
+        lines
+            .map(|l| l.trim_end_matches(" holds |").trim_end_matches(" not here |").to_owned())
+            .collect()
+    };
+    let write = "write it again by cullet lecture --check --page docs/src/lectures.md";
+    assert!(
+        told(&book) == told(&made),
+        "docs/src/lectures.md is not what is measured now: {write}"
+    );
+}
+
+#[test]
+fn answers_of_exercises_are_judged() {
+    let all = cullet(&["quiz"]);
+    assert!(all.status.success() && said(&all).contains("frustum-1"), "{}", said(&all));
+    let solved = said(&cullet(&["quiz", "why-1", "--solve"]));
+    assert!(solved.contains("2.4"), "{solved}");
+    for (answer, code, words) in
+        [("2.4", 0, "Right"), ("2.5", 1, "Not right"), ("many", 2, "a number")]
+    {
+        let judged = cullet(&["quiz", "why-1", answer]);
+        assert_eq!(judged.status.code(), Some(code), "{}", said(&judged));
+        assert!(said(&judged).contains(words), "{}", said(&judged));
+    }
+    let choice = cullet(&["quiz", "why-3", "perhaps"]);
+    assert!(
+        choice.status.code() == Some(2) && said(&choice).contains("yes, no"),
+        "{}",
+        said(&choice)
+    );
+    assert_eq!(cullet(&["quiz", "why-99"]).status.code(), Some(2));
+}
