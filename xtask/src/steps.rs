@@ -5,7 +5,9 @@ use std::process::Command;
 use crate::bindings;
 use crate::checked;
 use crate::compiler::{Compiler, words};
+use crate::exercises;
 use crate::graphics;
+use crate::links;
 use crate::pictures;
 use crate::readers;
 use crate::release;
@@ -118,6 +120,8 @@ fn licences() -> Ended {
 fn book() -> Ended {
     const PACKAGE: &str = "mdbook";
     pictures::all_there()?;
+    links::all_alive()?;
+    exercises::all_told()?;
     // Without its server and its search, which take half of its dependencies.
     if !has_program(PACKAGE, &["--no-default-features"])? {
         let what = "the book, built; its pictures are all there";
