@@ -1,4 +1,4 @@
-//! The exercises of the book: what a chapter poses and what `docs/exercises.json` answers are the same list.
+//! The exercises of the book: what a chapter poses and what `exercises.json` of the crate `cullet-lecture` answers are the same list.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::tools::{Done, root};
 
 /// The list, from the root; `cullet quiz` answers by it.
-const LIST: &str = "docs/exercises.json";
+const LIST: &str = "crates/cullet-lecture/src/exercises.json";
 
 /// Every exercise of the list is posed in its chapter, and every one of a chapter is in the list, with an answer that fits its kind.
 pub(crate) fn all_told() -> Done {
