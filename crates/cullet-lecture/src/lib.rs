@@ -22,6 +22,7 @@ mod item;
 mod items;
 mod lab;
 mod text;
+mod tools;
 
 pub use finding::{Finding, Outcome};
 pub use item::{Item, Live, Place};
