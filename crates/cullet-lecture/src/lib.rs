@@ -25,6 +25,7 @@ mod item;
 mod items;
 mod lab;
 mod text;
+mod tools;
 
 pub use exercise::{Answer, Exercise, NoAnswer, exercises};
 pub use finding::{Finding, Outcome};

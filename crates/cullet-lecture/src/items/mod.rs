@@ -13,6 +13,7 @@ mod occlusion;
 mod pipeline;
 mod sides;
 mod small;
+mod subject;
 mod visibility;
 
 use crate::item::Item;

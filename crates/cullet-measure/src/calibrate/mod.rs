@@ -67,6 +67,12 @@ impl CalibrateArgs {
     }
 }
 
+/// Costs of this machine from so few rounds, each a third of a second or so; nothing is kept. `None` where the user stopped it.
+#[must_use]
+pub fn measured(rounds: u32) -> Option<cullet::Costs> {
+    Some(Stored::now(measure::measure(rounds, || ())?, rounds).costs())
+}
+
 /// Runs the command.
 ///
 /// # Errors

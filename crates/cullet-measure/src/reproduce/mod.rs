@@ -4,9 +4,9 @@ mod assarsson_moller;
 mod chart;
 mod johannsen_carter;
 mod mesh_reduction;
-mod model;
+pub mod model;
 mod output;
-mod zhang_hoff;
+pub mod zhang_hoff;
 
 use std::path::Path;
 

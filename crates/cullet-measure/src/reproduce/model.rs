@@ -16,15 +16,15 @@ const MOST_TRIANGLES: u64 = 1_000_000;
 
 /// A model as one mesh that is drawn from its front alone.
 #[derive(Debug)]
-pub(crate) struct Subject {
+pub struct Subject {
     /// Name for people.
-    pub(crate) name: String,
+    pub name: String,
     /// All its triangles, one-sided.
-    pub(crate) mesh: Mesh,
+    pub mesh: Mesh,
     /// Around all its triangles.
-    pub(crate) sphere: Sphere,
+    pub sphere: Sphere,
     /// Why it is no solid, though it is taken for one.
-    pub(crate) defect: Option<String>,
+    pub defect: Option<String>,
 }
 
 impl Subject {
@@ -54,7 +54,11 @@ impl Subject {
         Self::new(model.name, data)
     }
 
-    fn new(name: String, data: MeshData) -> Result<Self, Failure> {
+    /// The triangles of a mesh, whose parts should be one-sided.
+    ///
+    /// # Errors
+    /// If the mesh is invalid, or none of its triangles has an area.
+    pub fn new(name: String, data: MeshData) -> Result<Self, Failure> {
         let mesh = Mesh::new(data).map_err(|e| Failure::input(format!("{name}: {e}")))?;
         let solid = mesh.triangle_count() - mesh.degenerate_count();
         if solid == 0 {
@@ -71,7 +75,8 @@ impl Subject {
     }
 
     /// The data of the mesh, to be divided into other clusters.
-    pub(crate) fn data(&self) -> MeshData {
+    #[must_use]
+    pub fn data(&self) -> MeshData {
         MeshData {
             positions: self.mesh.positions().to_vec(),
             indices: self.mesh.original_indices(),
@@ -81,17 +86,20 @@ impl Subject {
     }
 
     /// The radius of its sphere.
-    pub(crate) fn radius(&self) -> f64 {
+    #[must_use]
+    pub fn radius(&self) -> f64 {
         f64::from(self.sphere.radius)
     }
 
     /// The middle of its sphere.
-    pub(crate) fn centre(&self) -> [f64; 3] {
+    #[must_use]
+    pub fn centre(&self) -> [f64; 3] {
         self.sphere.center.map(f64::from)
     }
 
     /// A point so many of its radii from its middle, as a homogeneous eye.
-    pub(crate) fn eye(&self, direction: [f64; 3], radii: f64) -> [f64; 4] {
+    #[must_use]
+    pub fn eye(&self, direction: [f64; 3], radii: f64) -> [f64; 4] {
         let c = self.centre();
         let [x, y, z] = [0, 1, 2].map(|a| c[a] + direction[a] * radii * self.radius());
         [x, y, z, 1.0]
@@ -99,7 +107,8 @@ impl Subject {
 }
 
 /// Direction `i` of `count` of a Fibonacci lattice: spread evenly over all directions.
-pub(crate) fn fibonacci(i: usize, count: usize) -> [f64; 3] {
+#[must_use]
+pub fn fibonacci(i: usize, count: usize) -> [f64; 3] {
     // The golden angle.
     const TURN: f64 = 2.399_963_229_728_653;
     let z = (2 * i + 1) as f64 / count as f64 - 1.0;

@@ -3,7 +3,6 @@
 use cullet::bounds::Sphere;
 use cullet::cull::backface::{BackfaceMask, MaskGrid, NormalMasks, ObjectEye, ViewCone};
 use cullet::{CullFace, FrontFace, Simd, Transform};
-use cullet_command::console::Progress;
 use cullet_methods::Bulk;
 
 use super::record::{PAPER, ShareRow, TableRow};
@@ -14,28 +13,32 @@ const APART: f64 = 1.1;
 
 /// Two copies of a model side by side, around the origin.
 #[derive(Debug)]
-pub(super) struct Pair<'a> {
-    pub(super) subject: &'a Subject,
+pub struct Pair<'a> {
+    /// The model.
+    pub subject: &'a Subject,
     /// Where the origin of each copy is.
-    pub(super) offsets: [[f64; 3]; 2],
+    pub offsets: [[f64; 3]; 2],
     /// The radius of the sphere around both.
-    pub(super) radius: f64,
+    pub radius: f64,
 }
 
 /// The classes of the model's triangles, in the order of its mesh, for each grid of the paper.
 #[derive(Debug)]
-pub(super) struct Grids(pub(super) Vec<(MaskGrid, NormalMasks)>);
+pub struct Grids(pub Vec<(MaskGrid, NormalMasks)>);
 
 /// The shares at one distance.
 #[derive(Debug)]
-pub(super) struct CullingFound {
-    pub(super) rows: Vec<ShareRow>,
+pub struct CullingFound {
+    /// A row a grid.
+    pub rows: Vec<ShareRow>,
     /// Triangles culled that the exact test keeps.
-    pub(super) lost: u64,
+    pub lost: u64,
 }
 
 impl Grids {
-    pub(super) fn new(subject: &Subject) -> Self {
+    /// Of a model.
+    #[must_use]
+    pub fn new(subject: &Subject) -> Self {
         let mesh = &subject.mesh;
         let grid = |n: u32| {
             // The sizes are constants of the paper, all of them possible.
@@ -49,19 +52,23 @@ impl Grids {
 }
 
 impl<'a> Pair<'a> {
-    pub(super) fn new(subject: &'a Subject) -> Self {
+    /// Copies of a model.
+    #[must_use]
+    pub fn new(subject: &'a Subject) -> Self {
         let ([x, y, z], radius) = (subject.centre(), subject.radius());
         let aside = |to: f64| [to * APART * radius - x, -y, -z];
         Self { subject, offsets: [aside(-1.0), aside(1.0)], radius: (APART + 1.0) * radius }
     }
 
     /// Triangles of both copies.
-    pub(super) fn triangles(&self) -> u64 {
+    #[must_use]
+    pub fn triangles(&self) -> u64 {
         2 * u64::from(self.subject.mesh.triangle_count())
     }
 
     /// The viewer so many radii away, in the space of each copy.
-    pub(super) fn eyes(&self, direction: [f64; 3], radii: f64) -> [[f64; 4]; 2] {
+    #[must_use]
+    pub fn eyes(&self, direction: [f64; 3], radii: f64) -> [[f64; 4]; 2] {
         let p = direction.map(|v| v * radii * self.radius);
         self.offsets.map(|o| [p[0] - o[0], p[1] - o[1], p[2] - o[2], 1.0])
     }
@@ -69,7 +76,8 @@ impl<'a> Pair<'a> {
     /// The distance in radii, to a hundredth, at which the share culled is nearest to the paper's where it
     /// is farthest from it, over N ≥ 6. (The paper's is one view; with large cells its luck is not that
     /// of the mean.)
-    pub(super) fn fit(&self, grids: &Grids, directions: u32) -> f64 {
+    #[must_use]
+    pub fn fit(&self, grids: &Grids, directions: u32) -> f64 {
         let level = Simd::best();
         let known: Vec<_> = grids.0.iter().zip(PAPER).filter(|(_, paper)| paper.0 >= 6).collect();
         let all = self.triangles() as f64 * f64::from(directions);
@@ -103,13 +111,14 @@ impl<'a> Pair<'a> {
         (near * 100.0).round() / 100.0
     }
 
-    /// Shares culled by the masks and by the exact test, means over the directions.
-    pub(super) fn shares(
+    /// Shares culled by the masks and by the exact test, means over the directions; `step` is called after each.
+    #[must_use]
+    pub fn shares(
         &self,
         grids: &Grids,
         radii: f64,
         directions: u32,
-        progress: &mut Progress,
+        mut step: impl FnMut(),
     ) -> CullingFound {
         let level = Simd::best();
         let (mut culled, mut exact, mut lost) = (vec![0; grids.0.len()], 0, 0);
@@ -124,7 +133,7 @@ impl<'a> Pair<'a> {
                     lost += ones(words.iter().zip(&kept).map(|(c, k)| c & k));
                 }
             }
-            progress.step();
+            step();
         }
         let views = f64::from(directions);
         let percent = |n: u64| n as f64 * 100.0 / (self.triangles() as f64 * views);
@@ -144,7 +153,7 @@ impl<'a> Pair<'a> {
 }
 
 /// Bits of the triangles that the test in f64 keeps; returns how many it culls.
-pub(super) fn keep_exactly(subject: &Subject, eye: [f64; 4], kept: &mut Vec<u64>) -> u64 {
+pub fn keep_exactly(subject: &Subject, eye: [f64; 4], kept: &mut Vec<u64>) -> u64 {
     let mesh = &subject.mesh;
     let eye = ObjectEye::new(eye, &Transform::IDENTITY, FrontFace::default(), CullFace::Back);
     let count = eye.mask_into(mesh.positions(), mesh.indices(), kept);
@@ -152,7 +161,8 @@ pub(super) fn keep_exactly(subject: &Subject, eye: [f64; 4], kept: &mut Vec<u64>
 }
 
 /// The mask of a viewing cone to a sphere.
-pub(super) fn mask_to(grid: &MaskGrid, eye: [f64; 4], sphere: &Sphere) -> BackfaceMask {
+#[must_use]
+pub fn mask_to(grid: &MaskGrid, eye: [f64; 4], sphere: &Sphere) -> BackfaceMask {
     grid.mask(Simd::best(), ViewCone::to_sphere(eye, sphere).as_ref())
 }
 

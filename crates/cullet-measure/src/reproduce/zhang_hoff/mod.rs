@@ -19,11 +19,12 @@ use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::parse;
 
-use self::culling::{Grids, Pair};
 use super::model::Subject;
 use super::output::Places;
 use crate::machine::Machine;
-use record::{CopiesRecord, Distance, Drawn, PAPER, TableRow, ZhangHoffRecord};
+pub use culling::{CullingFound, Grids, Pair, keep_exactly, mask_to};
+pub use record::{PAPER, ShareRow};
+use record::{CopiesRecord, Distance, Drawn, TableRow, ZhangHoffRecord};
 
 pub(super) const HELP: &str = "\
 Two copies of the model side by side, every triangle one-sided; each copy has a viewing cone from its
@@ -97,7 +98,7 @@ fn measure(
     let distance_radii = pair.fit(&grids, directions);
     let distances = 1 + OTHER_DISTANCES.len() as u64;
     let mut progress = console.progress("culling", distances * u64::from(directions));
-    let found = pair.shares(&grids, distance_radii, directions, &mut progress);
+    let found = pair.shares(&grids, distance_radii, directions, || progress.step());
     let mut rows: Vec<TableRow> =
         found.rows.iter().zip(PAPER).map(|(s, paper)| s.row(paper)).collect();
     let differences = rows.iter().filter(|r| r.n >= 6).map(|r| r.culled_percent - r.paper_percent);
@@ -105,7 +106,7 @@ fn measure(
     let mut lost = found.lost;
     let mut other_distances = Vec::new();
     for distance_radii in OTHER_DISTANCES {
-        let found = pair.shares(&grids, distance_radii, directions, &mut progress);
+        let found = pair.shares(&grids, distance_radii, directions, || progress.step());
         lost += found.lost;
         other_distances.push(Distance { distance_radii, rows: found.rows });
     }

@@ -6,7 +6,7 @@ use crate::machine::Machine;
 
 /// Cells along an edge of the cube, and what the paper prints for them: per cent culled, milliseconds a
 /// frame.
-pub(super) const PAPER: [(u32, f64, f64); 9] = [
+pub const PAPER: [(u32, f64, f64); 9] = [
     (2, 27.5, 469.5),
     (4, 35.1, 425.1),
     (6, 38.2, 396.3),
@@ -97,14 +97,21 @@ pub(super) struct Distance {
     pub(super) rows: Vec<ShareRow>,
 }
 
+/// The share that a grid culls of all copies, a mean over the directions.
 #[derive(Debug, Serialize)]
-pub(super) struct ShareRow {
-    pub(super) n: u32,
-    pub(super) classes: u32,
-    pub(super) front: u64,
-    pub(super) back: u64,
-    pub(super) culled_percent: f64,
-    pub(super) exact_percent: f64,
+pub struct ShareRow {
+    /// Cells along an edge of the cube.
+    pub n: u32,
+    /// Classes of normals.
+    pub classes: u32,
+    /// Triangles that the masks keep.
+    pub front: u64,
+    /// Triangles that they cull.
+    pub back: u64,
+    /// Share culled by the masks.
+    pub culled_percent: f64,
+    /// Share that the exact test culls.
+    pub exact_percent: f64,
 }
 
 /// The share culled with a viewing cone for each group.

@@ -1,5 +1,0 @@
-//! Normal masks.
-
-use crate::item::Item;
-
-pub(super) const ITEMS: &[Item] = &[];
