@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 
 use cullet::mesh::Part;
-use cullet::{Culler, Instance, Mesh, MeshData, Output, Scene, Transform, View, ViewState, Visible};
+use cullet::{
+    Culler, Instance, Mesh, MeshData, Output, Scene, Transform, View, ViewState, Visible,
+};
 use cullet_draw::{Frame, RenderOptions, Selection, render};
 
 use crate::lab::LabError;
@@ -131,7 +133,11 @@ pub(crate) fn grouped(n: impl TryInto<u64>) -> String {
 pub(crate) fn percent(part: impl TryInto<u64>, of: impl TryInto<u64>) -> String {
     let [part, of] = [part.try_into().unwrap_or(0), of.try_into().unwrap_or(0)].map(|n| n as f64);
     let percent = if of > 0.0 { 100.0 * part / of } else { 0.0 };
-    if percent > 0.0 && percent < 9.95 { format!("{percent:.1} %") } else { format!("{percent:.0} %") }
+    if percent > 0.0 && percent < 9.95 {
+        format!("{percent:.1} %")
+    } else {
+        format!("{percent:.0} %")
+    }
 }
 
 #[cfg(test)]

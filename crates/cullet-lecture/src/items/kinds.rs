@@ -85,11 +85,7 @@ fn dropped<'a>(scene: &'a Scene, visible: &Visible) -> impl Iterator<Item = u32>
 }
 
 /// Triangles of which a picture shows something though a culler dropped them, in some views; and how many it dropped, and of how many.
-fn lost(
-    scene: &Scene,
-    views: &[View],
-    culler: &Culler,
-) -> (usize, [u64; 2]) {
+fn lost(scene: &Scene, views: &[View], culler: &Culler) -> (usize, [u64; 2]) {
     let (mut lost, mut counts) = (0, [0; 2]);
     for view in views {
         let kept = left(scene, &cull_triangles(culler, scene, view));

@@ -7,7 +7,7 @@ use cullet_methods::screen::{flips_winding, screen_facing};
 use super::normal;
 use crate::finding::Finding;
 use crate::lab::{Lab, LabError};
-use crate::tools::{SIZE, cull_triangles, draw, grouped, left, percent, seen};
+use crate::tools::{SIZE, cull_triangles, draw, grouped, left, seen};
 
 const BALL: &str = "knobs:n=16";
 
@@ -58,8 +58,8 @@ pub(super) fn any_point(lab: &Lab) -> Result<Finding, LabError> {
     }
     let seen = wrong == 0 && astray == 0 && spread < 1e-6 && backs * 3 > decided && backs < decided;
     let measured = format!(
-        "of {} triangles in four views {} face away; n·(p − eye) says so at each corner and in the middle, {astray} times otherwise, and these \
-         four values of a triangle are apart by {spread:.0e} at the most; the engine is wrong {wrong} times",
+        "of {} triangles in four views {} face away; n·(p − eye) has that sign at each corner and in the middle of each, but for {astray}, and \
+         these four values are apart by {spread:.0e} at the most; the engine is wrong of {wrong}",
         grouped(decided),
         grouped(backs)
     );
@@ -72,7 +72,8 @@ pub(super) fn parallel(lab: &Lab) -> Result<Finding, LabError> {
     let scene = &model.scene;
     let (eye, target) = ([0.0, 1.15, 5.0], [0.0, 1.15, 0.0]);
     let view = View::orthographic(eye, target, 2.6, 0.1, 10.0, SIZE)?;
-    let towards = view.eye();
+    // Not −0.
+    let towards = view.eye().map(|v| v + 0.0);
     let shown = seen(&draw(scene, &view));
     let culled = cull_triangles(&Culler::default().only(Stage::Backface), scene, &view);
     let kept = left(scene, &culled);
@@ -120,9 +121,7 @@ pub(super) fn settings(lab: &Lab) -> Result<Finding, LabError> {
     let flipped = flips_winding(&view, scene.transform(0));
     let m = view.clip_from_world();
     let clip = |p: [f64; 3]| {
-        [0, 1, 2, 3].map(|row| {
-            m[row] * p[0] + m[4 + row] * p[1] + m[8 + row] * p[2] + m[12 + row]
-        })
+        [0, 1, 2, 3].map(|row| m[row] * p[0] + m[4 + row] * p[1] + m[8 + row] * p[2] + m[12 + row])
     };
     let mesh = scene.mesh(0);
     let culler = Culler::default().only(Stage::Backface);
@@ -155,11 +154,11 @@ pub(super) fn settings(lab: &Lab) -> Result<Finding, LabError> {
         differ == 0 && is_turned && fronts < all && backs < all && fronts + backs >= all,
         format!(
             "of {} triangles {} are left without back faces and {} without front faces ({edges} are edge-on and in both), the other way \
-             around where clockwise is front, and {}, all, with culling off; the winding on the screen says the same of each",
+             around where clockwise is front, and {} with culling off; the winding on the screen says the same of each",
             grouped(all),
             grouped(fronts),
             grouped(backs),
-            percent(all_again, all)
+            grouped(all_again)
         ),
     ))
 }
