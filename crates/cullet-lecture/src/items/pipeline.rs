@@ -12,8 +12,8 @@ use crate::finding::Finding;
 use crate::item::{BLANK, Item, Live, zachmann};
 use crate::lab::{Lab, LabError};
 use crate::tools::{
-    SIZE, all_triangles, cull, cull_triangles, draw, draw_of, grouped, mesh, percent, scene_of,
-    sheets,
+    SIZE, all_triangles, cull, cull_triangles, draw, draw_of, grouped, mesh, percent, placed,
+    scene_of, sheets, times,
 };
 
 pub(super) const ITEMS: &[Item] = &[
@@ -147,12 +147,12 @@ fn flattened(
     let mut clipper = Clipper::new();
     let (mut positions, mut sources) = (Vec::new(), Vec::new());
     for slot in slots {
-        let place = scene.transform(slot).to_matrix();
+        let place = scene.transform(slot);
         let mesh = scene.mesh(slot);
         for t in 0..mesh.triangle_count() - mesh.degenerate_count() {
-            let corners = mesh.corners(t).map(|[x, y, z]| {
-                let world = times(&place, [f64::from(x), f64::from(y), f64::from(z), 1.0]);
-                times(&view.clip_from_world(), world)
+            let corners = mesh.corners(t).map(|p| {
+                let [x, y, z] = placed(place, p);
+                times(&view.clip_from_world(), [x, y, z, 1.0])
             });
             let polygon: Vec<[f32; 3]> = clipper
                 .clip(&volume, &corners)
@@ -167,10 +167,6 @@ fn flattened(
     }
     let indices = (0..positions.len() as u32).collect();
     Ok((scene_of(mesh(positions, indices, true)?)?, sources))
-}
-
-fn times(m: &[f64; 16], p: [f64; 4]) -> [f64; 4] {
-    [0, 1, 2, 3].map(|row| (0..4).map(|column| m[4 * column + row] * p[column]).sum())
 }
 
 /// Two kinds of frames on the reference renderer: of few triangles and many samples, and the other way around.

@@ -23,7 +23,7 @@ const BALL: &str = "knobs";
 fn tube(sides: u32) -> Result<Mesh, LabError> {
     let corner = |i: u32| {
         let (sin, cos) = (f64::from(i / 2) / f64::from(sides) * std::f64::consts::TAU).sin_cos();
-        [cos as f32, if i % 2 == 0 { -1.0 } else { 1.0 }, sin as f32]
+        [cos as f32, if i.is_multiple_of(2) { -1.0 } else { 1.0 }, sin as f32]
     };
     let side = |i: u32| {
         let [a, b, c, d] = [2 * i, 2 * i + 1, 2 * i + 2, 2 * i + 3].map(|v| v % (2 * sides));
@@ -101,7 +101,7 @@ pub(super) fn frames_per_second(lab: &Lab) -> Result<Finding, LabError> {
     let culler = Culler { output: Output::Triangles, ..Culler::default() };
     let told = cull(&Culler { clock: Some(tick), ..culler.clone() }, scene, &view);
     let silent = cull(&culler, scene, &view);
-    let times: Vec<u64> = told.funnel.rows.iter().filter_map(|row| row.time()).collect();
+    let times: Vec<u64> = told.funnel.rows.iter().filter_map(cullet::FunnelRow::time).collect();
     let is_told = times.len() == told.funnel.rows.len()
         && times.iter().sum::<u64>() > 0
         && times.iter().all(|t| t % 1000 == 0)
