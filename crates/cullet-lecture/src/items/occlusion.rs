@@ -1,11 +1,11 @@
 //! What is hidden behind others, and systems that find it.
 
 use cullet::query::{SightOptions, line_of_sight};
-use cullet::{Culler, Stage};
+use cullet::{Backface, Culler, Stage};
 use cullet_bake::pvs::{PvsSettings, bake};
 use cullet_io::scenes;
 
-use super::frustum::common::{Random, verified};
+use super::frustum::common::{Random, Vec3, verified};
 use crate::finding::Finding;
 use crate::item::{BLANK, Item, Live, ucsd};
 use crate::lab::{Lab, LabError};
@@ -29,10 +29,10 @@ pub(super) const ITEMS: &[Item] = &[
     Item {
         number: 79,
         title: "A product that bakes visibility",
-        places: &[ucsd("Video")],
+        places: &[ucsd("Video (Umbra 3)")],
         claim: "A film on Umbra 3 stands for the products: they find out beforehand what can be seen from where, keep it in sets of \
                 cells, and answer queries in the frame.",
-        command: "cullet report office --only pvs",
+        command: "cullet pvs portals/lqdm1.prt",
         live: Some(Live {
             scene: "office",
             state: "layout=split&structure.cells=true&structure.portals=true",
@@ -47,20 +47,29 @@ pub(super) const ITEMS: &[Item] = &[
 fn behind_an_occluder(lab: &Lab) -> Result<Finding, LabError> {
     let model = lab.scene("city:cells=12,objects=1500")?;
     let scene = &model.scene;
-    let culler = Culler::exact().only(Stage::Occlusion);
-    let (mut hidden, mut blocked, mut lost, mut triangles) = (0, 0, 0, 0);
+    let culler = Culler { backface: Backface::Off, ..Culler::exact() };
+    let (mut hidden, mut lines, mut blocked, mut lost, mut triangles) = (0, 0, 0, 0, 0);
     for view in lab.views(&model, "walk", 4, SIZE)? {
         let [x, y, z, w] = view.eye();
         let found = verified(&culler, scene, &view);
         lost += found.false_culls.len();
         triangles += found.funnel.dropped(Stage::Occlusion).triangles;
         for slot in scene.slots() {
-            if !found.result.reasons[slot as usize].is_some_and(|r| r.stage == Stage::Occlusion) {
+            let reason = found.result.reasons[slot as usize];
+            if reason.is_none_or(|r| r.stage != Stage::Occlusion) {
                 continue;
             }
             hidden += 1;
             let (middle, origin) = (scene.bounds(slot).center(), scene.origin());
-            let to = std::array::from_fn(|axis| middle[axis] + origin[axis]);
+            let to: Vec3 = std::array::from_fn(|axis| middle[axis] + origin[axis]);
+            // What is said of an instance is said of the lines of sight within the picture.
+            let on_screen = view.project_point(to).is_some_and(|[x, y, _]| {
+                (0.0..=f64::from(SIZE[0])).contains(&x) && (0.0..=f64::from(SIZE[1])).contains(&y)
+            });
+            if !on_screen {
+                continue;
+            }
+            lines += 1;
             let options =
                 SightOptions { ignored: [scene.handle(slot), None], ..SightOptions::default() };
             let sight = line_of_sight(scene, [x / w, y / w, z / w], to, &options);
@@ -68,12 +77,13 @@ fn behind_an_occluder(lab: &Lab) -> Result<Finding, LabError> {
         }
     }
     Ok(Finding::if_so(
-        hidden > 100 && blocked == hidden && lost == 0,
+        lines > 100 && blocked == lines && lost == 0,
         format!(
-            "{} instances are found hidden in four views, {} triangles with those of parts; the line of sight to {} of them is \
+            "{} instances are found hidden in four views, {} triangles with those of parts; of {} lines of sight to their middles {} are \
              blocked, and {lost} triangles that are seen are lost",
             grouped(hidden),
             grouped(triangles),
+            grouped(lines),
             grouped(blocked)
         ),
     ))

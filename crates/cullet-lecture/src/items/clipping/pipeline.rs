@@ -1,62 +1,65 @@
 //! Clipping along the pipeline: in the world, in clip space, and not after the divide.
 
 use cullet::clip::line::clip_line_ref;
-use cullet::clip::{Region, space};
+use cullet::clip::{GuardBand, Region, space};
 use cullet::cull::detail::Detail;
 use cullet::view::FrustumPlane;
 use cullet::{Backface, Culler, Depth, Output, Stage, Unit, View};
 use cullet_draw::{ClipPlace, RenderOptions, Selection, render_clipped, render_ref};
 
-use super::super::frustum::common::{Random, in_clip, triangles_in_world, verified};
+use super::super::frustum::common::{Random, in_clip, in_world, triangles_in_world, verified};
 use crate::finding::Finding;
 use crate::lab::{Lab, LabError};
 use crate::tools::{SIZE, grouped, other};
 
-/// Both places give the same picture. Products are fewer in clip space where most is seen, in the world where most is not.
+/// Both places give the same picture and the same codes, in clip space by comparisons.
 pub(super) fn best_place(lab: &Lab) -> Result<Finding, LabError> {
     let model = lab.scene("city:cells=4,objects=60")?;
     let scene = &model.scene;
     let options = RenderOptions::default();
-    let walk = lab.views(&model, "walk", 3, [96, 60])?;
-    let mut differ = 0;
-    for view in &walk {
-        let whole = render_ref(scene, view, Selection::All, &options);
+    let (mut differ, mut corners, mut codes_differ) = (0, 0, 0);
+    // Products: in the world, in clip space; and what is projected in clip space and then rejected.
+    let (mut by_planes, mut in_clip_space, mut for_nothing, mut triangles) = (0, 0, 0, 0);
+    for view in lab.views(&model, "walk", 3, [96, 60])? {
+        let whole = render_ref(scene, &view, Selection::All, &options);
         for place in [ClipPlace::World, ClipPlace::Clip] {
-            let clipped = render_clipped(scene, view, place, &options);
+            let clipped = render_clipped(scene, &view, place, &options);
             differ += whole.ids.iter().zip(&clipped.ids).filter(|(a, b)| a != b).count();
         }
+        let region = Region::<f64, 3>::from(&view.frustum());
+        // As wide as the view itself.
+        let sides = GuardBand::new(view.depth(), 1.0).map_err(other)?;
+        let planes = region.sides().count() as u64;
+        for triangle in triangles_in_world(scene) {
+            let codes = triangle.map(|p| {
+                let (by_plane, by_side) =
+                    (region.outcode(&p), sides.outcodes(&in_clip(&view, p))[0]);
+                corners += 1;
+                // What lies on a plane but for rounding is on either side.
+                let on = region.sides().any(|(_, side)| side.height(&p).abs() < 1e-6);
+                codes_differ += u32::from(by_plane != by_side && !on);
+                by_side
+            });
+            let is_rejected = codes[0] & codes[1] & codes[2] != 0;
+            triangles += 1;
+            for_nothing += u32::from(is_rejected);
+            // A corner: three a plane, sixteen to project it less those by its fourth number, which is 1.
+            by_planes += 3 * (3 * planes + if is_rejected { 0 } else { 12 });
+            in_clip_space += 3 * 12;
+        }
     }
-    let from_above = lab.views(&model, "orbit", 3, [96, 60])?;
-    let [inside, around] = [&from_above, &walk].map(|views| {
-        let products = views.iter().map(|view| {
-            let region = Region::<f64, 3>::from(&view.frustum());
-            let mut counts = [0, 0];
-            for triangle in triangles_in_world(scene) {
-                // In the world: three products a plane and corner until one rejects, then twelve a corner to project.
-                let codes = triangle.map(|p| region.outcode(&p));
-                let rejecting = codes[0] & codes[1] & codes[2];
-                let tested = region
-                    .sides()
-                    .position(|(number, _)| rejecting >> number & 1 == 1)
-                    .map_or(region.sides().count(), |at| at + 1);
-                counts[0] += 9 * tested as u64 + if rejecting == 0 { 36 } else { 0 };
-                // In clip space: all are projected, and the tests are comparisons.
-                counts[1] += 36;
-            }
-            counts
-        });
-        products.fold([0, 0], |sum: [u64; 2], n| [sum[0] + n[0], sum[1] + n[1]])
-    });
-    let measured = format!(
-        "both places give the same picture but for {differ} pixels. Seen from above, where most is in view, tests and projection take \
-         {} products in clip space and {} in the world; in the streets, where most is not, {} and {}: there the world is the better place",
-        grouped(inside[1]),
-        grouped(inside[0]),
-        grouped(around[1]),
-        grouped(around[0])
-    );
-    let shown = differ == 0 && inside[1] < inside[0] && around[0] < around[1];
-    Ok(if shown { Finding::differs(measured) } else { Finding::fails(measured) })
+    Ok(Finding::if_so(
+        differ == 0 && codes_differ == 0 && for_nothing > 0 && in_clip_space < by_planes,
+        format!(
+            "both places give the same picture but for {differ} pixels, and the same codes of {} corners but for {codes_differ}, with {} \
+             products in clip space, where comparisons follow, and {} in the world; of {} triangles {} are projected and then rejected",
+            grouped(corners),
+            grouped(in_clip_space),
+            grouped(by_planes),
+            grouped(triangles),
+            grouped(for_nothing)
+        ),
+    ))
 }
 
 /// Segments that pass the eye: divided first they have another place on the screen, clipped first they keep theirs.
@@ -173,9 +176,7 @@ pub(super) fn all_stages(lab: &Lab) -> Result<Finding, LabError> {
         let triangles = &found.result.triangles[range.first as usize..][..range.count as usize];
         for &t in triangles {
             let corners = scene.mesh(range.slot).corners(t);
-            let clip = corners.map(|p| {
-                in_clip(view, super::super::frustum::common::in_world(scene, range.slot, p))
-            });
+            let clip = corners.map(|p| in_clip(view, in_world(scene, range.slot, p)));
             cut += u32::from(clip.iter().any(|p| region.outcode(p) != 0));
         }
     }

@@ -39,7 +39,7 @@ pub(super) fn face_planes(lab: &Lab) -> Result<Finding, LabError> {
                 if found != Facing::Edge {
                     differ += u32::from((found == Facing::Back) != (side < 0.0));
                 }
-                if t % 40 == 0 && found != Facing::Edge {
+                if t % 80 == 0 && found != Facing::Edge {
                     let exact = facing_ref(&view, scene.transform(slot), &corners);
                     inexact += u32::from(exact != found);
                 }

@@ -55,25 +55,24 @@ pub(super) fn convex(lab: &Lab) -> Result<Finding, LabError> {
     let mut random = Random::new(86);
     let (mut pairs, mut dents, mut wrong) = (0, 0, 0);
     let mut sides = [0; 3];
-    for view in lab.views(&model, "walk", 4, SIZE)? {
+    let middle = along(scene.origin(), 1.0, scene.extent().center());
+    for view in lab.views(&model, "orbit", 4, SIZE)? {
         let mut frustum = view.frustum();
-        let [x, y, z, w] = view.eye();
-        let eye = [x / w, y / w, z / w];
         for _ in 0..2 {
             let normal: Vec3 = random.point(1.0);
-            let at = along(eye, 20.0, normal);
+            let at = along(middle, 1.0, random.point(30.0));
             let plane = Plane::from_point_normal(at, normal).ok_or_else(|| other("no plane"))?;
             frustum.push(plane)?;
         }
         let region = Region::<f64, 3>::from(&frustum);
         let inside: Vec<Vec3> = (0..4000)
-            .map(|_| along(eye, 1.0, random.point(40.0)))
+            .map(|_| along(middle, 1.0, random.point(100.0)))
             .filter(|p| region.outcode(p) == 0)
             .collect();
         for pair in inside.windows(2) {
             pairs += 1;
-            let middle = along(pair[0].map(|v| v * 0.5), 0.5, pair[1]);
-            dents += u32::from(region.outcode(&middle) != 0);
+            let between = along(pair[0].map(|v| v * 0.5), 0.5, pair[1]);
+            dents += u32::from(region.outcode(&between) != 0);
         }
         let relative = frustum.relative_to(scene.origin());
         for slot in scene.slots() {

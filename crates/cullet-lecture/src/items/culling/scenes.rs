@@ -66,7 +66,7 @@ pub(super) fn culled_and_clipped(lab: &Lab) -> Result<Finding, LabError> {
 
 /// The built-in plant from its floor, by whole instances.
 pub(super) fn power_plant(lab: &Lab) -> Result<Finding, LabError> {
-    let model = lab.scene("plant")?;
+    let model = lab.scene("plant:kinds=6")?;
     let scene = &model.scene;
     let exact = Culler { backface: Backface::Off, output: Output::Instances, ..Culler::exact() };
     let views = lab.views(&model, "camera:floor", 1, [640, 360])?;

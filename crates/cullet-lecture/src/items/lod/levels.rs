@@ -12,7 +12,7 @@ use crate::lab::{Lab, LabError};
 use crate::tools::{SIZE, cull, draw, grouped, other, scene_of};
 
 /// Cells of the grids along the longest side of the model, one grid for each level.
-const GRIDS: [f32; 4] = [96.0, 48.0, 24.0, 12.0];
+const GRIDS: [f32; 3] = [80.0, 32.0, 12.0];
 /// By how many pixels a level may be off.
 const PIXELS: f64 = 1.0;
 

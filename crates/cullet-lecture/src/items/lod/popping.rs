@@ -26,7 +26,7 @@ pub(super) fn popping(lab: &Lab) -> Result<Finding, LabError> {
     let mut last: Option<View> = None;
     let (mut pops, mut seen, mut largest, mut most) = (0, 0, 0, 0.0_f64);
     for step in 0..STEPS {
-        let far = 60.0 * STEP.powi(step);
+        let far = 200.0 * STEP.powi(step);
         let eye = [0.0, 0.4 * far, far];
         let view = View::perspective(eye, [0.0; 3], 1.0, 0.5, f64::INFINITY, SIZE)?;
         let visible = cull(&culler, scene, &view);
@@ -54,10 +54,9 @@ pub(super) fn popping(lab: &Lab) -> Result<Finding, LabError> {
         }
         (before, last) = (now, Some(view));
     }
-    // Of an instance just above the threshold a step takes a hundredth of its size, which is this share of the fade.
-    let expected = (STEP - 1.0) * 1.5 / detail.fade * 1.2;
+    // A pop takes all of an instance; a step takes some hundredths of its size, of which the fade is a half.
     Ok(Finding::if_so(
-        seen > 0 && largest as f64 <= THRESHOLD * THRESHOLD && most < expected,
+        seen > 0 && largest as f64 <= THRESHOLD * THRESHOLD && most < 0.1,
         format!(
             "while an eye draws back by 1 % at each of {STEPS} steps, {pops} instances go at 8 pixels, {seen} of them seen the step \
              before, in up to {largest} pixels; faded from 12 pixels down, no step takes more than {:.1} % of one",
