@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 
 use cullet::mesh::Part;
-use cullet::{Culler, Instance, Mesh, MeshData, Output, Scene, Transform, View, ViewState, Visible};
+use cullet::{
+    Culler, Instance, Mesh, MeshData, Output, Scene, Transform, View, ViewState, Visible,
+};
 use cullet_draw::{Frame, RenderOptions, Selection, render};
 
 use crate::lab::LabError;
@@ -109,6 +111,18 @@ pub(crate) fn sheets(layers: u32, [columns, rows]: [u32; 2]) -> Result<Scene, La
     scene_of(mesh(positions, indices, true)?)
 }
 
+/// A point of an instance in the world, in f64.
+pub(crate) fn placed(transform: &Transform, p: [f32; 3]) -> [f64; 3] {
+    let [x, y, z] = p.map(f64::from);
+    let [x, y, z, _] = times(&transform.to_matrix(), [x, y, z, 1.0]);
+    [x, y, z]
+}
+
+/// A matrix, column by column, times a point.
+pub(crate) fn times(m: &[f64; 16], p: [f64; 4]) -> [f64; 4] {
+    [0, 1, 2, 3].map(|row| (0..4).map(|column| m[4 * column + row] * p[column]).sum())
+}
+
 /// An invalid value that has no error of its own here.
 pub(crate) fn other(error: impl std::fmt::Display) -> LabError {
     LabError::Other(error.to_string())
@@ -131,7 +145,11 @@ pub(crate) fn grouped(n: impl TryInto<u64>) -> String {
 pub(crate) fn percent(part: impl TryInto<u64>, of: impl TryInto<u64>) -> String {
     let [part, of] = [part.try_into().unwrap_or(0), of.try_into().unwrap_or(0)].map(|n| n as f64);
     let percent = if of > 0.0 { 100.0 * part / of } else { 0.0 };
-    if percent > 0.0 && percent < 9.95 { format!("{percent:.1} %") } else { format!("{percent:.0} %") }
+    if percent > 0.0 && percent < 9.95 {
+        format!("{percent:.1} %")
+    } else {
+        format!("{percent:.0} %")
+    }
 }
 
 #[cfg(test)]

@@ -30,14 +30,19 @@ pub(super) const ITEMS: &[Item] = &[
         claim: "Of a convex solid all that faces away from an eye outside hangs together. Of another it may be in several pieces.",
         command: "cullet picture back-regions knobs --views 8 --view 1",
         live: Some(Live { scene: "knobs", state: "layout=split&look.colour=sides" }),
-        chapter: "backface.md#whole-clusters",
+        chapter: "backface.md#making-clusters",
         check: solids::back_sides,
         ..BLANK
     },
     Item {
         number: 19,
         title: "The test of a triangle",
-        places: &[zachmann("slide 9"), ucsd("Backface Culling"), kaist("Face Plane Test"), zhang_hoff("section 1")],
+        places: &[
+            zachmann("slide 9"),
+            ucsd("Backface Culling"),
+            kaist("Face Plane Test"),
+            zhang_hoff("section 1"),
+        ],
         claim: "A triangle with outward normal n faces away if n·v is above 0, where v leads from the eye to any point of the triangle.",
         fault: Some(
             "The slides of 2013 take v to all points of the polygon. All points of a plane have the same n·(p − eye), so any one of them decides, as \
@@ -158,7 +163,7 @@ pub(super) const ITEMS: &[Item] = &[
         number: 28,
         title: "Demo: clear object",
         places: &[zachmann("slide 12")],
-        claim: "The demo can clear its object, so that nothing is shown.",
+        claim: "The demo can clear its object, so that nothing is shown until another is chosen.",
         command: "cullet view knobs",
         chapter: "viewer.md#the-window",
         check: demo::clear,

@@ -185,8 +185,10 @@ fn patches(_: &Lab) -> Result<Finding, LabError> {
     Ok(Finding::if_so(
         wrong == 0 && culled * 2 > behind && clusters * 2 > ideal,
         format!(
-            "round cones cull {clusters} of {ideal} clusters that all of their planes would, and {culled} of {behind} times that {SAMPLES} × \
-             {SAMPLES} samples of three patches face away, each without a triangle made; none of it wrongly"
+            "round cones cull {} of {} clusters that all of their planes would, and {culled} of {behind} times that {SAMPLES} × \
+             {SAMPLES} samples of three patches face away, each without a triangle made; none of it wrongly",
+            grouped(clusters),
+            grouped(ideal)
         ),
     ))
 }

@@ -7,7 +7,9 @@ use cullet_draw::{RenderOptions, Selection, VerifyOptions, render, verify};
 use crate::finding::Finding;
 use crate::item::{BLANK, Item, Live, zachmann};
 use crate::lab::{Lab, LabError};
-use crate::tools::{SIZE, all_triangles, cull, cull_triangles, draw, grouped, left, percent, seen};
+use crate::tools::{
+    SIZE, all_triangles, cull, cull_triangles, draw, grouped, left, percent, placed, seen,
+};
 
 pub(super) const ITEMS: &[Item] = &[
     Item {
@@ -70,12 +72,8 @@ const CITY: &str = "city:cells=6,objects=200";
 
 /// The corners of an instance in the world.
 fn corners(scene: &Scene, slot: u32) -> Vec<[f64; 3]> {
-    let m = scene.transform(slot).to_matrix();
-    let place = |p: &[f32; 3]| {
-        let [x, y, z] = p.map(f64::from);
-        [0, 1, 2].map(|row| m[row] * x + m[4 + row] * y + m[8 + row] * z + m[12 + row])
-    };
-    scene.mesh(slot).positions().iter().map(place).collect()
+    let place = scene.transform(slot);
+    scene.mesh(slot).positions().iter().map(|&p| placed(place, p)).collect()
 }
 
 /// The slots of which a result has nothing.
@@ -85,11 +83,7 @@ fn dropped<'a>(scene: &'a Scene, visible: &Visible) -> impl Iterator<Item = u32>
 }
 
 /// Triangles of which a picture shows something though a culler dropped them, in some views; and how many it dropped, and of how many.
-fn lost(
-    scene: &Scene,
-    views: &[View],
-    culler: &Culler,
-) -> (usize, [u64; 2]) {
+fn lost(scene: &Scene, views: &[View], culler: &Culler) -> (usize, [u64; 2]) {
     let (mut lost, mut counts) = (0, [0; 2]);
     for view in views {
         let kept = left(scene, &cull_triangles(culler, scene, view));
@@ -180,7 +174,7 @@ fn portals(lab: &Lab) -> Result<Finding, LabError> {
     let scene = &model.scene;
     let views = lab.views(&model, "walk", 4, SIZE)?;
     let culler = Culler::default().only(Stage::Portal);
-    let cells = scene.cell_graph().map_or(0, |graph| graph.cell_count());
+    let cells = scene.cell_graph().map_or(0, cullet::cell::CellGraph::cell_count);
     let (lost, [gone, all]) = lost(scene, &views, &culler);
     let mut reached = 0;
     for view in &views {

@@ -63,7 +63,7 @@ pub(super) const ITEMS: &[Item] = &[
         places: &[ucsd("OpenGL"), kaist("Back-Face Culling in OpenGL")],
         claim: "A graphics interface takes triangles as one-sided or two-sided by a switch. Of closed bodies both pictures are the \
                 same; where a back is in sight, they are not.",
-        command: "cullet picture shaded solids --no-backface && cullet picture shaded solids",
+        command: "cullet picture kinds solids --no-backface && cullet picture kinds solids",
         live: Some(Live {
             scene: "knobs",
             state: "layout=wipe&look.hardware=true&look.colour=sides",

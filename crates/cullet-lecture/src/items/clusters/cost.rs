@@ -60,9 +60,10 @@ pub(super) fn probability(_: &Lab) -> Result<Finding, LabError> {
     }
     let measured = format!(
         "the exact volumes of {tried} clusters, cut to a room of {RADII} radii, are up to {:.0} % of it and within {:.1} points of the share of \
-         {POINTS} eyes that cull them; uncut they have no end: in a room of twice the size each is at least {growth:.1} times as large",
+         {} eyes that cull them; uncut they have no end: in a room of twice the size each is at least {growth:.1} times as large",
         most * 100.0,
-        worst * 100.0
+        worst * 100.0,
+        grouped(POINTS)
     );
     let shown = tried > 20 && worst < 0.02 && most > 0.2 && growth > 6.0;
     Ok(if shown { Finding::mended(measured) } else { Finding::fails(measured) })
@@ -200,7 +201,7 @@ pub(super) fn merging(_: &Lab) -> Result<Finding, LabError> {
         wrong == 0 && merges > 10 && keeps > 10 && counts.is_sorted_by(|a, b| a > b),
         format!(
             "of two triangles folded by 10 to 170 degrees, for t/r of 0.05 to 0.4, the engine merges {merges} pairs and leaves {keeps}, each as \
-             the inequality says; a knobbly ball of 3,072 triangles falls into {}, {} and {} clusters for t/r of 0.5, 4 and 32",
+             the inequality says; a knobbly ball of 3,072 triangles becomes {}, {} and {} clusters for t/r of 0.5, 4 and 32",
             counts[0], counts[1], counts[2]
         ),
     ))

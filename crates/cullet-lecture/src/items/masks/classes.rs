@@ -11,7 +11,7 @@ use cullet_methods::sectors::{MaskUse, corner_directions, mask_of_corners};
 use crate::finding::Finding;
 use crate::items::subject::{bunny, dot, facings, knobs, lost, percent, unit};
 use crate::lab::{Lab, LabError};
-use crate::tools::other;
+use crate::tools::{grouped, other};
 
 /// Cells along an edge of the cube, as the paper usually has them.
 pub(in crate::items) const N: u32 = 16;
@@ -48,11 +48,13 @@ fn cells(n: u32) -> Vec<Cell> {
 impl Cell {
     /// Whether a direction passes through it, by more than rounding: on the inner side of all four edges.
     fn holds(&self, direction: [f64; 3]) -> bool {
-        (0..4).all(|i| {
-            let n = cross(self.corners[i], self.corners[(i + 1) % 4]);
-            let inner = dot(n, self.middle).signum();
-            dot(n, direction) * inner > 1e-12
-        }) && dot(self.middle, direction) > 0.0
+        // No corner of any cell is farther from its middle than that of a whole side, 54.7 degrees.
+        dot(self.middle, direction) > 0.5
+            && (0..4).all(|i| {
+                let n = cross(self.corners[i], self.corners[(i + 1) % 4]);
+                let inner = dot(n, self.middle).signum();
+                dot(n, direction) * inner > 1e-12
+            })
     }
 }
 
@@ -86,17 +88,17 @@ fn wrong(
 }
 
 pub(super) fn classes(_: &Lab) -> Result<Finding, LabError> {
-    const DIRECTIONS: usize = 2000;
+    const DIRECTIONS: usize = 1000;
     let mut right = true;
     for n in [1, 2, 5, N, MaskGrid::MAX_CELLS] {
         let (grid, cells) = (grid(n)?, cells(n));
         let of_cells: Vec<NormalMask> = cells.iter().map(|c| grid.encode(c.middle)).collect();
         let distinct: BTreeSet<_> = of_cells.iter().map(|m| (m.byte_offset, m.bit_mask)).collect();
         right &= grid.classes() == 6 * n * n && distinct.len() == cells.len();
-        for i in 0..DIRECTIONS {
-            let d = fibonacci(i, DIRECTIONS);
+        // But for the first, which lies on an edge, none of an even number is within rounding of one.
+        for i in 1..=DIRECTIONS {
+            let d = fibonacci(i, DIRECTIONS + 2);
             let mut through = (0..cells.len()).filter(|&c| cells[c].holds(d));
-            // A direction on an edge is in no cell by more than rounding: none of these is.
             let only = through.next().filter(|_| through.next().is_none());
             right &= only.is_some_and(|c| of_cells[c] == grid.encode(d));
         }
@@ -104,8 +106,9 @@ pub(super) fn classes(_: &Lab) -> Result<Finding, LabError> {
     Ok(Finding::if_so(
         right,
         format!(
-            "N = 1, 2, 5, 16 and 18 give 6, 24, 150, 1,536 and 1,944 classes; each of {DIRECTIONS} directions passes through one cell \
-             of each cube and has its class"
+            "N = 1, 2, 5, 16 and 18 give 6, 24, 150, 1,536 and 1,944 classes; each of {} directions passes through one cell of \
+             each cube and has its class",
+            grouped(DIRECTIONS)
         ),
     ))
 }
@@ -151,7 +154,7 @@ pub(super) fn circle(_: &Lab) -> Result<Finding, LabError> {
             "16 pieces a side make {} arcs of {least:.1} to {most:.1} degrees around the circle; on the sphere the largest of {} classes \
              has {uneven:.1} times the directions of the smallest",
             arcs.len(),
-            of_sphere.len()
+            grouped(of_sphere.len())
         ),
     ))
 }
@@ -175,10 +178,10 @@ pub(super) fn two_bytes(lab: &Lab) -> Result<Finding, LabError> {
             && fits(largest)
             && !fits(largest + 1),
         format!(
-            "{} of {} triangles of {} have a byte's number below 192 and one bit in it, the others are too thin for a class; 18 cells an \
-             edge, 1,944 classes, are the most that 2,048 bits hold",
-            with.len(),
-            masks.len(),
+            "{} of {} triangles of {} have a byte's number below 192 and one bit in it, those too thin for a class none; 18 cells an edge, \
+             1,944 classes, are the most that 2,048 bits hold",
+            grouped(with.len()),
+            grouped(masks.len()),
             subject.name
         ),
     ))
@@ -261,12 +264,13 @@ pub(super) fn field_of_view(_: &Lab) -> Result<Finding, LabError> {
     }
     let share = |mask: &BackfaceMask| count(mask) as f64 * 100.0 / f64::from(grid.classes());
     let measured = format!(
-        "in the corners of a square window of 90 degrees, where {inside} triangles are, masks for a cone of 90 degrees cull {} of them, \
+        "in the corners of a square window of 90 degrees, where {} triangles are, masks for a cone of 90 degrees cull {} of them, \
          {} of these front faces; for the 109 degrees between opposite corners they cull {} and no front face, by {:.1} % of the classes \
          instead of {:.1} %",
-        culled[0],
+        grouped(inside),
+        grouped(culled[0]),
         losses[0],
-        culled[1],
+        grouped(culled[1]),
         share(&found[1]),
         share(&found[0])
     );
@@ -318,8 +322,10 @@ pub(super) fn four_corners(_: &Lab) -> Result<Finding, LabError> {
         }
     }
     let measured = format!(
-        "of {judged} cells that four corners judge back-facing, {tried} pairs of a normal within and a line of sight were tried: {bad} \
-         are not, and no cell is kept that need not be; so the test is exact"
+        "of {} cells that four corners judge back-facing, {} pairs of a normal within and a line of sight were tried: {bad} are not, and no \
+         cell is kept that need not be; so the test is exact",
+        grouped(judged),
+        grouped(tried)
     );
     Ok(if bad == 0 && judged > 100 { Finding::mended(measured) } else { Finding::fails(measured) })
 }

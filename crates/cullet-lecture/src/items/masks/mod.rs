@@ -169,7 +169,7 @@ pub(super) const ITEMS: &[Item] = &[
         claim: "Culling by masks before the hardware's own back-face culling makes frames 60 to 80 % faster, in the lecture 1.5 times as fast.",
         said: Some("60 to 80 %; 1.5 times"),
         fault: Some(
-            "The paper culls 43.0 % at the most. Were triangles all that a frame costs, and a triangle that the hardware rejects as dear as \
+            "The paper culls 43.0 % at the most. Were triangles all that a frame costs, and a triangle that the hardware rejects as costly as \
              one that it draws, that would be 1 / (1 − 0.43) = 1.75 times, which is 75 %; the times in its own table fall as its triangles \
              do and give no more. A frame without masks is not in the table.",
         ),
