@@ -222,14 +222,15 @@ def test_two_drivers_may_share_a_folder(plan: distributed.Plan, expected: bytes,
 
 
 class Failing(distributed.Here):
-    """Fails units of a round: those that begin with an item, always or so often."""
+    """Fails the first unit of a round, so often."""
 
-    def __init__(self, first: int, times: int) -> None:
-        self.first, self.times, self.tries = first, times, 0
+    def __init__(self, times: int) -> None:
+        self.times, self.tries = times, 0
 
     def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
-        items, number = arguments[3], arguments[4]
-        if items[0] == self.first and number == 1 and self.tries < self.times:
+        what, number = arguments[3], arguments[4]
+        first = what.number == 0 if isinstance(what, _worker.Share) else what[0] == 0
+        if first and number == 1 and self.tries < self.times:
             self.tries += 1
             return super().submit(self.fail)
         return super().submit(task, *arguments)
@@ -242,13 +243,13 @@ def test_a_unit_that_always_fails_is_named_and_the_rest_is_kept(
     plan: distributed.Plan, expected: bytes, tmp_path: Path
 ) -> None:
     with pytest.raises(distributed.UnitsFailed, match="round 1.*items 0 to .*MemoryError: no room.*goes on") as raised:
-        distributed.run(plan, Failing(0, 1000), folder=tmp_path, units=4, retries=2)
+        distributed.run(plan, Failing(1000), folder=tmp_path, units=4, retries=2)
     ((begin, end),) = raised.value.failed
     folder = _native.UnitFolder(tmp_path)
     kept = sorted(folder.units(plan.key, 1))
     assert begin == 0 and kept[0][0] == end and len(kept) == 3
     # A unit that fails and then does not is none the worse.
-    failing = Failing(0, 2)
+    failing = Failing(2)
     assert distributed.run(plan, failing, folder=tmp_path, units=4, retries=2).sets == expected
     assert failing.tries == 2
 
@@ -314,10 +315,10 @@ def test_a_node_without_the_file_is_handed_it_once(data: Path, tmp_path: Path, m
     ask = (made.text, elsewhere, made.content, (0, 1), 0, 1, 0)
     assert _worker.run_unit(*ask, None) == _worker.NeedsScene()
     first = _worker.run_unit(*ask, here.read_bytes())
-    assert isinstance(first, bytes)
+    assert isinstance(first, _worker.Unit)
     monkeypatch.setattr(_worker._here, "held", None)
     assert _worker.run_unit(*ask, None) == first, "the second worker of the node finds it"
-    assert first == _native.Job(made.text, str(here)).run((0, 1))
+    assert first.found == _native.Job(made.text, str(here)).run((0, 1))
     # Who comes late is handed all that was found.
     assert _worker.run_unit(made.text, elsewhere, made.content, (0, 1), 1, 1, 0, None) == _worker.Behind(0)
 

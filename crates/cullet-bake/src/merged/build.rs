@@ -11,6 +11,7 @@ use super::tree::{Node, tree};
 use super::{Member, MergeInput, MergeOptions, MergedGroup, MeshAttributes};
 use crate::levels::{LevelsError, Within, chain_of};
 use crate::threads;
+use crate::work::{own_first, split};
 
 /// Errors that are stated are so much larger than the largest distance that was found, for the points that were not measured.
 const STATED: f32 = 1.05;
@@ -31,7 +32,12 @@ pub(super) fn build(
     let mut made: Vec<Option<Made>> = nodes.iter().map(|_| None).collect();
     let tallest = nodes.iter().map(|n| n.height).max().unwrap_or(0);
     for height in 0..=tallest {
-        let now: Vec<usize> = (0..nodes.len()).filter(|&n| nodes[n].height == height).collect();
+        let mut now: Vec<usize> = (0..nodes.len()).filter(|&n| nodes[n].height == height).collect();
+        if let Some(share) = input.share {
+            let costs: Vec<f64> = now.iter().map(|&n| triangles(&nodes[n]) as f64).collect();
+            let order = in_order(&costs, share, height == tallest);
+            now = order.into_iter().map(|at| now[at]).collect();
+        }
         let job = |_: &mut (), at: usize| {
             let number = now[at];
             let count = triangles(&nodes[number]);
@@ -58,6 +64,9 @@ pub(super) fn build(
             made[number] = found?;
         }
     }
+    if input.share.is_some() {
+        return Ok(Some(Vec::new()));
+    }
     // Groups that are none hand their members on.
     let mut number_of = vec![None; nodes.len()];
     let mut members: Vec<Vec<Member>> = Vec::with_capacity(nodes.len());
@@ -80,6 +89,14 @@ pub(super) fn build(
         members.push(own);
     }
     Ok(Some(groups))
+}
+
+/// The groups of a height in the order in which a share makes them: its own, and those of others where these are needed.
+fn in_order(costs: &[f64], [share, shares]: [u32; 2], only_own: bool) -> Vec<usize> {
+    let own = split(costs, shares).get(share as usize).cloned().unwrap_or_default();
+    let own = own.start as usize..own.end as usize;
+    let count = if only_own { own.len() } else { costs.len() };
+    own_first(own, costs.len()).take(count).collect()
 }
 
 /// The levels of a group, if it has any that pay.
