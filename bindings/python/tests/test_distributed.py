@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 
 from cullet import FileError, _native, distributed
-from cullet.distributed import _worker
+from cullet.distributed import _driver, _worker
 
 SCENE = "city:objects=150"
 SETTINGS: dict[str, Any] = {"view_cells": 10, "heights": (0.5, 3.0), "rays": 400_000}
@@ -166,6 +166,56 @@ def test_what_lay_on_a_lost_node_is_handed_over_again() -> None:
                 except RuntimeError:
                     results.append(None)
         assert 0.1 in results and len(results) == 2
+
+
+def test_workers_cut_rounds_as_the_driver_does(plan: distributed.Plan, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_worker._here, "held", None)
+    job = _native.Job(plan.text, plan.scene)
+    wanted = job.missing([], 5)
+    ask = (plan.text, plan.scene, None)
+    made = _worker.run_unit(*ask, _worker.Share(2, 5), 0, 1, 0, None)
+    assert made == _worker.Unit(wanted[2], job.run(wanted[2]))
+    # A round may have fewer items than units are asked for.
+    assert _worker.run_unit(*ask, _worker.Share(1 << 20, 1 << 21), 0, 1, 0, None) is None
+    sizes = [end - begin for begin, end in wanted]
+    assert sizes[0] > sizes[-1]
+
+
+def test_a_round_that_is_begun_and_is_none_changes_nothing(
+    plan: distributed.Plan, expected: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Where the last round finds enough, or takes more rays than expected, the next was begun already.
+    monkeypatch.setattr(_driver, "_is_last", lambda job: False)
+    engine = distributed.Processes(2)
+    try:
+        for _ in range(2):
+            assert distributed.run(plan, engine).sets == expected
+    finally:
+        engine.close()
+
+
+def test_what_is_handed_over_lies_in_a_file_for_as_long_as_it_is_held() -> None:
+    engine = distributed.Processes(1)
+    try:
+        value = engine.share([7, 8])
+        place = Path(value.place.path)
+        handles = [engine.submit(len, value), engine.submit(sum, value)]
+        while len(engine.ended(handles, 30.0)) < 2:
+            pass
+        assert [engine.result(handle) for handle in handles] == [2, 15]
+        assert place.exists()
+        del value
+        assert not place.exists()
+        # A task whose value is gone fails, and the process lives on.
+        lost = engine.share("gone")
+        os.unlink(lost.place.path)
+        late = engine.submit(len, lost)
+        engine.ended([late], 30.0)
+        with pytest.raises(FileNotFoundError):
+            engine.result(late)
+        assert engine.result(engine.submit(len, "here")) == 4
+    finally:
+        engine.close()
 
 
 @pytest.mark.parametrize("data", ["CULLET_DATA"], indirect=True)

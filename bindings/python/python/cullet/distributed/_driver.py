@@ -65,6 +65,12 @@ def run(
         return bake.run()
 
 
+def _is_last(job: _native.Job) -> bool:
+    """Whether no round is expected after the one that is next. One that is none all the same does no harm if it was begun, and one
+    that is begins a little later if it was not."""
+    return job.shares[1] >= 1
+
+
 class _Bake:
     def __init__(
         self,
@@ -92,12 +98,10 @@ class _Bake:
             job = _native.Job(self.plan.text, self.plan.scene, self.threads)
             while not job.is_done:
                 running, ahead = ahead, []
-                is_last = job.shares[1] >= 1
                 found = self.round(job, running)
                 # Those who run the next round know all before it, but for who comes late.
                 self.rounds.append(self.engine.share(found))
-                # Should the last as expected not be the last, its followers begin late.
-                ahead = [] if is_last else self.ahead(job.round + 1)
+                ahead = [] if _is_last(job) else self.ahead(job.round + 1)
                 job.merge(list(found))
         except BaseException:
             self.engine.cancel([handle for handle, _ in ahead])
