@@ -11,7 +11,7 @@ use super::tree::{Node, tree};
 use super::{Member, MergeInput, MergeOptions, MergedGroup, MeshAttributes};
 use crate::levels::{LevelsError, Within, chain_of};
 use crate::threads;
-use crate::work::{own_first, split};
+use crate::work::order_of_share;
 
 /// Errors that are stated are so much larger than the largest distance that was found, for the points that were not measured.
 const STATED: f32 = 1.05;
@@ -35,7 +35,7 @@ pub(super) fn build(
         let mut now: Vec<usize> = (0..nodes.len()).filter(|&n| nodes[n].height == height).collect();
         if let Some(share) = input.share {
             let costs: Vec<f64> = now.iter().map(|&n| triangles(&nodes[n]) as f64).collect();
-            let order = in_order(&costs, share, height == tallest);
+            let order = order_of_share(&costs, share, height == tallest);
             now = order.into_iter().map(|at| now[at]).collect();
         }
         let job = |_: &mut (), at: usize| {
@@ -89,14 +89,6 @@ pub(super) fn build(
         members.push(own);
     }
     Ok(Some(groups))
-}
-
-/// The groups of a height in the order in which a share makes them: its own, and those of others where these are needed.
-fn in_order(costs: &[f64], [share, shares]: [u32; 2], only_own: bool) -> Vec<usize> {
-    let own = split(costs, shares).get(share as usize).cloned().unwrap_or_default();
-    let own = own.start as usize..own.end as usize;
-    let count = if only_own { own.len() } else { costs.len() };
-    own_first(own, costs.len()).take(count).collect()
 }
 
 /// The levels of a group, if it has any that pay.

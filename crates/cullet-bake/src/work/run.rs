@@ -3,7 +3,8 @@
 use std::ops::Range;
 use std::sync::Mutex;
 
-use super::{Rounds, UnitFolder, own_first, split, tile};
+use super::split::own_first;
+use super::{Rounds, UnitFolder, split, tile};
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -56,8 +56,21 @@ fn cut(costs: &[f64], units: u32, until: impl Fn(f64, f64) -> f64) -> Vec<Range<
 
 /// The numbers of a list in the order in which a share of it is worked on: its own first, then those of others from the
 /// other end, for the others come from this one.
-pub fn own_first(own: Range<usize>, count: usize) -> impl Iterator<Item = usize> {
+pub(super) fn own_first(own: Range<usize>, count: usize) -> impl Iterator<Item = usize> {
     own.clone().chain((own.end..count).chain(0..own.start).rev())
+}
+
+/// The numbers of items that cost so much, in the order in which share `[i, n]` of them is worked on, with i from 0: its own,
+/// as [`split`] cuts them, the most costly first; then, unless `only_own`, those of the others, for what they have not done by then.
+#[must_use]
+pub fn order_of_share(costs: &[f64], [share, shares]: [u32; 2], only_own: bool) -> Vec<usize> {
+    let own = split(costs, shares).get(share as usize).cloned().unwrap_or_default();
+    let own = own.start as usize..own.end as usize;
+    let own_count = own.len();
+    let most = if only_own { own_count } else { costs.len() };
+    let mut order: Vec<usize> = own_first(own, costs.len()).take(most).collect();
+    order[..own_count].sort_by(|&a, &b| costs[b].total_cmp(&costs[a]));
+    order
 }
 
 /// Of units that may overlap those that are laid end to end from the first item on, the longest first; and, in order, what
@@ -144,6 +157,13 @@ mod tests {
         assert_eq!(order(0..0, 3), [2, 1, 0]);
         assert_eq!(order(0..3, 3), [0, 1, 2]);
         assert_eq!(order(0..0, 0), []);
+        let costs = [1.0, 1.0, 1.0, 2.0, 1.0];
+        assert_eq!(order_of_share(&costs, [1, 2], false), [3, 4, 0, 1, 2]);
+        assert_eq!(order_of_share(&costs, [0, 2], true), [0, 1, 2]);
+        assert_eq!(order_of_share(&costs, [0, 1], true), [3, 0, 1, 2, 4]);
+        // More shares than items: some have none of their own.
+        assert_eq!(order_of_share(&[1.0], [5, 9], true), []);
+        assert_eq!(order_of_share(&[1.0], [5, 9], false), [0]);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use cullet::Scene;
 use cullet_bake::levels::LevelsError;
-use cullet_bake::work::{own_first, split};
+use cullet_bake::work::order_of_share;
 use cullet_command::args::BakeArgs;
 use cullet_command::console::{Console, count, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
@@ -324,22 +324,10 @@ fn resumes(args: &BakeArgs) -> bool {
     args.units.resume || args.units.unit.is_some()
 }
 
-/// The numbers of items that cost so much, in the order in which they are made, the largest first: all, or this process's
-/// share of them, and after these, where they are needed too, those of others.
+/// The numbers of items that cost so much, in the order in which they are made: all, or this process's share of them and after
+/// these, where they are needed too, those of others.
 fn order(costs: &[f64], needs_all: bool, args: &BakeArgs) -> Vec<usize> {
-    let count = costs.len();
-    let own = match args.units.share() {
-        None => 0..count,
-        Some([share, shares]) => {
-            let own = split(costs, shares).get(share as usize).cloned().unwrap_or_default();
-            own.start as usize..own.end as usize
-        }
-    };
-    let own_count = own.len();
-    let most = if needs_all { count } else { own_count };
-    let mut order: Vec<usize> = own_first(own, count).take(most).collect();
-    order[..own_count].sort_by(|&a, &b| costs[b].total_cmp(&costs[a]));
-    order
+    order_of_share(costs, args.units.share().unwrap_or([0, 1]), !needs_all)
 }
 
 /// Each kind of levels takes about as long as its triangles are many.
