@@ -158,7 +158,7 @@ mod tests {
         assert_eq!(order(0..3, 3), [0, 1, 2]);
         assert_eq!(order(0..0, 0), []);
         let costs = [1.0, 1.0, 1.0, 2.0, 1.0];
-        assert_eq!(order_of_share(&costs, [1, 2], false), [3, 4, 0, 1, 2]);
+        assert_eq!(order_of_share(&costs, [1, 2], false), [3, 4, 2, 1, 0]);
         assert_eq!(order_of_share(&costs, [0, 2], true), [0, 1, 2]);
         assert_eq!(order_of_share(&costs, [0, 1], true), [3, 0, 1, 2, 4]);
         // More shares than items: some have none of their own.
