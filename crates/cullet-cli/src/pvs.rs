@@ -1,6 +1,6 @@
 //! `cullet pvs`: which cells of a map see each other.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;

@@ -268,7 +268,9 @@ fn verify(
     let read = |bytes: &[u8]| ciborium::from_reader::<Found, _>(bytes).ok();
     let found = units.read(made, read)?.unwrap_or_else(|| work.found.into_values().collect());
     match end {
-        RunEnd::Stopped => drop(units.tell_stopped(console)),
+        RunEnd::Stopped => {
+            units.tell_stopped(console);
+        }
         RunEnd::Share => units.tell_done(console),
         RunEnd::Whole => {}
     }

@@ -92,8 +92,8 @@ pub(super) fn share(
 ) -> Result<(), Failure> {
     let pays = |mesh: &u32| may_pay(model, *mesh);
     let meshes: Vec<u32> = baked.meshes.iter().map(|one| one.mesh).filter(pays).collect();
-    let triangles = |&mesh: &u32| model.scene.meshes()[mesh as usize].triangle_count().into();
-    let own = order(&meshes.iter().map(triangles).collect::<Vec<f64>>(), false, args);
+    let triangles = |&mesh: &u32| f64::from(model.scene.meshes()[mesh as usize].triangle_count());
+    let own = order(&meshes.iter().map(triangles).collect::<Vec<_>>(), false, args);
     let mut progress = console.progress("impostors of meshes", own.len() as u64);
     // A mesh that is not for it is told of once all is joined.
     let quiet = Console::new(true, None);

@@ -238,7 +238,7 @@ fn share(model: &mut Model, rigid: bool, args: &BakeArgs, console: &Console) -> 
     let order_of_jobs = order(&costs_of(&jobs), needs_all, args);
     let made = run_jobs(model, &jobs, &order_of_jobs, Some(&folder), args, console)?;
     if args.occluders {
-        let triangles = |&m: &u32| model.scene.meshes()[m as usize].triangle_count().into();
+        let triangles = |&m: &u32| f64::from(model.scene.meshes()[m as usize].triangle_count());
         let costs: Vec<f64> = meshes.iter().map(triangles).collect();
         let own: Vec<u32> = order(&costs, false, args).into_iter().map(|k| meshes[k]).collect();
         occluders::make(model, &own, Some(&folder), resumes(args), threads(args), console)?;
