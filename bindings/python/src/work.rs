@@ -207,7 +207,7 @@ impl PyJob {
         self.with(py, |job| Ok(job.shares().into()))
     }
 
-    /// The units that the round lacks beside those that there are, of even cost, so many at the most.
+    /// The units that the round lacks beside those that there are, so many at the most, the largest first.
     fn missing(&self, py: Python<'_>, have: Vec<Items>, units: u32) -> PyResult<Vec<Items>> {
         let missing = self.with(py, |job| Ok(job.missing(&ranges(&have), units)))?;
         Ok(missing.into_iter().map(|r| (r.start, r.end)).collect())

@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 
 from cullet import FileError, _native, distributed
-from cullet.distributed import _worker
+from cullet.distributed import _driver, _worker
 
 SCENE = "city:objects=150"
 SETTINGS: dict[str, Any] = {"view_cells": 10, "heights": (0.5, 3.0), "rays": 400_000}
@@ -168,6 +168,56 @@ def test_what_lay_on_a_lost_node_is_handed_over_again() -> None:
         assert 0.1 in results and len(results) == 2
 
 
+def test_workers_cut_rounds_as_the_driver_does(plan: distributed.Plan, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_worker._here, "held", None)
+    job = _native.Job(plan.text, plan.scene)
+    wanted = job.missing([], 5)
+    ask = (plan.text, plan.scene, None)
+    made = _worker.run_unit(*ask, _worker.Share(2, 5), 0, 1, 0, None)
+    assert made == _worker.Unit(wanted[2], job.run(wanted[2]))
+    # A round may have fewer items than units are asked for.
+    assert _worker.run_unit(*ask, _worker.Share(1 << 20, 1 << 21), 0, 1, 0, None) is None
+    sizes = [end - begin for begin, end in wanted]
+    assert sizes[0] > sizes[-1]
+
+
+def test_a_round_that_is_begun_and_is_none_changes_nothing(
+    plan: distributed.Plan, expected: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Where the last round finds enough, or takes more rays than expected, the next was begun already.
+    monkeypatch.setattr(_driver, "_is_last", lambda job: False)
+    engine = distributed.Processes(2)
+    try:
+        for _ in range(2):
+            assert distributed.run(plan, engine).sets == expected
+    finally:
+        engine.close()
+
+
+def test_what_is_handed_over_lies_in_a_file_for_as_long_as_it_is_held() -> None:
+    engine = distributed.Processes(1)
+    try:
+        value = engine.share([7, 8])
+        place = Path(value.place.path)
+        handles = [engine.submit(len, value), engine.submit(sum, value)]
+        while len(engine.ended(handles, 30.0)) < 2:
+            pass
+        assert [engine.result(handle) for handle in handles] == [2, 15]
+        assert place.exists()
+        del value
+        assert not place.exists()
+        # A task whose value is gone fails, and the process lives on.
+        lost = engine.share("gone")
+        os.unlink(lost.place.path)
+        late = engine.submit(len, lost)
+        engine.ended([late], 30.0)
+        with pytest.raises(FileNotFoundError):
+            engine.result(late)
+        assert engine.result(engine.submit(len, "here")) == 4
+    finally:
+        engine.close()
+
+
 @pytest.mark.parametrize("data", ["CULLET_DATA"], indirect=True)
 def test_a_map_is_the_same_with_its_sets_in_it(data: Path, tmp_path: Path) -> None:
     made = distributed.plan(data / "portals" / "gen_small.prt")
@@ -222,14 +272,15 @@ def test_two_drivers_may_share_a_folder(plan: distributed.Plan, expected: bytes,
 
 
 class Failing(distributed.Here):
-    """Fails units of a round: those that begin with an item, always or so often."""
+    """Fails the first unit of a round, so often."""
 
-    def __init__(self, first: int, times: int) -> None:
-        self.first, self.times, self.tries = first, times, 0
+    def __init__(self, times: int) -> None:
+        self.times, self.tries = times, 0
 
     def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
-        items, number = arguments[3], arguments[4]
-        if items[0] == self.first and number == 1 and self.tries < self.times:
+        what, number = arguments[3], arguments[4]
+        first = what.number == 0 if isinstance(what, _worker.Share) else what[0] == 0
+        if first and number == 1 and self.tries < self.times:
             self.tries += 1
             return super().submit(self.fail)
         return super().submit(task, *arguments)
@@ -242,13 +293,13 @@ def test_a_unit_that_always_fails_is_named_and_the_rest_is_kept(
     plan: distributed.Plan, expected: bytes, tmp_path: Path
 ) -> None:
     with pytest.raises(distributed.UnitsFailed, match="round 1.*items 0 to .*MemoryError: no room.*goes on") as raised:
-        distributed.run(plan, Failing(0, 1000), folder=tmp_path, units=4, retries=2)
+        distributed.run(plan, Failing(1000), folder=tmp_path, units=4, retries=2)
     ((begin, end),) = raised.value.failed
     folder = _native.UnitFolder(tmp_path)
     kept = sorted(folder.units(plan.key, 1))
     assert begin == 0 and kept[0][0] == end and len(kept) == 3
     # A unit that fails and then does not is none the worse.
-    failing = Failing(0, 2)
+    failing = Failing(2)
     assert distributed.run(plan, failing, folder=tmp_path, units=4, retries=2).sets == expected
     assert failing.tries == 2
 
@@ -314,10 +365,10 @@ def test_a_node_without_the_file_is_handed_it_once(data: Path, tmp_path: Path, m
     ask = (made.text, elsewhere, made.content, (0, 1), 0, 1, 0)
     assert _worker.run_unit(*ask, None) == _worker.NeedsScene()
     first = _worker.run_unit(*ask, here.read_bytes())
-    assert isinstance(first, bytes)
+    assert isinstance(first, _worker.Unit)
     monkeypatch.setattr(_worker._here, "held", None)
     assert _worker.run_unit(*ask, None) == first, "the second worker of the node finds it"
-    assert first == _native.Job(made.text, str(here)).run((0, 1))
+    assert first.found == _native.Job(made.text, str(here)).run((0, 1))
     # Who comes late is handed all that was found.
     assert _worker.run_unit(made.text, elsewhere, made.content, (0, 1), 1, 1, 0, None) == _worker.Behind(0)
 

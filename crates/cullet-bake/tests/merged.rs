@@ -224,10 +224,34 @@ fn what_was_stopped_goes_on_from_what_is_kept() {
     assert!(kept(&scene, &options, &|_| true).1 > found);
     let colors = vec![[0.5; 4]; scene.meshes()[0].positions().len()];
     let own = MeshAttributes { colors: &colors, ..MeshAttributes::default() };
-    let input = MergeInput { attributes: &[own], keep: Some(&shelf) };
+    let input = MergeInput { attributes: &[own], keep: Some(&shelf), share: None };
     shelf.read.store(0, Ordering::Relaxed);
     cullet_bake::merged::merge(&scene, &input, &options, |_| true).unwrap();
     assert_eq!(shelf.read.load(Ordering::Relaxed), 0);
+}
+
+#[test]
+fn shares_join_to_the_groups_of_one_whatever_is_lost() {
+    let scene = village(&mut Rng(5));
+    let options = MergeOptions::default();
+    let whole = merge(&scene, &options, |_| true).unwrap().unwrap();
+    let shelf = Shelf::default();
+    let share = |share| {
+        let input = MergeInput { keep: Some(&shelf), share, ..MergeInput::default() };
+        let made = cullet_bake::merged::merge(&scene, &input, &options, |_| true).unwrap().unwrap();
+        (made, shelf.kept.lock().unwrap().len(), shelf.read.swap(0, Ordering::Relaxed))
+    };
+    let (none, first, read) = share(Some([1, 3]));
+    assert!(none.is_empty() && first > 0 && read == 0);
+    // Who comes later makes what lacks and nothing else: all but the topmost, of which each has its own.
+    let (_, second, read) = share(Some([0, 3]));
+    assert!(second >= first && read > 0, "{second} {first} {read}");
+    assert_eq!(share(Some([1, 3])), (Vec::new(), second, first));
+    let lost = *shelf.kept.lock().unwrap().keys().min().unwrap();
+    shelf.kept.lock().unwrap().remove(&lost);
+    let (made, all, read) = share(None);
+    assert!(made == whole && read == second - 1 && all >= second);
+    assert_eq!(share(None).2, all);
 }
 
 /// A wall of square plates side by side, each in its own place of one picture: in its u are the halves of the plate, which
@@ -267,7 +291,7 @@ fn groups_keep_texture_coordinates_and_their_seams() {
     let (scene, uvs) = plates();
     let colors = vec![[1.0; 4]; uvs.len()];
     let attributes = [MeshAttributes { uvs: &uvs, colors: &colors }];
-    let input = MergeInput { attributes: &attributes, keep: None };
+    let input = MergeInput { attributes: &attributes, ..MergeInput::default() };
     let options = MergeOptions::default();
     let groups = cullet_bake::merged::merge(&scene, &input, &options, |_| true).unwrap().unwrap();
     let plain = merge(&scene, &options, |_| true).unwrap().unwrap();

@@ -336,27 +336,36 @@ fn opening_a_baked_file() {
     }
 }
 
-#[test]
-fn shares_of_the_meshes_join_to_the_same_bytes() {
+/// Bakes a model in shares, one of three never begun and one done twice; joined it has the bytes of one process.
+fn shares_join(model: &Model, options: &[&str], kinds: &[&str]) {
     let folder = Folder::new("shares");
-    let (plain, out, whole) =
-        (folder.path("plain.glb"), folder.path("out.glb"), folder.path("whole.glb"));
-    save(&model(), Path::new(&plain)).unwrap();
-    figures(&[&plain, "-o", &whole, "--occluders"]);
-    // One of three is never begun, and one is done twice.
+    let [plain, out, whole] = ["plain.glb", "out.glb", "whole.glb"].map(|name| folder.path(name));
+    save(model, Path::new(&plain)).unwrap();
+    figures(&[&[plain.as_str(), "-o", &whole], options].concat());
+    let of = [&[plain.as_str(), "-o", &out], options].concat();
     for share in ["3/3", "1/3", "3/3"] {
-        let said = Command::new(env!("CARGO_BIN_EXE_cullet-baker"))
-            .args(["bake", &plain, "-o", &out, "--occluders", "--unit", share])
-            .output()
-            .unwrap();
-        assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
-        assert!(
-            String::from_utf8_lossy(&said.stdout).contains(&format!("share {} of 3", &share[..1]))
-        );
+        let said = baker(&[&of[..], &["--unit", share]].concat());
+        assert!(said.status.success(), "{}", told(&said));
+        assert!(told(&said).contains(&format!("share {} of 3", &share[..1])), "{}", told(&said));
         assert!(!Path::new(&out).exists(), "a share writes no file");
     }
-    let kept = std::fs::read_dir(format!("{out}.units")).unwrap().count() as u64;
-    let record = figures(&[&plain, "-o", &out, "--occluders", "--resume"]);
-    assert!(kept > 0 && record["resumed"] == kept, "{kept} of {}", record["resumed"]);
+    let files = || -> Vec<_> {
+        std::fs::read_dir(format!("{out}.units")).unwrap().map(|f| f.unwrap().path()).collect()
+    };
+    let there =
+        |kind: &str| files().iter().filter(|f| f.extension().is_some_and(|e| e == kind)).count();
+    kinds.iter().for_each(|kind| assert!(there(kind) > 0, "{kind}"));
+    // What is damaged is made again.
+    let damaged = files().into_iter().min().unwrap();
+    std::fs::write(&damaged, b"torn").unwrap();
+    let kept = files().len() as u64;
+    let record = figures(&[&of[..], &["--resume"]].concat());
+    assert_eq!(record["resumed"], kept - 1);
     assert!(bytes(&out) == bytes(&whole));
+}
+
+#[test]
+fn shares_join_to_the_bytes_of_one_process() {
+    shares_join(&model(), &["--occluders"], &["levels", "occluders"]);
+    shares_join(&row(), &["--merge", "--threads", "1"], &["levels", "group"]);
 }

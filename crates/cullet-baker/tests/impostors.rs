@@ -94,3 +94,28 @@ fn impostors_are_made_where_they_pay_and_are_the_same_with_any_threads() {
     let back = load(Path::new(&without), &options).unwrap();
     assert!(back.scene.levels(0).iter().all(|l| l.impostor.is_none()));
 }
+
+#[test]
+fn shares_of_impostors_join_to_the_bytes_of_one_process() {
+    let folder = Folder::new("impostor-shares");
+    let [plain, out, whole] = ["plain.glb", "out.glb", "whole.glb"].map(|name| folder.path(name));
+    save(&model(), Path::new(&plain)).unwrap();
+    figures(&[&plain, "-o", &whole, "--impostors", "--merge"]);
+    let units = format!("{out}.units");
+    let impostors = || {
+        let files = std::fs::read_dir(&units).unwrap().map(|f| f.unwrap().path());
+        files.filter(|f| f.extension().is_some_and(|e| e == "impostor")).count()
+    };
+    // There is one impostor, which one of the shares makes.
+    let made = ["2/2", "1/2"].map(|share| {
+        let program = env!("CARGO_BIN_EXE_cullet-baker");
+        let args = ["bake", &plain, "-o", &out, "--impostors", "--merge", "--unit", share];
+        let output = Command::new(program).args(args).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        impostors()
+    });
+    assert_eq!(made, [0, 1]);
+    let record = figures(&[&plain, "-o", &out, "--impostors", "--merge", "--resume"]);
+    assert_eq!(record["resumed"], std::fs::read_dir(&units).unwrap().count());
+    assert!(std::fs::read(&out).unwrap() == std::fs::read(&whole).unwrap());
+}

@@ -1,6 +1,6 @@
 //! `cullet pvs`: which cells of a map see each other.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
@@ -8,9 +8,10 @@ use cullet::cell::CellGraph;
 use cullet_bake::pvs::{Bake, Pvs, PvsPreset, SightCheck, check_sight_ref};
 use cullet_bake::work::{Rounds, RunEnd, RunOptions};
 use cullet_command::args::{SceneArgs, UnitArgs};
-use cullet_command::console::{Console, agree, count, digits, grouped, interrupted, percent};
+use cullet_command::console::{Console, agree, count, digits, grouped, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
+use cullet_command::units::Units;
 use cullet_command::{inputs, parse};
 use cullet_io::{ErrorKind, LoadError, Model};
 use cullet_measure::process;
@@ -152,28 +153,15 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
     }
     let begin = (Instant::now(), process::cpu_time());
     let mut bake = Bake::new(&source.graph, &settings.of_cells(), threads);
-    let folder = args.units.folder(&args.file)?;
-    let options = RunOptions {
-        threads,
-        folder: folder.as_ref().map(|(_, folder)| folder),
-        share: args.units.share(),
-        ..RunOptions::default()
-    };
-    let bar = console.share_bar();
-    let end = bake.run(&options, &|share| {
-        bar.to(share);
-        !interrupted()
-    });
-    bar.finish();
-    let at = folder.as_ref().map_or(Path::new(""), |(path, _)| path);
-    match end.map_err(|e| Failure::write(at, &e))? {
+    let units = Units::open(&args.units, &args.file)?;
+    let options = RunOptions { threads, ..RunOptions::default() };
+    match units.run(&mut bake, &options, console)? {
         RunEnd::Whole => {}
         RunEnd::Stopped => {
-            let (round, rounds) = (bake.round(), bake.rounds());
-            console.note(match folder {
-                Some(_) => format!(
-                    "interrupted in round {} of {rounds}; the same command goes on from {}",
-                    round + 1,
+            let (round, rounds) = (bake.round() + 1, bake.rounds());
+            console.note(match units.folder() {
+                Some(at) => format!(
+                    "interrupted in round {round} of {rounds}; the same command goes on from {}",
                     at.display()
                 ),
                 None => "interrupted, and nothing is kept; --resume would keep it".to_owned(),
@@ -181,7 +169,7 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
             return Ok(Exit::Interrupted);
         }
         RunEnd::Share => {
-            console.line(args.units.done(at));
+            units.tell_done(console);
             return Ok(Exit::Fine);
         }
     }
@@ -243,7 +231,7 @@ fn run_scene(
     threads: usize,
     console: &Console,
 ) -> Outcome {
-    let folder = args.units.folder(&args.file)?;
+    let units = Units::open(&args.units, &args.file)?;
     let common = pvs_scene::Common {
         file: &args.file,
         out: args.out.as_deref(),
@@ -252,8 +240,7 @@ fn run_scene(
         threads,
         settings,
         check: args.check,
-        folder: folder.as_ref(),
-        units: &args.units,
+        units: &units,
     };
     pvs_scene::run(&args.scene, model, &common, console)
 }

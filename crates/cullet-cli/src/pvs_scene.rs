@@ -1,6 +1,6 @@
 //! `cullet pvs` of a scene without cells: sets of boxes that an eye may be in, by sampled lines.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use clap::Args;
@@ -8,11 +8,11 @@ use cullet_bake::sampled::{
     RayTree, RayTreeOptions, Region, SampledBake, SampledError, ScenePvs, SolidVoxels, ViewCells,
     check_pictures,
 };
-use cullet_bake::work::{RunEnd, RunOptions, UnitFolder};
-use cullet_command::args::UnitArgs;
-use cullet_command::console::{Console, count, digits, grouped, interrupted, percent};
+use cullet_bake::work::{RunEnd, RunOptions};
+use cullet_command::console::{Console, count, digits, grouped, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
+use cullet_command::units::Units;
 use cullet_io::Model;
 use cullet_measure::process;
 use cullet_work::{SceneSettings, Settings};
@@ -66,8 +66,7 @@ pub(crate) struct Common<'a> {
     /// Pictures to check the sets with.
     pub(crate) check: Option<u64>,
     /// Where finished units are kept, and whose share is to be done.
-    pub(crate) folder: Option<&'a (PathBuf, UnitFolder)>,
-    pub(crate) units: &'a UnitArgs,
+    pub(crate) units: &'a Units<'a>,
 }
 
 /// Pixels along each side of the six pictures from a place.
@@ -202,7 +201,9 @@ pub(crate) fn run(
     let cells = common.settings.view_cells(&tree).map_err(|e| failure(common.file, &e))?;
     let mut bake = SampledBake::new(&tree, &cells, &common.settings.sampled())
         .map_err(|e| failure(common.file, &e))?;
-    let end = bake_with_progress(&mut bake, common, console)?;
+    // Ctrl-C ends it with what was found until then.
+    let options = RunOptions { threads: common.threads, ..RunOptions::default() };
+    let end = common.units.run(&mut bake, &options, console)?;
     if let Some(exit) = told_of_units(end, common, console) {
         return Ok(exit);
     }
@@ -265,49 +266,21 @@ fn failure(file: &Path, error: &SampledError) -> Failure {
     Failure { exit, message: format!("{}: {error}", file.display()) }
 }
 
-/// Bakes; Ctrl-C ends it with what was found until then.
-fn bake_with_progress(
-    bake: &mut SampledBake<'_>,
-    common: &Common<'_>,
-    console: &Console,
-) -> Result<RunEnd, Failure> {
-    let bar = console.share_bar();
-    let folder = common.folder.map(|(_, folder)| folder);
-    let options = RunOptions {
-        threads: common.threads,
-        folder,
-        share: common.units.share(),
-        ..RunOptions::default()
-    };
-    let end = bake.run(&options, &|share| {
-        bar.to(share);
-        !interrupted()
-    });
-    bar.finish();
-    let at = common.folder.map_or(Path::new(""), |(path, _)| path);
-    end.map_err(|e| Failure::write(at, &e))
-}
-
 /// Says how a bake ended that leaves units; the exit code where nothing but those is wanted of it.
 fn told_of_units(end: RunEnd, common: &Common<'_>, console: &Console) -> Option<Exit> {
-    let folder = common.folder.map(|(path, _)| path);
-    match (end, folder) {
-        (RunEnd::Share, Some(folder)) => {
-            console.line(common.units.done(folder));
+    match end {
+        RunEnd::Share => {
+            common.units.tell_done(console);
             Some(Exit::Fine)
         }
-        (RunEnd::Stopped, Some(folder)) => {
-            console
-                .note(format!("interrupted; the same command goes on from {}", folder.display()));
-            Some(Exit::Interrupted)
-        }
-        (RunEnd::Stopped, None) => {
+        RunEnd::Stopped if common.units.tell_stopped(console) => Some(Exit::Interrupted),
+        RunEnd::Stopped => {
             console.note(
                 "interrupted: the sets hold what was found until then; --resume would keep it to go on",
             );
             None
         }
-        _ => None,
+        RunEnd::Whole => None,
     }
 }
 

@@ -6,11 +6,12 @@ use std::sync::{Mutex, PoisonError};
 
 use clap::Args;
 use cullet::{Stage, View};
-use cullet_bake::work::{self, OneRound, RunEnd, RunOptions, content_hash};
+use cullet_bake::work::{OneRound, RunEnd, content_hash};
 use cullet_command::args::{InputArgs, UnitArgs};
-use cullet_command::console::{Console, agree, count, digits, grouped, interrupted, percent};
+use cullet_command::console::{Console, agree, count, digits, grouped, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
+use cullet_command::units::Units;
 use cullet_command::{inputs, occluders, sets};
 use cullet_draw::{FalseCull, Verification};
 use cullet_io::recording::Recording;
@@ -204,10 +205,6 @@ pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
     if let Some(path) = &args.record {
         recording::write(&ended.recording, path, console)?;
     }
-    if args.units.unit.is_some() && ended.complete {
-        let at = args.units.path(Path::new(&args.input.scene.scene)).unwrap_or_default();
-        console.line(args.units.done(&at));
-    }
     let mut stated = stated;
     if let Some(stated) = &mut stated {
         ended.stated.iter().for_each(|one| stated.join(one));
@@ -233,8 +230,7 @@ fn verify(
     stated: Option<Stated>,
     console: &Console,
 ) -> Result<Ended, Failure> {
-    let folder = args.units.folder(Path::new(&args.input.scene.scene))?;
-    let bar = console.share_bar();
+    let units = Units::open(&args.units, Path::new(&args.input.scene.scene))?;
     let work = Mutex::new(work);
     let lock = || work.lock().unwrap_or_else(PoisonError::into_inner);
     let make = |item: u32| {
@@ -261,36 +257,22 @@ fn verify(
         found.insert(item, one);
         Some(bytes)
     };
-    let key = if folder.is_some() { key(args, views.len()) } else { 0 };
+    let key = if units.folder().is_some() { key(args, views.len()) } else { 0 };
     let mut rounds = OneRound::new(key, vec![1.0; views.len()], make);
-    let options = RunOptions {
-        folder: folder.as_ref().map(|(_, folder)| folder),
-        share: args.units.share(),
-        // Each view is kept as soon as it is done.
-        units: u32::MAX,
-        ..RunOptions::default()
-    };
-    let end = work::run(&mut rounds, &options, &|share| {
-        bar.to(share);
-        !interrupted()
-    });
-    bar.finish();
-    let at = folder.as_ref().map_or(Path::new(""), |(path, _)| path);
-    let end = end.map_err(|e| Failure::write(at, &e))?;
-    let all = rounds.finish();
+    let end = units.run_each(&mut rounds, console)?;
+    let made = rounds.finish();
     let work = work.into_inner().unwrap_or_else(PoisonError::into_inner);
     if let Some(failure) = work.failure {
         return Err(failure);
     }
-    let read = |bytes: &Vec<u8>| ciborium::from_reader::<Found, _>(&bytes[..]).ok();
-    let damaged =
-        || Failure::input(format!("{}: units of another cullet; delete it", at.display()));
-    let found: Vec<Found> = match all {
-        Some(all) => all.iter().map(read).collect::<Option<_>>().ok_or_else(damaged)?,
-        None => work.found.into_values().collect(),
-    };
-    if end == RunEnd::Stopped && folder.is_some() {
-        console.note(format!("interrupted; the same command goes on from {}", at.display()));
+    let read = |bytes: &[u8]| ciborium::from_reader::<Found, _>(bytes).ok();
+    let found = units.read(made, read)?.unwrap_or_else(|| work.found.into_values().collect());
+    match end {
+        RunEnd::Stopped => {
+            units.tell_stopped(console);
+        }
+        RunEnd::Share => units.tell_done(console),
+        RunEnd::Whole => {}
     }
     let stated = found.iter().filter_map(|one| one.stated).collect();
     Ok(Ended {

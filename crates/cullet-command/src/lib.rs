@@ -25,3 +25,4 @@ pub mod occluders;
 pub mod parse;
 pub mod program;
 pub mod sets;
+pub mod units;

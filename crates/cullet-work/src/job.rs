@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 
 use cullet_bake::pvs::{Bake, Pvs};
 use cullet_bake::sampled::{RayTree, RayTreeOptions, SampledBake, SampledError, ScenePvs};
-use cullet_bake::work::{Rounds, split, tile};
+use cullet_bake::work::{Rounds, taper, tile};
 
 use crate::error::WorkError;
 use crate::plan::{Plan, Product};
@@ -133,11 +133,12 @@ impl Job {
         self.state.shares
     }
 
-    /// The units that the round lacks beside those that there are, cut into at most so many of even cost, and where others lie between.
+    /// The units that the round lacks beside those that there are, cut into at most so many, and where others lie between. The
+    /// first are the largest (see [`taper`]). Of a round of which there are none, the same for whoever holds the job.
     #[must_use]
     pub fn missing(&self, have: &[Range<u32>], units: u32) -> Vec<Range<u32>> {
         let (_, gaps) = tile(have.to_vec(), self.item_count());
-        let planned = split(&self.state.costs, units);
+        let planned = taper(&self.state.costs, units);
         let cut =
             |gap: &Range<u32>, unit: &Range<u32>| gap.start.max(unit.start)..gap.end.min(unit.end);
         let all = gaps.iter().flat_map(|gap| planned.iter().map(move |unit| cut(gap, unit)));

@@ -11,6 +11,7 @@ use super::tree::{Node, tree};
 use super::{Member, MergeInput, MergeOptions, MergedGroup, MeshAttributes};
 use crate::levels::{LevelsError, Within, chain_of};
 use crate::threads;
+use crate::work::order_of_share;
 
 /// Errors that are stated are so much larger than the largest distance that was found, for the points that were not measured.
 const STATED: f32 = 1.05;
@@ -31,7 +32,12 @@ pub(super) fn build(
     let mut made: Vec<Option<Made>> = nodes.iter().map(|_| None).collect();
     let tallest = nodes.iter().map(|n| n.height).max().unwrap_or(0);
     for height in 0..=tallest {
-        let now: Vec<usize> = (0..nodes.len()).filter(|&n| nodes[n].height == height).collect();
+        let mut now: Vec<usize> = (0..nodes.len()).filter(|&n| nodes[n].height == height).collect();
+        if let Some(share) = input.share {
+            let costs: Vec<f64> = now.iter().map(|&n| triangles(&nodes[n]) as f64).collect();
+            let order = order_of_share(&costs, share, height == tallest);
+            now = order.into_iter().map(|at| now[at]).collect();
+        }
         let job = |_: &mut (), at: usize| {
             let number = now[at];
             let count = triangles(&nodes[number]);
@@ -57,6 +63,9 @@ pub(super) fn build(
         for (number, found) in now.into_iter().zip(found) {
             made[number] = found?;
         }
+    }
+    if input.share.is_some() {
+        return Ok(Some(Vec::new()));
     }
     // Groups that are none hand their members on.
     let mut number_of = vec![None; nodes.len()];

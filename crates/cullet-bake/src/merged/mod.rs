@@ -129,12 +129,20 @@ pub struct MergeInput<'a> {
     pub attributes: &'a [MeshAttributes<'a>],
     /// Where finished groups are kept, and found again.
     pub keep: Option<&'a dyn Keep>,
+    /// Do only the i-th of n shares, `[i, n]` with i from 0, for others to find where finished groups are kept; nothing comes of it
+    /// here. At each level of the tree its own groups are made first; those of others that are not there by then too, but for
+    /// the topmost, which nobody needs. Default: all.
+    pub share: Option<[u32; 2]>,
 }
 
 impl std::fmt::Debug for MergeInput<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (attributes, keep) = (self.attributes.len(), self.keep.is_some());
-        f.debug_struct("MergeInput").field("attributes", &attributes).field("keep", &keep).finish()
+        f.debug_struct("MergeInput")
+            .field("attributes", &attributes)
+            .field("keep", &keep)
+            .field("share", &self.share)
+            .finish()
     }
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::cells::ViewCells;
 use super::line::Tracer;
 use super::near::NearTargets;
-use super::plan::{FOLLOWED, RAYS_AROUND, Sweep, Waiting, plan};
+use super::plan::{FOLLOWED, RAYS_AROUND, RAYS_SWEPT, Sweep, Waiting, plan};
 use super::sets::{ScenePvs, scene_hash};
 use super::tree::RayTree;
 use super::unit::{Discovery, Findings, Known, LINES, Work};
@@ -42,6 +42,8 @@ pub struct SampledBake<'a> {
     rays: u64,
     /// What a line around which is looked took in the last round.
     rays_around: u64,
+    /// What a sweep took in the last round that had some.
+    rays_swept: u64,
     /// The items of the round that is next; none once the settings are met.
     planned: Vec<Work>,
     rounds: u32,
@@ -134,6 +136,7 @@ impl<'a> SampledBake<'a> {
             waiting: Waiting::new(),
             rays: 0,
             rays_around: RAYS_AROUND,
+            rays_swept: RAYS_SWEPT,
             planned: Vec::new(),
             rounds: 0,
         };
@@ -276,9 +279,14 @@ impl Rounds for SampledBake<'_> {
         false
     }
 
+    /// Times, in such a measure that their sum is that of the rays.
     fn costs(&self) -> Vec<f64> {
-        let cost = |work: &Work| work.rays(&self.sweeps, self.rays_around) as f64;
-        self.planned.iter().map(cost).collect()
+        let rays = |work: &Work| work.rays(&self.sweeps, self.rays_around);
+        let time = |work: &Work| work.time(&self.sweeps, self.rays_around, self.rays_swept);
+        let all: u64 = self.planned.iter().map(rays).sum();
+        let times: Vec<f64> = self.planned.iter().map(time).collect();
+        let of_a_ray = times.iter().sum::<f64>() / all.max(1) as f64;
+        times.into_iter().map(|time| time / of_a_ray.max(f64::MIN_POSITIVE)).collect()
     }
 
     fn share(&self, cost: f64) -> f64 {
@@ -319,12 +327,23 @@ impl Rounds for SampledBake<'_> {
     fn merge(&mut self, parts: Vec<SampledPart>) {
         let units = std::mem::take(&mut self.planned);
         let (mut around, mut lines) = (0, 0);
+        let (mut swept, mut sweeps) = (0, 0_u64);
         for (unit, found) in units.iter().zip(parts.iter().flat_map(|part| &part.0)) {
             self.take(unit, found);
-            if matches!(unit, Work::Around) {
-                around += found.rays;
-                lines += u64::from(LINES);
+            match unit {
+                Work::Around => {
+                    around += found.rays;
+                    lines += u64::from(LINES);
+                }
+                Work::Sweep(_) => {
+                    swept += found.rays;
+                    sweeps += 1;
+                }
+                _ => {}
             }
+        }
+        if sweeps > 0 {
+            self.rays_swept = swept.div_ceil(sweeps).max(1);
         }
         self.rays_around = around.div_ceil(lines.max(1)).max(1);
         self.looks.iter_mut().for_each(Looks::end_round);

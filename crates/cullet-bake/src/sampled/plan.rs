@@ -9,7 +9,7 @@ pub(super) const FOLLOWED: usize = 64;
 
 /// Rays that following one up takes, about; and those of a sweep of a cell that was never swept.
 const RAYS_FOLLOWED: u64 = 14;
-const RAYS_SWEPT: u64 = 256;
+pub(super) const RAYS_SWEPT: u64 = 256;
 /// Those of a line around which is looked, where nothing is known: of itself, and to all that stands beside what it meets.
 pub(super) const RAYS_AROUND: u64 = 9;
 
@@ -67,6 +67,20 @@ impl Work {
             Self::Around => lines * rays_around,
             Self::Follow(some) => some.len() as u64 * RAYS_FOLLOWED,
             Self::Sweep(cell) => sweeps[*cell as usize].cost(),
+        }
+    }
+
+    /// How long it is expected to take, in rays without an aim, to cut rounds into even units: as measured on the built-in city.
+    /// `rays_swept` is what sweeps took of late.
+    pub(super) fn time(&self, sweeps: &[Sweep], rays_around: u64, rays_swept: u64) -> f64 {
+        let rays = self.rays(sweeps, rays_around) as f64;
+        match self {
+            Self::Free | Self::Aimed => rays,
+            Self::Follow(_) => rays * 1.3,
+            Self::Around => rays * 2.2,
+            Self::Sweep(cell) if sweeps[*cell as usize].times == 0 => rays_swept as f64 * 2.6,
+            // Since its last sweep more is known to be seen, and so its border is longer.
+            Self::Sweep(_) => rays * 1.4 * 2.6,
         }
     }
 }

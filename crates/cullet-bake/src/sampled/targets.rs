@@ -85,7 +85,10 @@ impl Targets {
 
     /// The index of the instance that a number is of. The number must be one.
     pub(super) fn index_of(&self, target: u32) -> u32 {
-        self.first.partition_point(|&first| first <= target) as u32 - 1
+        match self.granularity {
+            Granularity::Instance => target,
+            Granularity::Cluster => self.first.partition_point(|&first| first <= target) as u32 - 1,
+        }
     }
 }
 
@@ -94,4 +97,11 @@ impl Targets {
 pub(super) struct Ball {
     pub(super) center: DVec3,
     pub(super) radius: f64,
+}
+
+impl Ball {
+    /// The smallest around a box.
+    pub(super) fn around([low, high]: [DVec3; 2]) -> Self {
+        Self { center: (low + high) * 0.5, radius: (high - low).length() * 0.5 }
+    }
 }

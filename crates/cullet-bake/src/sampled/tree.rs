@@ -46,6 +46,8 @@ pub struct RayTree<'a> {
     kept: Vec<u32>,
     /// By the index of a handle, the place of its body; `u32::MAX` for none.
     by_index: Vec<u32>,
+    /// Around each target; `None` for one that takes no part.
+    balls: Vec<Option<Ball>>,
 }
 
 /// An instance that takes part.
@@ -237,7 +239,12 @@ impl<'a> RayTree<'a> {
         let mut by_index = vec![u32::MAX; most as usize];
         (0..).zip(&bodies).for_each(|(at, b)| by_index[b.handle.index as usize] = at);
         kept.sort_unstable();
-        Ok(Self { scene, origin, targets, bodies, meshes, top, kept, by_index })
+        let balls = Vec::new();
+        let mut tree = Self { scene, origin, targets, bodies, meshes, top, kept, by_index, balls };
+        let ball = |target| tree.target_bounds(target).map(Ball::around);
+        // Needed with every line that is drawn.
+        tree.balls = (0..tree.targets.count()).map(ball).collect();
+        Ok(tree)
     }
 
     /// Numbers of what may be seen.
@@ -393,8 +400,7 @@ impl<'a> RayTree<'a> {
 
     /// A ball around a target.
     pub(super) fn ball(&self, target: u32) -> Option<Ball> {
-        let [low, high] = self.target_bounds(target)?;
-        Some(Ball { center: (low + high) * 0.5, radius: (high - low).length() * 0.5 })
+        self.balls.get(target as usize).copied().flatten()
     }
 
     /// The body of a target; `None` for one that takes no part.

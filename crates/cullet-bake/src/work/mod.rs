@@ -19,7 +19,7 @@ pub use crate::hash::hash as content_hash;
 pub use folder::UnitFolder;
 pub use one_round::OneRound;
 pub use run::{RunEnd, RunOptions, run};
-pub use split::{split, tile};
+pub use split::{order_of_share, split, taper, tile};
 
 /// Work in rounds.
 ///

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Mutex;
 
+use super::split::own_first;
 use super::{Rounds, UnitFolder, split, tile};
 
 /// How a run ended.
@@ -172,10 +173,10 @@ fn missing(
     only_own: bool,
 ) -> Vec<Range<u32>> {
     let bound = |share: u32| planned.len() * share as usize / shares.max(1) as usize;
-    let (own, before) = (bound(share)..bound(share + 1), 0..bound(share));
-    let others = (own.end..planned.len()).chain(before).rev().filter(|_| !only_own);
+    let own = bound(share)..bound(share + 1);
+    let count = if only_own { own.len() } else { planned.len() };
     let mut list = Vec::new();
-    for unit in own.clone().chain(others) {
+    for unit in own_first(own, planned.len()).take(count) {
         let Range { start, end } = planned[unit];
         let cut = left.iter().map(|gap| gap.start.max(start)..gap.end.min(end));
         list.extend(cut.filter(|items| !items.is_empty()));

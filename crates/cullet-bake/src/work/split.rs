@@ -2,12 +2,35 @@
 
 use std::ops::Range;
 
+/// How much more of a round the first unit of [`taper`] has than the last.
+const TAPER: f64 = 8.0;
+
 /// Cuts items into at most so many runs of nearly equal cost, in their order; none is empty. The most costly run is at most
 /// an even share and one item above it. Where costs are zero or no numbers, runs of equal length.
 #[must_use]
 pub fn split(costs: &[f64], units: u32) -> Vec<Range<u32>> {
+    cut(costs, units, |k, units| k / units)
+}
+
+/// As [`split`], but the first run costs eight times as much as the last, and those between less and less: for workers that take
+/// the next as they end one, so that the last is waited for only briefly and there are few for all that.
+///
+/// After T. H. Tzen and L. M. Ni, *Trapezoid self-scheduling*, 1993.
+#[must_use]
+pub fn taper(costs: &[f64], units: u32) -> Vec<Range<u32>> {
+    // Run k of n has a size of 1 + (TAPER - 1) (1 - k / (n - 1)); this is the sum of those before.
+    let before = |k: f64, last: f64| k + (TAPER - 1.0) * (k - k * (k - 1.0) / (2.0 * last));
+    cut(costs, units, |k, units| {
+        let last = (units - 1.0).max(1.0);
+        before(k, last) / before(units, last)
+    })
+}
+
+/// Cuts items into at most so many runs; `until` says which share of the cost lies in the first so many of all.
+fn cut(costs: &[f64], units: u32, until: impl Fn(f64, f64) -> f64) -> Vec<Range<u32>> {
     let count = costs.len() as u32;
     let units = units.clamp(1, count.max(1));
+    let until = |runs: u32| until(f64::from(runs), f64::from(units));
     let sound = |c: f64| if c.is_finite() { c.max(0.0) } else { 0.0 };
     let all: f64 = costs.iter().map(|&c| sound(c)).sum();
     if all <= 0.0 || all.is_infinite() {
@@ -19,8 +42,8 @@ pub fn split(costs: &[f64], units: u32) -> Vec<Range<u32>> {
     for (end, &cost) in (1..).zip(costs) {
         sum += sound(cost);
         let made = runs.len() as u32;
-        // What is past an even share is no part of the next.
-        if made + 1 < units && sum >= all * f64::from(made + 1) / f64::from(units) {
+        // What is past its share is no part of the next.
+        if made + 1 < units && sum >= all * until(made + 1) {
             runs.push(begin..end);
             begin = end;
         }
@@ -29,6 +52,25 @@ pub fn split(costs: &[f64], units: u32) -> Vec<Range<u32>> {
         runs.push(begin..count);
     }
     runs
+}
+
+/// The numbers of a list in the order in which a share of it is worked on: its own first, then those of others from the
+/// other end, for the others come from this one.
+pub(super) fn own_first(own: Range<usize>, count: usize) -> impl Iterator<Item = usize> {
+    own.clone().chain((own.end..count).chain(0..own.start).rev())
+}
+
+/// The numbers of items that cost so much, in the order in which share `[i, n]` of them is worked on, with i from 0: its own,
+/// as [`split`] cuts them, the most costly first; then, unless `only_own`, those of the others, for what they have not done by then.
+#[must_use]
+pub fn order_of_share(costs: &[f64], [share, shares]: [u32; 2], only_own: bool) -> Vec<usize> {
+    let own = split(costs, shares).get(share as usize).cloned().unwrap_or_default();
+    let own = own.start as usize..own.end as usize;
+    let own_count = own.len();
+    let most = if only_own { own_count } else { costs.len() };
+    let mut order: Vec<usize> = own_first(own, costs.len()).take(most).collect();
+    order[..own_count].sort_by(|&a, &b| costs[b].total_cmp(&costs[a]));
+    order
 }
 
 /// Of units that may overlap those that are laid end to end from the first item on, the longest first; and, in order, what
@@ -78,6 +120,26 @@ mod tests {
     }
 
     #[test]
+    fn runs_become_smaller_and_leave_nothing_out() {
+        let costs = vec![0.5; 10_000];
+        for units in [1, 2, 8, 100] {
+            let runs = taper(&costs, units);
+            assert_eq!(runs.len(), units as usize);
+            assert_eq!((runs[0].start, runs[runs.len() - 1].end), (0, 10_000));
+            assert!(runs.windows(2).all(|w| w[0].end == w[1].start));
+            assert!(runs.windows(2).all(|w| w[0].len() + 1 >= w[1].len()), "{units}: {runs:?}");
+            if units > 1 {
+                let (first, last) = (runs[0].len() as f64, runs[runs.len() - 1].len() as f64);
+                assert!((7.0..9.0).contains(&(first / last)), "{units}: {first} {last}");
+            }
+        }
+        assert_eq!(taper(&[], 3), []);
+        assert_eq!(taper(&[1.0, 1.0], 9), [0..1, 1..2]);
+        // One that costs all is by itself.
+        assert_eq!(taper(&[0.0, 9.0, 0.0], 3), [0..2, 2..3]);
+    }
+
+    #[test]
     fn runs_of_nothing_known_are_of_equal_length() {
         for cost in [0.0, f64::NAN, f64::INFINITY, -3.0] {
             assert_eq!(split(&[cost; 6], 3), [0..2, 2..4, 4..6]);
@@ -86,6 +148,22 @@ mod tests {
         assert_eq!(split(&[1.0], 3), [0..1]);
         // One that costs all is by itself, and what follows is not lost.
         assert_eq!(split(&[0.0, 9.0, 0.0], 3), [0..2, 2..3]);
+    }
+
+    #[test]
+    fn a_share_begins_with_its_own_and_meets_the_others() {
+        let order = |own, count| own_first(own, count).collect::<Vec<_>>();
+        assert_eq!(order(2..4, 6), [2, 3, 1, 0, 5, 4]);
+        assert_eq!(order(0..0, 3), [2, 1, 0]);
+        assert_eq!(order(0..3, 3), [0, 1, 2]);
+        assert_eq!(order(0..0, 0), []);
+        let costs = [1.0, 1.0, 1.0, 2.0, 1.0];
+        assert_eq!(order_of_share(&costs, [1, 2], false), [3, 4, 2, 1, 0]);
+        assert_eq!(order_of_share(&costs, [0, 2], true), [0, 1, 2]);
+        assert_eq!(order_of_share(&costs, [0, 1], true), [3, 0, 1, 2, 4]);
+        // More shares than items: some have none of their own.
+        assert_eq!(order_of_share(&[1.0], [5, 9], true), []);
+        assert_eq!(order_of_share(&[1.0], [5, 9], false), [0]);
     }
 
     #[test]

@@ -15,8 +15,8 @@ use cullet_draw::{
 use cullet_io::Model;
 use cullet_io::baked::{Baked, BakedLevels, LevelKind, Measured, geometry_hash, hash};
 
-use super::Record;
 use super::chunk::{Folder, stopped};
+use super::{Record, order, resumes};
 
 /// Counted up whenever the same mesh and options give another impostor.
 const VERSION: u32 = 1;
@@ -40,44 +40,21 @@ pub(super) fn add(
     if let Some(folder) = &args.impostor_sheets {
         std::fs::create_dir_all(folder).map_err(|e| Failure::write(folder, &e))?;
     }
-    let options = ImpostorOptions::default();
-    let threads = args.threads.map_or(0, |n| n as usize);
     let mut progress = console.progress("impostors of meshes", baked.meshes.len() as u64);
     for one in &mut baked.meshes {
         progress.steps(1);
         if interrupted() {
             return Err(stopped(kept));
         }
-        let mesh = &model.scene.meshes()[one.mesh as usize];
-        if left_at(&model.scene, one.mesh, LEAST_ERROR * radius(mesh)) < LEAST_TRIANGLES {
-            continue;
-        }
-        let name = model.mesh_names.get(one.mesh as usize).cloned().unwrap_or_default();
-        let key = kept.map(|folder| (folder, key(mesh, &options)));
-        let found =
-            key.filter(|_| args.units.resume).and_then(|(folder, key)| folder.read_impostor(key));
-        record.resumed += u64::from(found.is_some());
-        let made = match found {
-            Some(impostor) => impostor,
-            None => match in_pool(threads, || make_impostor(mesh, &options)) {
-                Ok((impostor, _)) => {
-                    if let Some((folder, key)) = key {
-                        folder.write_impostor(key, &impostor)?;
-                    }
-                    impostor
-                }
-                Err(problem) => {
-                    console.note(format!("note: mesh `{name}` has no impostor: {problem}"));
-                    continue;
-                }
-            },
-        };
+        let Some((made, was_there)) = make(model, one.mesh, kept, args, console)? else { continue };
+        record.resumed += u64::from(was_there);
         if left_at(&model.scene, one.mesh, made.error().into()) < LEAST_TRIANGLES {
             continue;
         }
         if let Some(folder) = &args.impostor_sheets {
             write_sheets(folder, one.mesh, &made, &colors(model, one.mesh))?;
         }
+        let name = name_of(model, one.mesh);
         let bytes = cullet_io::baked::impostor_to_bytes(&made).len() as u64;
         let held_by = match model.scene.add_impostor(one.mesh, made) {
             Ok(held_by) => held_by,
@@ -88,6 +65,7 @@ pub(super) fn add(
         };
         model.mesh_names.resize(held_by as usize, String::new());
         model.mesh_names.push(format!("{name}, {}", LevelKind::Impostor.name()));
+        let options = ImpostorOptions::default();
         let measured = Measured {
             points: options.directions,
             reverse_points: 0,
@@ -102,6 +80,77 @@ pub(super) fn add(
     progress.finish();
     record.impostors_seconds = start.elapsed().as_secs_f64();
     Ok(())
+}
+
+/// Makes this process's share of the impostors of meshes with levels, and keeps them.
+pub(super) fn share(
+    model: &Model,
+    baked: &Baked,
+    kept: &Folder,
+    args: &BakeArgs,
+    console: &Console,
+) -> Result<(), Failure> {
+    let pays = |mesh: &u32| may_pay(model, *mesh);
+    let meshes: Vec<u32> = baked.meshes.iter().map(|one| one.mesh).filter(pays).collect();
+    let triangles = |&mesh: &u32| f64::from(model.scene.meshes()[mesh as usize].triangle_count());
+    let own = order(&meshes.iter().map(triangles).collect::<Vec<_>>(), false, args);
+    let mut progress = console.progress("impostors of meshes", own.len() as u64);
+    // A mesh that is not for it is told of once all is joined.
+    let quiet = Console::new(true, None);
+    for at in own {
+        if interrupted() {
+            return Err(stopped(Some(kept)));
+        }
+        make(model, meshes[at], Some(kept), args, &quiet)?;
+        progress.step();
+    }
+    progress.finish();
+    Ok(())
+}
+
+/// The impostor of a mesh, and whether it was there before; `None` where none pays or can be made.
+fn make(
+    model: &Model,
+    mesh: u32,
+    kept: Option<&Folder>,
+    args: &BakeArgs,
+    console: &Console,
+) -> Result<Option<(Impostor, bool)>, Failure> {
+    if !may_pay(model, mesh) {
+        return Ok(None);
+    }
+    let options = ImpostorOptions::default();
+    let of = &model.scene.meshes()[mesh as usize];
+    let key = kept.map(|folder| (folder, key(of, &options)));
+    if let Some((folder, key)) = key.filter(|_| resumes(args))
+        && let Some(impostor) = folder.read_impostor(key)
+    {
+        return Ok(Some((impostor, true)));
+    }
+    let threads = args.threads.map_or(0, |n| n as usize);
+    match in_pool(threads, || make_impostor(of, &options)) {
+        Ok((impostor, _)) => {
+            if let Some((folder, key)) = key {
+                folder.write_impostor(key, &impostor)?;
+            }
+            Ok(Some((impostor, false)))
+        }
+        Err(problem) => {
+            let name = name_of(model, mesh);
+            console.note(format!("note: mesh `{name}` has no impostor: {problem}"));
+            Ok(None)
+        }
+    }
+}
+
+/// Whether enough is left of a mesh by its levels that an impostor can pay.
+fn may_pay(model: &Model, mesh: u32) -> bool {
+    let radius = radius(&model.scene.meshes()[mesh as usize]);
+    left_at(&model.scene, mesh, LEAST_ERROR * radius) >= LEAST_TRIANGLES
+}
+
+fn name_of(model: &Model, mesh: u32) -> String {
+    model.mesh_names.get(mesh as usize).cloned().unwrap_or_default()
 }
 
 /// Sum of all that the impostor of a mesh is a function of.

@@ -12,6 +12,7 @@ use cullet_io::baked::Measured;
 use cullet_io::{Attributes, Model};
 
 use super::chunk::{Folder, Groups, stopped};
+use super::{resumes, threads};
 
 /// What came of it.
 pub(super) struct Merged {
@@ -22,17 +23,27 @@ pub(super) struct Merged {
     pub(super) resumed: u64,
 }
 
-/// Merges groups of a model's instances, and gives them to its scene.
-pub(super) fn run(
-    model: &mut Model,
+/// Makes this process's share of the groups of a model's instances, and keeps them; before, those of others that they are made of
+/// and that are not there.
+pub(super) fn share(
+    model: &Model,
+    folder: &Folder,
+    args: &BakeArgs,
+    console: &Console,
+) -> Result<(), Failure> {
+    groups(model, Some(folder), args, console).map(drop)
+}
+
+/// Merges groups of a model's instances, or a share of them, and how many were there before.
+fn groups(
+    model: &Model,
     folder: Option<&Folder>,
     args: &BakeArgs,
     console: &Console,
-) -> Result<Merged, Failure> {
-    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+) -> Result<(Vec<MergedGroup>, u64), Failure> {
     let mut options = MergeOptions::default();
-    options.threads = args.threads.map_or(cores, |n| n as usize);
-    let kept = folder.map(|folder| Groups::new(folder, args.units.resume));
+    options.threads = threads(args);
+    let kept = folder.map(|folder| Groups::new(folder, resumes(args)));
     const STEPS: u64 = 1000;
     let progress = Mutex::new((console.progress("merging instances", STEPS), 0));
     let go_on = |share: f64| {
@@ -52,20 +63,33 @@ pub(super) fn run(
         .map(|a| MeshAttributes { uvs: &a.uvs, colors: &a.colors })
         .collect();
     let keep = kept.as_ref().map(|kept| kept as &dyn Keep);
-    let input = MergeInput { attributes: &attributes, keep };
+    let input = MergeInput { attributes: &attributes, keep, share: args.units.share() };
     let found = merge(&model.scene, &input, &options, go_on);
     if let Ok((mut progress, _)) = progress.into_inner() {
         progress.finish();
     }
-    let fail = |e: &dyn std::fmt::Display| Failure::input(format!("{}: --merge: {e}", model.name));
-    let found = found.map_err(|e| fail(&e))?;
+    let found = found.map_err(|e| fail(model, &e))?;
     let resumed = kept.map_or(Ok(0), Groups::finish)?;
-    let groups = found.ok_or_else(|| stopped(folder))?;
+    Ok((found.ok_or_else(|| stopped(folder))?, resumed))
+}
+
+fn fail(model: &Model, e: &dyn std::fmt::Display) -> Failure {
+    Failure::input(format!("{}: --merge: {e}", model.name))
+}
+
+/// Merges groups of a model's instances, and gives them to its scene.
+pub(super) fn run(
+    model: &mut Model,
+    folder: Option<&Folder>,
+    args: &BakeArgs,
+    console: &Console,
+) -> Result<Merged, Failure> {
+    let (groups, resumed) = groups(model, folder, args, console)?;
     let triangles = |g: &MergedGroup| (g.levels.mesh.indices.len() / 3) as u64;
     let (count, triangles) = (groups.len() as u64, groups.iter().map(triangles).sum());
     let merged = Merged { groups: count, triangles, resumed };
     let first = model.scene.meshes().len();
-    add_to_scene(&mut model.scene, &groups).map_err(|e| fail(&e))?;
+    add_to_scene(&mut model.scene, &groups).map_err(|e| fail(model, &e))?;
     if groups.iter().any(|g| !g.uvs.is_empty() || !g.colors.is_empty()) {
         model.attributes.resize(first, Attributes::default());
         model.attributes.extend(groups.iter().map(|g| Attributes {

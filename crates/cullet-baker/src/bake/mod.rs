@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use cullet::Scene;
 use cullet_bake::levels::LevelsError;
-use cullet_bake::work::split;
+use cullet_bake::work::order_of_share;
 use cullet_command::args::BakeArgs;
 use cullet_command::console::{Console, count, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
@@ -151,15 +151,39 @@ fn bake(
     let (jobs, rigid_meshes, mut record) = jobs(model, rigid, args);
     let folder = folder(args)?;
     let folder = folder.as_ref();
-    let mut made = run_jobs(model, &jobs, folder, args, console)?;
+    let made = run_jobs(model, &jobs, &order(&costs_of(&jobs), true, args), folder, args, console)?;
+    let mut baked = give_levels(model, &jobs, made, &mut record, console)?;
+    if args.impostors {
+        impostor::add(model, &mut baked, folder, args, &mut record, console)?;
+    }
+    if args.occluders {
+        add_occluders(model, &mut baked, (&rigid_meshes, folder), args, console, &mut record)?;
+    }
+    model.baked = Some(baked);
+    if args.merge {
+        let merged = merge::run(model, folder, args, console)?;
+        record.resumed += merged.resumed;
+        (record.merged_groups, record.merged_triangles) = (merged.groups, merged.triangles);
+    }
+    Ok(record)
+}
+
+/// Gives the scene of a model the levels that were made of its meshes; what is baked of these.
+fn give_levels(
+    model: &mut Model,
+    jobs: &[Job],
+    made: Vec<Option<Made>>,
+    record: &mut Record,
+    console: &Console,
+) -> Result<Baked, Failure> {
     let mut baked = Baked {
         generator: concat!("cullet-baker ", env!("CARGO_PKG_VERSION")).to_owned(),
         ..Baked::default()
     };
-    for (job, made) in jobs.iter().zip(&mut made) {
+    for (job, made) in jobs.iter().zip(made) {
         let name = model.mesh_names.get(job.mesh as usize).map_or("", String::as_str);
         let name = name.to_owned();
-        let (tables, resumed) = match made.take() {
+        let (tables, resumed) = match made {
             Some(Ok((Some(tables), resumed))) => (tables, resumed),
             Some(Err(Problem::Failure(failure))) => return Err(failure),
             Some(Err(Problem::Levels(problem))) => {
@@ -201,38 +225,32 @@ fn bake(
         }
     }
     record.meshes_with_levels = baked.meshes.len() as u64;
-    if args.impostors {
-        impostor::add(model, &mut baked, folder, args, &mut record, console)?;
-    }
-    if args.occluders {
-        add_occluders(model, &mut baked, (&rigid_meshes, folder), args, console, &mut record)?;
-    }
-    model.baked = Some(baked);
-    if args.merge {
-        let merged = merge::run(model, folder, args, console)?;
-        record.resumed += merged.resumed;
-        (record.merged_groups, record.merged_triangles) = (merged.groups, merged.triangles);
-    }
-    Ok(record)
+    Ok(baked)
 }
 
-/// Does a share of the levels and occluders of a model, and leaves them in the folder.
+/// Does a share of all that is baked of a model, and leaves it in the folder.
 fn share(model: &mut Model, rigid: bool, args: &BakeArgs, console: &Console) -> Outcome {
     let path = args.units.path(&args.out).unwrap_or_default();
     let folder = Folder::new(&path)?;
-    let (jobs, meshes, _) = jobs(model, rigid, args);
-    // Each kind takes about as long as its triangles are many.
-    let jobs = own(jobs, |job| job.triangles.into(), args);
-    for made in run_jobs(model, &jobs, Some(&folder), args, console)?.into_iter().flatten() {
-        // A mesh that is not for it is told of once all is joined.
-        if let Err(Problem::Failure(failure)) = made {
-            return Err(failure);
-        }
-    }
+    let (jobs, meshes, mut record) = jobs(model, rigid, args);
+    // Impostors and merged groups are made of the levels of all meshes, so those of others that are not there by then are made too.
+    let needs_all = args.impostors || args.merge;
+    let order_of_jobs = order(&costs_of(&jobs), needs_all, args);
+    let made = run_jobs(model, &jobs, &order_of_jobs, Some(&folder), args, console)?;
     if args.occluders {
-        let triangles = |&mesh: &u32| model.scene.meshes()[mesh as usize].triangle_count().into();
-        let meshes = own(meshes, triangles, args);
-        occluders::make(model, &meshes, Some(&folder), resumes(args), threads(args), console)?;
+        let triangles = |&m: &u32| f64::from(model.scene.meshes()[m as usize].triangle_count());
+        let costs: Vec<f64> = meshes.iter().map(triangles).collect();
+        let own: Vec<u32> = order(&costs, false, args).into_iter().map(|k| meshes[k]).collect();
+        occluders::make(model, &own, Some(&folder), resumes(args), threads(args), console)?;
+    }
+    // A mesh that is not for it is told of once all is joined.
+    let quiet = Console::new(true, None);
+    let baked = give_levels(model, &jobs, made, &mut record, &quiet)?;
+    if args.impostors {
+        impostor::share(model, &baked, &folder, args, console)?;
+    }
+    if args.merge {
+        merge::share(model, &folder, args, console)?;
     }
     console.line(args.units.done(&path));
     Ok(Exit::Fine)
@@ -306,15 +324,15 @@ fn resumes(args: &BakeArgs) -> bool {
     args.units.resume || args.units.unit.is_some()
 }
 
-/// Of a list whose items cost so much, those of this process's share.
-fn own<T>(mut items: Vec<T>, cost: impl Fn(&T) -> f64, args: &BakeArgs) -> Vec<T> {
-    if let Some([share, shares]) = args.units.share() {
-        let costs: Vec<f64> = items.iter().map(cost).collect();
-        let own = split(&costs, shares).get(share as usize).cloned().unwrap_or_default();
-        items.truncate(own.end as usize);
-        items.drain(..own.start as usize);
-    }
-    items
+/// The numbers of items that cost so much, in the order in which they are made: all, or this process's share of them and after
+/// these, where they are needed too, those of others.
+fn order(costs: &[f64], needs_all: bool, args: &BakeArgs) -> Vec<usize> {
+    order_of_share(costs, args.units.share().unwrap_or([0, 1]), !needs_all)
+}
+
+/// Each kind of levels takes about as long as its triangles are many.
+fn costs_of(jobs: &[Job]) -> Vec<f64> {
+    jobs.iter().map(|job| job.triangles.into()).collect()
 }
 
 fn threads(args: &BakeArgs) -> usize {
@@ -329,28 +347,27 @@ fn used(scene: &Scene) -> Vec<bool> {
     used
 }
 
-/// Does all jobs, the largest first, on some threads. What comes of each is a function of its mesh alone.
+/// Does the jobs of these numbers, in their order, on some threads. What comes of each is a function of its mesh alone.
 fn run_jobs(
     model: &Model,
     jobs: &[Job],
+    order: &[usize],
     folder: Option<&Folder>,
     args: &BakeArgs,
     console: &Console,
 ) -> Result<Vec<Option<Made>>, Failure> {
     let threads = threads(args);
-    let workers = threads.min(jobs.len()).max(1);
+    let workers = threads.min(order.len()).max(1);
     // Only where there are fewer jobs than threads.
     let inner = (threads / workers).max(1);
-    let mut order: Vec<usize> = (0..jobs.len()).collect();
-    order.sort_by_key(|&j| std::cmp::Reverse(jobs[j].triangles));
     let next = AtomicUsize::new(0);
     let mut made: Vec<Option<Made>> = jobs.iter().map(|_| None).collect();
-    let all = jobs.iter().map(|j| u64::from(j.triangles)).sum();
+    let all = order.iter().map(|&j| u64::from(jobs[j].triangles)).sum();
     let mut progress = console.progress("baking triangles", all);
     let (sender, receiver) = mpsc::channel();
     std::thread::scope(|scope| {
         for _ in 0..workers {
-            let (sender, order, next) = (sender.clone(), &order, &next);
+            let (sender, next) = (sender.clone(), &next);
             scope.spawn(move || {
                 while !interrupted() {
                     let Some(&j) = order.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
@@ -368,7 +385,7 @@ fn run_jobs(
         }
     });
     progress.finish();
-    if made.iter().any(Option::is_none) {
+    if order.iter().any(|&j| made[j].is_none()) {
         return Err(stopped(folder));
     }
     Ok(made)

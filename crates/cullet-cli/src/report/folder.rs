@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
 
-use cullet_bake::work::{self, OneRound, RunEnd, RunOptions, content_hash};
+use cullet_bake::work::{OneRound, RunEnd, content_hash};
 use cullet_command::console::{Console, count, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
 use cullet_command::html::escape;
+use cullet_command::units::Units;
 use cullet_work::{contents_of, is_named_scene};
 use serde::{Deserialize, Serialize};
 
@@ -112,7 +113,7 @@ pub(super) fn run(args: &ReportArgs, fail_ifs: &[FailIf], console: &Console) -> 
     let size = |file: &PathBuf| std::fs::metadata(root.join(file)).map_or(0.0, |m| m.len() as f64);
     // What the least takes is not nothing.
     let costs: Vec<f64> = files.iter().map(|file| size(file) + 100_000.0).collect();
-    let folder = args.units.folder(&args.out)?;
+    let units = Units::open(&args.units, &args.out)?;
     let rows = Mutex::new(Vec::new());
     let one_at_a_time = Mutex::new(());
     let make = |item: u32| {
@@ -129,31 +130,14 @@ pub(super) fn run(args: &ReportArgs, fail_ifs: &[FailIf], console: &Console) -> 
         serde_json::to_vec(&row).ok()
     };
     let mut rounds = OneRound::new(key(args, root, &files), costs, make);
-    let options = RunOptions {
-        folder: folder.as_ref().map(|(_, folder)| folder),
-        share: args.units.share(),
-        units: u32::MAX,
-        ..RunOptions::default()
-    };
-    let bar = console.share_bar();
-    let end = work::run(&mut rounds, &options, &|share| {
-        bar.to(share);
-        !interrupted()
-    });
-    bar.finish();
-    let at = folder.as_ref().map_or(Path::new(""), |(path, _)| path);
-    let end = end.map_err(|e| Failure::write(at, &e))?;
+    let end = units.run_each(&mut rounds, console)?;
     if end == RunEnd::Share {
-        console.line(args.units.done(at));
+        units.tell_done(console);
         return Ok(Exit::Fine);
     }
-    let read = |bytes: &Vec<u8>| serde_json::from_slice(bytes).ok();
-    let damaged =
-        || Failure::input(format!("{}: units of another cullet; delete it", at.display()));
-    let mut rows = match rounds.finish() {
-        Some(all) => all.iter().map(read).collect::<Option<Vec<Row>>>().ok_or_else(damaged)?,
-        None => rows.into_inner().unwrap_or_default(),
-    };
+    let read = |bytes: &[u8]| serde_json::from_slice::<Row>(bytes).ok();
+    let made = units.read(rounds.finish(), read)?;
+    let mut rows = made.unwrap_or_else(|| rows.into_inner().unwrap_or_default());
     rows.sort_by_cached_key(|row| {
         (row.error.is_some(), std::cmp::Reverse(row.waste()), row.file.clone())
     });

@@ -27,9 +27,10 @@ The same scene and options make the same bytes, with any number of threads. --re
 each mesh and merged group in a folder, and takes from there what was finished before: after Ctrl-C, or where
 a few meshes of many have changed. OUT is replaced when all of it has been written, never by half of it.
 
---unit I/N makes the levels and occluders of one of N shares of the meshes and writes no OUT; any number of
-processes may share a folder, on one machine or many. Once all have ended, --resume joins them, and makes what is
-missing. Merged groups and impostors are made then.
+--unit I/N makes one of N shares of the levels, occluders, impostors and merged groups and writes no OUT; any number
+of processes may share a folder, on one machine or many. Once all have ended, --resume joins them, and makes what
+is missing. Impostors and groups are made of levels, and large groups of small ones: of these a share makes those
+of others too that it needs and that are not there by then.
 
 With --up, --one-sided, --two-sided or --cells the scene is another than the one in the file, and is written
 anew: without textures and animations, and what moves stands as it is stored.

@@ -60,7 +60,7 @@ def run_command(
     count = shares or 4 * engine.workers()
     done: list[int] = []
 
-    def submit(share: int, answer: Any) -> Any:
+    def submit(share: int, answer: Any = None) -> Any:
         return engine.submit(run_share, list(command), path, share, count)
 
     def take(share: int, answer: Any) -> bool:
@@ -69,7 +69,8 @@ def run_command(
             progress(len(done) / count)
         return True
 
-    failed = gather(engine, range(1, count + 1), submit, take, retries)
+    running = [(submit(share), share) for share in range(1, count + 1)]
+    failed = gather(engine, running, submit, take, retries)
     if failed:
         raise SharesFailed(count, failed, path)
     return subprocess.run([*command, "--resume", "--units", path], check=False).returncode

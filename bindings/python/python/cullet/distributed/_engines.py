@@ -6,8 +6,13 @@ import asyncio
 import contextlib
 import multiprocessing
 import os
+import pickle
+import tempfile
+import weakref
 from collections.abc import Callable, Iterator
 from concurrent import futures
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 
@@ -76,6 +81,46 @@ class Here:
         pass
 
 
+@dataclass(frozen=True)
+class _Place:
+    """Where the file of a value is."""
+
+    path: str
+
+
+class _Filed:
+    """A value in a file of this machine, which goes with it: through a pipe it would be sent once for each unit."""
+
+    def __init__(self, folder: str, value: Any) -> None:
+        handle, path = tempfile.mkstemp(dir=folder)
+        with os.fdopen(handle, "wb") as file:
+            pickle.dump(value, file, pickle.HIGHEST_PROTOCOL)
+        self.place = _Place(path)
+        weakref.finalize(self, _remove, path)
+
+
+def _remove(path: str) -> None:
+    with contextlib.suppress(OSError):
+        os.unlink(path)
+
+
+# What this process read last: most of its units are handed the same.
+_last: tuple[_Place | None, Any] = (None, None)
+
+
+def _read(place: _Place) -> Any:
+    global _last
+    if _last[0] != place:
+        # Before the next, that both need not be in memory.
+        _last = (None, None)
+        _last = (place, pickle.loads(Path(place.path).read_bytes()))
+    return _last[1]
+
+
+def _with_values(task: Callable[..., Any], *arguments: Any) -> Any:
+    return task(*[_read(a) if isinstance(a, _Place) else a for a in arguments])
+
+
 class Processes:
     """Other processes on this machine; as many as it has processors, unless told. A lost one is replaced."""
 
@@ -84,6 +129,7 @@ class Processes:
         if self._count < 1:
             raise ValueError(f"{self._count} processes; at least 1 is needed")
         self._pool: futures.ProcessPoolExecutor | None = None
+        self._folder = tempfile.TemporaryDirectory(prefix="cullet-handed-", ignore_cleanup_errors=True)
 
     def workers(self) -> int:
         """How many units may run at once, now."""
@@ -91,17 +137,18 @@ class Processes:
 
     def share(self, value: Any) -> Any:
         """Hands a value over once."""
-        return value
+        return _Filed(self._folder.name, value)
 
     def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
         """Begins a task and gives its handle."""
+        given = [a.place if isinstance(a, _Filed) else a for a in arguments]
         for _ in range(2):
             if self._pool is None:
                 # Begun anew, not forked: a fork would hold the locks of threads that it does not have.
                 spawn = multiprocessing.get_context("spawn")
                 self._pool = futures.ProcessPoolExecutor(self._count, mp_context=spawn)
             try:
-                return self._pool.submit(task, *arguments)
+                return self._pool.submit(_with_values, task, *given)
             except futures.process.BrokenProcessPool:
                 self._pool.shutdown(wait=False)
                 self._pool = None
@@ -127,6 +174,7 @@ class Processes:
         if self._pool is not None:
             self._pool.shutdown(wait=True, cancel_futures=True)
             self._pool = None
+        self._folder.cleanup()
 
     def _kill(self) -> None:
         if self._pool is not None:

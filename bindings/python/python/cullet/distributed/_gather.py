@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 from ._engines import Engine
 
-Unit = TypeVar("Unit", bound="int | tuple[int, int]")
+Unit = TypeVar("Unit")
 
 # How long an engine is waited for before Ctrl-C is looked at.
 _LOOK = 0.5
@@ -15,19 +15,20 @@ _LOOK = 0.5
 
 def gather(
     engine: Engine,
-    units: Iterable[Unit],
+    running: list[tuple[Any, Unit]],
     submit: Callable[[Unit, Any], Any],
     take: Callable[[Unit, Any], bool],
     retries: int,
 ) -> dict[Unit, BaseException]:
-    """Submits each unit, and takes what it gives; what each raised at last that failed more than ``retries`` times.
+    """Takes what submitted units give; what each raised at last that failed more than ``retries`` times.
 
-    ``submit`` gives an engine's handle; its second argument is what the unit gave before, if ``take`` said that this is not what
-    is wanted. What ``take`` raises of a unit's answer by `ValueError` counts as a failure of the unit; any other error ends all.
+    ``running`` has the engine's handle of each unit. ``submit`` submits one again and gives its handle; its second argument is
+    what the unit gave before, if ``take`` said that this is not what is wanted. What ``take`` raises of a unit's answer by
+    `ValueError` counts as a failure of the unit; any other error ends all, and cancels what runs.
     """
     failed: dict[Unit, BaseException] = {}
     # Not every engine's handles can be hashed.
-    running = [(submit(unit, None), unit) for unit in units]
+    running = list(running)
     tries = {unit: 0 for _, unit in running}
     try:
         while running:

@@ -16,6 +16,22 @@ Round = tuple[tuple[Items, bytes], ...]
 
 
 @dataclass(frozen=True)
+class Share:
+    """One of the units into which a round is cut, by its number from 0: for who does not know yet which items those are."""
+
+    number: int
+    of: int
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit that was run: its items, and what they found."""
+
+    items: Items
+    found: bytes
+
+
+@dataclass(frozen=True)
 class Behind:
     """The node lacks what was found before this round: to be run again with all that was."""
 
@@ -46,14 +62,15 @@ def run_unit(
     plan: str,
     scene: str,
     content: int | None,
-    items: Items,
+    what: Items | Share,
     round: int,
     threads: int,
     first: int,
     handed: bytes | None,
     *rounds: Round,
-) -> bytes | Behind | NeedsScene:
-    """Runs a unit. ``rounds`` is what was found in the rounds from ``first`` on; ``handed`` the bytes of the scene."""
+) -> Unit | Behind | NeedsScene | None:
+    """Runs a unit; None where the round has not so many. ``rounds`` is what was found in the rounds from ``first`` on; ``handed``
+    the bytes of the scene."""
     held = _here.held
     if held is None or held.plan != plan or held.job.round > round:
         held = _here.held = None
@@ -67,7 +84,13 @@ def run_unit(
             job.merge(list(found))
     if job.round < round:
         return Behind(job.round)
-    return job.run(items, threads)
+    if isinstance(what, Share):
+        # None, too, where the round before was the last.
+        units = job.missing([], what.of)
+        if what.number >= len(units):
+            return None
+        what = units[what.number]
+    return Unit(what, job.run(what, threads))
 
 
 def _place(scene: str, content: int | None, handed: bytes | None) -> str | None:
