@@ -11,7 +11,7 @@ use clap::Args;
 use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
-use cullet_lecture::{Item, Lab, Place, Text, items};
+use cullet_lecture::{Item, Lab, Text, items};
 
 use crate::peer::PROFILER;
 use record::{Checked, Record};
@@ -159,15 +159,6 @@ fn no_such_item(text: Option<Text>, word: &str) -> String {
          zachmann, ucsd, kaist and zhang-hoff",
         text.map_or(" zachmann".to_owned(), |t| format!(" {t}"))
     )
-}
-
-/// Where an item stands, in words.
-fn places(places: &[Place]) -> String {
-    let words: Vec<String> = places
-        .iter()
-        .map(|p| if p.at.is_empty() { p.text.to_string() } else { format!("{}, {}", p.text, p.at) })
-        .collect();
-    words.join("; ")
 }
 
 #[cfg(test)]

@@ -4,8 +4,7 @@ use std::fmt::Write;
 
 use cullet_lecture::{Outcome, Text};
 
-use super::places;
-use super::record::{Checked, Record, word};
+use super::record::{Checked, Record, places, word};
 
 const HEAD: &str = "\
 # The lectures, item by item

@@ -3,8 +3,7 @@
 use cullet_command::console::{Console, count};
 use cullet_lecture::{Item, Outcome, Text, items};
 
-use super::places;
-use super::record::{Checked, Record, word};
+use super::record::{Checked, Record, places, word};
 
 /// How wide lines are.
 const WIDTH: usize = 100;

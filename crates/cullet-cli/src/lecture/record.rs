@@ -1,6 +1,6 @@
 //! Items with what was measured of them.
 
-use cullet_lecture::{Finding, Item, Outcome};
+use cullet_lecture::{Finding, Item, Outcome, Place};
 use serde::Serialize;
 
 /// Items with what was measured.
@@ -56,4 +56,13 @@ pub(super) fn word(outcome: &Outcome) -> &'static str {
         Outcome::Fails => "FAILS",
         Outcome::NotHere(_) => "not here",
     }
+}
+
+/// Where an item stands, in words.
+pub(super) fn places(places: &[Place]) -> String {
+    let words: Vec<String> = places
+        .iter()
+        .map(|p| if p.at.is_empty() { p.text.to_string() } else { format!("{}, {}", p.text, p.at) })
+        .collect();
+    words.join("; ")
 }
