@@ -18,6 +18,7 @@
 #![forbid(unsafe_code)]
 
 mod finding;
+mod geometry;
 mod item;
 mod items;
 mod lab;

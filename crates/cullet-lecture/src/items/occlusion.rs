@@ -5,8 +5,8 @@ use cullet::{Backface, Culler, Stage};
 use cullet_bake::pvs::{PvsSettings, bake};
 use cullet_io::scenes;
 
-use super::frustum::common::{Random, Vec3, verified};
 use crate::finding::Finding;
+use crate::geometry::{Random, Vec3, verified};
 use crate::item::{BLANK, Item, Live, ucsd};
 use crate::lab::{Lab, LabError};
 use crate::tools::{SIZE, grouped, other};
