@@ -147,7 +147,7 @@ pub(super) fn clip_space(_: &Lab) -> Result<Finding, LabError> {
 
 /// All stages together, from instances over clusters to triangles; what is left is clipped, and the picture is the same.
 pub(super) fn all_stages(lab: &Lab) -> Result<Finding, LabError> {
-    let model = lab.scene("city:cells=12,objects=1500")?;
+    let model = lab.scene("solids")?;
     let scene = &model.scene;
     let detail = Some(Detail { threshold_px: 0.01, ..Detail::default() });
     let culler =

@@ -67,7 +67,7 @@ pub(super) fn by_size(lab: &Lab) -> Result<Finding, LabError> {
         .iter()
         .map(|&(pixels, count)| format!("{} of {}", grouped(count), grouped(pixels)))
         .collect();
-    let fewer = row.first().map(|r| r.1) > row.last().map(|r| r.1.saturating_mul(20));
+    let fewer = row.first().map(|r| r.1) > row.last().map(|r| r.1.saturating_mul(10));
     Ok(Finding::if_so(
         falls && fewer && all_within && worst <= PIXELS,
         format!(
