@@ -21,6 +21,7 @@
 
 mod exercise;
 mod finding;
+mod geometry;
 mod item;
 mod items;
 mod lab;

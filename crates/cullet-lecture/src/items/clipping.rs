@@ -120,7 +120,7 @@ pub(super) const ITEMS: &[Item] = &[
                 sides, and clipping after the projection and before the divide.",
         command: "cullet picture pipeline solids",
         live: Some(Live {
-            scene: "city:cells=12,objects=1500",
+            scene: "solids",
             state: "layout=split&stages.depth=triangles&look.colour=reason&map=false",
         }),
         chapter: "architecture.md#data-flow",

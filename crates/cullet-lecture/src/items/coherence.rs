@@ -73,7 +73,7 @@ pub(super) const ITEMS: &[Item] = &[
         places: &[zhang_hoff("section 1"), zhang_hoff("section 4"), zachmann("slide 19")],
         claim: "Masks cull more than 40 % of the polygons of a solid, of the half that faces away.",
         said: Some("more than 40 %"),
-        command: "cullet report knobs --views 4",
+        command: "cullet verify knobs --no-occlusion --views 4",
         live: Some(Live { scene: "knobs", state: "look.colour=sides" }),
         chapter: "backface.md#what-can-be-reached",
         check: two_in_five,

@@ -1,6 +1,5 @@
 //! The frustum, bounding volumes and hierarchies.
 
-pub(super) mod common;
 mod groups;
 mod planes;
 mod views;

@@ -5,8 +5,8 @@ use cullet::{Backface, Culler, Stage};
 use cullet_bake::pvs::{PvsSettings, bake};
 use cullet_io::scenes;
 
-use super::frustum::common::{Random, Vec3, verified};
 use crate::finding::Finding;
+use crate::geometry::{Random, Vec3, verified};
 use crate::item::{BLANK, Item, Live, ucsd};
 use crate::lab::{Lab, LabError};
 use crate::tools::{SIZE, grouped, other};
@@ -32,7 +32,7 @@ pub(super) const ITEMS: &[Item] = &[
         places: &[ucsd("Video (Umbra 3)")],
         claim: "A film on Umbra 3 stands for the products: they find out beforehand what can be seen from where, keep it in sets of \
                 cells, and answer queries in the frame.",
-        command: "cullet pvs portals/lqdm1.prt",
+        command: "cullet pvs quake-libre/lqdm1.bsp",
         live: Some(Live {
             scene: "office",
             state: "layout=split&structure.cells=true&structure.portals=true",

@@ -6,11 +6,11 @@ use cullet_io::Model;
 use cullet_io::scenes::knobbly_ball;
 use cullet_methods::screen::ndc_normal_z;
 
-use super::frustum::common::{along, dot, in_clip, in_world, verified};
 use crate::finding::Finding;
+use crate::geometry::{along, dot, in_clip, verified};
 use crate::item::{BLANK, Item, Live, kaist, ucsd};
 use crate::lab::{Lab, LabError};
-use crate::tools::{SIZE, draw, grouped, mesh, scene_of};
+use crate::tools::{SIZE, draw, grouped, mesh, placed, scene_of};
 
 pub(super) const ITEMS: &[Item] = &[
     Item {
@@ -139,7 +139,7 @@ fn lost_of_solids(lab: &Lab, solids: &Model) -> Result<usize, LabError> {
 
 /// Corners in normalised device coordinates, with y up; `None` where one is not in front of the eye.
 fn on_screen(scene: &Scene, view: &View, slot: u32, t: u32) -> Option<[[f64; 2]; 3]> {
-    let clip = scene.mesh(slot).corners(t).map(|p| in_clip(view, in_world(scene, slot, p)));
+    let clip = scene.mesh(slot).corners(t).map(|p| in_clip(view, placed(scene.transform(slot), p)));
     clip.iter().all(|p| p[3] > 0.0).then(|| clip.map(|p| [p[0] / p[3], p[1] / p[3]]))
 }
 

@@ -7,8 +7,8 @@ use cullet::cull::detail::Detail;
 use cullet::mesh::is_degenerate;
 use cullet::{Culler, Stage, View};
 
-use super::frustum::common::{ball_with_degenerate, cross, verified};
 use crate::finding::Finding;
+use crate::geometry::{ball_with_degenerate, cross, verified};
 use crate::item::{BLANK, Item, Live, ucsd};
 use crate::lab::{Lab, LabError};
 use crate::tools::{SIZE, cull, draw, grouped, mesh, scene_of};

@@ -3,8 +3,8 @@
 use cullet::clip::line::{at, clip_line_ref};
 use cullet::clip::{HalfSpace, Region, Window};
 
-use super::super::frustum::common::Random;
 use crate::finding::Finding;
+use crate::geometry::Random;
 use crate::lab::{Lab, LabError};
 use crate::tools::{grouped, other};
 

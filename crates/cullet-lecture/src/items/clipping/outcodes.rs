@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use cullet::clip::{Clipper, Outcode, OutcodeResult, Window};
 
-use super::super::frustum::common::Random;
 use crate::finding::Finding;
+use crate::geometry::Random;
 use crate::lab::{Lab, LabError};
 use crate::tools::{grouped, other};
 

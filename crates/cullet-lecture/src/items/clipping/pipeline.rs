@@ -7,10 +7,10 @@ use cullet::view::FrustumPlane;
 use cullet::{Backface, Culler, Depth, Output, Stage, Unit, View};
 use cullet_draw::{ClipPlace, RenderOptions, Selection, render_clipped, render_ref};
 
-use super::super::frustum::common::{Random, in_clip, in_world, triangles_in_world, verified};
 use crate::finding::Finding;
+use crate::geometry::{Random, in_clip, triangles_in_world, verified};
 use crate::lab::{Lab, LabError};
-use crate::tools::{SIZE, grouped, other};
+use crate::tools::{SIZE, grouped, other, placed};
 
 /// Both places give the same picture and the same codes, in clip space by comparisons.
 pub(super) fn best_place(lab: &Lab) -> Result<Finding, LabError> {
@@ -147,7 +147,7 @@ pub(super) fn clip_space(_: &Lab) -> Result<Finding, LabError> {
 
 /// All stages together, from instances over clusters to triangles; what is left is clipped, and the picture is the same.
 pub(super) fn all_stages(lab: &Lab) -> Result<Finding, LabError> {
-    let model = lab.scene("city:cells=12,objects=1500")?;
+    let model = lab.scene("solids")?;
     let scene = &model.scene;
     let detail = Some(Detail { threshold_px: 0.01, ..Detail::default() });
     let culler =
@@ -176,7 +176,7 @@ pub(super) fn all_stages(lab: &Lab) -> Result<Finding, LabError> {
         let triangles = &found.result.triangles[range.first as usize..][..range.count as usize];
         for &t in triangles {
             let corners = scene.mesh(range.slot).corners(t);
-            let clip = corners.map(|p| in_clip(view, in_world(scene, range.slot, p)));
+            let clip = corners.map(|p| in_clip(view, placed(scene.transform(range.slot), p)));
             cut += u32::from(clip.iter().any(|p| region.outcode(p) != 0));
         }
     }

@@ -3,8 +3,8 @@
 use cullet::clip::polygon::clip_polygon_ref;
 use cullet::clip::{Clipper, HalfSpace, Region, Window};
 
-use super::super::frustum::common::Random;
 use crate::finding::Finding;
+use crate::geometry::Random;
 use crate::lab::{Lab, LabError};
 use crate::tools::{grouped, other};
 

@@ -7,8 +7,8 @@ use cullet::cull::frustum::single::classify_aabb;
 use cullet::view::FrustumPlane;
 use cullet::{Camera, Depth, Projection, View};
 
-use super::super::frustum::common::{Random, Vec3, along, dot};
 use crate::finding::Finding;
+use crate::geometry::{Random, Vec3, along, dot};
 use crate::lab::{Lab, LabError};
 use crate::tools::{SIZE, grouped, other};
 

@@ -6,8 +6,8 @@ use cullet::{Backface, Culler, Output, Stage};
 use cullet_cut::{CutInput, CutOptions, cut};
 use cullet_io::scenes::knobbly_ball;
 
-use super::super::frustum::common::triangles_in_world;
 use crate::finding::Finding;
+use crate::geometry::triangles_in_world;
 use crate::lab::{Lab, LabError};
 use crate::tools::{SIZE, cull, grouped, other};
 

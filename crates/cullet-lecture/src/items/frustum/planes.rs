@@ -5,8 +5,8 @@ use cullet::view::FrustumPlane;
 use cullet::{Camera, Depth, Frustum, Projection, View};
 
 use super::CITY;
-use super::common::{Random, Vec3, along, cross, dot, in_clip};
 use crate::finding::Finding;
+use crate::geometry::{Random, Vec3, along, cross, dot, in_clip};
 use crate::lab::{Lab, LabError};
 use crate::tools::{SIZE, draw, grouped, other};
 

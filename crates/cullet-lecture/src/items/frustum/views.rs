@@ -6,8 +6,8 @@ use cullet::cull::detail::Detail;
 use cullet::{Camera, Culler, Depth, Output, Projection, Stage, View, ViewState, Visible};
 
 use super::CITY;
-use super::common::{ball_with_degenerate, verified};
 use crate::finding::Finding;
+use crate::geometry::{ball_with_degenerate, verified};
 use crate::lab::{Lab, LabError};
 use crate::tools::{SIZE, cull, grouped, mesh, scene_of};
 

@@ -6,10 +6,10 @@ use cullet::cull::frustum::single::{classify_aabb, classify_sphere};
 use cullet::{Frustum, Projection, Scene};
 
 use super::CITY;
-use super::common::{dot, in_world};
 use crate::finding::Finding;
+use crate::geometry::dot;
 use crate::lab::{Lab, LabError};
-use crate::tools::{SIZE, grouped, other};
+use crate::tools::{SIZE, grouped, other, placed};
 
 /// Of what is kept though no triangle of it reaches into the frustum, boxes keep less than spheres do.
 pub(super) fn boxes_and_spheres(lab: &Lab) -> Result<Finding, LabError> {
@@ -48,7 +48,7 @@ fn sphere_of(scene: &Scene, slot: u32) -> Sphere {
         .positions()
         .iter()
         .map(|&p| {
-            let p = in_world(scene, slot, p);
+            let p = placed(scene.transform(slot), p);
             std::array::from_fn(|axis| (p[axis] - origin[axis]) as f32)
         })
         .collect();

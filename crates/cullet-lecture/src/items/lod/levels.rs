@@ -1,11 +1,12 @@
 //! Fewer triangles for what is small on the screen.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use cullet::bounds::{Aabb, Sphere};
 use cullet::lod::{Group, Levels, Lod, NO_GROUP, PixelScale};
 use cullet::mesh::{Cluster, Clustering, is_degenerate};
 use cullet::{Culler, Mesh, MeshData, Stage, View};
-use cullet_bake::levels::deviation;
+use cullet_bake::levels::{SurfaceTree, surface_points};
 
 use crate::finding::Finding;
 use crate::lab::{Lab, LabError};
@@ -13,10 +14,12 @@ use crate::tools::{SIZE, cull, draw, grouped, other, scene_of};
 
 /// Cells of the grids along the longest side of the model, one grid for each level.
 const GRIDS: [f32; 3] = [80.0, 32.0, 12.0];
+/// Samples of each surface.
+const SAMPLES: usize = 4000;
 /// By how many pixels a level may be off.
 const PIXELS: f64 = 1.0;
 
-/// A chain of levels of the armadillo, with measured errors: as the eye draws back fewer and fewer triangles are drawn.
+/// A chain of levels of the armadillo, with errors that are held against samples: as the eye draws back fewer and fewer triangles are drawn.
 pub(super) fn by_size(lab: &Lab) -> Result<Finding, LabError> {
     let armadillo = lab.model("armadillo/armadillo.obj")?;
     let (name, model) = match armadillo {
@@ -27,13 +30,15 @@ pub(super) fn by_size(lab: &Lab) -> Result<Finding, LabError> {
     let positions = original.positions().to_vec();
     let indices = original.original_indices();
     let chain = Chain::new(&positions, indices)?;
+    let measured = chain.levels.iter().map(|l| f64::from(l.measured)).fold(0.0, f64::max);
+    let all_within = chain.levels.iter().all(|l| l.measured <= l.error);
     let base = MeshData {
         positions: positions.clone(),
-        indices: chain.levels[0].0.clone(),
+        indices: chain.levels[0].indices.clone(),
         ..MeshData::default()
     };
     let mut scene = scene_of(Mesh::new(base).map_err(other)?)?;
-    let known = chain.levels.iter().map(|l| (l.0.len() as u64 / 3, f64::from(l.1)));
+    let known = chain.levels.iter().map(|l| (l.indices.len() as u64 / 3, f64::from(l.error)));
     let errors: BTreeMap<u64, f64> = known.collect();
     let (held, levels) = chain.into_levels(positions)?;
     let held = scene.add_mesh(held);
@@ -62,20 +67,30 @@ pub(super) fn by_size(lab: &Lab) -> Result<Finding, LabError> {
         .iter()
         .map(|&(pixels, count)| format!("{} of {}", grouped(count), grouped(pixels)))
         .collect();
-    let fewer = row.first().map(|r| r.1) > row.last().map(|r| r.1.saturating_mul(20));
+    let fewer = row.first().map(|r| r.1) > row.last().map(|r| r.1.saturating_mul(10));
     Ok(Finding::if_so(
-        falls && fewer && worst <= PIXELS,
+        falls && fewer && all_within && worst <= PIXELS,
         format!(
-            "of {name}, twice as far at each step, these triangles are drawn for these pixels: {}; by measured errors it is off by \
-             {worst:.2} pixels at the most",
-            told.join(", ")
+            "of {name}, twice as far at each step, these triangles are drawn for these pixels: {}; off by {worst:.2} \
+             pixels at the most, by errors that no sample exceeds ({:.1} % of the radius is the largest found)",
+            told.join(", "),
+            measured / radius * 100.0
         ),
     ))
 }
 
-/// Index lists of one mesh from the finest to the coarsest, each with how far it was measured to be from the first.
+/// One of ever coarser index lists over the same vertices.
+struct Level {
+    indices: Vec<u32>,
+    /// How far a corner was moved at the most, in this level or a finer one.
+    error: f32,
+    /// How far samples of either surface are from the other at the most.
+    measured: f32,
+}
+
+/// Levels of one mesh from the finest to the coarsest.
 struct Chain {
-    levels: Vec<(Vec<u32>, f32)>,
+    levels: Vec<Level>,
 }
 
 impl Chain {
@@ -84,31 +99,42 @@ impl Chain {
         let whole = |t: &&[u32; 3]| !is_degenerate(**t, positions);
         let first: Vec<u32> =
             indices.as_chunks::<3>().0.iter().filter(whole).flatten().copied().collect();
-        let bounds = cullet::bounds::Aabb::from_points(positions);
+        let bounds = Aabb::from_points(positions);
         let side = (0..3).map(|a| bounds.max[a] - bounds.min[a]).fold(0.0, f32::max);
-        let mut levels = vec![(first, 0.0_f32)];
+        let tree = SurfaceTree::new(positions, &first);
+        let samples = surface_points(positions, &first, SAMPLES, 82);
+        let mut levels = vec![Level { indices: first, error: 0.0, measured: 0.0 }];
         for cells in GRIDS {
-            let joined = joined(positions, &levels[0].0, side / cells);
-            let (original, error) = (&levels[0].0, levels[levels.len() - 1].1);
-            let found = deviation((positions, original), (positions, &joined), 2000, 82);
-            if joined.is_empty() || joined.len() >= levels[levels.len() - 1].0.len() {
+            let (joined, moved) = joined(positions, &levels[0].indices, side / cells);
+            let before = &levels[levels.len() - 1];
+            if joined.is_empty() || joined.len() >= before.indices.len() {
                 return Err(other(format!("a grid of {cells} cells makes no level")));
             }
-            levels.push((joined, error.max(found.max)));
+            let own_tree = SurfaceTree::new(positions, &joined);
+            let own = surface_points(positions, &joined, SAMPLES, 82);
+            let mut measured = 0.0_f32;
+            for (points, tree) in [(&samples, &own_tree), (&own, &tree)] {
+                for p in points {
+                    let found = tree.nearest(p.point, f32::INFINITY);
+                    measured = measured.max(found.map_or(f32::INFINITY, |(distance, _)| distance));
+                }
+            }
+            levels.push(Level { indices: joined, error: moved.max(before.error), measured });
         }
         Ok(Self { levels })
     }
 
     /// The mesh with the triangles of all, and a group for each level but the first.
     fn into_levels(self, positions: Vec<[f32; 3]>) -> Result<(Mesh, Levels), LabError> {
-        let bounds = cullet::bounds::Sphere::from_points(&positions);
+        let bounds = Sphere::from_points(&positions);
         let mut all = Clustering::default();
         let (mut indices, mut groups) = (Vec::new(), Vec::new());
         let (mut made_from, mut replaced_by) = (Vec::new(), Vec::new());
         let count = self.levels.len() as u32;
-        for (number, (level, error)) in (0_u32..).zip(self.levels) {
+        for (number, level) in (0_u32..).zip(self.levels) {
+            let Level { indices: own, error, .. } = level;
             let data =
-                MeshData { positions: positions.clone(), indices: level, ..MeshData::default() };
+                MeshData { positions: positions.clone(), indices: own, ..MeshData::default() };
             let own = Clustering::spatial(&data).map_err(other)?;
             let [triangles, order] = [indices.len() as u32 / 3, all.order.len() as u32];
             all.order.extend(own.order.iter().map(|&t| t + triangles));
@@ -130,21 +156,26 @@ impl Chain {
     }
 }
 
-/// The triangles whose corners lie in three cells of a grid, with the first vertex of each cell for all in it.
-fn joined(positions: &[[f32; 3]], indices: &[u32], cell: f32) -> Vec<u32> {
+/// The triangles whose corners lie in three cells of a grid, with the first vertex of each cell for all in it; and how far that
+/// moves a corner at the most.
+fn joined(positions: &[[f32; 3]], indices: &[u32], cell: f32) -> (Vec<u32>, f32) {
     let mut first = BTreeMap::new();
+    let mut moved = 0.0_f32;
     let mut of = |v: u32| {
-        let key = positions[v as usize].map(|x| (x / cell).floor() as i32);
-        *first.entry(key).or_insert(v)
+        let p = positions[v as usize];
+        let to = *first.entry(p.map(|x| (x / cell).floor() as i32)).or_insert(v);
+        let q = positions[to as usize];
+        let square: f32 = (0..3).map(|a| (p[a] - q[a]).powi(2)).sum();
+        moved = moved.max(square.sqrt());
+        to
     };
-    let triangles = indices.as_chunks::<3>().0.iter().map(|&t| t.map(&mut of));
-    let mut known = std::collections::BTreeSet::new();
-    triangles
-        .filter(|&[a, b, c]| {
-            let mut sorted = [a, b, c];
-            sorted.sort_unstable();
-            !is_degenerate([a, b, c], positions) && known.insert(sorted)
-        })
-        .flatten()
-        .collect()
+    let triangles: Vec<[u32; 3]> =
+        indices.as_chunks::<3>().0.iter().map(|&t| t.map(&mut of)).collect();
+    let mut known = BTreeSet::new();
+    let is_new = |&[a, b, c]: &[u32; 3]| {
+        let mut sorted = [a, b, c];
+        sorted.sort_unstable();
+        !is_degenerate([a, b, c], positions) && known.insert(sorted)
+    };
+    (triangles.into_iter().filter(is_new).flatten().collect(), moved)
 }

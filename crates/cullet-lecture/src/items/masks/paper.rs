@@ -2,6 +2,7 @@
 
 use cullet::cull::Indices;
 use cullet::cull::backface::{Facing, MaskGrid, NormalMasks, ViewCone};
+use cullet::mesh::Cluster;
 use cullet::{Camera, Depth, Projection, Simd, TriangleRange, View, Visible};
 use cullet_draw::{RenderOptions, Selection, render};
 use cullet_measure::reproduce::model::{Subject, fibonacci};
@@ -66,7 +67,7 @@ pub(super) fn sectors(_: &Lab) -> Result<Finding, LabError> {
     let (subject, grid, level) = (knobs(40)?, grid(N)?, Simd::best());
     let masks = encoded(&subject, &grid);
     let mesh = &subject.mesh;
-    let ranges: Vec<_> = mesh.clusters().iter().map(|c| c.triangles()).collect();
+    let ranges: Vec<_> = mesh.clusters().iter().map(Cluster::triangles).collect();
     let clusters = Groups::of_ranges(mesh.positions(), mesh.indices(), &ranges);
     let half = std::f64::consts::FRAC_PI_4;
     let projection = Projection::Perspective {

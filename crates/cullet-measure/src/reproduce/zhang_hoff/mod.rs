@@ -23,8 +23,8 @@ use super::model::Subject;
 use super::output::Places;
 use crate::machine::Machine;
 pub use culling::{CullingFound, Grids, Pair, keep_exactly, mask_to};
-pub use record::{PAPER, ShareRow};
 use record::{CopiesRecord, Distance, Drawn, TableRow, ZhangHoffRecord};
+pub use record::{PAPER, ShareRow};
 
 pub(super) const HELP: &str = "\
 Two copies of the model side by side, every triangle one-sided; each copy has a viewing cone from its

@@ -1,64 +1,61 @@
-//! What checks of several subjects are made of, besides the [tools](crate::tools): points in the world and in clip space,
-//! products of vectors, numbers at random.
+//! What checks of geometry share, besides the [tools](crate::tools): points in the world and in clip space, products of vectors,
+//! numbers at random.
 
 use cullet::{Culler, MeshData, Scene, View, ViewState};
 use cullet_draw::{Verification, VerifyOptions, verify};
 use cullet_io::scenes::knobbly_ball;
 
+use crate::tools::{placed, times};
+
 /// A vector or point in f64.
-pub(in crate::items) type Vec3 = [f64; 3];
+pub(crate) type Vec3 = [f64; 3];
 
 /// Draws a view with what a culler leaves and without, and compares the pictures pixel by pixel.
-pub(in crate::items) fn verified(culler: &Culler, scene: &Scene, view: &View) -> Verification {
+pub(crate) fn verified(culler: &Culler, scene: &Scene, view: &View) -> Verification {
     let options = VerifyOptions { samples: 1, ..VerifyOptions::default() };
     verify(scene, view, culler, &mut ViewState::default(), &options)
 }
 
-/// Where a point of the mesh of an instance lies in the world.
-pub(in crate::items) fn in_world(scene: &Scene, slot: u32, point: [f32; 3]) -> Vec3 {
-    let m = scene.transform(slot).to_matrix();
-    let [x, y, z] = point.map(f64::from);
-    [0, 1, 2].map(|r| m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r])
-}
-
 /// The corners in the world of all triangles of all instances.
-pub(in crate::items) fn triangles_in_world(scene: &Scene) -> impl Iterator<Item = [Vec3; 3]> {
+pub(crate) fn triangles_in_world(scene: &Scene) -> impl Iterator<Item = [Vec3; 3]> {
     scene.slots().flat_map(move |slot| {
         let mesh = scene.mesh(slot);
-        (0..mesh.triangle_count()).map(move |t| mesh.corners(t).map(|p| in_world(scene, slot, p)))
+        (0..mesh.triangle_count())
+            .map(move |t| mesh.corners(t).map(|p| placed(scene.transform(slot), p)))
     })
 }
 
 /// A point in clip space.
-pub(in crate::items) fn in_clip(view: &View, [x, y, z]: Vec3) -> [f64; 4] {
-    let m = view.clip_from_world();
-    [0, 1, 2, 3].map(|r| m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r])
+pub(crate) fn in_clip(view: &View, [x, y, z]: Vec3) -> [f64; 4] {
+    times(&view.clip_from_world(), [x, y, z, 1.0])
 }
 
-pub(in crate::items) fn dot(a: Vec3, b: Vec3) -> f64 {
+/// a·b.
+pub(crate) fn dot(a: Vec3, b: Vec3) -> f64 {
     (0..3).map(|i| a[i] * b[i]).sum()
 }
 
-pub(in crate::items) fn cross(a: Vec3, b: Vec3) -> Vec3 {
+/// a × b.
+pub(crate) fn cross(a: Vec3, b: Vec3) -> Vec3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// a + s·b.
-pub(in crate::items) fn along(a: Vec3, s: f64, b: Vec3) -> Vec3 {
+pub(crate) fn along(a: Vec3, s: f64, b: Vec3) -> Vec3 {
     std::array::from_fn(|i| a[i] + s * b[i])
 }
 
 /// Numbers at random, the same on every run (`SplitMix64`: Steele, Lea & Flood, *Fast Splittable Pseudorandom Number
 /// Generators*, 2014).
-pub(in crate::items) struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
-    pub(in crate::items) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed)
     }
 
     /// Uniform in `low..high`.
-    pub(in crate::items) fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
@@ -66,13 +63,13 @@ impl Random {
     }
 
     /// Uniform in the box from −`size` to `size`.
-    pub(in crate::items) fn point<const D: usize>(&mut self, size: f64) -> [f64; D] {
+    pub(crate) fn point<const D: usize>(&mut self, size: f64) -> [f64; D] {
         std::array::from_fn(|_| self.between(-size, size))
     }
 }
 
 /// The positions and indices of a closed ball with knobs, and as many triangles without area as it has vertices.
-pub(in crate::items) fn ball_with_degenerate(n: u16) -> MeshData {
+pub(crate) fn ball_with_degenerate(n: u16) -> MeshData {
     let (positions, mut indices) = knobbly_ball(n);
     let vertices = positions.len() as u32;
     for v in 0..vertices {
