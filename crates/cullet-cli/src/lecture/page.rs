@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use cullet_lecture::{Outcome, Text};
+use cullet_lecture::{Item, Outcome, Text};
 
 use super::record::{Checked, Record, places, word};
 
@@ -27,7 +27,8 @@ pub(super) fn page(record: &Record) -> String {
         let outcome = found.as_ref().map_or("", |f| word(&f.outcome));
         let _ = writeln!(
             page,
-            "| [{n}](#item-{n}) | {} | {} | [{}]({}) | {outcome} |",
+            "| [{n}](#{}) | {} | {} | [{}]({}) | {outcome} |",
+            anchor(&heading(item)),
             cell(item.title),
             cell(&places(item.places)),
             chapter.trim_end_matches(".md"),
@@ -37,8 +38,7 @@ pub(super) fn page(record: &Record) -> String {
     }
     page.push('\n');
     for Checked { item, found, .. } in &record.items {
-        let _ = writeln!(page, "<a id=\"item-{}\"></a>\n", item.number);
-        let _ = writeln!(page, "**{}. {}.** {}", item.number, item.title, item.claim);
+        let _ = writeln!(page, "### {}\n\n{}", heading(item), item.claim);
         if let Some(said) = item.said {
             let _ = writeln!(page, "The text: {said}.");
         }
@@ -62,6 +62,20 @@ pub(super) fn page(record: &Record) -> String {
         let _ = writeln!(page, " · [{}]({})\n", "chapter", item.chapter);
     }
     page
+}
+
+fn heading(item: &Item) -> String {
+    format!("{}. {}", item.number, item.title)
+}
+
+/// The name by which a heading can be linked to, as mdBook makes it.
+fn anchor(heading: &str) -> String {
+    let keep = |c: char| match c {
+        c if c.is_alphanumeric() || matches!(c, '_' | '-') => Some(c.to_ascii_lowercase()),
+        c if c.is_whitespace() => Some('-'),
+        _ => None,
+    };
+    heading.chars().filter_map(keep).collect()
 }
 
 /// Text in a cell of a table.
