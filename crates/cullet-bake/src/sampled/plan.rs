@@ -76,11 +76,11 @@ impl Work {
         let rays = self.rays(sweeps, rays_around) as f64;
         match self {
             Self::Free | Self::Aimed => rays,
-            Self::Follow(_) => rays * 1.3,
-            Self::Around => rays * 2.2,
-            Self::Sweep(cell) if sweeps[*cell as usize].times == 0 => rays_swept as f64 * 2.6,
-            // Since its last sweep more is known to be seen, and so its border is longer.
-            Self::Sweep(_) => rays * 1.4 * 2.6,
+            Self::Follow(_) => rays * 1.1,
+            Self::Around => rays * 1.6,
+            Self::Sweep(cell) if sweeps[*cell as usize].times == 0 => rays_swept as f64 * 1.4,
+            // Since its last sweep more is known to be seen, and so its border is longer by two fifths.
+            Self::Sweep(_) => rays * 1.4 * 1.4,
         }
     }
 }
