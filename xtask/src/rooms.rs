@@ -15,7 +15,8 @@ const CRATES: &[&[&str]] = &[
     &["cullet"],
     &["cullet-methods", "cullet-testkit"],
     &["cullet-bake", "cullet-draw", "cullet-io"],
-    &["cullet-command", "cullet-cut", "cullet-gpu", "cullet-tiles", "cullet-work"],
+    &["cullet-tiles"],
+    &["cullet-command", "cullet-cut", "cullet-gpu", "cullet-work"],
     &["cullet-browser", "cullet-measure"],
     &["cullet-baker", "cullet-cli", "cullet-profile", "cullet-serve", "cullet-viewer"],
 ];
