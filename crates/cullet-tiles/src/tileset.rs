@@ -27,6 +27,8 @@ pub struct FolderTiles {
     tree: TileTree,
     /// What is known of each tile, once that was asked for.
     infos: Vec<OnceLock<TileInfo>>,
+    /// Of the tree and of what is known.
+    bytes: u64,
     uses_sight: bool,
 }
 
@@ -37,8 +39,9 @@ impl FolderTiles {
     /// If it, or a tileset within it, cannot be read or is invalid.
     pub fn open(path: &Path, options: &LoadOptions) -> Result<Self, LoadError> {
         let tree = TileTree::open(path, options)?;
-        let infos = tree.tiles().iter().map(|_| OnceLock::new()).collect();
-        Ok(Self { tree, infos, uses_sight: true })
+        let infos: Vec<OnceLock<TileInfo>> = tree.tiles().iter().map(|_| OnceLock::new()).collect();
+        let bytes = tree.size() + size_of_val(&infos[..]) as u64;
+        Ok(Self { tree, infos, bytes, uses_sight: true })
     }
 
     /// The same world, without what its visible sets say of what matters first.
@@ -133,7 +136,7 @@ impl TileSource for FolderTiles {
     }
 
     fn bytes(&self) -> u64 {
-        self.tree.size() + size_of_val(&self.infos[..]) as u64
+        self.bytes
     }
 
     fn cells_of(&self, points: &[[f64; 3]]) -> Vec<u32> {

@@ -133,7 +133,7 @@ fn bake(args: &SceneArgs, wanted: Wanted, path: &Path, console: &Console) -> Res
 fn cannot(args: &SceneArgs, why: &str) -> Failure {
     let scene = &args.scene;
     Failure::input(format!(
-        "--lod: {scene} has no levels of detail, and none can be made: {why}\n\
+        "{scene} has no levels of detail, and none can be made: {why}\n\
          Where the baker runs, `cullet bake {scene} -o baked.glb` writes a file that has them; give that instead"
     ))
 }
