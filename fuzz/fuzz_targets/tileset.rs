@@ -1,7 +1,8 @@
-//! Any bytes as a tileset, with a tile beside it: an error or a model, never a panic.
+//! Any bytes as a tileset, with a tile beside it, and as its visible sets: an error or a model, never a panic.
 #![no_main]
 
-use cullet_io::{LoadOptions, load_bytes_with};
+use cullet_io::baked::hash;
+use cullet_io::{LoadOptions, TileSight, load_bytes_with};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -12,5 +13,13 @@ fuzz_target!(|bytes: &[u8]| {
     let options = LoadOptions { max_triangles: 100_000, ..LoadOptions::default() };
     if let Ok(model) = load_bytes_with("fuzz.json", json, &beside, &options) {
         assert!(model.scene.triangle_count() <= 100_000 || model.scene.instance_count() > 1);
+    }
+    // With the right sum, so that what is behind it is tried.
+    let sets = [b"CLTSIGHT", &hash(bytes).to_le_bytes()[..], bytes].concat();
+    if let Ok(sight) = TileSight::from_bytes(&sets) {
+        for number in [0, 1, 63, 64, 4097, u32::MAX] {
+            let _ = (0..sight.cell_count().min(9)).any(|cell| sight.sees(cell, number));
+        }
+        let _ = sight.cell_of([0.5; 3]);
     }
 });

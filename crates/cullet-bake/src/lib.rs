@@ -1,7 +1,8 @@
 //! Prepares meshes for culling: what is done once, so that every frame is cheaper.
 //!
 //! [`clusters`] cuts a mesh into clusters that are culled often; [`joint`] joins them into a hierarchy,
-//! where that pays; [`levels`] makes it of fewer triangles, with errors that are measured; `merged` does so of groups of instances;
+//! where that pays; [`levels`] makes it of fewer triangles, with errors that are measured; `merged` does so of groups of instances,
+//! and [`stand_in`] makes one mesh of what both have made of many;
 //! [`occluders`] finds boxes and
 //! polygons that hide what the mesh hides; [`pvs`] finds which cells of a graph of portals see each other, [`sampled`] what
 //! can be seen from anywhere in any scene; [`rooms`] finds the cells and portals of closed interiors; [`container`] is the file that such results are kept in,
@@ -11,6 +12,7 @@
 pub mod clusters;
 pub mod container;
 mod corners;
+mod gather;
 mod hash;
 pub mod joint;
 pub mod levels;
@@ -23,5 +25,6 @@ pub mod rooms;
 mod rows;
 mod sample;
 pub mod sampled;
+pub mod stand_in;
 mod threads;
 pub mod work;

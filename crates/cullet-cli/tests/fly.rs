@@ -2,7 +2,11 @@
 
 use std::process::{Command, Output};
 
+use cullet::{Instance, Transform};
+use cullet_io::baked::{Baked, BakedLevels, BakedMesh, LevelKind, Measured, geometry_hash};
+use cullet_io::{Model, save};
 use cullet_testkit::Folder;
+use cullet_testkit::steps::Balls;
 use serde_json::Value;
 
 fn cullet(args: &[&str]) -> Output {
@@ -36,6 +40,95 @@ fn a_scene_is_written_as_tiles_flown_through_and_read_whole() {
     assert_eq!(html.matches("<svg").count(), 6);
     let whole = json(&["info", &format!("{tiles}/tileset.json")]);
     assert_eq!(whole["scene"]["instances"], written["instances"], "{whole}");
+}
+
+/// A file of balls in a row whose levels of detail are baked.
+fn baked_balls(path: &str) {
+    let mut model = Model::default();
+    let Balls { mesh, coarse, levels } = Balls::new(&[24, 12, 6, 3], 1.0);
+    let geometry = geometry_hash(&mesh);
+    let (mesh, held_by) = (model.scene.add_mesh(mesh), model.scene.add_mesh(coarse));
+    model.scene.add_levels(mesh, held_by, levels).expect("made for it");
+    for k in 0..64 {
+        let at = [f64::from(k % 8) * 4.0, 0.0, f64::from(k / 8) * 4.0];
+        let ball = Instance::new(mesh, Transform::from_translation(at));
+        model.scene.add(ball).expect("a ball");
+    }
+    model.scene.commit();
+    model.mesh_names = vec!["ball".into(), "levels".into()];
+    let measured =
+        Measured { points: 1, reverse_points: 1, quantile: 1.0, most_over: 1.0, seed: 1 };
+    let levels = vec![BakedLevels { kind: LevelKind::Chain, held_by, measured }];
+    let of = BakedMesh { mesh, geometry, levels, ..BakedMesh::default() };
+    model.baked = Some(Baked { meshes: vec![of], ..Baked::default() });
+    save(&model, std::path::Path::new(path)).expect("written");
+}
+
+#[test]
+fn stand_ins_of_a_baked_scene_are_shown_from_afar_and_its_triangles_from_nearby() {
+    let folder = Folder::new("fly-stand-ins");
+    let path = |name: &str| folder.root().join(name).display().to_string();
+    let (balls, tiles, page) = (path("balls.glb"), path("tiles"), path("page"));
+    baked_balls(&balls);
+    let written = json(&[
+        "tiles",
+        &balls,
+        "--stand-ins",
+        "--stand-in-triangles",
+        "6000",
+        "--triangles",
+        "20000",
+        "-o",
+        &tiles,
+    ]);
+    assert_eq!(written["instances"], 64);
+    assert!(written["stand_ins"].as_u64().expect("a number") > 3, "{written}");
+    let error = written["stand_in_error"].as_f64().expect("a number");
+    assert!(error > 0.01 && error < 0.5, "{written}");
+    let flown =
+        json(&["fly", &tiles, "--seconds", "1", "--check", "4", "--out", &page, "--lod", "1"]);
+    assert_eq!((&flown["false_culls"], &flown["failed"]), (&0.into(), &Value::Array(vec![])));
+    assert_eq!(flown["instances"], 64, "stand-ins are none of the world's");
+    let whole = json(&["info", &format!("{tiles}/tileset.json")]);
+    assert_eq!(whole["scene"]["instances"], 64, "{whole}");
+}
+
+#[test]
+fn sets_of_view_cells_say_what_is_loaded_first() {
+    let folder = Folder::new("fly-sets");
+    let path = |name: &str| folder.root().join(name).display().to_string();
+    let (sets, tiles, page) = (path("town.cpvs"), path("tiles"), path("page"));
+    let town = "city:cells=8,objects=900";
+    json(&[
+        "pvs",
+        town,
+        "--view-cells",
+        "20",
+        "--heights",
+        "1..2.5",
+        "--rays",
+        "200000",
+        "-o",
+        &sets,
+    ]);
+    let written = json(&["tiles", town, "--pvs", &sets, "-o", &tiles, "--instances", "100"]);
+    let cells = written["cells"].clone();
+    assert!(cells.as_u64().expect("a number") > 5, "{written}");
+    let fly = |more: &[&str]| {
+        let fly =
+            ["fly", &tiles, "--seconds", "1", "--check", "2", "--budget", "2", "--out", &page];
+        json(&[&fly[..], more].concat())
+    };
+    let (with, without) = (fly(&[]), fly(&["--no-sets"]));
+    assert_eq!([&with["cells"], &without["cells"]], [&cells, &0.into()]);
+    for flown in [with, without] {
+        assert_eq!(flown["false_culls"], 0);
+        assert!(flown["most_bytes"].as_u64().expect("bytes") <= 2 << 20);
+    }
+    // Of another scene.
+    let out = cullet(&["tiles", "city:cells=9,objects=900", "--pvs", &sets, "-o", &path("other")]);
+    let said = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.code() == Some(3) && said.contains("another scene"), "{said}");
 }
 
 #[test]

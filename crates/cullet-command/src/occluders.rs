@@ -1,10 +1,12 @@
 //! Occluders that a baked file has, or that are baked when a scene is opened.
 
+use cullet::Preparation;
 use cullet::bounds::Aabb;
-use cullet::{OccluderCosts, Preparation};
 use cullet_bake::occluders::{OccluderOptions, Occluders, Polygon, Sheet, occluders};
 use cullet_io::Model;
 use cullet_io::baked::{OccluderPolygon, OccluderSheet, OccluderTables};
+pub use cullet_tiles::occluders::from_tables;
+use cullet_tiles::occluders::{hide_enough, pays};
 use rayon::prelude::*;
 
 use crate::args::{CullArgs, OccluderKind};
@@ -66,21 +68,6 @@ pub fn to_tables(made: &Occluders, efficiency: f64) -> OccluderTables {
     }
 }
 
-/// Those that a file has.
-#[must_use]
-pub fn from_tables(tables: &OccluderTables) -> Occluders {
-    let sides = |&[min, max]: &[[f32; 3]; 2]| Aabb { min, max };
-    let sheet = |s: &OccluderSheet| alike!(Sheet of s; triangles, two_sided);
-    let polygon = |p: &OccluderPolygon| alike!(Polygon of p; points, two_sided, tolerance);
-    Occluders {
-        boxes: tables.boxes.iter().map(sides).collect(),
-        sealed: tables.sealed.iter().map(sides).collect(),
-        polygons: tables.polygons.iter().map(polygon).collect(),
-        sheets: tables.sheets.iter().map(sheet).collect(),
-        near: tables.near.iter().map(sheet).collect(),
-    }
-}
-
 /// Gives every mesh the occluder of the arguments, and prints a line with the result.
 ///
 /// Polygons off the axes lie near the surface and not in it, by a tolerance that a buffer would have to allow for at
@@ -89,14 +76,10 @@ pub fn from_tables(tables: &OccluderTables) -> Occluders {
 /// # Errors
 /// If one cannot be made, or Ctrl-C was pressed.
 pub fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Result<(), Failure> {
-    /// Pixels at which costs are compared: those of an instance that pays for its drawing.
-    const PIXELS: f32 = 10_000.0;
-    /// The share of its mesh's silhouette that proxies must hide to be taken for it.
-    const LEAST_EFFICIENCY: f64 = 0.9;
     if args.no_occlusion || args.occluders == OccluderKind::Mesh {
         return Ok(());
     }
-    let (mut options, costs) = (OccluderOptions::default(), OccluderCosts::default());
+    let mut options = OccluderOptions::default();
     if args.occluders == OccluderKind::Baked {
         // Their efficiency is not used.
         options.directions = 0;
@@ -126,15 +109,10 @@ pub fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Result<(),
         let (exact, off): (Vec<&Polygon>, Vec<&Polygon>) =
             made.polygons.iter().partition(|p| p.tolerance == 0.0);
         let occluder = made.to_engine().map_err(Failure::input)?;
-        let own_cost = |id| {
-            let own = model.scene.prepared()[id as usize].occluder();
-            own.map_or(0.0, |own| own.cost(&costs, PIXELS))
-        };
         let take = match args.occluders {
             OccluderKind::Auto => {
-                off.is_empty()
-                    && efficiency >= LEAST_EFFICIENCY
-                    && occluder.cost(&costs, PIXELS) * 2.0 < own_cost(id)
+                let own = model.scene.prepared()[id as usize].occluder();
+                hide_enough(&made, efficiency) && own.is_some_and(|own| pays(&occluder, own))
             }
             _ => true,
         };

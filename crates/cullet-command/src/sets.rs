@@ -46,13 +46,20 @@ pub(crate) fn place(model: &mut Model, scene: &str, path: &Path) -> Result<(), F
 /// # Errors
 /// If the file cannot be read or is damaged.
 pub fn stated_error(path: &Path) -> Result<Option<[f64; 2]>, Failure> {
+    Ok(of_scene(path)?.map(|sets| sets.stated_error()))
+}
+
+/// The sets of a file, where they are those of a scene's view cells.
+///
+/// # Errors
+/// If the file cannot be read or is damaged.
+pub fn of_scene(path: &Path) -> Result<Option<SceneSets>, Failure> {
     let bytes = std::fs::read(path).map_err(|error| failure(path, &error))?;
     let file = Container::open(&bytes).map_err(|error| failure(path, &error))?;
     if !SceneSets::is_of(&file) {
         return Ok(None);
     }
-    let sets = SceneSets::from_bytes(&bytes).map_err(|error| failure(path, &error))?;
-    Ok(Some(sets.stated_error()))
+    SceneSets::from_bytes(&bytes).map(Some).map_err(|error| failure(path, &error))
 }
 
 /// Gives a map the sets that it brings along, where its cells are those of the scene.

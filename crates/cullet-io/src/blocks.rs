@@ -20,6 +20,8 @@ enum Bytes<'a> {
 pub(crate) struct Source<'a> {
     bytes: Bytes<'a>,
     size: u64,
+    /// Bytes of the file before the first.
+    begin: u64,
     /// Bytes read at once.
     block: usize,
 }
@@ -32,7 +34,7 @@ impl Source<'static> {
         }
         let file = File::open(path)?;
         let size = file.metadata()?.len();
-        Ok(Self { bytes: Bytes::File(file), size, block: BLOCK })
+        Ok(Self { bytes: Bytes::File(file), size, begin: 0, block: BLOCK })
     }
 }
 
@@ -42,13 +44,19 @@ impl<'a> Source<'a> {
 
     /// Bytes in memory.
     pub(crate) fn memory(bytes: &'a [u8]) -> Self {
-        Self { bytes: Bytes::Memory(bytes), size: bytes.len() as u64, block: BLOCK }
+        Self { bytes: Bytes::Memory(bytes), size: bytes.len() as u64, begin: 0, block: BLOCK }
     }
 
     /// Bytes in memory that are read in blocks of `block` bytes.
     #[cfg(test)]
     pub(crate) fn in_blocks(bytes: &'a [u8], block: usize) -> Self {
         Self { block, ..Self::memory(bytes) }
+    }
+
+    /// Without so many bytes at the start, of those that there are.
+    pub(crate) fn after(self, count: u64) -> Self {
+        let count = count.min(self.size);
+        Self { size: self.size - count, begin: self.begin + count, ..self }
     }
 
     /// How many bytes there are. What a file gains later is not read.
@@ -77,6 +85,7 @@ impl<'a> Source<'a> {
         let left = usize::try_from(self.size.saturating_sub(offset)).unwrap_or(usize::MAX);
         let count = left.min(most);
         out.reserve_exact(count);
+        let offset = self.begin.saturating_add(offset);
         match &self.bytes {
             Bytes::Memory(bytes) => {
                 if let Some(from) = usize::try_from(offset).ok().and_then(|at| bytes.get(at..)) {

@@ -63,4 +63,7 @@ pub use pose::PoseError;
 pub use prt::{Prt, PrtVariant, load_prt, load_prt_bytes};
 pub use save::{SaveError, SaveErrorKind, SaveFormat, save, save_original};
 #[cfg(not(target_family = "wasm"))]
-pub use tileset::{TileNode, TileSize, TileTree, TilesWritten, WriteTiles, write_tiles};
+pub use tileset::{
+    StandInOf, TileInput, TileNode, TileSets, TileSight, TileSize, TileStandIn, TileTree,
+    TilesWritten, WriteTiles, write_tiles, write_tiles_with,
+};

@@ -235,3 +235,51 @@ fn bytes_that_are_cut_or_changed_end_in_an_error_or_a_model() {
     }
     assert_eq!(wrong as usize, text.len());
 }
+
+/// Tiles of a model, without what their tileset says of their sizes.
+fn unsaid(folder: &Folder, model: &Model) -> cullet_io::TileTree {
+    let mut options = cullet_io::WriteTiles::default();
+    (options.triangles, options.instances) = (3000, 60);
+    cullet_io::write_tiles(model, folder.root(), &options, |_| true).unwrap().unwrap();
+    let path = folder.root().join("tileset.json");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replace("\"extras\":", "\"extra\":")).unwrap();
+    cullet_io::TileTree::open(&path, &LoadOptions::default()).unwrap()
+}
+
+#[test]
+fn headers_of_files_say_what_a_tile_takes_and_the_rest_of_them_is_not_read() {
+    let folder = Folder::new("tileset");
+    let tree = unsaid(&folder, &scenes::build("city:cells=6,objects=400").unwrap());
+    let mut contents = 0;
+    for tile in 0..tree.tiles().len() as u32 {
+        assert_eq!(tree.tiles()[tile as usize].size, None);
+        let counted = tree.counted(tile).unwrap();
+        let scene = tree.load(tile).unwrap().scene;
+        assert_eq!(counted.instances, scene.instance_count());
+        let meshes = scene.meshes();
+        let vertices: u64 = meshes.iter().map(|m| m.positions().len() as u64).sum();
+        let triangles: u64 = meshes.iter().map(|m| u64::from(m.triangle_count())).sum();
+        assert_eq!((counted.vertices, counted.triangles), (vertices, triangles));
+        if tree.tiles()[tile as usize].is_empty() {
+            continue;
+        }
+        contents += 1;
+        let path = folder.root().join(format!("tiles/{tile}.glb"));
+        let bytes = std::fs::read(&path).unwrap();
+        let json = u32::from_le_bytes(*bytes[12..].first_chunk().unwrap()) as usize;
+        std::fs::write(&path, &bytes[..20 + json]).unwrap();
+        assert_eq!(tree.counted(tile), Some(counted), "by the header alone");
+        assert!(tree.load(tile).is_err());
+        // Behind the tables of a b3dm it is the same.
+        let mut old = b"b3dm".to_vec();
+        [1, 28 + bytes.len() as u32, 8, 0, 0, 0].iter().for_each(|v| old.extend(v.to_le_bytes()));
+        old.extend(b"{}      ");
+        old.extend(&bytes[..20 + json]);
+        std::fs::write(&path, &old).unwrap();
+        assert_eq!(tree.counted(tile), Some(counted));
+        std::fs::write(&path, &old[..30]).unwrap();
+        assert_eq!(tree.counted(tile), None);
+    }
+    assert!(contents > 10);
+}

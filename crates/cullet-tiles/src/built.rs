@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use cullet::lod::Levels;
 use cullet::{Instance, Mesh, Preparation, Prepared, Scene};
 
+use crate::occluders::pays;
 use crate::source::{TileContent, TileId};
 
 /// A tile in memory, ready for scenes.
@@ -19,15 +20,21 @@ impl Loaded {
     /// With what is prepared of its own meshes. Cost: that of preparing them.
     #[must_use]
     pub fn of(content: TileContent, preparation: Preparation) -> Self {
-        let prepared = |mesh: Mesh| {
-            let prepared = Prepared::of(&mesh, preparation);
-            (mesh, prepared)
-        };
-        Self {
-            instances: content.instances,
-            meshes: content.meshes.into_iter().map(prepared).collect(),
-            levels: content.levels,
+        let mut meshes: Vec<(Mesh, Prepared)> = content
+            .meshes
+            .into_iter()
+            .map(|mesh| {
+                let prepared = Prepared::of(&mesh, preparation);
+                (mesh, prepared)
+            })
+            .collect();
+        for (mesh, occluder) in content.occluders {
+            let Some((_, prepared)) = meshes.get_mut(mesh as usize) else { continue };
+            if prepared.occluder().is_some_and(|own| pays(&occluder, own)) {
+                *prepared = std::mem::take(prepared).with_occluder(occluder);
+            }
         }
+        Self { instances: content.instances, meshes, levels: content.levels }
     }
 }
 

@@ -38,35 +38,31 @@ impl PartialOrd for Candidate {
 
 impl Ord for Candidate {
     fn cmp(&self, other: &Self) -> Ordering {
-        let of = |c: &Self| (c.want.pixels, c.want.tile);
-        let ((a, first), (b, second)) = (of(self), of(other));
-        a.total_cmp(&b).then(second.cmp(&first))
+        // A heap gives the greatest first.
+        other.want.order(&self.want)
     }
 }
 
 /// Chooses a cut for an eye at any of some points: where the error on the screen is largest tiles are replaced by finer ones,
-/// until it is small enough everywhere or the budget is used. Tiles of `failed` are never chosen; what is coarser stays. A
+/// until it is small enough everywhere or the budget is used. Where the source [knows](TileSource::is_seen) which tiles can be seen from the
+/// cells of the eyes, all of those come before any other; the others get what they leave of the budget, so that with a budget that is
+/// never used up the cut is the same. Tiles of `failed` are never chosen; what is coarser stays. A
 /// function of its arguments alone; cost: a logarithm for each tile of the cut.
 ///
 /// # Errors
-/// If the coarsest tiles alone exceed the budget.
+/// If the coarsest tiles and what the source takes itself exceed the budget.
 pub fn choose<S: TileSource + ?Sized>(
     source: &S,
     eyes: &[[f64; 3]],
     settings: &Settings,
     failed: &dyn Fn(TileId) -> bool,
 ) -> Result<Cut, TileError> {
-    let want = |tile: TileId| {
-        let info = source.info(tile);
-        Want {
-            tile,
-            bytes: bytes_of(info.instances, info.meshes),
-            pixels: pixels(&info, eyes, settings.scale),
-        }
-    };
+    let cells = source.cells_of(eyes);
+    let want = |tile: TileId| want(source, tile, eyes, &cells, settings);
     let mut heap: BinaryHeap<Candidate> =
         source.roots().into_iter().map(|tile| Candidate { want: want(tile) }).collect();
-    let mut cut = Cut { bytes: heap.iter().map(|c| c.want.bytes).sum(), ..Cut::default() };
+    let roots = heap.iter().map(|c| c.want.bytes);
+    let mut cut = Cut { bytes: roots.fold(source.bytes(), u64::saturating_add), ..Cut::default() };
     if cut.bytes > settings.budget {
         return Err(TileError::Budget { bytes: cut.bytes, budget: settings.budget });
     }
@@ -101,8 +97,25 @@ pub fn choose<S: TileSource + ?Sized>(
     Ok(cut)
 }
 
+/// A tile, and how much it matters. `cells` are those of the eyes.
+pub(crate) fn want<S: TileSource + ?Sized>(
+    source: &S,
+    tile: TileId,
+    eyes: &[[f64; 3]],
+    cells: &[u32],
+    settings: &Settings,
+) -> Want {
+    let info = source.info(tile);
+    Want {
+        tile,
+        bytes: bytes_of(info.instances, info.meshes),
+        pixels: pixels(&info, eyes, settings.scale),
+        is_seen: cells.is_empty() || source.is_seen(tile, cells),
+    }
+}
+
 /// The error of a tile on the screen, in pixels, from the nearest of some eyes; without end where one is within its box.
-pub(crate) fn pixels(info: &TileInfo, eyes: &[[f64; 3]], scale: f64) -> f64 {
+fn pixels(info: &TileInfo, eyes: &[[f64; 3]], scale: f64) -> f64 {
     if info.error <= 0.0 {
         return 0.0;
     }

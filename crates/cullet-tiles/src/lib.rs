@@ -10,8 +10,8 @@
 //!
 //! A [`World`] gives one [`Scene`](cullet::Scene) at any time, so every stage works on it as on a scene that was never cut: occluders of one tile hide
 //! what stands in another, and nothing visible of what is loaded is dropped. The scene is a function of the cut alone, not of the order in
-//! which tiles came. Every place of the world is in exactly one tile of a cut, and in those above it that it adds to. Coarse tiles stand in for what is not loaded; their
-//! blocks are drawn and never hide anything.
+//! which tiles came. Every place of the world is in exactly one tile of a cut, and in those above it that it adds to. Coarse tiles stand in for what is not loaded; what they
+//! show is drawn and never hides anything. Where a world [knows](TileSource::is_seen) what can be seen from where, that is loaded first.
 //!
 //! ```
 //! use cullet::{Culler, ViewState, Visible};
@@ -28,6 +28,7 @@
 mod built;
 mod choose;
 mod city;
+pub mod occluders;
 mod settings;
 mod source;
 mod status;

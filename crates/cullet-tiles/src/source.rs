@@ -1,5 +1,6 @@
 //! Where tiles come from.
 
+use cullet::cull::occlusion::Occluder;
 use cullet::lod::Levels;
 use cullet::{Instance, Mesh};
 use thiserror::Error;
@@ -33,6 +34,9 @@ pub struct TileContent {
     pub meshes: Vec<Mesh>,
     /// Levels of detail of its own meshes: of which, which holds them, both by their numbers among `meshes`, and what they are.
     pub levels: Vec<([u32; 2], Levels)>,
+    /// Occluders of its own meshes, by their numbers among `meshes`: shapes that lie within what a mesh hides. Where one costs less than half of
+    /// what the mesh's own triangles do, it is drawn in their place.
+    pub occluders: Vec<(u32, Occluder)>,
 }
 
 impl TileContent {
@@ -92,4 +96,21 @@ pub trait TileSource: Send + Sync + 'static {
     /// # Errors
     /// If it cannot be loaded.
     fn load(&self, tile: TileId) -> Result<TileContent, TileError>;
+
+    /// Bytes that the source takes itself, whatever is loaded; they are of the budget. Default: none.
+    fn bytes(&self) -> u64 {
+        0
+    }
+
+    /// The cells that some points are in, of those for which it is known which tiles can be seen from them; none where one of the points
+    /// is in no such cell, so that nothing is known. Default: none.
+    fn cells_of(&self, _points: &[[f64; 3]]) -> Vec<u32> {
+        Vec::new()
+    }
+
+    /// Whether anything of a tile, or of those below it, can be seen from one of some cells, as far as is known. Says what is loaded
+    /// first and never what is drawn, so that an answer may be wrong. Default: yes.
+    fn is_seen(&self, _tile: TileId, _cells: &[u32]) -> bool {
+        true
+    }
 }

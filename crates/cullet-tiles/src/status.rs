@@ -1,5 +1,7 @@
 //! Where a world stands.
 
+use std::cmp::Ordering;
+
 use crate::source::{TileError, TileId};
 
 /// A tile that is to be loaded.
@@ -11,6 +13,17 @@ pub struct Want {
     pub bytes: u64,
     /// The error of what it shows, on the screen, in pixels; of finest tiles 0.
     pub pixels: f64,
+    /// Whether it can be seen from where the eye is or is going to be, as far as is known: see
+    /// [`TileSource::is_seen`](crate::TileSource::is_seen).
+    pub is_seen: bool,
+}
+
+impl Want {
+    /// Of two tiles the one that matters more is less: first what can be seen, then what is more pixels off, then by name.
+    pub(crate) fn order(&self, other: &Self) -> Ordering {
+        let seen = other.is_seen.cmp(&self.is_seen);
+        seen.then(other.pixels.total_cmp(&self.pixels)).then(self.tile.cmp(&other.tile))
+    }
 }
 
 /// Where a world stands.

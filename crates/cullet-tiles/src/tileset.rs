@@ -1,25 +1,35 @@
 //! 3D Tiles, tile by tile.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
-use cullet::{Instance, Mesh};
-use cullet_io::{LoadError, LoadOptions, TileTree};
+use cullet::cull::occlusion::Occluder;
+use cullet::{Instance, InstanceFlags, Mesh};
+use cullet_io::baked::BakedMesh;
+use cullet_io::{LoadError, LoadOptions, TileNode, TileSight, TileTree};
 
+use crate::occluders::{from_tables, hide_enough};
 use crate::source::{TileContent, TileError, TileId, TileInfo, TileSource};
 
-/// Of a tile of a tileset that does not say what it takes: so many bytes of its file an instance, a vertex and a triangle at the
-/// least.
+/// Of a tile that says what it takes neither in its tileset nor in the headers of its files: so many bytes of those an instance, a vertex
+/// and a triangle at the least.
 const OF_A_FILE: [u64; 3] = [1024, 12, 6];
 
 /// A tileset in a folder, whose tiles are loaded when they matter: 3D Tiles 1.0 or 1.1, see [`TileTree`].
 ///
-/// What [`write_tiles`](cullet_io::write_tiles) wrote says what each tile takes. Of other tilesets that is estimated from the
-/// size of its files, more than most need; a tile that takes more than that is not shown, and named in
-/// [`Status::failed`](crate::Status::failed). Levels of detail are those of the tiles' files; cells and motions are left out.
+/// What [`write_tiles`](cullet_io::write_tiles) wrote says what each tile takes. Of other tilesets the counts in the headers of a tile's files
+/// say it, which are read when the tile first matters, and for meshes that deform or have levels of detail the size of the
+/// files, more than most need; a tile that takes more than that is not shown, and named in
+/// [`Status::failed`](crate::Status::failed). Levels of detail and occluders are those that the tiles' files have baked; a tile that others replace
+/// stands in for them and never occludes. Where the tileset has visible sets, they say what matters first. Cells and motions are left out.
 #[derive(Debug)]
 pub struct FolderTiles {
     tree: TileTree,
-    infos: Vec<TileInfo>,
+    /// What is known of each tile, once that was asked for.
+    infos: Vec<OnceLock<TileInfo>>,
+    /// Of the tree and of what is known.
+    bytes: u64,
+    uses_sight: bool,
 }
 
 impl FolderTiles {
@@ -29,25 +39,37 @@ impl FolderTiles {
     /// If it, or a tileset within it, cannot be read or is invalid.
     pub fn open(path: &Path, options: &LoadOptions) -> Result<Self, LoadError> {
         let tree = TileTree::open(path, options)?;
-        let info = |(tile, node): (usize, &cullet_io::TileNode)| {
-            let (instances, meshes) = match node.size {
-                Some(size) => (size.instances, [size.vertices, size.triangles]),
-                None => {
-                    let bytes = tree.file_bytes(tile as u32);
-                    let [instance, vertex, triangle] = OF_A_FILE.map(|of| bytes / of);
-                    (u32::try_from(instance + 1).unwrap_or(u32::MAX), [vertex, triangle])
-                }
-            };
-            TileInfo { bounds: node.bounds, error: node.error, instances, meshes, adds: node.adds }
-        };
-        let infos = tree.tiles().iter().enumerate().map(info).collect();
-        Ok(Self { tree, infos })
+        let infos: Vec<OnceLock<TileInfo>> = tree.tiles().iter().map(|_| OnceLock::new()).collect();
+        let bytes = tree.size() + size_of_val(&infos[..]) as u64;
+        Ok(Self { tree, infos, bytes, uses_sight: true })
+    }
+
+    /// The same world, without what its visible sets say of what matters first.
+    #[must_use]
+    pub fn without_sight(self) -> Self {
+        Self { uses_sight: false, ..self }
+    }
+
+    fn sight(&self) -> Option<&TileSight> {
+        self.tree.sight().filter(|_| self.uses_sight)
     }
 
     /// The tree of its tiles; a tile's number is its [`TileId`].
     #[must_use]
     pub fn tree(&self) -> &TileTree {
         &self.tree
+    }
+
+    fn find(&self, number: usize, node: &TileNode) -> TileInfo {
+        let (instances, meshes) = match self.tree.counted(number as u32) {
+            Some(size) => (size.instances, [size.vertices, size.triangles]),
+            None => {
+                let bytes = self.tree.file_bytes(number as u32);
+                let [instance, vertex, triangle] = OF_A_FILE.map(|of| bytes / of);
+                (u32::try_from(instance + 1).unwrap_or(u32::MAX), [vertex, triangle])
+            }
+        };
+        TileInfo { bounds: node.bounds, error: node.error, instances, meshes, adds: node.adds }
     }
 
     fn number(TileId(tile): TileId) -> usize {
@@ -68,7 +90,9 @@ impl TileSource for FolderTiles {
         let everywhere = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
         let none =
             TileInfo { bounds: everywhere, error: 0.0, instances: 0, meshes: [0; 2], adds: false };
-        self.infos.get(Self::number(tile)).copied().unwrap_or(none)
+        let number = Self::number(tile);
+        let found = self.infos.get(number).zip(self.tree.tiles().get(number));
+        found.map_or(none, |(info, node)| *info.get_or_init(|| self.find(number, node)))
     }
 
     fn children(&self, tile: TileId, out: &mut Vec<TileId>) {
@@ -81,9 +105,15 @@ impl TileSource for FolderTiles {
         let number = u32::try_from(tile.0).map_err(|_| fail("there is no such tile".to_owned()))?;
         let model = self.tree.load(number).map_err(|e| fail(e.to_string()))?;
         let scene = &model.scene;
+        let stands_in =
+            self.tree.tiles().get(Self::number(tile)).is_some_and(TileNode::is_stand_in);
+        let flags = |flags: InstanceFlags| InstanceFlags {
+            no_occlusion: flags.no_occlusion || stands_in,
+            ..flags
+        };
         let instances = scene.slots().map(|slot| Instance {
             layers: scene.layers(slot),
-            flags: scene.flags(slot),
+            flags: flags(scene.flags(slot)),
             size_weight: scene.size_weight(slot),
             user: tile.0 << 32 | u64::from(slot),
             ..Instance::new(scene.mesh_id(slot), *scene.transform(slot))
@@ -96,6 +126,42 @@ impl TileSource for FolderTiles {
             instances: instances.collect(),
             meshes: scene.meshes().to_vec(),
             levels: (0..scene.meshes().len() as u32).flat_map(levels).collect(),
+            occluders: model
+                .baked
+                .iter()
+                .flat_map(|baked| &baked.meshes)
+                .filter_map(occluder)
+                .collect(),
         })
     }
+
+    fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    fn cells_of(&self, points: &[[f64; 3]]) -> Vec<u32> {
+        let Some(sight) = self.sight() else { return Vec::new() };
+        let cells = points.iter().map(|&point| sight.cell_of(point));
+        let mut cells: Vec<u32> = cells.collect::<Option<_>>().unwrap_or_default();
+        cells.sort_unstable();
+        cells.dedup();
+        cells
+    }
+
+    fn is_seen(&self, tile: TileId, cells: &[u32]) -> bool {
+        let node = self.tree.tiles().get(Self::number(tile));
+        match (self.sight(), node.and_then(|node| node.number)) {
+            (Some(sight), Some(number)) => cells.iter().any(|&cell| sight.sees(cell, number)),
+            _ => true,
+        }
+    }
+}
+
+/// Occluders that were baked for a mesh, where they hide nearly all that it does.
+fn occluder(of: &BakedMesh) -> Option<(u32, Occluder)> {
+    let tables = of.occluders.as_ref()?;
+    let made = from_tables(tables);
+    // One that is none, in spite of its sum, is left out: the mesh's own triangles serve.
+    let occluder = hide_enough(&made, tables.efficiency).then(|| made.to_engine().ok())??;
+    (!occluder.shapes().is_empty()).then_some((of.mesh, occluder))
 }

@@ -8,7 +8,7 @@ use std::time::Instant;
 use cullet::{Mesh, Prepared, Scene};
 
 use crate::built::{Loaded, scene_of};
-use crate::choose::{Cut, choose, pixels};
+use crate::choose::{Cut, choose, want};
 use crate::settings::{Settings, bytes_of};
 use crate::source::{TileError, TileId, TileSource};
 use crate::status::{Status, Want};
@@ -130,15 +130,10 @@ impl<S: TileSource> Worker<S> {
 
     /// Loads tiles, those first that matter most.
     fn load(&mut self, missing: Vec<TileId>, eyes: &[[f64; 3]]) -> Option<Step> {
-        let mut wanted: Vec<Want> = missing
-            .into_iter()
-            .map(|tile| {
-                let info = self.source.info(tile);
-                let pixels = pixels(&info, eyes, self.settings.scale);
-                Want { tile, bytes: bytes_of(info.instances, info.meshes), pixels }
-            })
-            .collect();
-        wanted.sort_by(|a, b| b.pixels.total_cmp(&a.pixels).then(a.tile.cmp(&b.tile)));
+        let cells = self.source.cells_of(eyes);
+        let want = |tile| want(&*self.source, tile, eyes, &cells, &self.settings);
+        let mut wanted: Vec<Want> = missing.into_iter().map(want).collect();
+        wanted.sort_by(Want::order);
         self.shared.lock().status.wanted = wanted.clone();
         for want in wanted {
             let loaded = self.source.load(want.tile);

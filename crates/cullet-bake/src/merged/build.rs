@@ -6,9 +6,10 @@ use cullet::{MeshData, Scene};
 
 use super::fewest::Measure;
 use super::keep::Kept;
-use super::surface::{Made, Piece, Surface};
+use super::made::Made;
 use super::tree::{Node, tree};
 use super::{Member, MergeInput, MergeOptions, MergedGroup, MeshAttributes};
+use crate::gather::{Piece, Surface};
 use crate::levels::{LevelsError, Within, chain_of};
 use crate::threads;
 use crate::work::order_of_share;

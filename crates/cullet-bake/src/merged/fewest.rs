@@ -1,7 +1,7 @@
 //! The fewest triangles of a surface within a bound that is measured against another: the instances in full.
 
 use super::MEASURED;
-use super::surface::Surface;
+use crate::gather::Surface;
 use crate::levels::simplifier::{Target, simplify};
 use crate::levels::{LevelsError, SurfaceTree, inner_points, surface_points};
 

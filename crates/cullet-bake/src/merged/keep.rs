@@ -5,10 +5,11 @@ use std::collections::HashMap;
 use cullet::mesh::{Alpha, Part};
 use cullet::{Mesh, MeshId, Scene};
 
-use super::surface::{Made, Surface};
+use super::made::Made;
 use super::tree::Node;
 use super::{MergeInput, MergeOptions};
 use crate::container::{Container, Tag, write_chunks};
+use crate::gather::Surface;
 use crate::hash::{Sum, hash};
 
 /// Counted up whenever the same instances and options give other groups, so that those of before are not taken for them.

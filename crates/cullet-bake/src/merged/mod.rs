@@ -10,7 +10,7 @@
 mod build;
 mod fewest;
 mod keep;
-mod surface;
+mod made;
 mod tree;
 
 use cullet::{Handle, Instance, Scene, SceneError, StandInError, Transform};
@@ -18,6 +18,7 @@ use thiserror::Error;
 
 use crate::levels::{LevelsData, LevelsError};
 
+pub use crate::gather::MeshAttributes;
 pub use keep::Keep;
 
 /// A group of instances, as it is baked.
@@ -94,31 +95,6 @@ impl Default for MergeOptions {
             keep: 0.8,
             threads: 1,
         }
-    }
-}
-
-/// Texture coordinates and colours of a mesh's vertices, each list one for each vertex or empty.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct MeshAttributes<'a> {
-    /// Texture coordinates.
-    pub uvs: &'a [[f32; 2]],
-    /// Linear colours and alpha.
-    pub colors: &'a [[f32; 4]],
-}
-
-impl MeshAttributes<'_> {
-    /// The lists that have as many entries as there are vertices; `None` where neither has.
-    fn of_all(self, vertices: usize) -> Option<Self> {
-        let uvs = if self.uvs.len() == vertices { self.uvs } else { &[] };
-        let colors = if self.colors.len() == vertices { self.colors } else { &[] };
-        (vertices > 0 && !(uvs.is_empty() && colors.is_empty())).then_some(Self { uvs, colors })
-    }
-
-    /// Those of a vertex; what it has not is zero, and white.
-    fn values(&self, vertex: usize) -> [f32; 6] {
-        let [u, v] = self.uvs.get(vertex).copied().unwrap_or_default();
-        let [r, g, b, a] = self.colors.get(vertex).copied().unwrap_or([1.0; 4]);
-        [u, v, r, g, b, a]
     }
 }
 

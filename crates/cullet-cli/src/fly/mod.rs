@@ -27,12 +27,14 @@ Flies through a world whose tiles are loaded and dropped on the way, within a bu
 Writes into --out: index.html with curves of time and memory, and frames.csv. Frames are 60 a second, as in a game; culling takes one
 thread and loading another. Some frames are held against a picture that culls nothing; with --lod, without levels of detail.
 
-A world is the built-in city of up to a thousand million instances, or 3D Tiles.
+A world is the built-in city of up to a thousand million instances, or 3D Tiles. Where `cullet tiles --pvs` wrote those, what can be seen from
+the view cell of the eye is loaded before all else.
 
 Examples
   cullet fly city:n=1e8                          a hundred million instances in a gibibyte
   cullet fly city:n=1e8 --budget 200 --pixels 16 coarser, in less
-  cullet tiles city.glb -o city && cullet fly city/tileset.json";
+  cullet tiles city.glb -o city && cullet fly city/tileset.json
+  cullet tiles castle.glb --stand-ins -o castle && cullet fly castle --budget 64";
 
 /// `cullet fly`
 #[derive(Debug, Args)]
@@ -58,6 +60,9 @@ pub(crate) struct FlyArgs {
     /// Draw levels of detail that are off by up to PX pixels, where tiles have some
     #[arg(long, value_name = "PX", value_parser = parse::pixels)]
     lod: Option<f64>,
+    /// Do not let visible sets say what is loaded first, where the tileset has some
+    #[arg(long)]
+    no_sets: bool,
     /// Frames that are held against a picture that culls nothing
     #[arg(long, value_name = "N", default_value_t = 9)]
     check: u32,
@@ -76,11 +81,11 @@ const SMALL: [u32; 2] = [320, 180];
 pub(crate) fn run(args: &FlyArgs, console: &Console) -> Outcome {
     let mut settings = Settings::default().with_budget(args.budget << 20).with_pixels(args.pixels);
     settings.scale = f64::from(SIZE[1]) * 0.5 / (FOV * 0.5).tan();
-    let (mut world, route) = world::open(&args.world, &settings)?;
+    let (mut world, route) = world::open(&args.world, &settings, !args.no_sets)?;
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
     let (frames, mut record) = fly(args, &mut world, &route, console);
     record.world = args.world.clone();
-    record.instances = route.instances;
+    (record.instances, record.cells) = (route.instances, route.cells);
     let csv = args.out.join("frames.csv");
     write_csv(&frames).map_or(Ok(()), |bytes| replace(&csv, &bytes))?;
     let path = args.out.join("index.html");
@@ -218,6 +223,10 @@ fn print(r: &Record, console: &Console) {
         digits(r.longest_build_seconds),
         digits(r.longest_look_ms),
     ));
+    if r.cells > 0 {
+        let cells = count(r.cells.into(), "view cell says", "view cells say");
+        console.line(format!("  {cells} what is loaded first"));
+    }
     for (name, half) in [("low", r.low), ("high", r.high)] {
         console.line(format!(
             "  {name:<5} cull {} ms in the median, {} ms in 99 of 100; {} visible in the mean",

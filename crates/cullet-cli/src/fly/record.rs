@@ -41,6 +41,8 @@ pub(super) struct Record {
     pub(super) world: String,
     /// Of all of the world.
     pub(super) instances: u64,
+    /// View cells whose rows say what is loaded first.
+    pub(super) cells: u32,
     pub(super) frames: usize,
     /// At the most in the scene, and bytes counted at the most.
     pub(super) most_instances: u32,
@@ -66,6 +68,7 @@ impl Record {
             schema: 1,
             world: String::new(),
             instances: 0,
+            cells: 0,
             frames: 0,
             most_instances: 0,
             most_tiles: 0,

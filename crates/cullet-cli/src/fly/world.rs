@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use cullet_command::exit::{Exit, Failure};
-use cullet_io::LoadOptions;
 use cullet_io::scenes::CityPlots;
+use cullet_io::{LoadOptions, TileSight};
 use cullet_tiles::{CityTiles, FolderTiles, Settings, TileError, TileSource, World};
 
 use cullet::Preparation;
@@ -24,6 +24,8 @@ pub(super) struct Route {
     pub(super) near: f64,
     /// Of the whole world.
     pub(super) instances: u64,
+    /// View cells whose rows say what is loaded first.
+    pub(super) cells: u32,
 }
 
 impl Route {
@@ -47,14 +49,23 @@ impl Route {
     }
 }
 
-/// Opens a world.
-pub(super) fn open(name: &str, settings: &Settings) -> Result<(World, Route), Failure> {
+/// Opens a world, whose visible sets say what is loaded first if those are used.
+pub(super) fn open(
+    name: &str,
+    settings: &Settings,
+    uses_sets: bool,
+) -> Result<(World, Route), Failure> {
     let path = Path::new(name);
     if path.exists() {
         let tileset = if path.is_dir() { path.join("tileset.json") } else { path.to_owned() };
         let options = LoadOptions { prepare: Preparation::NONE, ..LoadOptions::default() };
-        let tiles = FolderTiles::open(&tileset, &options).map_err(Failure::input)?;
-        let route = through(&tiles, name)?;
+        let mut tiles = FolderTiles::open(&tileset, &options).map_err(Failure::input)?;
+        let mut route = through(&tiles, name)?;
+        if uses_sets {
+            route.cells = tiles.tree().sight().map_or(0, TileSight::cell_count);
+        } else {
+            tiles = tiles.without_sight();
+        }
         return Ok((world(tiles, settings, name)?, route));
     }
     let (instances, seed) = city(name).map_err(Failure::usage)?;
@@ -68,6 +79,7 @@ pub(super) fn open(name: &str, settings: &Settings) -> Result<(World, Route), Fa
         length: 2.0 * tiles.city().reach(),
         near: 0.3,
         instances,
+        cells: 0,
     };
     Ok((world(tiles, settings, name)?, route))
 }
@@ -101,7 +113,12 @@ fn through(tiles: &FolderTiles, name: &str) -> Result<Route, Failure> {
         speed: None,
         length,
         near: length * 1e-4,
-        instances: infos().map(|info| u64::from(info.instances)).sum(),
+        instances: (0..)
+            .zip(tiles.tree().tiles())
+            .filter(|(_, node)| !node.is_stand_in())
+            .map(|(tile, _)| u64::from(tiles.info(cullet_tiles::TileId(tile)).instances))
+            .sum(),
+        cells: 0,
     })
 }
 
@@ -151,6 +168,7 @@ mod tests {
             length: 40.0,
             near: 0.1,
             instances: 1,
+            cells: 0,
         };
         let speed = route.speed(20.0);
         let eye = |seconds: f64, high| route.at(seconds, 20.0, speed, high)[0];

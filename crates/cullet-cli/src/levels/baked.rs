@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ffi::OsString;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use cullet::{Mesh, Scene};
@@ -44,17 +44,7 @@ pub(crate) fn load_with(
         return Ok(model);
     }
     let start = Instant::now();
-    let folder = cache::folder().ok_or_else(|| {
-        cannot(args, "the system tells no folder for files that can be made again; set XDG_CACHE_HOME or HOME")
-    })?;
-    let groups = if wanted == Wanted::Groups { "-groups" } else { "" };
-    let path = folder.join(format!("{}{groups}.glb", cache::key(args)?));
-    let is_new = !path.is_file();
-    if is_new {
-        std::fs::create_dir_all(&folder).map_err(|e| Failure::write(&folder, &e))?;
-        console.note(format!("{}: levels of detail are made of it, once", model.name));
-        bake(args, wanted, &path, console)?;
-    }
+    let (path, is_new) = file(args, wanted, &model.name, console)?;
     let baked =
         inputs::load(&SceneArgs::of(path.to_string_lossy()), &Console::new(true, None)).map_err(
             |f| Failure { message: format!("{}; delete it, and it is made again", f.message), ..f },
@@ -83,6 +73,30 @@ pub(crate) fn load_with(
         path.display()
     ));
     Ok(model)
+}
+
+/// The file that the baker makes of a scene, now or before, and whether it is new.
+///
+/// # Errors
+/// If none can be made.
+pub(crate) fn file(
+    args: &SceneArgs,
+    wanted: Wanted,
+    name: &str,
+    console: &Console,
+) -> Result<(PathBuf, bool), Failure> {
+    let folder = cache::folder().ok_or_else(|| {
+        cannot(args, "the system tells no folder for files that can be made again; set XDG_CACHE_HOME or HOME")
+    })?;
+    let groups = if wanted == Wanted::Groups { "-groups" } else { "" };
+    let path = folder.join(format!("{}{groups}.glb", cache::key(args)?));
+    let is_new = !path.is_file();
+    if is_new {
+        std::fs::create_dir_all(&folder).map_err(|e| Failure::write(&folder, &e))?;
+        console.note(format!("{name}: levels of detail are made of it, once"));
+        bake(args, wanted, &path, console)?;
+    }
+    Ok((path, is_new))
 }
 
 /// Has the baker write a file, which is there only once it is whole.
@@ -119,7 +133,7 @@ fn bake(args: &SceneArgs, wanted: Wanted, path: &Path, console: &Console) -> Res
 fn cannot(args: &SceneArgs, why: &str) -> Failure {
     let scene = &args.scene;
     Failure::input(format!(
-        "--lod: {scene} has no levels of detail, and none can be made: {why}\n\
+        "{scene} has no levels of detail, and none can be made: {why}\n\
          Where the baker runs, `cullet bake {scene} -o baked.glb` writes a file that has them; give that instead"
     ))
 }

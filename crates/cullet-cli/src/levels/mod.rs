@@ -7,7 +7,7 @@ mod record;
 
 use cullet::Scene;
 
-pub(crate) use baked::{load, load_with};
+pub(crate) use baked::{file, load, load_with};
 pub(crate) use ladder::Ladder;
 pub(crate) use record::{DeviationRecord, LadderRecord, LevelsRecord, LevelsSummary};
 

@@ -26,12 +26,14 @@ mod meshopt;
 mod nodes;
 mod notes;
 mod rig;
+mod size;
 mod stand_ins;
 pub(crate) mod uri;
 
 #[cfg(test)]
 mod tests;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use cullet::{Mesh, MeshData, Scene};
@@ -49,6 +51,7 @@ pub(crate) use glb::parts;
 pub(crate) use mapped::{ListError, Listed, list};
 pub use mapped::{ListedImpostor, ListedLevels, ListedMesh, ListedTable};
 pub use mapped_groups::ListedGroup;
+pub(crate) use size::{Counts, counts};
 pub(crate) use uri::{UriSource, read as read_uri};
 
 /// Loads a glTF or GLB from the bytes of its file; its other files are `beside`.
@@ -90,13 +93,9 @@ fn check_header(path: &Path, bytes: &[u8]) -> Result<(), ErrorKind> {
     Ok(())
 }
 
-/// The files that the buffers of a glTF or GLB name. Of a GLB only the JSON is read.
-///
-/// # Errors
-/// If there is no JSON to be read. What is wrong with a buffer is left to who loads the model.
-pub(crate) fn named(path: &Path, source: &Source<'_>) -> Result<Vec<PathBuf>, ErrorKind> {
+/// The first bytes of a glTF or GLB, and where in them its JSON is. Of a GLB what follows that is not read.
+fn json_of(source: &Source<'_>) -> Result<(Vec<u8>, Range<usize>), ErrorKind> {
     let head = source.head(glb::HEAD)?;
-    check_header(path, &head)?;
     let size = usize::try_from(source.size()).unwrap_or(usize::MAX);
     let json = match glb::json_at(&head) {
         Some(json) if json.end <= size => json,
@@ -106,7 +105,16 @@ pub(crate) fn named(path: &Path, source: &Source<'_>) -> Result<Vec<PathBuf>, Er
         }
         None => 0..size,
     };
-    let bytes = source.head(json.end)?;
+    Ok((source.head(json.end)?, json))
+}
+
+/// The files that the buffers of a glTF or GLB name. Of a GLB only the JSON is read.
+///
+/// # Errors
+/// If there is no JSON to be read. What is wrong with a buffer is left to who loads the model.
+pub(crate) fn named(path: &Path, source: &Source<'_>) -> Result<Vec<PathBuf>, ErrorKind> {
+    check_header(path, &source.head(glb::HEAD)?)?;
+    let (bytes, json) = json_of(source)?;
     let root = json::parse(bytes.get(json).unwrap_or_default())?;
     let buffers = root.buffers.iter().flatten().enumerate();
     Ok(buffers

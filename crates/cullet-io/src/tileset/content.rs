@@ -9,6 +9,8 @@ use super::join::Joint;
 use super::json;
 use super::place::y_up_to_z_up;
 use crate::beside::Beside;
+use crate::blocks::Source;
+use crate::gltf::{self, Counts};
 use crate::{ErrorKind, LoadOptions};
 
 /// A content that is drawn, and where.
@@ -35,7 +37,7 @@ pub(super) fn add(
         Beside::Given(_) => None,
     };
     let beside = folder.as_deref().map_or(beside, Beside::Folder);
-    let model = crate::gltf::load(path, glb, options, beside).map_err(at)?;
+    let model = gltf::load(path, glb, options, beside).map_err(at)?;
     let transform = *frame * *transform * moved * y_up_to_z_up();
     joint.add(&path.with_extension("").to_string_lossy(), model, &transform).map_err(at)
 }
@@ -44,26 +46,9 @@ pub(super) fn add(
 fn content(path: &Path, mut bytes: Vec<u8>) -> Result<(Vec<u8>, DMat4), ErrorKind> {
     match bytes.get(..4) {
         Some(b"b3dm") => {
-            let invalid = || {
-                let size = bytes.len();
-                ErrorKind::invalid(
-                    "b3dm header",
-                    format!("its tables do not end within its {size} bytes"),
-                )
-            };
-            let word = |k: usize| {
-                let bytes = bytes.get(4 * k..4 * k + 4)?;
-                Some(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as usize)
-            };
-            let [Some(features), Some(more), Some(batches), Some(last)] = [3, 4, 5, 6].map(word)
-            else {
-                return Err(invalid());
-            };
-            let begin =
-                [features, more, batches, last].iter().try_fold(28_usize, |a, &b| a.checked_add(b));
-            let begin = begin.filter(|&b| b <= bytes.len()).ok_or_else(invalid)?;
-            let moved = json::relative_to(&bytes[28..28 + features]);
-            Ok((bytes.split_off(begin), moved))
+            let Tables { features, end } = tables(&bytes, bytes.len() as u64)?;
+            let moved = json::relative_to(&bytes[FIRST_TABLE..FIRST_TABLE + features]);
+            Ok((bytes.split_off(end), moved))
         }
         Some(kind @ (b"i3dm" | b"pnts" | b"cmpt")) => {
             let kind = String::from_utf8_lossy(kind);
@@ -74,4 +59,43 @@ fn content(path: &Path, mut bytes: Vec<u8>) -> Result<(Vec<u8>, DMat4), ErrorKin
         }
         _ => Ok((bytes, DMat4::IDENTITY)),
     }
+}
+
+/// Bytes before the tables of a b3dm.
+const FIRST_TABLE: usize = 28;
+
+/// What of a b3dm lies before its glTF.
+struct Tables {
+    /// Bytes of the first table.
+    features: usize,
+    /// Where the last ends.
+    end: usize,
+}
+
+/// The tables of a b3dm of so many bytes, by its first ones.
+fn tables(head: &[u8], size: u64) -> Result<Tables, ErrorKind> {
+    let word = |k: usize| {
+        let bytes = head.get(4 * k..4 * k + 4)?;
+        Some(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as usize)
+    };
+    let all = || {
+        let lengths = [word(3)?, word(4)?, word(5)?, word(6)?];
+        let end = lengths.iter().try_fold(FIRST_TABLE, |a, &b| a.checked_add(b))?;
+        (end as u64 <= size).then_some(Tables { features: lengths[0], end })
+    };
+    all().ok_or_else(|| {
+        let message = format!("its tables do not end within its {size} bytes");
+        ErrorKind::invalid("b3dm header", message)
+    })
+}
+
+/// How much a file takes at the most, by the counts in its header; `None` where that cannot be told from them.
+pub(super) fn counts(path: &Path) -> Result<Option<Counts>, ErrorKind> {
+    let source = Source::open(path)?;
+    let head = source.head(FIRST_TABLE)?;
+    if !head.starts_with(b"b3dm") {
+        return gltf::counts(&source);
+    }
+    let Tables { end, .. } = tables(&head, source.size())?;
+    gltf::counts(&source.after(end as u64))
 }

@@ -25,7 +25,7 @@ impl<'a> Joint<'a> {
         Self { options, model, triangles: 0, instances: 0, still: 0, keeps_levels: false }
     }
 
-    /// As [`new`](Self::new), with the levels of detail of what is added first.
+    /// As [`new`](Self::new), with what was baked of the meshes of what is added first: their levels of detail and occluders.
     pub(super) fn with_levels(name: &str, options: &'a LoadOptions) -> Self {
         Self { keeps_levels: true, ..Self::new(name, options) }
     }
@@ -83,6 +83,10 @@ impl<'a> Joint<'a> {
             added.map_err(|e| ErrorKind::invalid("instance", e.to_string()))?;
             let own = tile.scene.handle(slot).map(|handle| tile.instance_name(handle));
             self.model.instance_names.push(format!("{name} {}", own.unwrap_or_default()));
+        }
+        if is_kept {
+            // Its meshes have the numbers that they had.
+            self.model.baked = tile.baked;
         }
         self.model.materials.extend(tile.materials);
         self.model.warnings.extend(

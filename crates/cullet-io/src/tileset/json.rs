@@ -52,8 +52,21 @@ pub(super) struct TileJson {
 #[derive(Debug, Deserialize)]
 #[serde(untagged)]
 pub(super) enum Extras {
-    Ours { cullet: TileSize },
+    Ours { cullet: OursJson },
     Other(serde::de::IgnoredAny),
+}
+
+/// What this crate writes of a tile.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct OursJson {
+    #[serde(flatten)]
+    pub(super) size: TileSize,
+    /// Its number in the rows of visible sets.
+    #[serde(default)]
+    pub(super) number: Option<u32>,
+    /// Of a root: the file of visible sets.
+    #[serde(default)]
+    pub(super) cells: Option<String>,
 }
 
 /// What a tile takes once it is loaded.

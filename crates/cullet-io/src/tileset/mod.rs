@@ -4,11 +4,15 @@
 //! east +X and south +Z, and moved so that this middle is the origin.
 
 mod content;
+mod cut;
 mod files;
 mod implicit;
 mod join;
 mod json;
+mod options;
+mod part;
 mod place;
+mod sight;
 mod tree;
 mod write;
 
@@ -18,8 +22,10 @@ use crate::beside::Beside;
 use crate::{ErrorKind, LoadOptions, Model};
 use join::Joint;
 pub use json::TileSize;
+pub use options::{StandInOf, TileInput, TileStandIn, TilesWritten, WriteTiles};
+pub use sight::{TileSets, TileSight};
 pub use tree::{TileNode, TileTree};
-pub use write::{TilesWritten, WriteTiles, write_tiles};
+pub use write::{write_tiles, write_tiles_with};
 
 /// Loads a tileset: of each branch the finest contents; of tiles that add to their parents, the parents' too.
 pub(crate) fn load(

@@ -33,9 +33,14 @@ pub(super) fn y_up_to_z_up() -> DMat4 {
     DMat4::from_cols(DVec4::X, DVec4::Z, -DVec4::Y, DVec4::W)
 }
 
+/// From the space of a tileset to that of a scene, where it is not on the globe.
+pub(super) fn plain() -> DMat4 {
+    y_up_to_z_up().transpose()
+}
+
 /// From the space of a tileset to that of a scene.
 pub(super) fn frame(root: &TileJson) -> Result<DMat4, ErrorKind> {
-    let z_up_to_y_up = y_up_to_z_up().transpose();
+    let z_up_to_y_up = plain();
     let middle = middle(root)?;
     if middle.length() < ON_THE_GLOBE {
         return Ok(z_up_to_y_up);

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use glam::DMat4;
 
-use super::content::{Piece, add};
+use super::content::{Piece, add, counts};
 use super::files::{file, local, within};
 use super::implicit::{Place, Subtree};
 use super::join::Joint;
 use super::json::{self, Extras, ImplicitJson, Refine, TileJson, TileSize, TilesetJson, Volume};
 use super::place;
+use super::sight::TileSight;
 use crate::beside::Beside;
 use crate::{ErrorKind, LoadError, LoadOptions, Model};
 
@@ -31,6 +32,8 @@ pub struct TileNode {
     pub children: Vec<u32>,
     /// What it takes, where the tileset was written by [`write_tiles`](super::write_tiles).
     pub size: Option<TileSize>,
+    /// Its number in the rows of [visible sets](TileTree::sight), where it has one.
+    pub number: Option<u32>,
     contents: Vec<Piece>,
 }
 
@@ -40,6 +43,12 @@ impl TileNode {
     pub fn is_empty(&self) -> bool {
         self.contents.is_empty()
     }
+
+    /// Whether what it shows stands in for what is finer: tiles below it are shown in its place.
+    #[must_use]
+    pub fn is_stand_in(&self) -> bool {
+        !self.adds && !self.children.is_empty()
+    }
 }
 
 /// The tiles of a tileset, those of tilesets within it too. The first is the root.
@@ -47,6 +56,8 @@ impl TileNode {
 pub(super) struct Tree {
     pub(super) frame: DMat4,
     pub(super) tiles: Vec<TileNode>,
+    /// The file of its visible sets, where it is in the space of the scene.
+    sight: Option<String>,
 }
 
 impl Tree {
@@ -67,6 +78,7 @@ impl Tree {
 pub struct TileTree {
     folder: PathBuf,
     tree: Tree,
+    sight: Option<TileSight>,
     options: LoadOptions,
 }
 
@@ -74,15 +86,40 @@ impl TileTree {
     /// Opens a `tileset.json`.
     ///
     /// # Errors
-    /// If it, or a tileset within it, cannot be read or is invalid.
+    /// If it, a tileset within it or its visible sets cannot be read or are invalid.
     pub fn open(path: &Path, options: &LoadOptions) -> Result<Self, LoadError> {
         let fail = |kind| LoadError { path: path.to_owned(), kind };
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let own = PathBuf::from(path.file_name().unwrap_or_default());
         let beside = Beside::Folder(&folder);
-        let tree = file(&own, beside).and_then(|bytes| read(&own, &bytes, beside));
-        let tree = tree.map_err(fail)?;
-        Ok(Self { folder, tree, options: options.clone() })
+        let bytes = file(&own, beside).map_err(fail)?;
+        let tree = read(&own, &bytes, beside).map_err(fail)?;
+        let sight = tree.sight.as_deref().map(|name| {
+            let path = local(name)?;
+            let bytes = file(&path, beside)?;
+            TileSight::from_bytes(&bytes).map_err(|e| within(&path, e))
+        });
+        let sight = sight.transpose().map_err(fail)?;
+        Ok(Self { folder, tree, sight, options: options.clone() })
+    }
+
+    /// Which tiles can be seen from where, if the tileset says that.
+    #[must_use]
+    pub fn sight(&self) -> Option<&TileSight> {
+        self.sight.as_ref()
+    }
+
+    /// Bytes that the tree itself takes in memory, near enough: its tiles, the names of their files, and its visible sets.
+    #[must_use]
+    pub fn size(&self) -> u64 {
+        let name = |piece: &Piece| size_of::<Piece>() + piece.path.as_os_str().len();
+        let tile = |node: &TileNode| {
+            size_of::<TileNode>()
+                + size_of_val(&node.children[..])
+                + node.contents.iter().map(name).sum::<usize>()
+        };
+        let sight = self.sight.as_ref().map_or(0, TileSight::size);
+        (self.tree.tiles.iter().map(tile).sum::<usize>() + sight) as u64
     }
 
     /// The tiles; the first is the root.
@@ -100,7 +137,25 @@ impl TileTree {
         contents.iter().map(size).sum()
     }
 
-    /// Loads what a tile shows itself, with its levels of detail where it has one content. A tile that there is not shows nothing.
+    /// What a tile takes at the most: as its tileset states, else by the counts in the headers of its files, which are read for it and no
+    /// more of them. `None` where they do not tell: where meshes deform, or have levels of detail, or a file cannot be read.
+    #[must_use]
+    pub fn counted(&self, tile: u32) -> Option<TileSize> {
+        let node = self.tree.tiles.get(tile as usize)?;
+        if node.size.is_some() {
+            return node.size;
+        }
+        node.contents.iter().try_fold(TileSize::default(), |sum, piece| {
+            let own = counts(&self.folder.join(&piece.path)).ok()??;
+            Some(TileSize {
+                instances: sum.instances.checked_add(u32::try_from(own.instances).ok()?)?,
+                vertices: sum.vertices.checked_add(own.vertices)?,
+                triangles: sum.triangles.checked_add(own.triangles)?,
+            })
+        })
+    }
+
+    /// Loads what a tile shows itself, with what was baked of its meshes where it has one content. A tile that there is not shows nothing.
     ///
     /// # Errors
     /// If one of its files cannot be loaded.
@@ -122,7 +177,11 @@ pub(super) fn read(own: &Path, bytes: &[u8], beside: Beside<'_>) -> Result<Tree,
     let frame = place::frame(&tileset.root)?;
     let mut walk = Walk { beside, frame, within: Vec::new(), tiles: Vec::new() };
     walk.tileset(own, &tileset, DMat4::IDENTITY)?;
-    Ok(Tree { frame, tiles: walk.tiles })
+    let sight = match tileset.root.extras {
+        Some(Extras::Ours { cullet }) if frame == place::plain() => cullet.cells,
+        _ => None,
+    };
+    Ok(Tree { frame, tiles: walk.tiles, sight })
 }
 
 struct Walk<'a> {
@@ -213,6 +272,10 @@ impl Walk<'_> {
             return Err(ErrorKind::OverLimit { item, count, limit: MOST as u64 });
         }
         let number = self.tiles.len() as u32;
+        let ours = match &tile.extras {
+            Some(Extras::Ours { cullet }) if level == 0 => Some(cullet),
+            _ => None,
+        };
         let to_scene = self.frame * transform;
         // Of implicit tiles it is half of that above.
         let error = tile.geometric_error * place::scale(&to_scene) * 0.5_f64.powi(level as i32);
@@ -222,10 +285,8 @@ impl Walk<'_> {
             error: if error >= 0.0 { error } else { f64::INFINITY },
             adds: refine == Refine::Add,
             children: Vec::new(),
-            size: match tile.extras {
-                Some(Extras::Ours { cullet }) if level == 0 => Some(cullet),
-                _ => None,
-            },
+            size: ours.map(|ours| ours.size),
+            number: ours.and_then(|ours| ours.number),
             contents: Vec::new(),
         });
         Ok(number)

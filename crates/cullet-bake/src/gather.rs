@@ -1,85 +1,116 @@
-//! Triangles of several instances in one space.
+//! Triangles of several instances in one space: what stand-ins and merged groups are made of.
 
 use std::collections::HashMap;
 
 use cullet::Scene;
-use cullet::lod::{LevelEye, Lod, PixelScale, Selection};
+use cullet::lod::{LevelEye, Lod, NO_GROUP, PixelScale, Selection};
 use cullet::mesh::Part;
-use cullet::{MeshId, Simd};
-
-use super::MeshAttributes;
+use cullet::{MeshId, MeshLevels, Simd};
 
 /// Texture coordinates, then a colour.
-pub(super) type Values = [f32; 6];
+pub(crate) type Values = [f32; 6];
 
 /// Triangles, sorted by how they are drawn; equal positions of a part with equal attributes are one vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Surface {
-    pub(super) positions: Vec<[f32; 3]>,
+pub(crate) struct Surface {
+    pub(crate) positions: Vec<[f32; 3]>,
     /// Of each vertex; empty where none has any.
-    pub(super) values: Vec<Values>,
-    pub(super) indices: Vec<u32>,
+    pub(crate) values: Vec<Values>,
+    pub(crate) indices: Vec<u32>,
     /// As a mesh's, in one order for all surfaces of a group.
-    pub(super) parts: Vec<Part>,
-}
-
-/// A group whose levels are made.
-#[derive(Debug, PartialEq)]
-pub(super) struct Made {
-    pub(super) origin: [f64; 3],
-    pub(super) radius: f32,
-    /// From fine to coarse, with what they were found to be off.
-    pub(super) levels: Vec<(Surface, f32)>,
+    pub(crate) parts: Vec<Part>,
 }
 
 /// What is drawn of an instance: a mesh and some of its clusters.
-pub(super) struct Piece {
-    pub(super) slot: u32,
+pub(crate) struct Piece {
+    pub(crate) slot: u32,
     mesh: MeshId,
     clusters: Vec<u32>,
-    pub(super) triangles: u64,
+    pub(crate) triangles: u64,
+    /// How far it is off, in world units: as its levels state.
+    pub(crate) error: f64,
 }
 
 impl Piece {
     /// All of an instance.
-    pub(super) fn whole(scene: &Scene, slot: u32) -> Self {
-        let mesh = scene.mesh_id(slot);
-        Self::of(scene, slot, mesh, (0..scene.mesh(slot).clusters().len() as u32).collect())
-    }
-
-    fn of(scene: &Scene, slot: u32, mesh: MeshId, clusters: Vec<u32>) -> Self {
-        let all = scene.meshes()[mesh as usize].clusters();
-        let triangles = clusters.iter().map(|&c| u64::from(all[c as usize].triangle_count)).sum();
-        Self { slot, mesh, clusters, triangles }
+    pub(crate) fn whole(scene: &Scene, slot: u32) -> Self {
+        let (mesh, clusters) = (scene.mesh_id(slot), scene.mesh(slot).clusters());
+        let triangles = clusters.iter().map(|c| u64::from(c.triangle_count)).sum();
+        let clusters = (0..clusters.len() as u32).collect();
+        Self { slot, mesh, clusters, triangles, error: 0.0 }
     }
 
     /// The fewest triangles of an instance that are off by no more than `bound`, in world units.
-    pub(super) fn within(scene: &Scene, slot: u32, bound: f64) -> Self {
-        let mut best = Self::whole(scene, slot);
+    pub(crate) fn within(scene: &Scene, slot: u32, bound: f64) -> Self {
+        let whole = Self::whole(scene, slot);
+        let of_levels = Self::of_levels(scene, slot, bound);
+        of_levels.filter(|piece| piece.triangles < whole.triangles).unwrap_or(whole)
+    }
+
+    /// As [`within`](Self::within), of its levels alone: `None` where they have nothing within the bound, or there are none.
+    pub(crate) fn of_levels(scene: &Scene, slot: u32, bound: f64) -> Option<Self> {
         // A parallel view of a pixel a unit.
         let scale = PixelScale { eye: None, pixels: 1.0, near: 0.0 };
         let lod = Lod { pixels: bound, ..Lod::default() };
         let eye = LevelEye::new(&lod, &scale, scene.transform(slot), None);
         let mut selection = Selection::default();
+        let mut best: Option<Self> = None;
         // An impostor has no surface to be merged.
         let all = scene.levels(scene.mesh_id(slot)).iter().filter(|l| l.impostor.is_none());
-        for levels in all {
-            if levels.levels.select(Simd::best(), &eye, &mut selection)
-                && selection.triangle_count() < best.triangles
+        for MeshLevels { mesh, levels, .. } in all {
+            let fewest = best.as_ref().map_or(u64::MAX, |best| best.triangles);
+            if levels.select(Simd::best(), &eye, &mut selection)
+                && selection.triangle_count() < fewest
             {
-                let clusters = selection.ranges().flatten().collect();
-                best = Self::of(scene, slot, levels.mesh, clusters);
+                let clusters: Vec<u32> = selection.ranges().flatten().collect();
+                let made_from = clusters.iter().map(|&c| levels.made_from()[c as usize]);
+                let errors =
+                    made_from.filter(|&g| g != NO_GROUP).map(|g| levels.group(g as usize).error);
+                // The error that is as large as the bound, in units of the mesh, is the eye's.
+                let share = f64::from(errors.fold(0.0, f32::max)) / f64::from(eye.nearest);
+                best = Some(Self {
+                    slot,
+                    mesh: *mesh,
+                    clusters,
+                    triangles: selection.triangle_count(),
+                    error: bound * share.clamp(0.0, 1.0),
+                });
             }
         }
         best
     }
 }
 
+/// Texture coordinates and colours of a mesh's vertices, each list one for each vertex or empty.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MeshAttributes<'a> {
+    /// Texture coordinates.
+    pub uvs: &'a [[f32; 2]],
+    /// Linear colours and alpha.
+    pub colors: &'a [[f32; 4]],
+}
+
+impl MeshAttributes<'_> {
+    /// The lists that have as many entries as there are vertices; `None` where neither has.
+    fn of_all(self, vertices: usize) -> Option<Self> {
+        let uvs = if self.uvs.len() == vertices { self.uvs } else { &[] };
+        let colors = if self.colors.len() == vertices { self.colors } else { &[] };
+        (vertices > 0 && !(uvs.is_empty() && colors.is_empty())).then_some(Self { uvs, colors })
+    }
+
+    /// Those of a vertex; what it has not is zero, and white.
+    fn values(&self, vertex: usize) -> [f32; 6] {
+        let [u, v] = self.uvs.get(vertex).copied().unwrap_or_default();
+        let [r, g, b, a] = self.colors.get(vertex).copied().unwrap_or([1.0; 4]);
+        [u, v, r, g, b, a]
+    }
+}
+
 /// A corner of a triangle: its place, and the number of its attributes.
-type Corner = ([f32; 3], u32);
+pub(crate) type Corner = ([f32; 3], u32);
 
 /// Triangles as they are gathered, welded part by part.
-struct Gathered {
+pub(crate) struct Gathered {
     parts: Vec<GatheredPart>,
     /// Attributes that occur, each once; the first are none.
     values: Vec<Values>,
@@ -99,13 +130,13 @@ fn bits(v: f32) -> u32 {
 }
 
 impl Gathered {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let number_of = HashMap::from([(Surface::NONE.map(bits), 0)]);
         Self { parts: Vec::new(), values: vec![Surface::NONE], number_of }
     }
 
     /// The number of attributes.
-    fn number(&mut self, values: &Values) -> u32 {
+    pub(crate) fn number(&mut self, values: &Values) -> u32 {
         *self.number_of.entry(values.map(bits)).or_insert_with(|| {
             self.values.push(*values);
             self.values.len() as u32 - 1
@@ -113,7 +144,7 @@ impl Gathered {
     }
 
     /// Adds a triangle to a part, unless corners of it are in one place.
-    fn add(&mut self, part: usize, corners: [Corner; 3]) {
+    pub(crate) fn add(&mut self, part: usize, corners: [Corner; 3]) {
         if part >= self.parts.len() {
             self.parts.resize_with(part + 1, GatheredPart::default);
         }
@@ -132,7 +163,7 @@ impl Gathered {
     }
 
     /// All of it, the parts in the order of `kinds`.
-    fn finish(mut self, kinds: &[Part]) -> Surface {
+    pub(crate) fn finish(mut self, kinds: &[Part]) -> Surface {
         let mut out = Surface::default();
         self.parts.resize_with(kinds.len(), GatheredPart::default);
         let has_values = self.values.len() > 1;
@@ -153,11 +184,11 @@ impl Gathered {
 
 impl Surface {
     /// Attributes of a vertex that has none, as in meshes of which only some parts have some.
-    pub(super) const NONE: Values = [0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    pub(crate) const NONE: Values = [0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
 
     /// Puts pieces of instances into one space, around a point of the world. `kinds` are the parts by which they are sorted,
     /// as far as they are known; those that are not are added. `attributes` are of the scene's meshes, by their numbers.
-    pub(super) fn gather(
+    pub(crate) fn gather(
         scene: &Scene,
         attributes: &[MeshAttributes<'_>],
         pieces: impl Iterator<Item = Piece>,
@@ -196,58 +227,6 @@ impl Surface {
         }
         out.finish(kinds)
     }
-
-    /// Several surfaces of the same kinds of parts as one.
-    pub(super) fn join<'a>(
-        surfaces: impl Iterator<Item = (&'a Self, [f64; 3])>,
-        kinds: &[Part],
-    ) -> Self {
-        let mut out = Gathered::new();
-        for (surface, moved) in surfaces {
-            for part in &surface.parts {
-                let Some(kind) = kinds.iter().position(|k| is_alike(k, part)) else { continue };
-                let range = part.first_triangle as usize * 3..;
-                let indices = &surface.indices[range][..part.triangle_count as usize * 3];
-                for t in indices.as_chunks::<3>().0 {
-                    let corners = t.map(|v| {
-                        let (p, values) = surface.corner(v, &mut out);
-                        let place = |a: usize| (f64::from(p[a]) + moved[a]) as f32;
-                        ([place(0), place(1), place(2)], values)
-                    });
-                    out.add(kind, corners);
-                }
-            }
-        }
-        out.finish(kinds)
-    }
-
-    /// A vertex, as a corner of what is gathered.
-    fn corner(&self, vertex: u32, to: &mut Gathered) -> Corner {
-        let values = self.values.get(vertex as usize).map_or(0, |values| to.number(values));
-        (self.positions[vertex as usize], values)
-    }
-
-    pub(super) fn triangle_count(&self) -> u64 {
-        (self.indices.len() / 3) as u64
-    }
-
-    /// Some of its triangles: those of a list of its vertices, which are sorted by part.
-    pub(super) fn with_triangles(&self, indices: &[u32]) -> Self {
-        let mut part_of = vec![0u32; self.positions.len()];
-        for (number, part) in (0..).zip(&self.parts) {
-            let range = part.first_triangle as usize * 3..;
-            for &v in &self.indices[range][..part.triangle_count as usize * 3] {
-                part_of[v as usize] = number;
-            }
-        }
-        let mut out = Gathered::new();
-        for t in indices.as_chunks::<3>().0 {
-            // All corners are of one part.
-            let corners = t.map(|v| self.corner(v, &mut out));
-            out.add(part_of[t[0] as usize] as usize, corners);
-        }
-        out.finish(&self.parts)
-    }
 }
 
 /// The number of the kind that a part is of, which is added where it is new.
@@ -262,6 +241,6 @@ fn kind_of(part: &Part, kinds: &mut Vec<Part>) -> usize {
 }
 
 /// Whether parts are drawn alike.
-fn is_alike(a: &Part, b: &Part) -> bool {
+pub(crate) fn is_alike(a: &Part, b: &Part) -> bool {
     (a.material, a.two_sided, a.alpha) == (b.material, b.two_sided, b.alpha)
 }
