@@ -30,7 +30,7 @@ pub(super) const ITEMS: &[Item] = &[
         claim: "Of a convex solid all that faces away from an eye outside hangs together. Of another it may be in several pieces.",
         command: "cullet picture back-regions knobs --views 8 --view 1",
         live: Some(Live { scene: "knobs", state: "layout=split&look.colour=sides" }),
-        chapter: "backface.md#making-clusters",
+        chapter: "backface.md#when-it-may-be-done",
         check: solids::back_sides,
         ..BLANK
     },
@@ -90,7 +90,7 @@ pub(super) const ITEMS: &[Item] = &[
                 the libraries that came after it.",
         command: "cullet view knobs",
         live: Some(Live { scene: "knobs", state: "layout=split&look.cull=front" }),
-        chapter: "backface.md#the-test",
+        chapter: "backface.md#in-opengl-wgpu-and-direct3d",
         check: test::settings,
         ..BLANK
     },

@@ -28,7 +28,7 @@ pub(super) const ITEMS: &[Item] = &[
                 eye is are tested again, so that a frame costs less than its polygons.",
         command: "cullet lecture 42",
         live: Some(Live { scene: "knobs", state: "study.by=elliptic&look.colour=clusters" }),
-        chapter: "backface.md#trees-and-the-frame-before",
+        chapter: "backface-clusters.md#trees-and-the-frame-before",
         check: tracked,
         ..BLANK
     },
@@ -39,7 +39,7 @@ pub(super) const ITEMS: &[Item] = &[
         claim: "Shirman and Abi-Ezzi put normals into cones. With one, a curved patch is culled whole, before it is made of triangles.",
         command: "cullet picture cones knobs --eye 1.55,2.1,2.0 --target 0,1.15,0",
         live: Some(Live { scene: "knobs", state: "study.by=cones&structure.cones=true" }),
-        chapter: "backface.md#whole-clusters",
+        chapter: "backface-clusters.md#other-bounds",
         check: patches,
         ..BLANK
     },

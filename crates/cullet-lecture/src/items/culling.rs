@@ -42,7 +42,7 @@ pub(super) const ITEMS: &[Item] = &[
         claim: "A line n·p − d = 0, a plane in space, is a row T = [n −d] with T·p = 0 for the homogeneous point p. If n has unit \
                 length, d is the distance of the line from the origin along n.",
         command: "cullet cut solids --plane 0,1,0,1 --cap -o half.glb",
-        chapter: "frustum.md#the-test",
+        chapter: "frustum.md#signed-distance",
         check: regions::implicit_planes,
         ..BLANK
     },
@@ -97,7 +97,7 @@ pub(super) const ITEMS: &[Item] = &[
         places: &[kaist("View Frustum Culling")],
         claim: "How are the planes of the frustum computed? One after the other, all in the same way.",
         command: "cullet explain city:cells=6,objects=200 --path walk --views 4 --view 1 --pixel 640,360",
-        chapter: "frustum.md",
+        chapter: "frustum.md#planes-out-of-a-matrix",
         check: regions::from_the_matrix,
         ..BLANK
     },
@@ -112,7 +112,7 @@ pub(super) const ITEMS: &[Item] = &[
             scene: "solids",
             state: "look.colour=sides&look.cull=none&look.face_normals=true",
         }),
-        chapter: "backface.md#the-test",
+        chapter: "backface.md#the-face-normal",
         check: faces::face_planes,
         ..BLANK
     },
@@ -123,7 +123,7 @@ pub(super) const ITEMS: &[Item] = &[
         claim: "Which side is culled is a setting: front faces can be left out in place of back faces.",
         command: "cullet view solids",
         live: Some(Live { scene: "solids", state: "look.cull=front&look.colour=sides" }),
-        chapter: "backface.md#the-test",
+        chapter: "backface.md#in-opengl-wgpu-and-direct3d",
         check: faces::front_faces,
         ..BLANK
     },

@@ -27,7 +27,7 @@ pub(super) const ITEMS: &[Item] = &[
             scene: "city:cells=12,objects=1500",
             state: "layout=split&look.colour=reason&ghosts.form=solid&stages.detail_px=4",
         }),
-        chapter: "architecture.md#terms",
+        chapter: "kinds.md",
         check: views::five_kinds,
         ..BLANK
     },
@@ -90,7 +90,7 @@ pub(super) const ITEMS: &[Item] = &[
         claim: "A point x is n·(x − p) from the plane through p with unit normal n: positive on the side that n points to, negative \
                 on the other, zero on the plane. With d = n·p that is n·x − d, so n and d are the plane.",
         command: "cullet explain city --view 2 --pixel 640,360",
-        chapter: "frustum.md#the-test",
+        chapter: "frustum.md#signed-distance",
         check: planes::signed_distance,
         ..BLANK
     },
@@ -166,7 +166,7 @@ pub(super) const ITEMS: &[Item] = &[
         ),
         command: "cullet picture map city:cells=6,objects=200 --eye 0,2,9 --target 0,1,0",
         live: Some(SPLIT),
-        chapter: "frustum.md",
+        chapter: "frustum.md#planes-out-of-a-camera",
         check: planes::from_the_camera,
         ..BLANK
     },

@@ -22,7 +22,7 @@ pub(super) const ITEMS: &[Item] = &[
             scene: "city:cells=12,objects=1500",
             state: "layout=split&stages.backface=off&ghosts.form=boxes",
         }),
-        chapter: "frustum.md#the-test",
+        chapter: "frustum.md",
         check: frustum,
         ..BLANK
     },

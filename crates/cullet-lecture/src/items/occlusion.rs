@@ -37,7 +37,7 @@ pub(super) const ITEMS: &[Item] = &[
             scene: "office",
             state: "layout=split&structure.cells=true&structure.portals=true",
         }),
-        chapter: "pvs.md#at-run-time",
+        chapter: "kinds.md#systems-that-products-sell",
         check: baked_sets,
         ..BLANK
     },

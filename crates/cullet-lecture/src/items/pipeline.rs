@@ -25,7 +25,7 @@ pub(super) const ITEMS: &[Item] = &[
                 and the rasteriser on flat ones.",
         command: "cullet picture pipeline",
         live: Some(Live { scene: "solids:n=9", state: "clipping.open=true" }),
-        chapter: "profile.md#four-links",
+        chapter: "bottleneck.md",
         check: three_stages,
         ..BLANK
     },
@@ -36,7 +36,7 @@ pub(super) const ITEMS: &[Item] = &[
         claim: "A pipeline has the throughput of its slowest link. So more work for that link makes frames longer, and more work for another \
                 one hardly does.",
         command: "cullet profile city --already frustum",
-        chapter: "profile.md#the-slowest-link",
+        chapter: "bottleneck.md#the-pipeline-and-its-slowest-link",
         check: slowest_link,
         ..BLANK
     },
@@ -48,7 +48,7 @@ pub(super) const ITEMS: &[Item] = &[
                 with the layers behind each pixel, whatever the triangles.",
         command: "cullet profile fill && cullet picture depth city --path walk",
         live: Some(Live { scene: "city:cells=12,objects=1500", state: "look.colour=overdraw" }),
-        chapter: "profile.md#four-links",
+        chapter: "bottleneck.md#four-limits",
         check: fill_limited,
         ..BLANK
     },
@@ -59,7 +59,7 @@ pub(super) const ITEMS: &[Item] = &[
         claim: "It may be the geometry stage: its work is triangles and their vertices, and it is the same for a picture of any size.",
         command: "cullet profile transform",
         live: Some(Live { scene: "city:cells=6,objects=200,sub=4", state: "look.wireframe=true" }),
-        chapter: "profile.md#which-culling-relieves-it",
+        chapter: "bottleneck.md#four-limits",
         check: transform_limited,
         ..BLANK
     },
@@ -70,7 +70,7 @@ pub(super) const ITEMS: &[Item] = &[
         claim: "It may be the bus between the application and the graphics hardware: its work is the bytes that a frame hands over.",
         command: "cullet profile bus",
         live: Some(Live { scene: "city:cells=12,objects=1500", state: "stages.depth=instances" }),
-        chapter: "profile.md#four-links",
+        chapter: "bottleneck.md#four-limits",
         check: bus_limited,
         ..BLANK
     },
@@ -83,7 +83,7 @@ pub(super) const ITEMS: &[Item] = &[
         said: Some("100 % CPU usage"),
         command: "cullet profile cpu",
         live: Some(Live { scene: "city:cells=12,objects=1500", state: "always=true" }),
-        chapter: "profile.md#four-links",
+        chapter: "bottleneck.md#four-limits",
         check: cpu_limited,
         ..BLANK
     },

@@ -53,7 +53,7 @@ pub(super) const ITEMS: &[Item] = &[
         ),
         command: "cullet verify solids --only backface --views 4",
         live: Some(Live { scene: "solids", state: "look.colour=sides&look.cull=none" }),
-        chapter: "backface.md#the-test",
+        chapter: "backface.md#after-projection",
         check: after_projection,
         ..BLANK
     },
@@ -68,7 +68,7 @@ pub(super) const ITEMS: &[Item] = &[
             scene: "knobs",
             state: "layout=wipe&look.hardware=true&look.colour=sides",
         }),
-        chapter: "backface.md#when-it-may-be-done",
+        chapter: "backface.md#in-opengl-wgpu-and-direct3d",
         check: on_and_off,
         ..BLANK
     },

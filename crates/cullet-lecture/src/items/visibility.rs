@@ -23,7 +23,7 @@ pub(super) const ITEMS: &[Item] = &[
                 primitives cannot be visible. The first two make the picture right, the third makes it fast; the boundary is blurred.",
         command: "cullet verify solids:n=6 --views 3 --size 320x200",
         live: Some(Live { scene: "solids:n=9", state: "layout=wipe" }),
-        chapter: "architecture.md#terms",
+        chapter: "kinds.md#culling-clipping-hidden-surface-removal",
         check: three_classes,
         ..BLANK
     },
@@ -35,7 +35,7 @@ pub(super) const ITEMS: &[Item] = &[
                 where |S| is near |A|, or where primitives are few beside the pixels.",
         command: "cullet report city --path walk --views 4 --size 640x360",
         live: Some(Live { scene: "city:cells=12,objects=1500", state: "layout=split" }),
-        chapter: "verify.md#the-truth",
+        chapter: "why.md#a-s-and-c",
         check: all_and_visible,
         ..BLANK
     },
@@ -61,7 +61,7 @@ pub(super) const ITEMS: &[Item] = &[
             scene: "city:cells=12,objects=1500",
             state: "layout=split&ghosts.form=boxes",
         }),
-        chapter: "verify.md#the-comparison",
+        chapter: "why.md",
         check: culling_as_optimisation,
         ..BLANK
     },
@@ -73,7 +73,7 @@ pub(super) const ITEMS: &[Item] = &[
                 trivial one, for no effort, is A.",
         command: "cullet verify office --path walk --views 4 --size 640x360",
         live: Some(Live { scene: "office", state: "layout=split&structure.cells=true" }),
-        chapter: "pvs.md#potentially-visible-sets",
+        chapter: "why.md#potentially-visible-sets",
         check: potentially_visible,
         ..BLANK
     },
@@ -88,7 +88,7 @@ pub(super) const ITEMS: &[Item] = &[
             scene: "office",
             state: "layout=split&look.colour=reason&stages.detail_px=40",
         }),
-        chapter: "first-report.md#reading-the-page",
+        chapter: "kinds.md",
         check: five_kinds,
         ..BLANK
     },

@@ -8,9 +8,9 @@ mod joint;
 use crate::item::{BLANK, Item, Live, zachmann};
 
 /// Where the book derives the bound.
-const CHAPTER: &str = "backface.md#whole-clusters";
+const CHAPTER: &str = "backface-clusters.md#johannsen-and-carter-step-by-step";
 /// Where the book has what the texts get wrong.
-const TRAPS: &str = "backface.md#traps-in-the-published-formulas";
+const TRAPS: &str = "backface-clusters.md#traps-in-the-published-formulas";
 /// The bound that is derived, on a built-in body.
 const BOXES: Option<Live> =
     Some(Live { scene: "knobs", state: "study.by=boxes&look.colour=clusters" });
@@ -38,7 +38,7 @@ pub(super) const ITEMS: &[Item] = &[
                 rule's set, and what is seen edge-on besides.",
         command: "cullet verify solids --views 4",
         live: Some(Live { scene: "solids", state: "look.colour=sides" }),
-        chapter: "backface.md#the-test",
+        chapter: "backface-clusters.md#johannsen-and-carter-step-by-step",
         check: bound::inverted,
         ..BLANK
     },
@@ -137,7 +137,7 @@ pub(super) const ITEMS: &[Item] = &[
         ),
         command: "cullet reproduce johannsen-carter",
         live: Some(Live { scene: "knobs", state: "look.colour=clusters" }),
-        chapter: "backface.md#trees-and-the-frame-before",
+        chapter: "backface-clusters.md#trees-and-the-frame-before",
         check: joint::hierarchy,
         ..BLANK
     },
@@ -153,7 +153,7 @@ pub(super) const ITEMS: &[Item] = &[
         ),
         command: "cullet picture culling-volume knobs",
         live: VOLUME,
-        chapter: "backface.md#making-clusters",
+        chapter: "backface-clusters.md#making-clusters",
         check: cost::probability,
         ..BLANK
     },
@@ -165,7 +165,7 @@ pub(super) const ITEMS: &[Item] = &[
                 which clusters are good.",
         command: "cullet reproduce johannsen-carter",
         live: Some(Live { scene: "knobs", state: "look.colour=clusters" }),
-        chapter: "backface.md#making-clusters",
+        chapter: "backface-clusters.md#making-clusters",
         check: cost::boxes,
         ..BLANK
     },
@@ -176,7 +176,7 @@ pub(super) const ITEMS: &[Item] = &[
         claim: "A cluster costs its test, and its triangles where it is not culled: T = t + (1 − P) R.",
         command: "cullet reproduce johannsen-carter",
         live: Some(Live { scene: "knobs", state: "look.colour=clusters" }),
-        chapter: "backface.md#making-clusters",
+        chapter: "backface-clusters.md#making-clusters",
         check: cost::expected,
         ..BLANK
     },
@@ -187,7 +187,7 @@ pub(super) const ITEMS: &[Item] = &[
         claim: "With R = n r, merging A and B into C pays if and only if P(C) > (P(A) n(A) + P(B) n(B) − t/r) / (n(A) + n(B)).",
         command: "cullet picture clusters knobs --test-cost 4",
         live: Some(Live { scene: "knobs", state: "look.colour=clusters" }),
-        chapter: "backface.md#making-clusters",
+        chapter: "backface-clusters.md#making-clusters",
         check: cost::merging,
         ..BLANK
     },

@@ -8,7 +8,7 @@ pub(super) use classes::{N, grid};
 use crate::item::{BLANK, Item, Live, zachmann, zhang_hoff};
 
 /// Where the book goes through the method.
-const CHAPTER: &str = "backface.md#normal-masks-step-by-step";
+const CHAPTER: &str = "backface-masks.md#step-by-step";
 
 pub(super) const ITEMS: &[Item] = &[
     Item {
@@ -110,7 +110,7 @@ pub(super) const ITEMS: &[Item] = &[
         ),
         command: "cullet reproduce zhang-hoff",
         live: Some(Live { scene: "knobs", state: "study.by=masks&look.colour=sides" }),
-        chapter: "backface.md#traps-in-the-published-formulas",
+        chapter: "backface-masks.md#what-goes-wrong",
         check: paper::runtime_test,
     },
     Item {
@@ -186,7 +186,7 @@ pub(super) const ITEMS: &[Item] = &[
                 and one tests a polygon.",
         said: Some("80 lines of C"),
         command: "cullet bench backface",
-        chapter: "backface.md#many-triangles-at-once",
+        chapter: "backface-masks.md",
         check: paper::interface,
         ..BLANK
     },
