@@ -11,6 +11,8 @@ use cullet_measure::reproduce::ReproduceArgs;
 use crate::cells::{self, CellsArgs};
 use crate::check_occlusion::{self, CheckArgs};
 use crate::cut::{self, CutArgs};
+use crate::explain::{self, ExplainArgs};
+use crate::film::{self, FilmArgs};
 use crate::fly::{self, FlyArgs};
 use crate::info::InfoArgs;
 use crate::lecture::{self, LectureArgs};
@@ -49,6 +51,8 @@ Examples
   cullet info model.glb                      what is in a file, and what is wrong with it
   cullet scenes                              the built-in scenes and their settings
   cullet picture kinds --out kinds.png       each triangle in the colour of what dropped it
+  cullet explain city --pixel 640,360        why that is drawn, and what was culled behind it
+  cullet film city --of freeze               a short clip: culling freezes, and the eye flies out
   cullet cut model.glb --plane 0,0,1,0 --cap -o half.glb
                                              cut it open; the caps leave no gap
   cullet simplify model.glb --error 0.001 -o small.glb
@@ -103,6 +107,7 @@ impl Cli {
             Command::Verify(args) => args.input.settle(),
             Command::CheckOcclusion(args) => args.settle(),
             Command::Picture(args) => args.input.settle(),
+            Command::Explain(args) => args.input.settle(),
             Command::Bench(args) => args.settle(),
             _ => {}
         }
@@ -144,6 +149,12 @@ pub(crate) enum Command {
     /// Draw one picture of one view
     #[command(after_help = picture::HELP)]
     Picture(Box<PictureArgs>),
+    /// Say why one instance is drawn or not: each test, with its numbers
+    #[command(after_help = explain::HELP)]
+    Explain(Box<ExplainArgs>),
+    /// Write a short clip of culling at work: frozen, through portals, around a model, moving away
+    #[command(after_help = film::HELP)]
+    Film(Box<FilmArgs>),
     /// Cut a scene open at planes or a box, with caps
     #[command(after_help = cut::HELP)]
     Cut(Box<CutArgs>),

@@ -9,6 +9,8 @@ mod cells;
 mod check_occlusion;
 mod cut;
 mod cutting;
+mod explain;
+mod film;
 mod fly;
 mod info;
 mod lecture;
@@ -76,6 +78,8 @@ fn run(cli: &Cli) -> Outcome {
         Command::Serve(args) => serve::run(args),
         Command::Cells(args) => cells::run(args, &console(args.json.as_deref())),
         Command::Pvs(args) => pvs::run(args, &console(args.json.as_deref())),
+        Command::Explain(args) => explain::run(args, &console(args.json.as_deref())),
+        Command::Film(args) => film::run(args, &console(None)),
         Command::Fly(args) => fly::run(args, &console(args.json.as_deref())),
         Command::Tiles(args) => tiles::run(args, &console(args.json.as_deref())),
         Command::Lecture(args) => lecture::run(args, &console(args.json.as_deref())),

@@ -227,3 +227,20 @@ fn without_levels_and_baker_it_is_said_what_to_do() {
     let ended = run(&["bench", "culler", "solids", "--lod", "1", "--seconds", "0.01"]);
     assert!(ended.status.code() == Some(3) && text(&ended.stderr).contains("cullet bake"));
 }
+
+#[test]
+fn a_film_moves_away_from_what_has_levels() {
+    let folder = Folder::new("dolly");
+    let file = folder.path("balls.glb");
+    write(&file, 1.0);
+    let out = folder.path("dolly.webp");
+    let ended = cullet(
+        &folder.path("caches"),
+        &[
+            "film", &file, "--of", "dolly", "--lod", "1", "--size", "320x180", "--frames", "4",
+            "--out", &out,
+        ],
+    );
+    assert_eq!(ended.status.code(), Some(0), "{}", text(&ended.stderr));
+    assert!(std::fs::read(&out).unwrap().starts_with(b"RIFF"));
+}

@@ -45,6 +45,15 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
     Ok(size)
 }
 
+/// A pixel, by column and row from the top left corner.
+pub fn pixel(text: &str) -> Result<[u32; 2], String> {
+    let values: Option<Vec<u32>> = text.split(',').map(|v| v.trim().parse().ok()).collect();
+    match values.as_deref() {
+        Some(&[x, y]) => Ok([x, y]),
+        _ => Err(format!("'{text}' is not a column and a row, each 0 or more; try 640,360")),
+    }
+}
+
 /// `1,2.5,-3`
 pub fn point(text: &str) -> Result<[f64; 3], String> {
     let values: Option<Vec<f64>> = text.split(',').map(|v| v.trim().parse().ok()).collect();

@@ -50,6 +50,7 @@
 //! [`check_claims`] holds what an occlusion buffer claims of each pixel against samples of what was drawn into it.
 #![forbid(unsafe_code)]
 
+mod animation;
 mod bounds;
 mod claims;
 mod clipped;
@@ -68,6 +69,7 @@ mod steps;
 mod tile;
 mod verify;
 
+pub use animation::{Animation, AnimationError, MOST_SIDE as MOST_FILM_SIDE};
 pub use claims::{ClaimCheck, ClaimOptions, Claims, SceneOccluders, WrongClaim, check_claims};
 pub use clipped::{ClipPlace, render_clipped};
 pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
@@ -81,19 +83,22 @@ pub use occlusion::proof::{Proof, ProofOptions, Prover, prove_hidden};
 pub use occlusion::reference::{SampleOptions, Sampled, sampled_boxes, sampled_instances};
 pub use occlusion::{OccluderError, OccluderTriangles, occluder_scene};
 pub use picture::{
-    Culled, OpenedScene, Outlook, Picture, cut_away, depth_complexity, hidden, hierarchy, kinds,
-    kinds_of, occluders, occlusion_buffer, opened, palette, shaded, top_down,
+    Culled, FrozenView, Highlight, OpenedScene, Outlook, Picture, cut_away, depth_complexity, even,
+    even_levels, hidden, hierarchy, kinds, kinds_of, occluders, occlusion_buffer, opened, palette,
+    shaded, top_down,
 };
 pub use picture::{
-    DoorInView, PairShown, ShownPortal, cells, depth_color, matrix_order, portals, pvs_matrix,
-    shown_portals, shut_doors, walk_order,
+    CullingVolume, VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones,
+    conservative_set, coverage, culling_volume, normal_mask, normal_partition, outcodes, pipeline,
+    pipeline_costs,
 };
 pub use picture::{
-    VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,
-    culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,
+    DoorInView, PairShown, PortalWalk, ShownPortal, caption, cells, depth_color, matrix_order,
+    portals, pvs_matrix, shown_portals, shut_doors, walk_order,
 };
 pub use picture::{
-    beside, difference, impostor_beside, levels as level_colors, shaded_clear, shaded_levels,
+    beside, difference, impostor_beside, key_strip, levels as level_colors, shaded_clear,
+    shaded_levels,
 };
 pub use reference::render_ref;
 pub use render::render;

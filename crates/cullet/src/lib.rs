@@ -83,6 +83,7 @@ mod visible;
 
 pub use costs::{Costs, CostsError, DrawingCosts, OccluderCosts};
 pub use culler::{Backface, CullError, Culler, Explanation, Output, ShadowView, Step, ViewState};
+pub use culler::{CellTest, CoverTest, Evidence, PlaneTest};
 pub use funnel::{
     Counts, FrustumWork, Funnel, FunnelRow, OcclusionTimes, OcclusionWork, Reason, Stage, Unit,
 };

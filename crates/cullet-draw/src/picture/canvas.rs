@@ -3,8 +3,8 @@
 use cullet::clip::{Window, line};
 
 use super::Picture;
-use super::font::{text_height, text_width};
-use super::palette::{INK, mix};
+use super::font::{text_height, text_size, text_width};
+use super::palette::{INK, PAPER, mix};
 
 impl Picture {
     /// Lays `color` over a pixel, as opaque as `alpha`; outside nothing happens.
@@ -146,6 +146,20 @@ pub(crate) fn keys(
     }
     top
 }
+
+/// Lays a strip with squares in colours and what they mean over the lower edge of a picture, in as many rows as it takes.
+pub fn key_strip(picture: &mut Picture, entries: &[([u8; 3], String)]) {
+    let size = text_size(picture.width);
+    let [wide, high] = [picture.width, picture.height].map(i64::from);
+    let room = wide - 2 * STRIP_MARGIN;
+    let strip = keys_height(room, size, entries) + STRIP_MARGIN;
+    picture.fill([0, high - strip], [wide, strip], PAPER, 0.9);
+    let place = [STRIP_MARGIN, high - strip + STRIP_MARGIN / 2 + 1];
+    keys(picture, place, wide - STRIP_MARGIN, size, INK, entries);
+}
+
+/// Space around the keys of a strip.
+const STRIP_MARGIN: i64 = 10;
 
 /// How high so many keys are: the rows, and what lies between them.
 pub(crate) fn keys_height(room: i64, size: f64, entries: &[([u8; 3], String)]) -> i64 {

@@ -1,21 +1,18 @@
 //! A culling view seen from outside: everything it dropped in the colour of the kind of culling that
 //! took it.
 
-use std::collections::BTreeMap;
+use std::borrow::Cow;
 
 use cullet::{Culler, Output, Scene, View, ViewState, Visible};
-use glam::DVec3;
-use rayon::prelude::*;
 
 use super::Picture;
 use super::font::text_size;
-use super::map::{Fate, Legend, fates, plural, sort_counts};
+use super::frozen::{FrozenView, from_far};
+use super::map::{Fate, Legend, plural};
 use super::outside::{Outlook, draw_frustum, from_outside};
 use super::palette::{INK, PAPER};
-use super::shaded::{light_through, linear};
-use super::space::Surfaces;
-use crate::frame::{Frame, PixelId, RenderOptions, Selection};
-use crate::render::render;
+use super::shaded::light_through;
+use crate::frame::{Frame, PixelId};
 
 /// Culls for `view`, stands aside from it ([`Outlook`]) and draws the whole scene, each dropped triangle in
 /// the colour of the kind of culling that took it, with the frustum, and a legend where it would cover
@@ -36,15 +33,13 @@ pub fn kinds(scene: &Scene, view: &View, culler: &Culler, size: [u32; 2]) -> Pic
 /// choice. The picture has the size of that view.
 #[must_use]
 pub fn kinds_of(scene: &Scene, view: &View, visible: &Visible, from: &View) -> Picture {
-    let seen = render(scene, view, Selection::All, &RenderOptions::default()).visible();
+    let frozen = FrozenView::new(scene, Cow::Borrowed(view), Cow::Borrowed(visible));
+    let fates = frozen.fates();
     let from = from_outside(from);
-    let options = RenderOptions { scale: 2, ..RenderOptions::default() };
-    let frame = render(scene, &from, Selection::All, &options);
-    let surfaces = Surfaces::of_all(scene);
-    let fates = SceneFates::new(scene, visible, &seen, &surfaces);
-    let color = |id: PixelId| DVec3::from(fates.of(id).color().map(linear));
+    let frame = from_far(scene, &from);
+    let color = |id: PixelId| fates.color_of(id);
     // Colours carry the meaning: no haze.
-    let mut picture = light_through(0.0, scene, &frame, &from, &surfaces, color).halved();
+    let mut picture = light_through(0.0, scene, &frame, &from, frozen.surfaces(), color).halved();
     let lines = draw_frustum(&mut picture, scene, view, &from, &frame);
     explain(&mut picture, &frame, &lines, &fates.counts());
     picture
@@ -86,102 +81,6 @@ pub(super) fn explain(
     legend.draw(picture, "the view and its culling", &plural(total, "triangle"), counts);
 }
 
-/// Fates of all triangles of a scene in a view.
-pub(super) struct SceneFates<'a> {
-    scene: &'a Scene,
-    of_slots: Vec<Option<Fate>>,
-    triangles: TriangleFates<'a>,
-}
-
-impl<'a> SceneFates<'a> {
-    /// `visible` has reasons and triangles, `seen` is the exact visible set, and `surfaces` knows all of the
-    /// scene.
-    pub(super) fn new(
-        scene: &'a Scene,
-        visible: &'a Visible,
-        seen: &'a [PixelId],
-        surfaces: &'a Surfaces<'a>,
-    ) -> Self {
-        let of_slots = fates(scene, visible, seen);
-        let triangles = TriangleFates::new(visible, seen, surfaces);
-        Self { scene, of_slots, triangles }
-    }
-
-    /// Of an instance as a whole.
-    pub(super) fn of_slot(&self, slot: u32) -> Fate {
-        self.of_slots.get(slot as usize).copied().flatten().unwrap_or(Fate::Dropped(None))
-    }
-
-    /// Of an original triangle.
-    pub(super) fn of(&self, id: PixelId) -> Fate {
-        self.of_whole(id.slot).unwrap_or_else(|| self.triangles.of(id))
-    }
-
-    /// Of an instance that was dropped at once; `None` where its triangles differ.
-    fn of_whole(&self, slot: u32) -> Option<Fate> {
-        let fate = self.of_slot(slot);
-        let dropped = matches!(fate, Fate::Dropped(_));
-        (dropped && !self.triangles.visible.went_in_parts(slot)).then_some(fate)
-    }
-
-    /// How many triangles of the scene there are of each fate that occurs, in the order of a legend.
-    pub(super) fn counts(&self) -> Vec<(Fate, u64)> {
-        let slots: Vec<u32> = self.scene.slots().collect();
-        let of_slot = |slot: &u32| -> BTreeMap<Fate, u64> {
-            let count = self.scene.mesh(*slot).triangle_count();
-            match self.of_whole(*slot) {
-                Some(dropped) => BTreeMap::from([(dropped, u64::from(count))]),
-                None => {
-                    let mut counts = BTreeMap::new();
-                    for triangle in 0..count {
-                        *counts.entry(self.of(PixelId { slot: *slot, triangle })).or_default() += 1;
-                    }
-                    counts
-                }
-            }
-        };
-        let sum = |mut a: BTreeMap<Fate, u64>, b: BTreeMap<Fate, u64>| {
-            b.into_iter().for_each(|(fate, n)| *a.entry(fate).or_default() += n);
-            a
-        };
-        let counts = slots.par_iter().map(of_slot).reduce(BTreeMap::new, sum);
-        let mut counts: Vec<_> = counts.into_iter().filter(|(_, n)| *n > 0).collect();
-        sort_counts(&mut counts);
-        counts
-    }
-}
-
-/// Fates of the triangles of instances that are kept.
-struct TriangleFates<'a> {
-    visible: &'a Visible,
-    seen: &'a [PixelId],
-    surfaces: &'a Surfaces<'a>,
-}
-
-impl<'a> TriangleFates<'a> {
-    fn new(visible: &'a Visible, seen: &'a [PixelId], surfaces: &'a Surfaces<'a>) -> Self {
-        Self { visible, seen, surfaces }
-    }
-
-    fn of(&self, id: PixelId) -> Fate {
-        if self.seen.binary_search(&id).is_ok() {
-            return Fate::Seen;
-        }
-        let Some(t) = self.surfaces.triangle(id) else { return Fate::Dropped(None) };
-        let ranges = &self.visible.triangle_ranges;
-        let i = ranges.partition_point(|r| r.slot < id.slot);
-        let listed = ranges.get(i).filter(|r| r.slot == id.slot).is_some_and(|r| {
-            let entries = r.first as usize..r.first as usize + r.count as usize;
-            self.visible.triangles.get(entries).is_some_and(|t_of| t_of.binary_search(&t).is_ok())
-        });
-        // Without triangles, the instance speaks for them.
-        if listed || self.visible.triangle_ranges.is_empty() {
-            return Fate::Unseen;
-        }
-        Fate::Dropped(self.visible.stage_of(id.slot, t))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use cullet::cull::occlusion::Occlusion;
@@ -189,6 +88,10 @@ mod tests {
     use cullet_io::scenes;
 
     use super::*;
+    use crate::frame::{RenderOptions, Selection};
+    use crate::picture::scene_fates::SceneFates;
+    use crate::picture::space::Surfaces;
+    use crate::render::render;
 
     fn culled(scene: &Scene, view: &View) -> Visible {
         culled_by(

@@ -7,9 +7,9 @@ use super::Picture;
 use super::canvas::{grouped, keys, keys_height};
 use super::font::{text_height, text_size};
 use super::palette::{INK, PAPER, heat, level_color};
-use super::shaded::{light_through, linear};
+use super::shaded::{light_evenly, light_through, linear};
 use super::space::Surfaces;
-use crate::frame::{PixelId, RenderOptions, Selection};
+use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::render::render;
 use crate::steps::LevelSteps;
 
@@ -26,17 +26,11 @@ const SAME: u8 = 3;
 /// Cost: a frame of four times the view's pixels, and 0.3 µs for each of those.
 #[must_use]
 pub fn levels(scene: &Scene, view: &View, visible: &Visible) -> Picture {
-    let options = RenderOptions { scale: 2, ..RenderOptions::default() };
-    let frame = render(scene, view, Selection::Visible(visible), &options);
-    let surfaces = Surfaces::of_visible(scene, visible);
     let steps = LevelSteps::new(scene);
-    let color = |id: PixelId| {
-        let triangle = surfaces.triangle(id).unwrap_or_default();
-        let step = steps.of(id.slot, surfaces.level(id.slot), triangle);
-        DVec3::from(level_color(step).map(linear))
-    };
-    // Colours carry the meaning: no haze.
-    let lit = light_through(0.0, scene, &frame, view, &surfaces, color).halved();
+    let lit = of_levels(scene, view, visible, &steps, |frame, surfaces, color| {
+        // Colours carry the meaning: no haze.
+        light_through(0.0, scene, frame, view, surfaces, color)
+    });
     let counts = steps.count(visible);
     let total: u64 = counts.iter().sum();
     let shown = (0..).zip(&counts).filter(|c| *c.1 > 0);
@@ -62,6 +56,34 @@ pub fn levels(scene: &Scene, view: &View, visible: &Visible) -> Picture {
     picture.text([MARGIN, y], &words, size, INK);
     keys(&mut picture, [MARGIN, y + title], MARGIN + room, size, INK, &entries);
     picture
+}
+
+/// What a culler left of a scene, each triangle in the colour of its level of detail, in even light and from wherever one looks: the
+/// levels are those of the view that was culled. Cost: a frame of four times the pixels of `from`.
+#[must_use]
+pub fn even_levels(scene: &Scene, from: &View, visible: &Visible, steps: &LevelSteps) -> Picture {
+    of_levels(scene, from, visible, steps, |frame, surfaces, color| {
+        light_evenly(frame, from, surfaces, color)
+    })
+}
+
+/// A frame of what a culler left, lit in the colours of levels.
+fn of_levels(
+    scene: &Scene,
+    view: &View,
+    visible: &Visible,
+    steps: &LevelSteps,
+    light: impl FnOnce(&Frame, &Surfaces, &(dyn Fn(PixelId) -> DVec3 + Sync)) -> Picture,
+) -> Picture {
+    let options = RenderOptions { scale: 2, ..RenderOptions::default() };
+    let frame = render(scene, view, Selection::Visible(visible), &options);
+    let surfaces = Surfaces::of_visible(scene, visible);
+    let color = |id: PixelId| {
+        let triangle = surfaces.triangle(id).unwrap_or_default();
+        let step = steps.of(id.slot, surfaces.level(id.slot), triangle);
+        DVec3::from(level_color(step).map(linear))
+    };
+    light(&frame, &surfaces, &color).halved()
 }
 
 /// Where two pictures of one size differ, and by how much: dark as they are alike, brighter the more the channel differs that

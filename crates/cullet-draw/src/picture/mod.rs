@@ -3,7 +3,9 @@
 mod canvas;
 mod cells;
 mod font;
+mod frozen;
 mod hierarchy;
+mod highlight;
 mod impostor;
 mod kinds;
 mod layers;
@@ -13,28 +15,33 @@ mod occlusion;
 mod opened;
 mod outside;
 pub mod palette;
+mod scene_fates;
 mod shaded;
 pub(crate) mod space;
 mod teach;
 
+pub use canvas::key_strip;
 pub use cells::{
-    DoorInView, PairShown, ShownPortal, cells, depth_color, matrix_order, portals, pvs_matrix,
-    shown_portals, shut_doors, walk_order,
+    DoorInView, PairShown, PortalWalk, ShownPortal, cells, depth_color, matrix_order, portals,
+    pvs_matrix, shown_portals, shut_doors, walk_order,
 };
 pub use font::text_width;
+pub use frozen::FrozenView;
 pub use hierarchy::hierarchy;
+pub use highlight::Highlight;
 pub use impostor::impostor_beside;
 pub use kinds::{kinds, kinds_of};
 pub use layers::depth_complexity;
-pub use levels::{beside, difference, levels};
+pub use levels::{beside, difference, even_levels, levels};
 pub use map::top_down;
 pub use occlusion::{Culled, hidden, occluders, occlusion_buffer};
 pub use opened::{OpenedScene, cut_away, opened};
 pub use outside::Outlook;
-pub use shaded::{shaded, shaded_clear, shaded_levels};
+pub use shaded::{even, shaded, shaded_clear, shaded_levels};
 pub use teach::{
-    VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,
-    culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,
+    CullingVolume, VolumeFigure, back_regions, caption, clip_polygon, clip_w, clusters, cones,
+    conservative_set, coverage, culling_volume, normal_mask, normal_partition, outcodes, pipeline,
+    pipeline_costs,
 };
 
 use std::io;

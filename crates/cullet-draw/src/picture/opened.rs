@@ -1,17 +1,19 @@
 //! A scene cut open: as a section drawing, or with what became of everything in a view.
 
+use std::borrow::Cow;
+
 use cullet::{Handle, Scene, View, Visible};
 use glam::DVec3;
 
 use super::Picture;
-use super::kinds::{SceneFates, explain};
+use super::frozen::{FrozenView, from_far};
+use super::kinds::explain;
 use super::map::Fate;
 use super::outside::{draw_frustum, from_outside};
 use super::palette::{INK, mix};
 use super::shaded::{irradiance, light_through, linear};
 use super::space::Surfaces;
-use crate::frame::{Frame, PixelId, RenderOptions, Selection};
-use crate::render::render;
+use crate::frame::{Frame, PixelId};
 
 /// How much of its light a cut face keeps where its colour says what became of it: less, so that a section
 /// reads as one.
@@ -40,7 +42,7 @@ pub struct OpenedScene<'a> {
 /// Draws what is left of a scene that was cut open as a section drawing: lit, without haze, its cut faces
 /// outlined and hatched, each instance's the other way than that before it.
 ///
-/// `frame` must be of `view`, at scale 2 ([`RenderOptions::scale`]); the picture has half its size.
+/// `frame` must be of `view`, at scale 2 ([`RenderOptions::scale`](crate::RenderOptions::scale)); the picture has half its size.
 /// `material_colors` are as for [`shaded`](super::shaded); ones too bright to show their shading are toned
 /// down. Blended triangles are not drawn. Cost: some 0.3 µs a pixel of the frame.
 #[must_use]
@@ -129,12 +131,10 @@ pub fn opened(
     left: &OpenedScene<'_>,
     from: &View,
 ) -> Picture {
-    let seen = render(scene, view, Selection::All, &RenderOptions::default()).visible();
-    let whole = Surfaces::of_all(scene);
-    let fates = SceneFates::new(scene, visible, &seen, &whole);
+    let frozen = FrozenView::new(scene, Cow::Borrowed(view), Cow::Borrowed(visible));
+    let fates = frozen.fates();
     let from = from_outside(from);
-    let options = RenderOptions { scale: 2, ..RenderOptions::default() };
-    let frame = render(left.scene, &from, Selection::All, &options);
+    let frame = from_far(left.scene, &from);
     let surfaces = Surfaces::new(left.scene, &frame.ids);
     let fate = |id: PixelId| {
         let handle = left.scene.handle(id.slot)?;

@@ -1,5 +1,6 @@
 //! Why one instance is drawn or not, with the numbers of every stage that it came to.
 
+use super::evidence::{Evidence, Finding};
 use super::frame::{Alone, Frame, Viewer};
 use super::pipeline::{self, Caches, Scratch};
 use super::shadow::ShadowView;
@@ -26,6 +27,9 @@ pub struct Step {
     pub left: u64,
     /// Its measurements, in words with numbers.
     pub finding: String,
+    /// The same as numbers, where it tested the instance as a whole.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub evidence: Evidence,
 }
 
 /// Why an instance is drawn or not: every stage it came to, with its numbers.
@@ -99,12 +103,16 @@ impl Culler {
         let reason = result.reasons[slot as usize];
         let frame = Frame::new(&telling, scene, viewer, only);
         let rows = result.funnel.rows.iter().filter(|row| row.entered.of(row.unit) > 0);
-        let steps = rows.map(|row| Step {
-            stage: row.stage,
-            unit: row.unit,
-            entered: row.entered.of(row.unit),
-            left: row.left.of(row.unit),
-            finding: finding(&frame, &scratch.caches, slot, row, reason),
+        let steps = rows.map(|row| {
+            let Finding { words, evidence } = finding(&frame, &scratch.caches, slot, row, reason);
+            Step {
+                stage: row.stage,
+                unit: row.unit,
+                entered: row.entered.of(row.unit),
+                left: row.left.of(row.unit),
+                finding: words,
+                evidence,
+            }
         });
         let hidden = reason.is_some_and(|r| r.stage == Stage::Occlusion);
         let hidden_by =
@@ -124,7 +132,9 @@ fn of_stand_in(scene: &Scene, slot: u32, all: &Visible) -> Explanation {
     let count = scene.stood_for_by(slot).len();
     let finding = format!("{finding} {count} instances");
     let left = u64::from(is_drawn);
-    let step = Step { stage: Stage::Lod, unit: Unit::Instances, entered: 1, left, finding };
+    let evidence = Evidence::None;
+    let step =
+        Step { stage: Stage::Lod, unit: Unit::Instances, entered: 1, left, finding, evidence };
     let reason = (!is_drawn).then_some(Reason { stage: Stage::Layer, detail: 0 });
     Explanation { reason, steps: vec![step], hidden_by: Vec::new() }
 }
@@ -136,16 +146,16 @@ fn finding(
     slot: u32,
     row: &FunnelRow,
     reason: Option<Reason>,
-) -> String {
+) -> Finding {
     if row.unit != Unit::Instances {
         let (unit, all) = (row.unit.name(), row.entered.of(row.unit));
-        return format!("{} of {all} {unit} dropped", row.dropped().of(row.unit));
+        return format!("{} of {all} {unit} dropped", row.dropped().of(row.unit)).into();
     }
     match row.stage {
         Stage::Layer => layer::finding(frame, slot),
         Stage::Occlusion => caches.occlusion.finding(frame, slot),
         _ if bits::get(frame.scene.exempt(), slot as usize) => {
-            "exempt: flagged always visible, or without finite bounds".to_owned()
+            "exempt: flagged always visible, or without finite bounds".into()
         }
         Stage::Frustum => frustum::finding(frame, slot, reason.filter(|_| row.left.instances == 0)),
         Stage::Pvs => caches.pvs.finding(frame, slot),
@@ -153,6 +163,6 @@ fn finding(
         Stage::Detail => detail::finding(frame, slot),
         Stage::Degenerate => degenerate::finding(frame, slot),
         Stage::Lod => lod::finding(frame, &caches.lod, slot),
-        Stage::Backface => String::new(),
+        Stage::Backface => Finding::default(),
     }
 }

@@ -1,6 +1,7 @@
 //! The culler: runs the stages in order and says what is left.
 
 mod answer;
+mod evidence;
 mod explain;
 mod frame;
 mod log;
@@ -10,6 +11,7 @@ mod sets;
 mod shadow;
 mod stage;
 
+pub use evidence::{CellTest, CoverTest, Evidence, PlaneTest};
 pub use explain::{Explanation, Step};
 pub use shadow::ShadowView;
 

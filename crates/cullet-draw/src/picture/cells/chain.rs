@@ -1,8 +1,9 @@
 //! The portals of a view, one seen through the other.
 
+use cullet::cell::CellGraph;
 use cullet::cull::portal::Reached;
 use cullet::{Scene, View};
-use glam::DVec4;
+use glam::{DVec3, DVec4};
 
 use super::super::Picture;
 use super::super::canvas::{LINE, keys, keys_height};
@@ -51,7 +52,10 @@ pub fn portals(
     let line = (text * LINE).round() as i64;
     let panel = (u64::from(wide) * 9 / 20).max(300) as i64;
     let mut picture = Picture::new(wide, height + panel as u32, PAPER);
-    lay(&mut picture, [0, 0], &seen(scene, view, material_colors, &steps, &doors));
+    let options = RenderOptions { scale: 2, ..RenderOptions::default() };
+    let frame = render(scene, view, Selection::All, &options);
+    let lit = shaded(scene, &frame, view, material_colors);
+    lay(&mut picture, [0, 0], &marked(lit, &steps, &doors));
     let mut badges = Badges { size: text, placed: Vec::new(), room: [width, height] };
     for (number, step) in (1..).zip(&steps) {
         badges.draw(&mut picture, &step.screen, &format!("{number}"), depth_color(step.depth));
@@ -77,16 +81,7 @@ pub fn portals(
     let eye = DVec4::from(view.eye());
     let eye = (eye.w != 0.0).then(|| eye.truncate());
     let plan = Plan::new(scene, graph, eye, shown);
-    let mut drawn = plan.paint(|cell, p| match (sight.depth_of(cell), sight.depth_at(cell, p)) {
-        (Some(_), Some(depth)) => depth_color(depth),
-        (Some(depth), None) => mix(depth_color(depth), PAPER, 0.72),
-        _ => UNREACHED,
-    });
-    plan.draw_portals(&mut drawn, graph);
-    if let Some(eye) = eye {
-        draw_eye(&mut drawn, plan.at(eye.into()));
-    }
-    lay(&mut picture, [gap, top], &drawn.halved());
+    lay(&mut picture, [gap, top], &painted(&plan, graph, &sight, eye));
     let ink = |cell: u32| {
         if sight.depth_of(cell).is_some() { INK } else { mix(INK, PAPER, 0.45) }
     };
@@ -104,17 +99,27 @@ pub fn portals(
     picture
 }
 
-/// The view with its portals, at its own size.
-fn seen(
-    scene: &Scene,
-    view: &View,
-    colors: &[[f32; 4]],
-    steps: &[ShownPortal],
-    doors: &[DoorInView],
+/// A plan on which each place has the colour of how many portals it is seen through, with the eye.
+pub(super) fn painted(
+    plan: &Plan,
+    graph: &CellGraph,
+    sight: &Sight,
+    eye: Option<DVec3>,
 ) -> Picture {
-    let options = RenderOptions { scale: 2, ..RenderOptions::default() };
-    let frame = render(scene, view, Selection::All, &options);
-    let mut picture = shaded(scene, &frame, view, colors);
+    let mut drawn = plan.paint(|cell, p| match (sight.depth_of(cell), sight.depth_at(cell, p)) {
+        (Some(_), Some(depth)) => depth_color(depth),
+        (Some(depth), None) => mix(depth_color(depth), PAPER, 0.72),
+        _ => UNREACHED,
+    });
+    plan.draw_portals(&mut drawn, graph);
+    if let Some(eye) = eye {
+        draw_eye(&mut drawn, plan.at(eye.into()));
+    }
+    drawn.halved()
+}
+
+/// A picture of a view at twice its size, dimmed, with its portals and doors, at its own size.
+pub(super) fn marked(mut picture: Picture, steps: &[ShownPortal], doors: &[DoorInView]) -> Picture {
     for v in picture.rgb.chunks_exact_mut(3) {
         let dimmed = mix([v[0], v[1], v[2]], NIGHT, 0.5);
         v.copy_from_slice(&dimmed);

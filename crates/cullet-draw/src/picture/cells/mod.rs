@@ -5,11 +5,13 @@ mod matrix;
 mod overview;
 mod plan;
 mod sight;
+mod walk;
 
 pub use chain::portals;
 pub use matrix::{PairShown, matrix_order, pvs_matrix};
 pub use overview::cells;
 pub use sight::{DoorInView, ShownPortal, shown_portals, shut_doors, walk_order};
+pub use walk::PortalWalk;
 
 /// Open portals on a plan.
 const OPEN: [u8; 3] = [0x1B, 0x8A, 0x4B];

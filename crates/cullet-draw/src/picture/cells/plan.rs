@@ -18,6 +18,7 @@ const NONE: u32 = u32::MAX;
 const COARSE: u32 = 192;
 
 /// From the world to a plan of twice the size in which it is shown: x to the right, z down.
+#[derive(Debug)]
 pub(super) struct Plan {
     /// Of the plan as it is drawn, in pixels.
     size: [u32; 2],

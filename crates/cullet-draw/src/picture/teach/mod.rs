@@ -20,9 +20,9 @@ pub use clip_w::{clip_w, pipeline, pipeline_costs};
 pub use coverage::coverage;
 pub use masks::normal_mask;
 pub use regions::back_regions;
-pub(super) use surface::{COLORS, caption};
-pub use surface::{clusters, cones};
-pub use volume::{VolumeFigure, culling_volume};
+pub(super) use surface::COLORS;
+pub use surface::{caption, clusters, cones};
+pub use volume::{CullingVolume, VolumeFigure, culling_volume};
 
 /// Back faces, as in every picture.
 pub(super) const BACK: [u8; 3] = reason_color(Some(Stage::Backface));

@@ -241,8 +241,8 @@ fn is_hidden(frame: &Frame, space: &Space, at: [f64; 2], p: DVec3, radius: f64) 
     space.project(raised, [frame.width, frame.height]).is_none_or(|(_, d)| space.nearer(depth, d))
 }
 
-/// Words on a light ground in the top left corner.
-pub(in crate::picture) fn caption(picture: &mut Picture, words: &str) {
+/// Writes words on a light ground into the top left corner of a picture.
+pub fn caption(picture: &mut Picture, words: &str) {
     let size = text_size(picture.width);
     // In a tiny picture, as large as there is room for.
     let room = f64::from(picture.width) - 44.0;

@@ -1,5 +1,6 @@
 //! Degenerate: what has no area, and so covers no pixel.
 
+use super::super::evidence::{Evidence, Finding};
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::sets::{Instances, Sets, slots};
@@ -52,12 +53,12 @@ pub(in super::super) fn of_the_rest(frame: &Frame<'_>, sets: &Sets, log: &mut Lo
 }
 
 /// Finding of the stage: how much area is left of an instance.
-pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32) -> String {
-    let mesh = frame.scene.mesh(slot);
-    format!(
-        "rank {} of the transform, {} of {} triangles with area in the mesh",
-        frame.scene.transform(slot).rank(),
-        mesh.triangle_count() - mesh.degenerate_count(),
-        mesh.triangle_count()
-    )
+pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32) -> Finding {
+    let (mesh, rank) = (frame.scene.mesh(slot), frame.scene.transform(slot).rank());
+    let triangles = mesh.triangle_count();
+    let with_area = triangles - mesh.degenerate_count();
+    let words = format!(
+        "rank {rank} of the transform, {with_area} of {triangles} triangles with area in the mesh"
+    );
+    Finding::new(words, Evidence::Area { rank, with_area, triangles })
 }

@@ -1,5 +1,6 @@
 //! Detail: what is too small on the screen, and what covers no sample.
 
+use super::super::evidence::{Evidence, Finding};
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::run::is_parted;
@@ -199,13 +200,17 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
 }
 
 /// The size of an instance on the screen.
-pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32) -> String {
-    let weight = match frame.scene.size_weight(slot) {
+pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32) -> Finding {
+    let times = frame.scene.size_weight(slot);
+    let weight = match times {
         1.0 => String::new(),
         weight => format!(", counted {weight} times"),
     };
     match projected(frame, &frame.scene.bounds(slot)) {
-        Some([w, h]) => format!("{w:.2} x {h:.2} pixels on the screen{weight}"),
-        None => "crosses the near plane, so it is never small".to_owned(),
+        Some(pixels @ [w, h]) => Finding::new(
+            format!("{w:.2} x {h:.2} pixels on the screen{weight}"),
+            Evidence::Size { pixels, weight: times },
+        ),
+        None => "crosses the near plane, so it is never small".into(),
     }
 }

@@ -1,6 +1,7 @@
 //! Frustum: what is outside of the view's half-spaces. Each of its steps makes a set of what is left of the one before.
 
 use super::super::Output;
+use super::super::evidence::{Evidence, Finding, PlaneTest};
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::run::{Run, is_parted, triangles_of};
@@ -386,11 +387,22 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
 }
 
 /// By how much an instance is outside of a plane, or inside of all.
-pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32, reason: Option<Reason>) -> String {
+pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32, reason: Option<Reason>) -> Finding {
     let bounds = frame.scene.bounds(slot);
+    let words = words_of(frame, &bounds, reason);
+    let tests = frame.frustum.planes().map(|(number, plane)| PlaneTest {
+        plane: number as u8,
+        nearest: -depth_inside(plane, &bounds),
+        // The corner that is farthest outside is farthest inside of the plane turned over.
+        farthest: depth_inside(&plane.flipped(), &bounds),
+    });
+    Finding::new(words, Evidence::Planes(tests.collect()))
+}
+
+fn words_of(frame: &Frame<'_>, bounds: &Aabb, reason: Option<Reason>) -> String {
     let rejecting = reason.filter(|r| r.stage == Stage::Frustum);
     if frame.casters.is_some() {
-        return caster_finding(frame, &bounds, rejecting);
+        return caster_finding(frame, bounds, rejecting);
     }
     let mut planes = frame.frustum.planes();
     let named = rejecting.and_then(|r| planes.find(|(number, _)| *number == usize::from(r.detail)));
@@ -398,12 +410,12 @@ pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32, reason: Option<Rea
         Some((number, plane)) => format!(
             "outside the {} plane by {:.6} units at the nearest corner",
             plane_name(number),
-            -depth_inside(plane, &bounds)
+            -depth_inside(plane, bounds)
         ),
         None if rejecting.is_some() => {
             "outside: no plane alone rejects it, the exact test does".to_owned()
         }
-        None => nearest_plane(frame, &bounds).map_or_else(String::new, |(depth, number)| {
+        None => nearest_plane(frame, bounds).map_or_else(String::new, |(depth, number)| {
             let plane = plane_name(number);
             format!("reaches {depth:.6} units inside of the {plane} plane, its nearest")
         }),

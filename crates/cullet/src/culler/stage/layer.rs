@@ -1,5 +1,6 @@
 //! Layers: instances that share none with the view.
 
+use super::super::evidence::{Evidence, Finding};
 use super::super::frame::Frame;
 use super::super::log::Log;
 use crate::funnel::{Reason, Stage, Unit};
@@ -34,7 +35,8 @@ pub(in super::super) fn instances(frame: &Frame<'_>, log: &mut Log<'_>) {
 }
 
 /// The layers of an instance and of the view.
-pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32) -> String {
-    let (own, seen) = (frame.scene.layers(slot), frame.view.layers);
-    format!("layers {own:#x} of the instance, {seen:#x} of the view")
+pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32) -> Finding {
+    let (instance, view) = (frame.scene.layers(slot), frame.view.layers);
+    let words = format!("layers {instance:#x} of the instance, {view:#x} of the view");
+    Finding::new(words, Evidence::Layers { instance, view })
 }

@@ -1,5 +1,6 @@
 //! Levels of detail: in place of an instance's mesh the coarsest of its levels that is near enough to it.
 
+use super::super::evidence::{Evidence, Finding};
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::sets::{Coarse, Instances, slots};
@@ -161,23 +162,22 @@ fn replace(
 }
 
 /// How large the errors of an instance are allowed to be, and what is drawn of it.
-pub(in super::super) fn finding(frame: &Frame<'_>, cache: &Cache, slot: u32) -> String {
+pub(in super::super) fn finding(frame: &Frame<'_>, cache: &Cache, slot: u32) -> Finding {
     let scene = frame.scene;
-    let Some(lod) = &frame.culler.lod else { return String::new() };
+    let Some(lod) = &frame.culler.lod else { return Finding::default() };
     if let Some(by) = stand_ins::finding(frame, slot) {
-        return by;
+        return by.into();
     }
     let all = scene.levels(scene.mesh_id(slot));
     if all.is_empty() || !scene.is_rigid(slot) || bits::get(scene.exempt(), slot as usize) {
-        return "has no levels of detail, or is not drawn just as its mesh says".to_owned();
+        return "has no levels of detail, or is not drawn just as its mesh says".into();
     }
-    let triangles = match cache.best.triangle_count() {
-        0 => scene.tally_of(slot).counts.triangles,
-        triangles => triangles,
+    let triangles = scene.tally_of(slot).counts.triangles;
+    let drawn = match cache.best.triangle_count() {
+        0 => triangles,
+        fewer => fewer,
     };
-    format!(
-        "{triangles} of {} triangles within {} pixels of the original",
-        scene.tally_of(slot).counts.triangles,
-        cache.pixels.unwrap_or(lod.pixels)
-    )
+    let pixels = cache.pixels.unwrap_or(lod.pixels);
+    let words = format!("{drawn} of {triangles} triangles within {pixels} pixels of the original");
+    Finding::new(words, Evidence::Levels { drawn, triangles, pixels })
 }

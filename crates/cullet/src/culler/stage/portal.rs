@@ -1,5 +1,6 @@
 //! Portal: what is in no cell that is seen through open portals, or beside the portals through which its cells are seen.
 
+use super::super::evidence::{CellTest, Evidence, Finding};
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::run::is_parted;
@@ -159,59 +160,76 @@ impl Cache {
     }
 
     /// By which portals an instance is seen, or why it is not.
-    pub(in super::super) fn finding(&self, frame: &Frame<'_>, slot: u32) -> String {
-        let Some(cells) = frame.scene.cells() else { return Idle::NoCells.words().to_owned() };
+    pub(in super::super) fn finding(&self, frame: &Frame<'_>, slot: u32) -> Finding {
+        let Some(cells) = frame.scene.cells() else { return Idle::NoCells.words().into() };
         if self.idle != Idle::No {
-            return self.idle.words().to_owned();
+            return self.idle.words().into();
         }
         let own = cells.of_slot(slot);
         let place = place_of(own);
         if bits::get(cells.loose(), slot as usize) {
             let why =
                 if own.is_empty() { "" } else { " and beyond, or moved since the last commit" };
-            return format!("{place}{why}: seen from everywhere");
+            let instance = own.to_vec();
+            let eye = self.starts.clone();
+            let test = CellTest { instance, eye, in_sight: true, ..CellTest::default() };
+            let words = format!("{place}{why}: seen from everywhere");
+            return Finding::new(words, Evidence::Cells(test));
         }
         let start = self.reached.visits()[0].cell;
+        let found = |words: String, portals: &[u32], in_sight: bool, shut: Option<u32>| {
+            let (instance, eye) = (own.to_vec(), self.starts.clone());
+            let test = CellTest { instance, eye, portals: portals.to_vec(), in_sight, shut };
+            Finding::new(words, Evidence::Cells(test))
+        };
         let visits =
             (0..).zip(self.reached.visits()).filter(|(_, visit)| own.contains(&visit.cell));
         let mut is_beside = None;
         for (number, visit) in visits {
             let planes =
                 Planes::new(&bounds_of(frame, cells, &self.reached, visit, frame.scene.origin()));
-            let by = self.chain(number);
+            let (by, portals) = self.chain(number);
             if visit.is_start()
                 || planes.classify_stored(frame.scene.boxes(), slot as usize) != Side::Outside
             {
-                return format!("{place}, seen from cell {start}{by}");
+                let words = format!("{place}, seen from cell {start}{by}");
+                return found(words, &portals, true, None);
             }
-            is_beside.get_or_insert(by);
+            is_beside.get_or_insert((by, portals));
         }
-        if let Some(by) = is_beside {
-            return format!("{place}, but beside what is seen of that from cell {start}{by}");
+        if let Some((by, portals)) = is_beside {
+            let words = format!("{place}, but beside what is seen of that from cell {start}{by}");
+            return found(words, &portals, false, None);
         }
+        let unseen = format!("{place}, not seen from cell {start}");
         match first_shut(cells, start, own) {
             Way::Shut(portal) => {
-                format!("{place}, not seen from cell {start}: portal {portal} on the way is shut")
+                let words = format!("{unseen}: portal {portal} on the way is shut");
+                found(words, &[], false, Some(portal))
             }
-            Way::Open(portals) => format!(
-                "{place}, not seen from cell {start}: the way leads by portal{} {}, and no line of sight does",
-                if portals.len() == 1 { "" } else { "s" },
-                list(&portals)
-            ),
-            Way::None => format!("{place}, not seen from cell {start}: no portals lead there"),
+            Way::Open(portals) => {
+                let words = format!(
+                    "{unseen}: the way leads by portal{} {}, and no line of sight does",
+                    if portals.len() == 1 { "" } else { "s" },
+                    list(&portals)
+                );
+                found(words, &portals, false, None)
+            }
+            Way::None => found(format!("{unseen}: no portals lead there"), &[], false, None),
         }
     }
 
-    /// The portals of a visit's chain, in words.
-    fn chain(&self, visit: u32) -> String {
+    /// The portals of a visit's chain, in words too.
+    fn chain(&self, visit: u32) -> (String, Vec<u32>) {
         let chain = self.reached.chain(visit);
         let portals: Vec<u32> = chain.iter().filter_map(|visit| visit.portal).collect();
-        match (&portals[..], chain.last().is_some_and(|visit| visit.is_limited)) {
+        let words = match (&portals[..], chain.last().is_some_and(|visit| visit.is_limited)) {
             (_, true) => ", as all is behind the limits of chains".to_owned(),
             ([], _) => " itself".to_owned(),
             ([portal], _) => format!(" through portal {portal}"),
             (portals, _) => format!(" through portals {}", list(portals)),
-        }
+        };
+        (words, portals)
     }
 }
 

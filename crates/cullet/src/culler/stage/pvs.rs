@@ -1,5 +1,6 @@
 //! Potentially visible sets: what is not in the set of the eye's cell.
 
+use super::super::evidence::{CellTest, Evidence, Finding};
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::sets::Instances;
@@ -135,23 +136,31 @@ impl Cache {
     }
 
     /// In whose set an instance is, or not.
-    pub(in super::super) fn finding(&self, frame: &Frame<'_>, slot: u32) -> String {
+    pub(in super::super) fn finding(&self, frame: &Frame<'_>, slot: u32) -> Finding {
         let sets = frame.scene.cells().and_then(|cells| Some((cells, cells.sets()?)));
         let Some((cells, sets)) = sets.filter(|_| self.idle == Idle::No) else {
-            return self.idle.words().to_owned();
+            return self.idle.words().into();
+        };
+        let own = match sets.targets() {
+            Targets::Cells => cells.of_slot(slot),
+            Targets::Instances => &[],
         };
         let place = match sets.targets() {
-            Targets::Cells => format!("{}, ", place_of(cells.of_slot(slot))),
+            Targets::Cells => format!("{}, ", place_of(own)),
             Targets::Instances => String::new(),
         };
+        let (instance, eye) = (own.to_vec(), self.starts.clone());
+        let test = CellTest { instance, eye, in_sight: true, ..CellTest::default() };
         if bits::get(everywhere(cells, sets), slot as usize) {
-            return format!("{place}seen from everywhere: beyond the cells, or moved since");
+            let words = format!("{place}seen from everywhere: beyond the cells, or moved since");
+            return Finding::new(words, Evidence::Cells(test));
         }
         let is_seen = bits::get(&self.seen, slot as usize);
         let (set, not) = (
             if self.starts.len() == 1 { "set of cell" } else { "sets of cells" },
             if is_seen { "" } else { "not " },
         );
-        format!("{place}{not}in the {set} {}", list(&self.starts))
+        let words = format!("{place}{not}in the {set} {}", list(&self.starts));
+        Finding::new(words, Evidence::Cells(CellTest { in_sight: is_seen, ..test }))
     }
 }

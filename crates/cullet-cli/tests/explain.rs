@@ -1,0 +1,259 @@
+//! `cullet explain`: its reasons are those of a whole cull, its numbers prove them, and it says so.
+
+use std::process::{Command, Output as Ended};
+
+use cullet::cull::detail::Detail;
+use cullet::{Culler, Evidence, Output, PlaneTest, Reason, Stage, Unit, View, ViewState, Visible};
+use cullet_draw::{PixelId, RenderOptions, Selection};
+use cullet_io::paths::{self, Overrides, PathSpec};
+use cullet_io::{LoadOptions, Model, scenes};
+use cullet_testkit::{Folder, data};
+use serde_json::Value;
+
+fn cullet(args: &[&str]) -> Ended {
+    Command::new(env!("CARGO_BIN_EXE_cullet")).args(args).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).replace('\u{202f}', " ")
+}
+
+fn explained(args: &[&str]) -> (Value, String) {
+    let out = cullet(&[&["explain"], args, &["--json", "-"]].concat());
+    assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+    (serde_json::from_slice(&out.stdout).unwrap(), text(&out.stderr))
+}
+
+fn views(model: &Model, spec: &PathSpec, size: [u32; 2]) -> Vec<View> {
+    paths::views(model, spec, 4, size, &Overrides::default()).unwrap()
+}
+
+/// The settings of the program: what is hidden is looked for at any cost.
+fn culler() -> Culler {
+    let mut culler = Culler { output: Output::Triangles, reasons: true, ..Culler::balanced() };
+    if let Some(occlusion) = &mut culler.occlusion {
+        occlusion.risk = None;
+    }
+    culler
+}
+
+/// Every instance of every view: the reason is that of the cull, and the numbers of the stage that dropped it say why. How many
+/// each stage dropped by such numbers.
+fn hold(model: &Model, views: &[View], culler: &Culler) -> [u64; 10] {
+    let scene = &model.scene;
+    let mut proved = [0; 10];
+    for view in views {
+        let mut result = Visible::default();
+        culler.cull_one(scene, view, &mut ViewState::default(), &mut result);
+        for slot in scene.slots() {
+            let told = culler.explain(scene, view, scene.handle(slot).unwrap()).unwrap();
+            let reason = result.reasons[slot as usize];
+            assert_eq!(told.reason, reason, "slot {slot}");
+            for step in told.steps.iter().filter(|step| step.unit == Unit::Instances) {
+                let dropped_here = reason.filter(|r| r.stage == step.stage && step.left == 0);
+                proved[step.stage as usize] += u64::from(dropped_here.is_some());
+                prove(&step.evidence, dropped_here, culler, scene.bounds(slot).is_finite());
+            }
+        }
+    }
+    proved
+}
+
+/// Numbers of a step, where it dropped the instance, or let it pass.
+fn prove(evidence: &Evidence, dropped: Option<Reason>, culler: &Culler, finite: bool) {
+    match (evidence, dropped) {
+        (Evidence::Planes(tests), Some(reason)) if reason.detail != Reason::MIXED => {
+            let of = |t: &&PlaneTest| t.plane == reason.detail;
+            let test = tests.iter().find(of).expect("the plane is among those that were tested");
+            assert!(test.nearest > 0.0 && test.farthest >= test.nearest, "{test:?}");
+        }
+        (Evidence::Planes(tests), None) => {
+            // What is outside by more than rounding goes.
+            assert!(!finite || tests.iter().all(|t| t.nearest < 1e-2), "{tests:?}");
+        }
+        (Evidence::Cells(test), dropped) => {
+            assert_eq!(test.in_sight, dropped.is_none(), "{test:?}")
+        }
+        (Evidence::Cover(test), Some(_)) => {
+            assert!(test.open.is_none() && test.covered >= test.nearness, "{test:?}");
+        }
+        (Evidence::Cover(test), None) => assert!(test.open.is_some(), "{test:?}"),
+        (Evidence::Size { pixels, weight }, dropped) => {
+            let most = culler.detail.unwrap().threshold_px;
+            let is_small = pixels.iter().all(|px| px * f64::from(*weight) <= most);
+            assert_eq!(is_small, dropped.is_some(), "{pixels:?}");
+        }
+        (Evidence::Levels { drawn, triangles, .. }, _) => assert!(drawn <= triangles),
+        _ => {}
+    }
+}
+
+#[test]
+fn in_a_city_the_reasons_are_those_of_the_cull() {
+    let model = scenes::build("city:cells=8,objects=60").unwrap();
+    let views = views(&model, &PathSpec::Walk, [320, 180]);
+    let proved = hold(&model, &views, &culler());
+    for stage in [Stage::Frustum, Stage::Occlusion] {
+        assert!(proved[stage as usize] > 20, "{stage:?}: {proved:?}");
+    }
+    let detail = Some(Detail { threshold_px: 8.0, ..Detail::default() });
+    let proved = hold(&model, &views, &Culler { detail, ..culler() });
+    assert!(proved[Stage::Detail as usize] > 0, "{proved:?}");
+}
+
+#[test]
+fn in_an_office_portals_are_told_of() {
+    let model = scenes::build("office").unwrap();
+    let views = views(&model, &PathSpec::Walk, [320, 180]);
+    let proved = hold(&model, &views[..2], &culler());
+    assert!(proved[Stage::Portal as usize] > 20, "{proved:?}");
+}
+
+#[test]
+fn in_a_castle_the_reasons_are_those_of_the_cull() {
+    let Some(folder) = data("intel-castle") else { return };
+    let file = std::fs::read_dir(&folder).unwrap().flatten().map(|e| e.path());
+    let mut files: Vec<_> = file
+        .filter(|p| p.extension().is_some_and(|e| e == "glb" || e == "gltf" || e == "obj"))
+        .collect();
+    files.sort();
+    let Some(file) = files.first() else { return };
+    let model = cullet_io::load(file, &LoadOptions::default()).unwrap();
+    let views = views(&model, &PathSpec::Orbit, [320, 180]);
+    let few = model.scene.slots().count() < 3000;
+    if few {
+        let proved = hold(&model, &views[..1], &culler());
+        assert!(proved.iter().sum::<u64>() > 0, "{proved:?}");
+    }
+}
+
+/// A scene and views small enough for any test.
+const CITY: &[&str] = &[
+    "city:cells=8,objects=60",
+    "--path",
+    "walk",
+    "--views",
+    "4",
+    "--view",
+    "1",
+    "--size",
+    "160x90",
+];
+
+#[test]
+fn a_pixel_tells_who_owns_it_and_what_is_behind() {
+    let model = scenes::build(CITY[0]).unwrap();
+    let view = &views(&model, &PathSpec::Walk, [160, 90])[1];
+    let frame = cullet_draw::render(&model.scene, view, Selection::All, &RenderOptions::default());
+    let mut behind = 0;
+    for at in [[80, 60], [20, 45], [150, 50]] {
+        let (json, _) = explained(&[CITY, &["--pixel", &format!("{},{}", at[0], at[1])]].concat());
+        let owner = frame.id(at[0], at[1]);
+        assert_eq!(json["pixel"]["at"], serde_json::json!(at));
+        if owner == PixelId::NONE {
+            assert!(json["instance"].is_null() && json["pixel"]["triangle"].is_null());
+            continue;
+        }
+        assert_eq!(json["pixel"]["triangle"], owner.triangle);
+        let handle = model.scene.handle(owner.slot).unwrap();
+        assert_eq!(json["instance"]["handle"]["index"], handle.index);
+        assert_eq!(json["instance"]["kept"], true);
+        let owned = frame.ids.iter().filter(|id| id.slot == owner.slot).count();
+        assert_eq!(json["instance"]["owned_pixels"], owned);
+        let triangle = &json["instance"]["triangle"];
+        assert!(triangle["drawn"] == true && triangle["owned_pixels"].as_u64() > Some(0));
+        assert!(triangle["side"] != "back" || model.scene.mesh(owner.slot).is_two_sided());
+        let distances: Vec<f64> = (json["pixel"]["behind"].as_array().unwrap().iter())
+            .map(|b| b["distance"].as_f64().unwrap())
+            .collect();
+        assert!(distances.windows(2).all(|w| w[0] <= w[1]), "{distances:?}");
+        let own = json["pixel"]["distance"].as_f64().unwrap();
+        assert!(distances.iter().all(|d| *d >= own), "what is culled is behind what is seen");
+        behind += distances.len();
+    }
+    assert!(behind > 0, "something hidden is behind one of them");
+}
+
+#[test]
+fn an_instance_is_told_of_in_text_json_and_picture() {
+    let folder = Folder::new("explain");
+    let model = scenes::build(CITY[0]).unwrap();
+    let view = &views(&model, &PathSpec::Walk, [160, 90])[1];
+    let (culler, mut result) = (culler(), Visible::default());
+    culler.cull_one(&model.scene, view, &mut ViewState::default(), &mut result);
+    for stage in [Stage::Frustum, Stage::Occlusion] {
+        let is_it = |slot: &u32| result.reasons[*slot as usize].is_some_and(|r| r.stage == stage);
+        let slot = model.scene.slots().find(is_it).unwrap();
+        let picture = folder.path(&format!("{}.png", stage.name()));
+        let name = format!("#{slot}");
+        let (json, told) = explained(&[CITY, &["--instance", &name, "--out", &picture]].concat());
+        let instance = &json["instance"];
+        assert_eq!(instance["stage"], stage.name());
+        assert_eq!((&instance["kept"], &instance["drawn_triangles"]), (&false.into(), &0.into()));
+        let sentence = instance["sentence"].as_str().unwrap().replace('\u{202f}', " ");
+        assert!(sentence.starts_with(&format!("dropped by {}: ", stage.name())), "{sentence}");
+        assert!(told.contains(&sentence), "{told}");
+        let last = instance["steps"].as_array().unwrap().last().unwrap();
+        assert_eq!((&last["outcome"], &last["stage"]), (&"dropped".into(), &stage.name().into()));
+        let shown = if stage == Stage::Frustum { "outside" } else { "no pixel lets it through" };
+        assert!(told.contains(shown), "{told}");
+        let png = std::fs::read(&picture).unwrap();
+        assert!(png.starts_with(b"\x89PNG") && png.len() > 2000);
+    }
+}
+
+#[test]
+fn the_record_has_what_its_schema_demands() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/schema/explain.schema.json");
+    let schema: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    let (json, _) = explained(&[CITY, &["--pixel", "80,60"]].concat());
+    let demanded = |of: &Value| -> Vec<String> {
+        let names = of["required"].as_array().into_iter().flatten();
+        names.map(|name| name.as_str().unwrap().to_owned()).collect()
+    };
+    let holds = |value: &Value, of: &Value, place: &str| {
+        let names = demanded(of);
+        assert!(!names.is_empty(), "{place}");
+        for name in names {
+            assert!(value.get(&name).is_some(), "{place}: {name}");
+        }
+        // And nothing that it does not know.
+        for name in value.as_object().unwrap().keys() {
+            assert!(of["properties"].get(name).is_some(), "{place}: {name} is not in the schema");
+        }
+    };
+    let parts = &schema["$defs"];
+    holds(&json, &schema, "the record");
+    holds(&json["view"], &parts["view"], "view");
+    holds(&json["pixel"], &parts["pixel"], "pixel");
+    holds(&json["instance"], &parts["instance"], "instance");
+    holds(&json["instance"]["triangle"], &parts["triangle"], "triangle");
+    for step in json["instance"]["steps"].as_array().unwrap() {
+        holds(step, &parts["step"], "step");
+        let kinds = parts["evidence"]["oneOf"].as_array().unwrap();
+        let known = kinds.iter().any(|kind| match step["evidence"].as_object() {
+            Some(own) => own.keys().all(|key| !kind["properties"][key].is_null()),
+            None => kind["const"] == step["evidence"],
+        });
+        assert!(known, "{}", step["evidence"]);
+    }
+}
+
+#[test]
+fn what_cannot_be_explained_says_what_could() {
+    let wrong = |args: &[&str], words: &[&str]| {
+        let out = cullet(&[&["explain"], CITY, args].concat());
+        assert_eq!(out.status.code(), Some(2), "{args:?}");
+        let said = text(&out.stderr);
+        for word in words {
+            assert!(said.contains(word), "{args:?}: {word} is not in {said}");
+        }
+    };
+    wrong(&["--pixel", "160,10"], &["160x90", "159,89"]);
+    wrong(&["--pixel", "a"], &["640,360"]);
+    wrong(&["--instance", "no such house"], &["nearest", "'"]);
+    wrong(&["--instance", "#99999"], &["nearest"]);
+    wrong(&["--instance", "#0", "--triangle", "99999999"], &["numbered from 0"]);
+    wrong(&["--instance", "#0", "--out", "why.gif"], &[".png"]);
+    wrong(&[], &["--pixel"]);
+}

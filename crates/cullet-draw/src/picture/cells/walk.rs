@@ -1,0 +1,134 @@
+//! A walk through portals: the view, and a plan that stays where it is.
+
+use cullet::cell::CellGraph;
+use cullet::cull::portal::Reached;
+use cullet::{Scene, View};
+use glam::{DVec3, DVec4};
+
+use super::super::Picture;
+use super::super::canvas::LINE;
+use super::super::font::{text_size, text_width};
+use super::super::palette::{INK, PAPER};
+use super::super::shaded::even_doubled;
+use super::chain::{marked, painted};
+use super::plan::{Plan, lay};
+use super::sight::{Sight, shown_portals, shut_doors};
+
+/// Pictures of a walk through the cells of a scene: on the left what the eye sees, with each portal that it sees through in the
+/// colour of how many it is; on the right a plan of the cells in the same colours, the same in all of them.
+#[derive(Debug)]
+pub struct PortalWalk<'a> {
+    scene: &'a Scene,
+    graph: &'a CellGraph,
+    plan: Plan,
+    size: [u32; 2],
+}
+
+/// So much of the width is the view's.
+const VIEW: [u32; 2] = [5, 8];
+
+impl<'a> PortalWalk<'a> {
+    /// For walks at the height of `eye`, in pictures of `size`, at least 320 x 160. `None` where the scene has no cells. Cost: the cell
+    /// of a point for each pixel of a plan of twice its size.
+    #[must_use]
+    pub fn new(scene: &'a Scene, eye: [f64; 3], size: [u32; 2]) -> Option<Self> {
+        let graph = scene.cell_graph()?;
+        let size = [size[0].max(320), size[1].max(160)];
+        let line = (text_size(size[0]) * LINE).round() as u32;
+        let beside = size[0] - Self::view_width(size[0]);
+        let shown = [beside - 2 * GAP, size[1] - 3 * line - 2 * GAP];
+        let plan = Plan::new(scene, graph, Some(eye.into()), shown);
+        Some(Self { scene, graph, plan, size })
+    }
+
+    fn view_width(width: u32) -> u32 {
+        width * VIEW[0] / VIEW[1]
+    }
+
+    /// Pixels of the views that it draws.
+    #[must_use]
+    pub fn view_size(&self) -> [u32; 2] {
+        [Self::view_width(self.size[0]), self.size[1]]
+    }
+
+    /// The picture of a view of [`view_size`](Self::view_size). `reached` is [`ViewState::reached`](cullet::ViewState::reached) after
+    /// a cull of it. `material_colors` are as for [`shaded`](super::super::shaded). Cost: a frame of four times the view's pixels, and
+    /// the plan.
+    #[must_use]
+    pub fn draw(
+        &self,
+        view: &View,
+        reached: Option<&Reached>,
+        material_colors: &[[f32; 4]],
+    ) -> Picture {
+        let Self { scene, graph, plan, size } = self;
+        let (steps, doors) = match reached {
+            Some(reached) => (shown_portals(view, reached), shut_doors(scene, view, reached)),
+            None => (Vec::new(), Vec::new()),
+        };
+        let mut picture = Picture::new(size[0], size[1], PAPER);
+        let lit = even_doubled(scene, view, None, material_colors);
+        lay(&mut picture, [0, 0], &marked(lit, &steps, &doors));
+        let eye = DVec4::from(view.eye());
+        let eye = (eye.w != 0.0).then(|| eye.truncate());
+        let sight = Sight::new(graph, reached);
+        let left = i64::from(self.view_size()[0]);
+        let text = text_size(size[0]);
+        let line = (text * LINE).round() as i64;
+        let cell = eye.and_then(|eye: DVec3| scene.cell_of(eye.into()));
+        let words = [
+            cell.map_or("the eye is in no cell".to_owned(), |cell| format!("from cell {cell}")),
+            match reached {
+                Some(_) => format!("{} of {} cells reached", sight.count(), graph.cell_count()),
+                None => "portals hide nothing here".to_owned(),
+            },
+            format!("{} portals seen through", steps.len()),
+        ];
+        let room = i64::from(size[0]) - left;
+        for (words, row) in words.iter().zip(0..) {
+            let x = left + (room - text_width(words, text)) / 2;
+            picture.text([x, i64::from(GAP) + row * line], words, text, INK);
+        }
+        let place = [left + i64::from(GAP), i64::from(GAP) + 3 * line];
+        lay(&mut picture, place, &painted(plan, graph, &sight, eye));
+        picture
+    }
+}
+
+/// Between the parts of a picture.
+const GAP: u32 = 10;
+
+#[cfg(test)]
+mod tests {
+    use cullet::{Culler, ViewState, Visible};
+    use cullet_io::scenes;
+    use cullet_testkit::views::look;
+
+    use super::*;
+
+    #[test]
+    fn the_plan_stays_and_the_colours_follow_the_eye() {
+        let scene = scenes::build("office").unwrap().scene;
+        let eyes = [[26.6, 1.7, 18.2], [26.6, 1.7, 17.2]];
+        let walk = PortalWalk::new(&scene, eyes[0], [480, 270]).unwrap();
+        assert_eq!(walk.view_size(), [300, 270]);
+        let [a, b] = eyes.map(|eye| {
+            let view = look(eye, [26.6, 1.7, 0.0], walk.view_size());
+            let (mut state, mut result) = (ViewState::default(), Visible::default());
+            Culler::default().cull_one(&scene, &view, &mut state, &mut result);
+            assert!(state.reached().is_some(), "the eye is in a cell");
+            walk.draw(&view, state.reached(), &[])
+        });
+        assert_eq!([a.width, a.height], [480, 270]);
+        // Outlines of cells are where they were; the eye is not.
+        let dark = |p: &Picture, x: u32, y: u32| p.pixel(x, y).iter().all(|v| *v < 0x50);
+        let plan = (300..480).flat_map(|x| (80..270).map(move |y| (x, y)));
+        let (same, all) = plan
+            .filter(|(x, y)| dark(&a, *x, *y))
+            .fold((0, 0), |(same, all), (x, y)| (same + u32::from(dark(&b, x, y)), all + 1));
+        assert!(all > 100 && same * 10 > all * 8, "{same} of {all}");
+        assert_ne!(a, b);
+        let empty = scenes::build("solids:n=2").unwrap().scene;
+        assert!(PortalWalk::new(&empty, [0.0; 3], [480, 270]).is_none());
+    }
+}

@@ -1,0 +1,124 @@
+//! Numbers behind an explanation: what a stage held against what.
+
+/// Numbers of a stage's test of one instance, as the stage had them. Lengths are in units of the scene, and planes point
+/// out: a positive distance is outside.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum Evidence {
+    /// Counts alone, or words: nothing of the instance as a whole was measured.
+    #[default]
+    None,
+    /// Layers, one bit each: it stays where the two share one.
+    Layers {
+        /// Of the instance.
+        instance: u32,
+        /// Of the view.
+        view: u32,
+    },
+    /// The instance's box against each plane of the frustum that there is.
+    Planes(Vec<PlaneTest>),
+    /// The cells of an instance against those that the eye sees into.
+    Cells(CellTest),
+    /// The projected size of its box.
+    Size {
+        /// Width and height on the screen in pixels, the parts beyond its edges included.
+        pixels: [f64; 2],
+        /// So many times it counts.
+        weight: f32,
+    },
+    /// Its area, as far as its transform and its mesh leave any.
+    Area {
+        /// Rank of the transform: 3 for all that is not flattened.
+        rank: u8,
+        /// Triangles of the mesh that have an area.
+        with_area: u32,
+        /// All triangles of the mesh.
+        triangles: u32,
+    },
+    /// Its screen bounds against the occlusion buffer.
+    Cover(CoverTest),
+    /// The level of detail that was chosen.
+    Levels {
+        /// Triangles of what is drawn.
+        drawn: u64,
+        /// Triangles of the mesh in full.
+        triangles: u64,
+        /// By how many pixels what is drawn may be off.
+        pixels: f64,
+    },
+}
+
+/// A box against a plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PlaneTest {
+    /// Number of the plane, as in a [`Reason`](crate::Reason) and in [`FrustumPlane::ALL`](crate::view::FrustumPlane::ALL).
+    pub plane: u8,
+    /// Signed distance of the corner that is farthest inside: above 0 all of the box is outside.
+    pub nearest: f64,
+    /// Signed distance of the corner that is farthest outside: at most 0 all of the box is inside.
+    pub farthest: f64,
+}
+
+/// The cells of an instance against those that the eye sees into.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CellTest {
+    /// Cells that the instance is in; none where it is in no cell, or where sets are of instances.
+    pub instance: Vec<u32>,
+    /// Cells that the near plane may be in, that of the eye first.
+    pub eye: Vec<u32>,
+    /// Portals from the eye on: of the chain through which it is seen; or beside which it is, where its cell is
+    /// reached; or else of the shortest open way to it. Always empty for sets.
+    pub portals: Vec<u32>,
+    /// Whether it may be seen.
+    pub in_sight: bool,
+    /// The first shut portal on the shortest way to it, where each way is shut.
+    pub shut: Option<u32>,
+}
+
+/// The screen bounds of a box against the occlusion buffer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CoverTest {
+    /// Pixels of the buffer.
+    pub buffer: [u32; 2],
+    /// First column and row that the box may touch, in pixels of the buffer from the top left.
+    pub min: [u32; 2],
+    /// Last column and row, inclusive.
+    pub max: [u32; 2],
+    /// How near the box comes at the most. Larger is nearer: 1 / w in perspective, w being the distance along the line of sight
+    /// of the view's centre.
+    pub nearness: f32,
+    /// How near the covered area is at the least within those bounds: 0 where a pixel is not covered.
+    pub covered: f32,
+    /// The first pixel that lets it through, by row and then column; `None` where it is hidden.
+    pub open: Option<[u32; 2]>,
+}
+
+/// What a stage found of an instance, in words and as numbers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Finding {
+    pub(super) words: String,
+    pub(super) evidence: Evidence,
+}
+
+impl Finding {
+    pub(super) fn new(words: String, evidence: Evidence) -> Self {
+        Self { words, evidence }
+    }
+}
+
+impl From<String> for Finding {
+    fn from(words: String) -> Self {
+        Self { words, evidence: Evidence::None }
+    }
+}
+
+impl From<&str> for Finding {
+    fn from(words: &str) -> Self {
+        words.to_owned().into()
+    }
+}
