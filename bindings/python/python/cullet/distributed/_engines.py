@@ -8,6 +8,7 @@ import multiprocessing
 import os
 import pickle
 import tempfile
+import time
 import weakref
 from collections.abc import Callable, Iterator
 from concurrent import futures
@@ -257,11 +258,16 @@ class Dask:
             self._client = distributed.Client(threads_per_worker=1, dashboard_address=None)
         else:
             self._client = distributed.Client(address)
+        # The threads of the workers by their addresses, and the one that was preferred last.
+        self._threads: list[str] = []
+        self._turn = 0
 
     def workers(self) -> int:
         """How many units may run at once, now."""
         threads: dict[str, int] = self._client.nthreads()
-        return max(1, sum(threads.values()))
+        most = max(threads.values(), default=0)
+        self._threads = [address for k in range(most) for address, count in sorted(threads.items()) if k < count]
+        return max(1, len(self._threads))
 
     def share(self, value: Any) -> Any:
         """Hands a value over once."""
@@ -270,7 +276,14 @@ class Dask:
     def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
         """Begins a task and gives its handle."""
         given = [a.future() if isinstance(a, _Kept) else a for a in arguments]
-        return self._client.submit(task, *given, pure=False)
+        if not self._threads:
+            self.workers()
+        # Else all go where what was found in the last round lies. A worker that is gone or busy leaves its tasks to others.
+        where: dict[str, Any] = {}
+        if self._threads:
+            self._turn = (self._turn + 1) % len(self._threads)
+            where = {"workers": [self._threads[self._turn]], "allow_other_workers": True}
+        return self._client.submit(task, *given, pure=False, **where)
 
     def ended(self, handles: list[Any], seconds: float) -> list[Any]:
         """Those that have ended, once one has, or none after so many seconds."""
@@ -314,9 +327,21 @@ class _Kept:
 
     def future(self) -> Any:
         if self._future is None or self._future.status != "finished":
-            # In a list, for the parts of a tuple would be sent one by one; and to all nodes, for tasks are given to those that have it.
-            (self._future,) = self._client.scatter([self._value], hash=False, broadcast=True)
+            self._future = self._sent()
         return self._future
+
+    def _sent(self) -> Any:
+        # To one node, from which the others fetch it: sent to all at once, it would be waited for without end if one is lost meanwhile.
+        for is_last in (False, False, False, True):
+            try:
+                # In a list, for the parts of a tuple would be sent one by one.
+                (sent,) = self._client.scatter([self._value], hash=False)
+                return sent
+            except Exception:
+                # The node may have been lost that it was to go to.
+                if is_last:
+                    raise
+                time.sleep(0.5)
 
 
 @contextlib.contextmanager
