@@ -15,9 +15,10 @@ fn options() -> LoadOptions {
     LoadOptions { prepare: Preparation::NONE, ..LoadOptions::default() }
 }
 
+/// Small enough that a tile is a small part of all.
 fn small() -> WriteTiles {
     let mut small = WriteTiles::default();
-    (small.triangles, small.instances) = (3000, 60);
+    (small.triangles, small.instances) = (3000, 15);
     small
 }
 
@@ -133,12 +134,12 @@ fn with_half_of_the_budget_what_is_visible_is_finer_and_with_all_of_it_nothing_i
 fn the_same_eye_has_the_same_tiles_whichever_way_it_came() {
     let folder = Folder::new("sight");
     written(&folder);
-    let settings = Settings::default().with_pixels(2.0).with_budget(2 << 20);
+    let settings = Settings::default().with_pixels(2.0).with_budget(600 << 10);
     let mut walker = World::new(open(&folder), &settings).unwrap();
     for step in 0..8 {
         walker.look([f64::from(step) * 30.0 - 120.0, 2.0, 4.0], [0.0; 3]);
         walker.settle();
-        assert!(walker.status().bytes <= 2 << 20);
+        assert!(walker.status().bytes <= 600 << 10);
     }
     let mut jumper = World::new(open(&folder), &settings).unwrap();
     jumper.look([90.0, 2.0, 4.0], [0.0; 3]);
