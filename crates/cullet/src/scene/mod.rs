@@ -36,6 +36,10 @@ pub(crate) use tally::Tally;
 /// empty slot until [`commit`](Self::commit), which sorts the slots by place: it and
 /// [`commit_slice`](Self::commit_slice) are the only calls that move instances between slots.
 /// A handle finds its slot, and a slot its handle, in O(1).
+///
+/// An instance takes some 116 bytes, half of them its transform; [`commit`](Self::commit) takes up to 32 more while it sorts.
+/// Flags, bounds, size weights and the caller's numbers take 45 more of every instance, each kind as soon as one instance has
+/// other than the default.
 #[derive(Debug)]
 pub struct Scene {
     id: u64,

@@ -4,6 +4,7 @@ use super::Scene;
 use crate::bits;
 use crate::hierarchy::{Commit, NO_SLOT};
 use crate::prepared::Preparation;
+use crate::transform::Transform;
 
 impl Scene {
     /// Fits the nodes of the hierarchy to what moved since the last time: makes the next cull faster,
@@ -34,17 +35,13 @@ impl Scene {
         };
         let commit = self.hierarchy.commit_parts(is_apart);
         let len = self.hierarchy.slot_count() as usize;
-        // By slot, where what is in it was; after the last slot, where those were that were removed.
-        let mut from = vec![0; commit.slot_of_old.len()];
-        let mut next = len;
-        for (old, &new) in (0..).zip(&commit.slot_of_old) {
-            let to = if new == NO_SLOT { next } else { new as usize };
-            next += usize::from(new == NO_SLOT);
-            from[to] = old;
+        let mut from = vec![0; len];
+        for (old, &new) in commit.slot_of_old.iter().enumerate() {
+            if new != NO_SLOT {
+                from[new as usize] = old as u32;
+            }
         }
-        permute(&mut self.transforms, &from);
-        self.transforms.truncate(len);
-        from.truncate(len);
+        gather_transforms(&mut self.transforms, &from);
         gather(&mut self.mesh, &from);
         gather(&mut self.layers, &from);
         self.flags.gather(&from);
@@ -123,26 +120,23 @@ pub(super) fn gather<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
     *values = from.iter().map(|&old| values[old as usize]).collect();
 }
 
-/// The same in place, cycle by cycle, where `from` names each place once: a second copy of the transforms would be half of
-/// what a scene takes.
-fn permute<T: Copy>(values: &mut [T], from: &[u32]) {
-    let mut done = vec![0; from.len().div_ceil(64)];
-    for first in 0..from.len() {
-        if bits::get(&done, first) || from[first] as usize == first {
-            continue;
-        }
-        let (value, mut at) = (values[first], first);
-        loop {
-            bits::set(&mut done, at, true);
-            let next = from[at] as usize;
-            if next == first {
-                break;
-            }
-            values[at] = values[next];
-            at = next;
-        }
-        values[at] = value;
+/// The same of transforms, a part of each at a time: a second copy of them would be half of what a scene takes. (In place,
+/// cycle by cycle, took several times as long, since each step is somewhere else and waits for the one before.)
+fn gather_transforms(transforms: &mut Vec<Transform>, from: &[u32]) {
+    gather_part(transforms, from, |t| &mut t.translation);
+    for column in 0..3 {
+        gather_part(transforms, from, |t| &mut t.linear[column]);
     }
+    transforms.truncate(from.len());
+}
+
+fn gather_part<P: Copy>(
+    transforms: &mut [Transform],
+    from: &[u32],
+    part: impl Fn(&mut Transform) -> &mut P,
+) {
+    let moved: Vec<P> = from.iter().map(|&old| *part(&mut transforms[old as usize])).collect();
+    transforms.iter_mut().zip(moved).for_each(|(to, moved)| *part(to) = moved);
 }
 
 pub(super) fn gather_bits(words: &mut Vec<u64>, from: &[u32]) {
@@ -162,32 +156,4 @@ pub(super) fn rearrange<T: Copy>(values: &mut [T], moves: &[[u32; 2]]) {
 pub(super) fn rearrange_bits(words: &mut [u64], moves: &[[u32; 2]]) {
     let moved: Vec<_> = moves.iter().map(|m| bits::get(words, m[0] as usize)).collect();
     moves.iter().zip(moved).for_each(|(m, v)| bits::set(words, m[1] as usize, v));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn permuting_in_place_is_gathering() {
-        let mut state = 1_u32;
-        for len in [0, 1, 2, 63, 64, 65, 1000] {
-            // Shuffled; nothing moved; all by one; and in pairs.
-            let mut shuffled: Vec<u32> = (0..len).collect();
-            for i in 1..len as usize {
-                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                shuffled.swap(i, (state >> 8) as usize % (i + 1));
-            }
-            let mut turned: Vec<u32> = (0..len).collect();
-            turned.rotate_left(usize::from(len > 0));
-            let ways = [shuffled, (0..len).collect(), turned, (0..len).rev().collect()];
-            for from in ways {
-                let values: Vec<u64> = (0..u64::from(len)).map(|v| v * v + 7).collect();
-                let (mut permuted, mut gathered) = (values.clone(), values);
-                permute(&mut permuted, &from);
-                gather(&mut gathered, &from);
-                assert_eq!(permuted, gathered, "{len}");
-            }
-        }
-    }
 }

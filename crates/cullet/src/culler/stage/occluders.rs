@@ -325,16 +325,17 @@ impl Search<'_> {
                     None => return,
                 },
             };
+            let cost = cost(pixels);
             let candidate = Candidate {
-                value: value.min(most),
+                score: value.min(most) / cost,
                 nearness: bounds.map_or(f32::INFINITY, |f| f.nearness),
                 slot,
                 shape: number as u32,
-                cost: cost(pixels),
+                cost,
                 bounds,
             };
             // The most expensive test comes last.
-            if choice.may_take(candidate.score())
+            if choice.may_take(candidate.score)
                 && self.drawn.binary_search(&(slot, number as u32)).is_err()
                 && !self.is_hidden(bounds)
             {

@@ -140,7 +140,7 @@ fn test_all(
     let mut stake = Stake::new(settings, costs, all, [costs.occluders.begin_ns, 0.0]);
     if !stake.is_nothing() {
         let samples = &mut cache.samples;
-        samples.take(frame, set);
+        samples.take(frame, set, left);
         let overheads = samples.overheads_ns(&costs.occluders, instances);
         stake = Stake::new(settings, costs, [instances, samples.triangles()], overheads);
     }
@@ -326,38 +326,42 @@ fn test(
     let (mut first, mut kept) = (0, 0);
     while first < live.len() {
         let start = live[first] as usize / GROUP * GROUP;
-        let count = groups(&live[first..]).next().map_or(1, <[u32]>::len);
-        let end = (start + GROUP).min(alive.len());
-        let (mut left, mut whole, mut dropped) = ([0; GROUP], [0; GROUP], [0; GROUP]);
-        let of_scene = alive[start..end].iter().zip(&scene.exempt()[start..end]);
+        let of_group = first..first + groups(&live[first..]).next().map_or(1, <[u32]>::len);
+        let words = start..(start + GROUP).min(alive.len());
+        let (mut left, mut whole) = ([0; GROUP], [0; GROUP]);
+        let of_scene = alive[words.clone()].iter().zip(&scene.exempt()[words.clone()]);
         left.iter_mut().zip(of_scene).for_each(|(left, (alive, exempt))| *left = alive & !exempt);
-        let before = left;
+        let mut dropped = left;
         let (nodes, boxes) = (hierarchy.nodes(), hierarchy.boxes());
         tests += against.group(nodes, boxes, start / GROUP, &mut left, &mut whole);
-        for (dropped, (before, left)) in dropped.iter_mut().zip(before.iter().zip(&left)) {
-            *dropped = before & !left;
-        }
-        sum += scene.tally_of_words(start, &dropped[..end - start]);
-        cache.whole[start..end].copy_from_slice(&whole[..end - start]);
-        for (alive, dropped) in alive[start..end].iter_mut().zip(&dropped) {
+        dropped.iter_mut().zip(&left).for_each(|(dropped, left)| *dropped &= !left);
+        sum += scene.tally_of_words(start, &dropped[..words.len()]);
+        cache.whole[words.clone()].copy_from_slice(&whole[..words.len()]);
+        let of_words = alive[words.clone()].iter_mut().zip(&dropped);
+        let any_left = of_words.fold(0, |any, (alive, dropped)| {
             *alive &= !dropped;
-        }
+            any | *alive
+        });
         if log.wants_reasons() {
             for (word, &dropped) in (start..).zip(&dropped) {
                 slots(word, dropped).for_each(|slot| log.drop_slot(slot, HIDDEN));
             }
         }
         // No later stage looks at a word of which all is hidden.
-        for at in first..first + count {
-            let word = live[at] as usize;
-            if alive[word] == 0 {
-                inside[word] = 0;
-            } else {
-                live[kept] = live[at];
-                kept += 1;
+        if any_left == 0 {
+            inside[words].fill(0);
+        } else {
+            for at in of_group.clone() {
+                let word = live[at] as usize;
+                if alive[word] == 0 {
+                    inside[word] = 0;
+                } else {
+                    live[kept] = live[at];
+                    kept += 1;
+                }
             }
         }
-        first += count;
+        first = of_group.end;
     }
     live.truncate(kept);
     (tests, sum)

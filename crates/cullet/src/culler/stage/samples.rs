@@ -12,6 +12,7 @@ use crate::bits;
 use crate::costs::OccluderCosts;
 use crate::cull::frustum::batch::{Planes, VISIBLE};
 use crate::cull::occlusion::{BoxTests, OcclusionBuffer, Visibility};
+use crate::funnel::Counts;
 use crate::mesh::Mesh;
 
 /// Instances that are sampled, and clusters; and the most handles that are looked at for it.
@@ -62,9 +63,8 @@ struct Part {
 }
 
 impl Samples {
-    /// Samples what is alive.
-    pub(super) fn take(&mut self, frame: &Frame<'_>, set: &Instances) {
-        let left = set.tally(frame.scene).counts;
+    /// Samples what is alive, of which the counts are `left`.
+    pub(super) fn take(&mut self, frame: &Frame<'_>, set: &Instances, left: Counts) {
         self.pick(frame, set, left.instances as usize, left.triangles);
         self.parts.clear();
         let triangles = |slot: u32| u64::from(frame.scene.mesh(slot).triangle_count());

@@ -372,11 +372,13 @@ fn test_block<S: Simd>(
         let bounds = r.bounds(lane);
         if buffer.read().covers(simd, &bounds) {
             hidden |= 1 << lane;
-        } else if nearest.is_some_and(|n| n.is_before(simd, buffer, &bounds, r.farthest[lane])) {
-            whole |= 1 << lane;
-        } else if kind == Kind::Boxes {
-            whole |= u64::from(bounds.pixels() < LEAST_PARTED) << lane;
+            continue;
         }
+        // Counting pixels is the cheaper of the two.
+        let is_small = kind == Kind::Boxes && bounds.pixels() < LEAST_PARTED;
+        let is_whole = is_small
+            || nearest.is_some_and(|n| n.is_before(simd, buffer, &bounds, r.farthest[lane]));
+        whole |= u64::from(is_whole) << lane;
     }
     Found { hidden, outside: wanted & u64::from(r.outside), whole }
 }
