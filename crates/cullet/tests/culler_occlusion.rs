@@ -262,7 +262,12 @@ fn street_view() -> View {
 
 #[test]
 fn by_nodes_or_one_by_one_the_same_occluders_are_chosen() {
-    let mut scene = city(&mut Rng(5), 6000);
+    for count in [6000, 60_000] {
+        are_chosen_by_nodes_as_one_by_one(city(&mut Rng(5), count));
+    }
+}
+
+fn are_chosen_by_nodes_as_one_by_one(mut scene: Scene) {
     let drawn = |scene: &Scene, budget| {
         let occlusion = Some(Occlusion { budget, ..Occlusion::default() });
         let (mut state, mut result) = (ViewState::default(), Visible::default());
@@ -288,7 +293,12 @@ fn by_nodes_or_one_by_one_the_same_occluders_are_chosen() {
 
 #[test]
 fn what_nodes_answer_for_is_what_each_box_would_be_told() {
-    let mut scene = city(&mut Rng(9), 9000);
+    for count in [9000, 60_000] {
+        are_told_the_same_by_nodes(city(&mut Rng(9), count));
+    }
+}
+
+fn are_told_the_same_by_nodes(mut scene: Scene) {
     for sorted in [false, true] {
         if sorted {
             scene.commit();

@@ -224,8 +224,14 @@ impl Nodes {
         self.sizes.fit_above(word, blocks);
     }
 
-    /// No box below a node of a level, 0 or 1, is larger along any axis; infinite where that is not known.
+    /// No box below a node of a level, 0 to 2, is larger along any axis; infinite where that is not known.
     pub(crate) fn largest_below(&self, level: usize, node: usize) -> [f32; 3] {
+        if level == 2 {
+            // Needed of few, so that it is not kept.
+            let below = self.sizes.of(1).get(node * LANES..).filter(|below| !below.is_empty());
+            let of_all = |below: &[SizeRange]| SizeRange::of_all(below.iter().take(LANES)).largest;
+            return below.map_or([f32::INFINITY; 3], of_all);
+        }
         self.sizes.of(level).get(node).map_or([f32::INFINITY; 3], |sizes| sizes.largest)
     }
 

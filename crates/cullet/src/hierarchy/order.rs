@@ -74,6 +74,11 @@ impl Orderer {
         order.extend(self.keys.iter().map(|&k| k as u32));
     }
 
+    /// Frees the memory of the last sort, but for the curve: sixteen bytes a box.
+    pub(super) fn forget_keys(&mut self) {
+        (self.keys, self.other) = (Vec::new(), Vec::new());
+    }
+
     /// Where on the curve of the last sort a box lies.
     pub(super) fn key(&self, b: &Aabb) -> u32 {
         self.curve.key(b)

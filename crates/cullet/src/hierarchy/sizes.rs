@@ -17,6 +17,11 @@ impl SizeRange {
     /// Of no box.
     const NONE: Self = Self { largest: [0.0; 3], smallest: [f32::INFINITY; 3] };
 
+    /// Of all of some.
+    pub(super) fn of_all<'a>(some: impl Iterator<Item = &'a Self>) -> Self {
+        some.fold(Self::NONE, Self::union)
+    }
+
     fn union(self, o: &Self) -> Self {
         Self {
             largest: std::array::from_fn(|a| self.largest[a].max(o.largest[a])),
@@ -54,7 +59,7 @@ impl Sizes {
         for part in (0..4).filter(|part| blocks >> (16 * part) & 0xffff != 0) {
             let node = word * 4 + part;
             let below = &lowest[node * LANES..((node + 1) * LANES).min(lowest.len())];
-            above[node] = below.iter().fold(SizeRange::NONE, SizeRange::union);
+            above[node] = SizeRange::of_all(below.iter());
         }
     }
 

@@ -60,8 +60,7 @@ impl Slots {
     pub(super) fn in_order(handles: Vec<Handle>) -> Self {
         let mut entries = vec![(0, NO_SLOT); handles.len()];
         (0..).zip(&handles).for_each(|(slot, handle)| entries[handle.index as usize].1 = slot);
-        let mut present = vec![0; handles.len().div_ceil(64)];
-        bits::words_of(0..handles.len()).for_each(|(word, bits)| present[word] = bits);
+        let present = all_of(handles.len());
         Self { handles, entries, present, ..Self::default() }
     }
 
@@ -139,15 +138,19 @@ impl Slots {
         }
     }
 
-    /// Forgets the slots from `len` on, which are all that were empty.
-    pub(super) fn truncate(&mut self, len: u32) {
-        self.handles.truncate(len as usize);
-        self.present.truncate(self.handles.len().div_ceil(64));
-        if let Some(last) = self.present.last_mut()
-            && !len.is_multiple_of(64)
-        {
-            *last &= (1 << (len % 64)) - 1;
-        }
+    /// Keeps what lies in the slots `from`, which are all that are not empty, in this order.
+    pub(super) fn gather(&mut self, from: &[u32]) {
+        self.handles = from.iter().map(|&old| self.handles[old as usize]).collect();
+        let handles = (0..).zip(&self.handles);
+        handles.for_each(|(slot, handle)| self.entries[handle.index as usize].1 = slot);
+        self.present = all_of(from.len());
         self.removed = 0;
     }
+}
+
+/// One bit for each of the first `len`.
+fn all_of(len: usize) -> Vec<u64> {
+    let mut present = vec![0; len.div_ceil(64)];
+    bits::words_of(0..len).for_each(|(word, bits)| present[word] = bits);
+    present
 }

@@ -23,7 +23,6 @@ impl Scene {
         self.flags.push(instance.flags);
         self.overrides.push(instance.bounds);
         self.size_weights.push(instance.size_weight);
-        self.has_size_weights |= instance.size_weight != 1.0;
         self.users.push(instance.user);
         self.tallies.add(self.mesh.len() - 1, instance.mesh, instance.layers);
         self.exempt.resize(self.mesh.len().div_ceil(64), 0);
@@ -47,7 +46,7 @@ impl Scene {
         let layers = (!self.is_stand_in(slot)).then_some(self.layers[at]);
         self.tallies.remove(at, self.mesh[at], layers);
         self.layers[slot as usize] = 0;
-        self.flags[slot as usize] = InstanceFlags::default();
+        self.flags.set(at, InstanceFlags::default());
         bits::set(&mut self.exempt, slot as usize, false);
         bits::set(&mut self.collapsed, slot as usize, false);
         self.change += 1;
@@ -94,7 +93,7 @@ impl Scene {
     /// If the handle names no instance.
     pub fn set_flags(&mut self, handle: Handle, flags: InstanceFlags) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
-        self.flags[slot as usize] = flags;
+        self.flags.set(slot as usize, flags);
         self.leave_stand_ins(slot);
         self.update_slot(slot);
         self.change += 1;
@@ -107,8 +106,7 @@ impl Scene {
     /// If the handle names no instance.
     pub fn set_size_weight(&mut self, handle: Handle, weight: f32) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
-        self.size_weights[slot as usize] = weight;
-        self.has_size_weights |= weight != 1.0;
+        self.size_weights.set(slot as usize, weight);
         self.change += 1;
         Ok(())
     }
@@ -119,7 +117,7 @@ impl Scene {
     /// If the handle names no instance.
     pub fn set_user(&mut self, handle: Handle, user: u64) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
-        self.users[slot as usize] = user;
+        self.users.set(slot as usize, user);
         Ok(())
     }
 
@@ -129,7 +127,7 @@ impl Scene {
     /// If the handle names no instance.
     pub fn set_bounds(&mut self, handle: Handle, bounds: BoundsOverride) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
-        self.overrides[slot as usize] = bounds;
+        self.overrides.set(slot as usize, bounds);
         self.leave_stand_ins(slot);
         self.update_slot(slot);
         self.change += 1;
@@ -138,7 +136,8 @@ impl Scene {
 
     /// Bounds in world space of many instances, written straight to their slots: for what the caller moves by
     /// means of its own (see [`BoundsOverride::World`]). Dropping it fits the nodes above them: the cost is that
-    /// of what was written, and at most O(n), once through all nodes.
+    /// of what was written, and at most O(n), once through all nodes. The first bounds that a scene is given make room for
+    /// those of all slots: 28 bytes each.
     pub fn bounds_mut(&mut self) -> SceneBoundsMut<'_> {
         SceneBoundsMut { scene: self }
     }
@@ -147,7 +146,7 @@ impl Scene {
     /// World-space override boxes are relative to the origin, so they are shifted, and grow by their rounding.
     pub fn rebase(&mut self, origin: [f64; 3]) {
         let shift: [f64; 3] = std::array::from_fn(|a| self.origin[a] - origin[a]);
-        for o in &mut self.overrides {
+        for o in self.overrides.each_mut() {
             if let BoundsOverride::World(b) = o {
                 let moved = |v: [f32; 3]| std::array::from_fn(|a| f64::from(v[a]) + shift[a]);
                 *b = Aabb::rounded_out(moved(b.min), moved(b.max));
@@ -170,7 +169,7 @@ impl Scene {
             let b = if b.is_empty() { Aabb::new([0.0; 3], [0.0; 3]) } else { b };
             transform.transform_box(&b, self.origin)
         };
-        match self.overrides[slot] {
+        match self.overrides.get(slot) {
             _ if !transform.is_finite() => Aabb::EVERYTHING,
             BoundsOverride::None => Aabb::EVERYTHING,
             BoundsOverride::Mesh => mesh(),
@@ -195,8 +194,8 @@ impl Scene {
         self.hierarchy.set_slot(at, &self.box_to_find(at));
         self.loosen(slot);
         let finite = self.transforms[at].is_finite();
-        let no_bounds = self.overrides[at] == BoundsOverride::None || !b.is_finite();
-        let exempt = self.flags[at].always_visible || no_bounds || !finite;
+        let no_bounds = self.overrides.get(at) == BoundsOverride::None || !b.is_finite();
+        let exempt = self.flags.get(at).always_visible || no_bounds || !finite;
         bits::set(&mut self.exempt, at, exempt);
         if exempt {
             bits::set(&mut self.exempt_words, at / 64, true);
@@ -223,8 +222,8 @@ impl SceneBoundsMut<'_> {
     pub fn set(&mut self, slot: u32, bounds: &Aabb) {
         let scene = &mut *self.scene;
         let at = slot as usize;
-        let known = matches!(scene.overrides[at], BoundsOverride::World(_));
-        scene.overrides[at] = BoundsOverride::World(*bounds);
+        let known = matches!(scene.overrides.get(at), BoundsOverride::World(_));
+        scene.overrides.set(at, BoundsOverride::World(*bounds));
         scene.leave_stand_ins(slot);
         let is_present = bits::get(scene.hierarchy.present(), at);
         if !is_present || scene.is_stand_in(slot) {

@@ -4,6 +4,7 @@ use super::Scene;
 use crate::bits;
 use crate::hierarchy::{Commit, NO_SLOT};
 use crate::prepared::Preparation;
+use crate::transform::Transform;
 
 impl Scene {
     /// Fits the nodes of the hierarchy to what moved since the last time: makes the next cull faster,
@@ -30,7 +31,7 @@ impl Scene {
         let (flags, stands) = (&self.flags, self.stand_ins.as_deref());
         let is_apart = |slot: u32| {
             // Those that stand for others have no place among them.
-            stands.is_some_and(|s| s.has(slot as usize)) || flags[slot as usize].dynamic
+            stands.is_some_and(|s| s.has(slot as usize)) || flags.get(slot as usize).dynamic
         };
         let commit = self.hierarchy.commit_parts(is_apart);
         let len = self.hierarchy.slot_count() as usize;
@@ -40,13 +41,13 @@ impl Scene {
                 from[new as usize] = old as u32;
             }
         }
+        gather_transforms(&mut self.transforms, &from);
         gather(&mut self.mesh, &from);
-        gather(&mut self.transforms, &from);
         gather(&mut self.layers, &from);
-        gather(&mut self.flags, &from);
-        gather(&mut self.overrides, &from);
-        gather(&mut self.size_weights, &from);
-        gather(&mut self.users, &from);
+        self.flags.gather(&from);
+        self.overrides.gather(&from);
+        self.size_weights.gather(&from);
+        self.users.gather(&from);
         gather_bits(&mut self.exempt, &from);
         gather_bits(&mut self.collapsed, &from);
         self.note_exempt();
@@ -79,10 +80,10 @@ impl Scene {
         rearrange(&mut self.mesh, &moves);
         rearrange(&mut self.transforms, &moves);
         rearrange(&mut self.layers, &moves);
-        rearrange(&mut self.flags, &moves);
-        rearrange(&mut self.overrides, &moves);
-        rearrange(&mut self.size_weights, &moves);
-        rearrange(&mut self.users, &moves);
+        self.flags.rearrange(&moves);
+        self.overrides.rearrange(&moves);
+        self.size_weights.rearrange(&moves);
+        self.users.rearrange(&moves);
         rearrange_bits(&mut self.exempt, &moves);
         rearrange_bits(&mut self.collapsed, &moves);
         self.rearrange_stand_ins(&moves);
@@ -115,8 +116,27 @@ impl Scene {
 }
 
 /// Puts `values[from[i]]` at i.
-fn gather<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
+pub(super) fn gather<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
     *values = from.iter().map(|&old| values[old as usize]).collect();
+}
+
+/// The same of transforms, a part of each at a time: a second copy of them would be half of what a scene takes. (In place,
+/// cycle by cycle, took several times as long, since each step is somewhere else and waits for the one before.)
+fn gather_transforms(transforms: &mut Vec<Transform>, from: &[u32]) {
+    gather_part(transforms, from, |t| &mut t.translation);
+    for column in 0..3 {
+        gather_part(transforms, from, |t| &mut t.linear[column]);
+    }
+    transforms.truncate(from.len());
+}
+
+fn gather_part<P: Copy>(
+    transforms: &mut [Transform],
+    from: &[u32],
+    part: impl Fn(&mut Transform) -> &mut P,
+) {
+    let moved: Vec<P> = from.iter().map(|&old| *part(&mut transforms[old as usize])).collect();
+    transforms.iter_mut().zip(moved).for_each(|(to, moved)| *part(to) = moved);
 }
 
 pub(super) fn gather_bits(words: &mut Vec<u64>, from: &[u32]) {

@@ -2,7 +2,7 @@
 //! every instance.
 
 use std::collections::BTreeMap;
-use std::ops::{AddAssign, SubAssign};
+use std::ops::{Add, AddAssign, SubAssign};
 
 use crate::bits;
 use crate::funnel::Counts;
@@ -27,6 +27,18 @@ impl Tally {
     }
 }
 
+/// Words of slots that are counted together: those below a node of 4,096.
+const GROUP: usize = 64;
+
+impl Add for Tally {
+    type Output = Self;
+
+    fn add(mut self, other: Self) -> Self {
+        self += other;
+        self
+    }
+}
+
 impl AddAssign for Tally {
     fn add_assign(&mut self, other: Self) {
         self.counts += other.counts;
@@ -48,6 +60,8 @@ pub(super) struct Tallies {
     by_mesh: Vec<Tally>,
     /// The instances of each word of 64 slots.
     by_word: Vec<Tally>,
+    /// Those of each 64 words.
+    by_group: Vec<Tally>,
     /// The instances of each mask of layers.
     by_layers: BTreeMap<u32, Tally>,
 }
@@ -71,6 +85,8 @@ impl Tallies {
         let tally = self.of_mesh(mesh);
         self.by_word.resize(self.by_word.len().max(slot / 64 + 1), Tally::default());
         self.by_word[slot / 64] += tally;
+        self.by_group.resize(self.by_word.len().div_ceil(GROUP), Tally::default());
+        self.by_group[slot / 64 / GROUP] += tally;
         *self.by_layers.entry(layers).or_default() += tally;
     }
 
@@ -78,6 +94,7 @@ impl Tallies {
     pub(super) fn remove(&mut self, slot: usize, mesh: u32, layers: Option<u32>) {
         let tally = self.of_mesh(mesh);
         self.by_word[slot / 64] -= tally;
+        self.by_group[slot / 64 / GROUP] -= tally;
         if let Some(layers) = layers {
             self.leave_layers(tally, layers);
         }
@@ -103,7 +120,7 @@ impl Tallies {
         }
     }
 
-    /// Counts some words again, after slots were permuted.
+    /// Counts some words again, which ascend, after slots were permuted.
     pub(super) fn recount(
         &mut self,
         words: impl Iterator<Item = usize>,
@@ -111,8 +128,15 @@ impl Tallies {
         present: &[u64],
     ) {
         self.by_word.resize(present.len(), Tally::default());
-        for word in words {
+        self.by_group.resize(present.len().div_ceil(GROUP), Tally::default());
+        let mut words = words.peekable();
+        while let Some(word) = words.next() {
             self.by_word[word] = self.one_by_one(word, present[word], mesh);
+            let group = word / GROUP;
+            if words.peek().is_none_or(|next| next / GROUP != group) {
+                let all = self.by_word[group * GROUP..].iter().take(GROUP);
+                self.by_group[group] = all.fold(Tally::default(), |sum, own| sum + *own);
+            }
         }
     }
 
@@ -157,11 +181,80 @@ impl Tallies {
         sum
     }
 
+    /// The same of some words from `first` on; of whole groups that are all there, at the cost of comparing bits.
+    pub(super) fn of_words(
+        &self,
+        first: usize,
+        words: &[u64],
+        present: &[u64],
+        mesh: &[u32],
+    ) -> Tally {
+        let mut sum = Tally::default();
+        if words.len() == GROUP && first.is_multiple_of(GROUP) && words == present {
+            return self.by_group[first / GROUP];
+        }
+        for (word, (&bits, &present)) in (first..).zip(words.iter().zip(present)) {
+            if bits != 0 {
+                sum += self.of_bits(word, bits, present, mesh);
+            }
+        }
+        sum
+    }
+
     fn one_by_one(&self, word: usize, bits: u64, mesh: &[u32]) -> Tally {
         let mut sum = Tally::default();
         for bit in bits::ones(bits) {
             sum += self.of_mesh(mesh[word * 64 + bit]);
         }
         sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_of_words_hold_what_their_slots_do() {
+        let of = |triangles| Tally {
+            counts: Counts { instances: 1, clusters: 2, triangles },
+            degenerate: triangles / 3,
+        };
+        let by_mesh = vec![of(5), of(12), of(300)];
+        let mut tallies = Tallies { by_mesh: by_mesh.clone(), ..Tallies::default() };
+        let mut mesh: Vec<u32> = (0..9000).map(|slot| slot * 7 % 11 % 3).collect();
+        (0..).zip(&mesh).for_each(|(slot, &mesh)| tallies.add(slot, mesh, 1));
+        let words = mesh.len().div_ceil(64);
+        let mut present = vec![0; words];
+        bits::words_of(0..mesh.len()).for_each(|(word, bits)| present[word] = bits);
+        let check = |tallies: &Tallies, mesh: &[u32], present: &[u64]| {
+            for range in [0..64, 64..128, 128..present.len(), 3..70, 0..0, 20..30] {
+                // All of them, and some.
+                for mask in [u64::MAX, 0x0f0f_00ff_1234_5678, 0] {
+                    let wanted: Vec<_> = present[range.clone()].iter().map(|w| w & mask).collect();
+                    let slots = bits::in_words(&wanted).map(|bit| range.start * 64 + bit);
+                    let expected = slots
+                        .map(|slot| by_mesh[mesh[slot] as usize])
+                        .fold(Tally::default(), |sum, own| sum + own);
+                    let there = &present[range.clone()];
+                    let found = tallies.of_words(range.start, &wanted, there, mesh);
+                    assert_eq!(found, expected, "{range:?} {mask:x}");
+                }
+            }
+        };
+        check(&tallies, &mesh, &present);
+        for slot in (0..mesh.len()).step_by(97) {
+            tallies.remove(slot, mesh[slot], Some(1));
+            bits::set(&mut present, slot, false);
+        }
+        check(&tallies, &mesh, &present);
+        // Some words, and all of fewer.
+        (64..200).for_each(|slot| mesh[slot] = 2);
+        tallies.recount([1, 2, 3].into_iter(), &mesh, &present);
+        check(&tallies, &mesh, &present);
+        present.truncate(130);
+        mesh[..6000].reverse();
+        tallies.recount(0..130, &mesh, &present);
+        check(&tallies, &mesh, &present);
     }
 }

@@ -3,6 +3,7 @@
 use super::super::frame::Frame;
 use super::super::log::Log;
 use crate::bits;
+use crate::bounds::LANES;
 use crate::funnel::{Reason, Stage};
 use crate::scene::{Scene, Tally};
 
@@ -22,9 +23,11 @@ pub(in super::super) struct Instances {
 impl Instances {
     /// Forgets the last view's.
     pub(in super::super) fn clear(&mut self, words: usize) {
-        for &word in &self.live {
-            self.alive[word as usize] = 0;
-            self.inside[word as usize] = 0;
+        for live in groups(&self.live) {
+            // Words between them are zero anyway.
+            let range = live[0] as usize..live[live.len() - 1] as usize + 1;
+            self.alive[range.clone()].fill(0);
+            self.inside[range].fill(0);
         }
         self.live.clear();
         self.alive.resize(words, 0);
@@ -56,6 +59,30 @@ impl Instances {
             self.alive[word] = alive;
             self.inside[word] = inside | exempt;
             self.live.push(word as u32);
+        }
+    }
+
+    /// As [`take`](Self::take), of all words of a group at once, of which none has an exempt instance, one that stands for
+    /// others, or one in no layer of the view.
+    pub(in super::super) fn take_group(
+        &mut self,
+        scene: &Scene,
+        group: usize,
+        visible: &[u64],
+        inside: &[u64],
+    ) {
+        let range = group * GROUP..(group + 1) * GROUP;
+        let alive = &mut self.alive[range.clone()];
+        let present = &scene.hierarchy().present()[range.clone()];
+        for ((alive, visible), present) in alive.iter_mut().zip(visible).zip(present) {
+            *alive = visible & present;
+        }
+        self.inside[range.clone()].copy_from_slice(inside);
+        if alive.contains(&0) {
+            let words = range.filter(|&word| self.alive[word] != 0);
+            self.live.extend(words.map(|word| word as u32));
+        } else {
+            self.live.extend(range.start as u32..range.end as u32);
         }
     }
 
@@ -116,11 +143,32 @@ impl Instances {
     /// Totals of all instances that are left.
     pub(in super::super) fn tally(&self, scene: &Scene) -> Tally {
         let mut sum = Tally::default();
-        for &word in &self.live {
-            sum += scene.tally_of_bits(word as usize, self.alive[word as usize]);
+        for live in groups(&self.live) {
+            let words = live[0] as usize..live[live.len() - 1] as usize + 1;
+            sum += scene.tally_of_words(words.start, &self.alive[words]);
         }
         sum
     }
+}
+
+/// Words of a group: those of the 4,096 slots below one node of 4,096.
+pub(in super::super) const GROUP: usize = LANES * LANES * LANES / 64;
+
+/// The live words of each group that has any.
+pub(in super::super) fn groups(live: &[u32]) -> impl Iterator<Item = &[u32]> {
+    let mut rest = live;
+    std::iter::from_fn(move || {
+        let group = rest.first()? / GROUP as u32;
+        let most = &rest[..rest.len().min(GROUP)];
+        // Of what is wide in view most groups are whole, which takes one look.
+        let count = match most.last().is_some_and(|w| w / GROUP as u32 == group) {
+            true => most.len(),
+            false => most.partition_point(|w| w / GROUP as u32 == group),
+        };
+        let (own, others) = rest.split_at(count);
+        rest = others;
+        Some(own)
+    })
 }
 
 /// The slots of the bits that are set in a word.

@@ -7,7 +7,7 @@ mod triangles;
 
 pub(super) use clusters::Clusters;
 pub(super) use coarse::{Coarse, Cut};
-pub(super) use instances::{Instances, slots};
+pub(super) use instances::{GROUP, Instances, groups, slots};
 pub(super) use triangles::Triangles;
 
 /// Instances, clusters and triangles that are left of a view's scene. Memory that its culls use again.

@@ -67,10 +67,10 @@ impl<'a> Backs<'a> {
         self.has_back(slot, mesh) && self.cones(mesh).is_some()
     }
 
-    /// Whether it is the mesh for which [`may_cull_clusters`](Self::may_cull_clusters) says no.
-    pub(super) fn none_of_mesh(&self, slot: u32) -> bool {
-        let (mesh, id) = (self.frame.scene.mesh(slot), self.frame.scene.mesh_id(slot));
-        mesh.is_two_sided() || mesh.is_deformable() || self.cones(id).is_none()
+    /// Whether [`may_cull_clusters`](Self::may_cull_clusters) says no of every instance of a mesh.
+    pub(super) fn none_of_mesh(&self, mesh: usize) -> bool {
+        let of = &self.frame.scene.meshes()[mesh];
+        of.is_two_sided() || of.is_deformable() || self.cones(mesh as MeshId).is_none()
     }
 
     /// The eye for triangles; masks are taken only with a `grid`.

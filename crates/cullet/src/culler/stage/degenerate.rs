@@ -3,15 +3,24 @@
 use super::super::evidence::{Evidence, Finding};
 use super::super::frame::Frame;
 use super::super::log::Log;
-use super::super::sets::{Instances, Sets, slots};
+use super::super::sets::{Instances, Sets, groups, slots};
 use crate::cull::degenerate::Flattening;
 use crate::funnel::{Stage, Unit};
+use crate::scene::Tally;
 
 /// Drops the instances that their transform flattens to a line or a point, or of whose mesh no triangle has an area.
 pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>) {
     let scene = frame.scene;
     let collapsed = |word, tested| tested & scene.collapsed()[word];
-    let dropped = set.filter(scene, Stage::Degenerate, log, collapsed);
+    // Most scenes have none, of which the words tell by groups.
+    let any = groups(&set.live).any(|live| {
+        let words = live[0] as usize..live[live.len() - 1] as usize + 1;
+        scene.collapsed()[words].iter().any(|&word| word != 0)
+    });
+    let dropped = match any {
+        true => set.filter(scene, Stage::Degenerate, log, collapsed),
+        false => Tally::default(),
+    };
     log.instance_row(Stage::Degenerate, dropped);
 }
 

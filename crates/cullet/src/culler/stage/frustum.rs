@@ -5,7 +5,7 @@ use super::super::evidence::{Evidence, Finding, PlaneTest};
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::run::{Run, is_parted, triangles_of};
-use super::super::sets::{self, Coarse, Instances, Sets, slots};
+use super::super::sets::{self, Coarse, GROUP, Instances, Sets, slots};
 use super::backface::Backs;
 use super::{detail, occlusion, portal};
 use crate::bits;
@@ -79,7 +79,8 @@ fn take_visible(
         coherent.forget();
     }
     let (boxes, version) = (hierarchy.boxes(), hierarchy.change_version());
-    let mut exempt = scene.exempt_words().peekable();
+    let exempt = scene.exempt_words();
+    let mut touched: &[u64] = &[];
     if !frame.sees_nothing() {
         coherent.cull(frame.culler.level, planes, hierarchy.nodes(), boxes, version);
         let cut = coherent.cut();
@@ -90,15 +91,26 @@ fn take_visible(
             remembered: coherent.answered(),
             swept: cut.swept(),
         };
-        for word in cut.touched() {
-            while let Some(before) = exempt.next_if(|&e| e < word) {
-                set.take(frame, before, 0, 0, all_in);
+        touched = cut.touched_words();
+    }
+    let cut = coherent.cut();
+    // Where all is in view, a group of words at once.
+    let are_plain = all_in && scene.stand_ins().is_none();
+    for group in 0..exempt.len().max(touched.len()) {
+        let [touched, exempt] = [touched, exempt].map(|w| w.get(group).copied().unwrap_or(0));
+        if touched == u64::MAX && exempt == 0 && are_plain {
+            let words = group * GROUP..(group + 1) * GROUP;
+            set.take_group(scene, group, &cut.visible()[words.clone()], &cut.inside()[words]);
+            continue;
+        }
+        for bit in bits::ones(touched | exempt) {
+            let word = group * 64 + bit;
+            match touched >> bit & 1 {
+                0 => set.take(frame, word, 0, 0, all_in),
+                _ => set.take(frame, word, cut.visible()[word], cut.inside()[word], all_in),
             }
-            exempt.next_if_eq(&word);
-            set.take(frame, word, cut.visible()[word], cut.inside()[word], all_in);
         }
     }
-    exempt.for_each(|word| set.take(frame, word, 0, 0, all_in));
     if let Some(casters) = frame.casters.as_ref().filter(|c| c.has_range()) {
         drop_beyond_range(frame, casters, set);
     }
@@ -192,11 +204,16 @@ pub(in super::super) fn clusters(
     clusters.settled.resize(instances.alive.len(), 0);
     cache.of_meshes.clear();
     cache.of_meshes.resize(scene.meshes().len(), OfMesh::default());
+    // What holds of every mesh: of such scenes most words are settled without a look at their instances.
+    let is_few = scene.meshes().len() < instances.live.len();
+    let none_has_backs = settles
+        && is_few
+        && (0..scene.meshes().len()).all(|m| backs.as_ref().is_none_or(|b| b.none_of_mesh(m)));
+    let all_are_whole = none_has_backs && !scene.meshes().iter().any(is_parted);
     // Of the instances that are taken whole, and of those of which some clusters may be outside.
     let (mut whole, mut straddling) = (Tally::default(), Tally::default());
     for &word in &instances.live {
         let word = word as usize;
-        clusters.settled[word] = 0;
         // Those of which only their mesh can say that they are not drawn whole.
         let inside = if by_cluster { instances.inside[word] } else { u64::MAX };
         let may_settle = if settles && !detail::drops_clusters(frame) {
@@ -206,7 +223,15 @@ pub(in super::super) fn clusters(
         };
         let may_settle = may_settle & !reached.straddling(frame, word);
         let replaced = coarse.word(word as u32);
-        for slot in slots(word, instances.alive[word]) {
+        let alive = instances.alive[word];
+        let at_once = match (all_are_whole, none_has_backs) {
+            (true, _) => alive & !replaced,
+            (_, true) => alive & !replaced & may_settle,
+            _ => 0,
+        };
+        clusters.settled[word] = at_once;
+        whole += scene.tally_of_bits(word, at_once);
+        for slot in slots(word, alive & !at_once) {
             if replaced >> (slot % 64) & 1 == 1 {
                 let Some(cut) = coarse.cut_of(slot) else { continue };
                 let inside = inside >> (slot % 64) & 1 == 1;
@@ -252,9 +277,9 @@ pub(in super::super) fn clusters(
             }
             clusters.settle(slot);
             // True of the mesh, and not of this instance alone.
-            let has_no_backs = backs.as_ref().is_none_or(|b| b.none_of_mesh(slot));
-            cache.of_meshes[scene.mesh_id(slot) as usize] =
-                OfMesh { has_no_backs, is_whole: !is_parted(mesh), tally };
+            let of_mesh = &mut cache.of_meshes[mesh_id as usize];
+            let has_no_backs = backs.as_ref().is_none_or(|b| b.none_of_mesh(mesh_id as usize));
+            *of_mesh = OfMesh { has_no_backs, is_whole: !is_parted(mesh), tally };
         }
     }
     log.left += whole;

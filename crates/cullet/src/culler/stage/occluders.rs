@@ -2,12 +2,14 @@
 //!
 //! The score of a shape is what may be behind its [pixels](super::density) for what drawing it costs, so no
 //! shape below a node has a higher score than the cheapest of the scene would have over all of the node's pixels.
-//! Nodes are looked into from the best bound on, and as soon as the budget is used up what cannot be among the
-//! chosen is passed over unseen: of a million instances a budget is enough for some hundred. The choice is that of
-//! looking at everything.
+//! Nodes are looked into from the best bound on, those of 4,096 slots first, and as soon as the budget is used up what cannot
+//! be among the chosen is passed over unseen: of ten million instances a budget is enough for some hundred. The choice is that
+//! of looking at everything.
 
 use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 
+use super::super::sets::{GROUP, groups};
 use super::density::Density;
 use crate::bits;
 use crate::bounds::{Aabb, Block, BoxBlock, LANES};
@@ -48,38 +50,66 @@ pub(super) struct Search<'a> {
     pub(super) view: &'a View,
 }
 
-/// A node of 256 or 16 slots, and the highest score that a shape in it may have.
+/// A node, and the highest score that a shape in it may have: the greater the better.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group {
     score: f32,
+    /// Of 16, 256 or 4,096 slots: its level of the hierarchy, 0 to 2.
+    level: usize,
     number: u32,
 }
 
-impl Group {
-    /// The better one first.
-    fn rank(&self, other: &Self) -> Ordering {
-        other.score.total_cmp(&self.score).then_with(|| self.number.cmp(&other.number))
+impl Ord for Group {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let ties = || (other.level, other.number).cmp(&(self.level, self.number));
+        self.score.total_cmp(&other.score).then_with(ties)
     }
 }
 
+impl PartialOrd for Group {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Group {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Group {}
+
+/// What refuses a node without looking into it.
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    /// Of a shape of the scene.
+    least_cost: LeastCost,
+    /// What has less has a lower score than any that may be taken.
+    least_value: f32,
+}
+
 impl Search<'_> {
-    /// Fills `choice`; `groups` is memory.
-    pub(super) fn run(&self, groups: &mut Vec<Group>, choice: &mut Choice) {
-        let least_cost = self.least_cost();
-        self.list_groups(least_cost, groups);
-        groups.sort_unstable_by(Group::rank);
-        // Of the least value that may be taken, by what nodes and instances are refused.
-        let (mut least_score, mut least_value) = (0.0, 0.0);
-        for group in groups.iter() {
+    /// Fills `choice`; `open` is memory.
+    pub(super) fn run(&self, open: &mut BinaryHeap<Group>, choice: &mut Choice) {
+        let mut limits = Limits { least_cost: self.least_cost(), least_value: 0.0 };
+        open.clear();
+        self.list_highest(limits, open);
+        let mut least_score = 0.0;
+        while let Some(group) = open.pop() {
             if !choice.may_take(group.score) {
                 break;
             }
             if choice.least_score() != least_score {
                 least_score = choice.least_score();
-                least_value =
-                    self.costs.least_value(least_cost, least_score, self.density.densest());
+                let (costs, densest) = (&self.costs, self.density.densest());
+                limits.least_value = costs.least_value(limits.least_cost, least_score, densest);
             }
-            self.look_into(group.number as usize, least_cost, least_value, choice);
+            if group.level == 2 {
+                self.open(group.number as usize, limits, open);
+            } else {
+                self.look_into(group.number as usize, limits, choice);
+            }
         }
     }
 
@@ -117,7 +147,7 @@ impl Search<'_> {
         self.value(bounds, pixels, self.density.densest(), least)
     }
 
-    /// As [`value`](Self::value), of what is below a node of a level, 0 or 1: however large the node is, all that it
+    /// As [`value`](Self::value), of what is below a node of a level, 0 to 2: however large the node is, all that it
     /// holds may be small.
     fn value_below(
         &self,
@@ -135,33 +165,63 @@ impl Search<'_> {
         self.value(bounds, pixels, self.density.densest_of(f.min, f.max), least)
     }
 
-    fn list_groups(&self, least_cost: LeastCost, groups: &mut Vec<Group>) {
-        groups.clear();
-        let nodes = self.scene.hierarchy().nodes();
-        for words in self.live.chunk_by(|a, b| a / 64 == b / 64) {
-            let at = words[0] as usize / 64;
-            let wanted = words.iter().fold(0_u64, |wanted, w| wanted | 1 << (w % 64 / 4));
-            let block = nodes.levels().get(1).and_then(|l| l.blocks().get(at));
-            // Instances added since the nodes were made are under none.
-            let under = bits::ones(wanted).filter(|n| (at * LANES + n + 1) * 256 <= nodes.len());
-            let known = under.fold(0_u64, |known, n| known | 1 << n);
-            let mut list = |n: usize, bounds| {
-                let number = at * LANES + n;
-                if let Some(value) = self.value_below(bounds, 1, number, 0.0)
-                    && !self.is_hidden(bounds)
-                {
-                    let score = self.costs.score(least_cost, value, self.density.densest());
-                    groups.push(Group { score, number: number as u32 });
-                }
-            };
-            match block {
-                Some(block) => {
-                    bits::ones(wanted & !known).for_each(|n| list(n, None));
-                    self.tests.bounds_of_nodes(block, known, LEAST_PIXELS, list);
-                }
-                None => bits::ones(wanted).for_each(|n| list(n, None)),
+    /// Lists the nodes of 4,096 slots.
+    fn list_highest(&self, limits: Limits, open: &mut BinaryHeap<Group>) {
+        let mut live = groups(self.live).map(|live| live[0] as usize / GROUP).peekable();
+        while let Some(first) = live.next() {
+            let (block, mut wanted) = (first / LANES, 1 << (first % LANES));
+            while let Some(next) = live.next_if(|group| group / LANES == block) {
+                wanted |= 1 << (next % LANES);
             }
+            self.bounds_of_nodes((2, block), wanted, |number, bounds| {
+                open.extend(self.group(2, number, bounds, limits));
+            });
         }
+    }
+
+    /// Lists the nodes of 256 below one of 4,096.
+    fn open(&self, group: usize, limits: Limits, open: &mut BinaryHeap<Group>) {
+        let words = self.alive[group * GROUP..].chunks(GROUP / LANES).take(LANES);
+        let wanted = words.enumerate().fold(0_u64, |wanted, (n, words)| {
+            wanted | u64::from(words.iter().any(|&word| word != 0)) << n
+        });
+        self.bounds_of_nodes((1, group), wanted, |number, bounds| {
+            open.extend(self.group(1, number, bounds, limits));
+        });
+    }
+
+    /// Calls back with the number and the screen bounds of the nodes of a block of a level that are wanted, but for those
+    /// with too few pixels and those outside; `None` is for one that has no bounds, since it crosses the near plane or was
+    /// not made for all instances that are there now.
+    fn bounds_of_nodes(
+        &self,
+        (level, block): (usize, usize),
+        wanted: u64,
+        mut each: impl FnMut(usize, Option<ScreenBounds>),
+    ) {
+        let nodes = self.scene.hierarchy().nodes();
+        let of_level = nodes.levels().get(level).and_then(|l| l.blocks().get(block));
+        let whole = (nodes.len() / LANES.pow(level as u32 + 1)).saturating_sub(block * LANES);
+        let known = wanted & of_level.map_or(0, |_| (1 << whole.min(LANES)) - 1);
+        bits::ones(wanted & !known).for_each(|n| each(block * LANES + n, None));
+        if let Some(of_level) = of_level.filter(|_| known != 0) {
+            self.tests.bounds_of_nodes(of_level, known, LEAST_PIXELS, |n, bounds| {
+                each(block * LANES + n, bounds);
+            });
+        }
+    }
+
+    /// A node that may hold what may be taken.
+    fn group(
+        &self,
+        level: usize,
+        number: usize,
+        bounds: Option<ScreenBounds>,
+        limits: Limits,
+    ) -> Option<Group> {
+        let value = self.value_below(bounds, level, number, limits.least_value)?;
+        let score = self.costs.score(limits.least_cost, value, self.density.densest());
+        (!self.is_hidden(bounds)).then_some(Group { score, level, number: number as u32 })
     }
 
     /// Whether what was drawn hides all of some screen bounds. Where a node's are hidden, so are those of all that is
@@ -171,48 +231,27 @@ impl Search<'_> {
         !self.drawn.is_empty() && bounds.is_some_and(covers)
     }
 
-    /// Looks into the sixteen blocks of a group.
-    fn look_into(
-        &self,
-        group: usize,
-        least_cost: LeastCost,
-        least_value: f32,
-        choice: &mut Choice,
-    ) {
-        let nodes = self.scene.hierarchy().nodes();
-        let (mut wanted, mut known) = (0_u64, 0_u64);
-        for n in 0..LANES {
-            let word = group * 4 + n / 4;
-            let alive = self.alive.get(word).copied().unwrap_or(0);
-            if alive >> (n % 4 * LANES) & 0xffff != 0 {
-                wanted |= 1 << n;
-                known |= u64::from(((group * LANES) + n + 1) * LANES <= nodes.len()) << n;
-            }
-        }
-        let (mut blocks, mut count) = ([Group { score: 0.0, number: 0 }; LANES], 0);
-        let mut look = |n: usize, bounds| {
-            let node = group * LANES + n;
-            if let Some(value) = self.value_below(bounds, 0, node, least_value)
-                && !self.is_hidden(bounds)
-            {
-                let score = self.costs.score(least_cost, value, self.density.densest());
-                blocks[count] = Group { score, number: node as u32 };
+    /// Looks into the sixteen blocks of a node of 256 slots.
+    fn look_into(&self, group: usize, limits: Limits, choice: &mut Choice) {
+        let alive = |n: usize| {
+            let word = self.alive.get(group * 4 + n / 4).copied().unwrap_or(0);
+            word >> (n % 4 * LANES) & 0xffff != 0
+        };
+        let wanted = (0..LANES).fold(0_u64, |wanted, n| wanted | u64::from(alive(n)) << n);
+        let none = Group { score: 0.0, level: 0, number: 0 };
+        let (mut blocks, mut count) = ([none; LANES], 0);
+        self.bounds_of_nodes((0, group), wanted, |number, bounds| {
+            if let Some(block) = self.group(0, number, bounds, limits) {
+                blocks[count] = block;
                 count += 1;
             }
-        };
-        match nodes.levels().first().and_then(|l| l.blocks().get(group)) {
-            Some(block) => {
-                bits::ones(wanted & !known).for_each(|n| look(n, None));
-                self.tests.bounds_of_nodes(block, known, LEAST_PIXELS, look);
-            }
-            None => bits::ones(wanted).for_each(|n| look(n, None)),
-        }
+        });
         // The best first: what they hold rules out the others.
         let blocks = &mut blocks[..count];
-        blocks.sort_unstable_by(Group::rank);
+        blocks.sort_unstable_by(|a, b| b.cmp(a));
         for block in blocks {
             if choice.may_take(block.score) {
-                self.look_at(block.number as usize, least_value, choice);
+                self.look_at(block.number as usize, limits.least_value, choice);
             }
         }
     }
@@ -286,16 +325,17 @@ impl Search<'_> {
                     None => return,
                 },
             };
+            let cost = cost(pixels);
             let candidate = Candidate {
-                value: value.min(most),
+                score: value.min(most) / cost,
                 nearness: bounds.map_or(f32::INFINITY, |f| f.nearness),
                 slot,
                 shape: number as u32,
-                cost: cost(pixels),
+                cost,
                 bounds,
             };
             // The most expensive test comes last.
-            if choice.may_take(candidate.score())
+            if choice.may_take(candidate.score)
                 && self.drawn.binary_search(&(slot, number as u32)).is_err()
                 && !self.is_hidden(bounds)
             {

@@ -7,11 +7,13 @@
 //! this frame alone: what the drawn ones cost decides how much of the budget is left, so that an order remembered
 //! from the last frame could choose others, and prove something else. What is remembered is memory.
 
+use std::collections::BinaryHeap;
+
 use super::super::evidence::{CoverTest, Evidence, Finding};
 use super::super::frame::{Alone, Frame};
 use super::super::log::Log;
 use super::super::run::{Run, is_parted};
-use super::super::sets::{Clusters, Instances};
+use super::super::sets::{Clusters, GROUP, Instances, groups, slots};
 use super::density::Density;
 use super::occluders::{Group, Search};
 use super::samples::Samples;
@@ -44,7 +46,7 @@ pub(in super::super) struct Cache {
     chosen: Vec<Candidate>,
     samples: Samples,
     density: Density,
-    groups: Vec<Group>,
+    open: BinaryHeap<Group>,
     nearest: Nearest,
     /// One bit a slot, of those words that were alive: no part of it can be hidden. See [`BoxTests::group`].
     whole: Vec<u64>,
@@ -145,7 +147,7 @@ fn test_all(
     let mut stake = Stake::new(settings, costs, all, [costs.occluders.begin_ns, 0.0]);
     if !stake.is_nothing() {
         let samples = &mut cache.samples;
-        samples.take(frame, set);
+        samples.take(frame, set, left);
         let overheads = samples.overheads_ns(&costs.occluders, instances);
         stake = Stake::new(settings, costs, [instances, samples.triangles()], overheads);
     }
@@ -265,7 +267,7 @@ fn search(
         density: &cache.density,
         view: frame.view,
     };
-    search.run(&mut cache.groups, &mut cache.choice);
+    search.run(&mut cache.open, &mut cache.choice);
 }
 
 /// Takes the best from number `next` on that are not hidden by now, as far as a budget goes; the number of the first that
@@ -325,30 +327,50 @@ fn test(
         against = against.with_nearest(&cache.nearest);
     }
     cache.whole.resize(set.alive.len(), 0);
+    let Instances { alive, inside, live } = set;
     let hierarchy = scene.hierarchy();
     let (mut tests, mut sum) = (0, Tally::default());
-    for words in set.live.chunk_by(|a, b| a / 64 == b / 64) {
-        let group = words[0] as usize / 64;
-        let (mut left, mut whole) = ([0; 64], [0; 64]);
-        for &word in words {
-            left[word as usize % 64] = set.alive[word as usize] & !scene.exempt()[word as usize];
-        }
-        let before = left;
+    let (mut first, mut kept) = (0, 0);
+    while first < live.len() {
+        let start = live[first] as usize / GROUP * GROUP;
+        let of_group = first..first + groups(&live[first..]).next().map_or(1, <[u32]>::len);
+        let words = start..(start + GROUP).min(alive.len());
+        let (mut left, mut whole) = ([0; GROUP], [0; GROUP]);
+        let of_scene = alive[words.clone()].iter().zip(&scene.exempt()[words.clone()]);
+        left.iter_mut().zip(of_scene).for_each(|(left, (alive, exempt))| *left = alive & !exempt);
+        let mut dropped = left;
         let (nodes, boxes) = (hierarchy.nodes(), hierarchy.boxes());
-        tests += against.group(nodes, boxes, group, &mut left, &mut whole);
-        for &word in words {
-            let at = word as usize % 64;
-            let dropped = before[at] & !left[at];
-            set.alive[word as usize] &= !dropped;
-            sum += scene.tally_of_bits(word as usize, dropped);
-            cache.whole[word as usize] = whole[at];
-            if log.wants_reasons() {
-                for bit in bits::ones(dropped) {
-                    log.drop_slot(word * 64 + bit as u32, HIDDEN);
+        tests += against.group(nodes, boxes, start / GROUP, &mut left, &mut whole);
+        dropped.iter_mut().zip(&left).for_each(|(dropped, left)| *dropped &= !left);
+        sum += scene.tally_of_words(start, &dropped[..words.len()]);
+        cache.whole[words.clone()].copy_from_slice(&whole[..words.len()]);
+        let of_words = alive[words.clone()].iter_mut().zip(&dropped);
+        let any_left = of_words.fold(0, |any, (alive, dropped)| {
+            *alive &= !dropped;
+            any | *alive
+        });
+        if log.wants_reasons() {
+            for (word, &dropped) in (start..).zip(&dropped) {
+                slots(word, dropped).for_each(|slot| log.drop_slot(slot, HIDDEN));
+            }
+        }
+        // No later stage looks at a word of which all is hidden.
+        if any_left == 0 {
+            inside[words].fill(0);
+        } else {
+            for at in of_group.clone() {
+                let word = live[at] as usize;
+                if alive[word] == 0 {
+                    inside[word] = 0;
+                } else {
+                    live[kept] = live[at];
+                    kept += 1;
                 }
             }
         }
+        first = of_group.end;
     }
+    live.truncate(kept);
     (tests, sum)
 }
 

@@ -12,6 +12,8 @@ use crate::bits;
 use crate::costs::OccluderCosts;
 use crate::cull::frustum::batch::{Planes, VISIBLE};
 use crate::cull::occlusion::{BoxTests, OcclusionBuffer, Visibility};
+use crate::funnel::Counts;
+use crate::mesh::Mesh;
 
 /// Instances that are sampled, and clusters; and the most handles that are looked at for it.
 const SAMPLES: usize = 128;
@@ -61,9 +63,8 @@ struct Part {
 }
 
 impl Samples {
-    /// Samples what is alive.
-    pub(super) fn take(&mut self, frame: &Frame<'_>, set: &Instances) {
-        let left = set.tally(frame.scene).counts;
+    /// Samples what is alive, of which the counts are `left`.
+    pub(super) fn take(&mut self, frame: &Frame<'_>, set: &Instances, left: Counts) {
         self.pick(frame, set, left.instances as usize, left.triangles);
         self.parts.clear();
         let triangles = |slot: u32| u64::from(frame.scene.mesh(slot).triangle_count());
@@ -158,11 +159,15 @@ impl Samples {
         if step == 1 || !frame.culler.frustum {
             return;
         }
+        let is_large = |mesh: &Mesh| u64::from(mesh.triangle_count()) * LARGE > triangles;
+        // Fewer meshes than words: mostly none is so large.
+        if scene.meshes().len() < set.live.len() && !scene.meshes().iter().any(is_large) {
+            return;
+        }
         for &word in &set.live {
             let word = word as usize;
             for slot in slots(word, set.alive[word] & !set.inside[word]) {
-                let is_large = u64::from(scene.mesh(slot).triangle_count()) * LARGE > triangles;
-                if is_large && !self.slots[..self.evenly].contains(&slot) {
+                if is_large(scene.mesh(slot)) && !self.slots[..self.evenly].contains(&slot) {
                     self.slots.push(slot);
                 }
             }

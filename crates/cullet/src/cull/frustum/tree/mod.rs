@@ -179,6 +179,11 @@ impl Cut {
         bits::in_words(&self.touched)
     }
 
+    /// One bit a word of [`visible`](Self::visible): it is not zero.
+    pub(crate) fn touched_words(&self) -> &[u64] {
+        &self.touched
+    }
+
     /// Number of nodes whose children were tested, sixteen at a time.
     #[must_use]
     pub fn nodes_tested(&self) -> u64 {

@@ -7,8 +7,8 @@ use super::super::raster::ScreenBounds;
 /// Candidate shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Candidate {
-    /// Pixels that may be behind it, of mean density.
-    pub(crate) value: f32,
+    /// Value for its cost, of pixels that may be behind it, of mean density.
+    pub(crate) score: f32,
     /// How near it comes; infinite where it crosses the near plane.
     pub(crate) nearness: f32,
     pub(crate) slot: u32,
@@ -20,11 +20,6 @@ pub(crate) struct Candidate {
 }
 
 impl Candidate {
-    /// Value for its cost.
-    pub(crate) fn score(&self) -> f32 {
-        self.value / self.cost
-    }
-
     /// The nearer one first; ties go by slot and shape.
     pub(crate) fn by_nearness(&self, other: &Self) -> Ordering {
         let ties = || (self.slot, self.shape).cmp(&(other.slot, other.shape));
@@ -34,7 +29,7 @@ impl Candidate {
     /// The better one first; ties go by slot and shape.
     fn rank(&self, other: &Self) -> Ordering {
         let ties = || (self.slot, self.shape).cmp(&(other.slot, other.shape));
-        other.score().total_cmp(&self.score()).then_with(ties)
+        other.score.total_cmp(&self.score).then_with(ties)
     }
 }
 
@@ -79,7 +74,7 @@ impl Choice {
     /// Takes note of a candidate.
     pub(crate) fn consider(&mut self, candidate: Candidate) {
         self.considered += 1;
-        if self.may_take(candidate.score()) {
+        if self.may_take(candidate.score) {
             self.found.push(candidate);
             self.cost += f64::from(candidate.cost);
             if self.cost > self.limit {
@@ -112,7 +107,7 @@ impl Choice {
         });
         let count = count.count();
         if let Some(first) = self.found.get(count) {
-            self.least_score = first.score();
+            self.least_score = first.score;
             self.is_short = true;
         }
         // The first that is over the budget stays: what follows is refused for its sake, whatever comes.
@@ -138,7 +133,7 @@ mod tests {
     #[test]
     fn the_budget_goes_to_what_covers_most_and_order_does_not_matter() {
         let candidate = |slot: u32, value: f32, nearness: f32| Candidate {
-            value,
+            score: value,
             nearness,
             slot,
             shape: 0,
@@ -173,13 +168,17 @@ mod tests {
         };
         for budget in [0.5, 3.0, 40.0, 400.0, 1e5] {
             let all: Vec<_> = (0..3000)
-                .map(|slot| Candidate {
-                    value: random(500) as f32,
-                    nearness: 1.0,
-                    slot,
-                    shape: random(3),
-                    cost: 0.2 + random(20) as f32 * 0.31,
-                    bounds: None,
+                .map(|slot| {
+                    let (value, shape) = (random(500) as f32, random(3));
+                    let cost = 0.2 + random(20) as f32 * 0.31;
+                    Candidate {
+                        score: value / cost,
+                        nearness: 1.0,
+                        slot,
+                        shape,
+                        cost,
+                        bounds: None,
+                    }
                 })
                 .collect();
             let mut sorted = all.clone();
@@ -194,7 +193,7 @@ mod tests {
             choice.begin(budget);
             let mut refused = 0;
             for c in all {
-                refused += usize::from(!choice.may_take(c.score()));
+                refused += usize::from(!choice.may_take(c.score));
                 choice.consider(c);
             }
             assert_eq!(choice.ranked().iter().map(|c| c.slot).collect::<Vec<_>>(), expected);
