@@ -66,7 +66,7 @@ const OTHERS: &[(&str, &str)] = &[
 /// Pictures of explanations: a file, and the command that draws it.
 const EXPLAINED: &[(&str, &str)] = &[(
     "explain-pixel.png",
-    "explain city --path walk --views 8 --view 2 --size 960x540 --pixel 640,360",
+    "explain city --path walk --views 8 --view 2 --size 960x540 --pixel 500,300",
 )];
 
 /// Films: a file, and the command that makes it.
