@@ -63,6 +63,18 @@ const OTHERS: &[(&str, &str)] = &[
     ("cut-solids.png", "cut solids --plane 0,0,1,0 --cap --size 960x540"),
 ];
 
+/// Pictures of explanations: a file, and the command that draws it.
+const EXPLAINED: &[(&str, &str)] = &[(
+    "explain-pixel.png",
+    "explain city --path walk --views 8 --view 2 --size 960x540 --pixel 500,300",
+)];
+
+/// Films: a file, and the command that makes it.
+const FILMS: &[(&str, &str)] = &[
+    ("film-freeze.webp", "film city --of freeze --seconds 5 --fps 10 --colors 48"),
+    ("film-portal.webp", "film office --of portal --size 640x320"),
+];
+
 /// The chain of a frame, timed on this machine: the file, and what follows `cullet-profile` to draw it.
 const CHAIN: (&str, &str) = ("profile.svg", "profile city --already frustum");
 
@@ -104,7 +116,8 @@ pub(crate) fn draw() -> Done {
 fn draw_pictures(folder: &Path) -> Done {
     let pictures = PICTURES.iter().map(|p| (p, Some("picture"), "--out"));
     let others = OTHERS.iter().map(|p| (p, None, "--picture"));
-    for ((file, args), what, option) in pictures.chain(others) {
+    let films = FILMS.iter().chain(EXPLAINED).map(|p| (p, None, "--out"));
+    for ((file, args), what, option) in pictures.chain(others).chain(films) {
         let out = folder.join(file);
         let mut words = vec!["run", "--quiet", "--release", "--package", "cullet-cli", "--"];
         words.push("--quiet");
@@ -169,7 +182,7 @@ pub(crate) fn all_there() -> Done {
     for (page, base) in pages {
         let text = fs::read_to_string(&page).map_err(|e| format!("{}: {e}", page.display()))?;
         for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
-            if !link.ends_with(".png") && !link.ends_with(".svg") {
+            if ![".png", ".svg", ".webp"].iter().any(|ending| link.ends_with(ending)) {
                 continue;
             }
             if !base.join(link).is_file() {
@@ -178,7 +191,8 @@ pub(crate) fn all_there() -> Done {
             shown.extend(link.rsplit('/').next().map(str::to_owned));
         }
     }
-    let commands = PICTURES.iter().chain(OTHERS).chain([&CHAIN]).map(|(file, _)| file);
+    let commands = PICTURES.iter().chain(OTHERS).chain(FILMS).chain(EXPLAINED).chain([&CHAIN]);
+    let commands = commands.map(|(file, _)| file);
     let mut drawn = commands.chain(WINDOWS.iter().map(|(file, ..)| file));
     match drawn.find(|file| !shown.iter().any(|s| s == *file)) {
         Some(file) => Err(format!("{FOLDER}/{file} is drawn, but no page shows it")),

@@ -156,7 +156,7 @@ fn a_pixel_tells_who_owns_it_and_what_is_behind() {
         }
         assert_eq!(json["pixel"]["triangle"], owner.triangle);
         let handle = model.scene.handle(owner.slot).unwrap();
-        assert_eq!(json["instance"]["handle"]["index"], handle.index);
+        assert_eq!(json["instance"]["handle"][0], handle.index);
         assert_eq!(json["instance"]["kept"], true);
         let owned = frame.ids.iter().filter(|id| id.slot == owner.slot).count();
         assert_eq!(json["instance"]["owned_pixels"], owned);

@@ -61,7 +61,7 @@ pub(super) fn explain(
     let mut record = TriangleRecord {
         triangle: original,
         cluster: cluster.map(|c| c as u32),
-        corners: corners.map(|corner| corner.to_array()),
+        corners: corners.map(Into::into),
         area: cross.length() * 0.5,
         planes,
         facing,

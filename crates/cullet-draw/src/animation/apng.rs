@@ -34,6 +34,8 @@ fn encode(of: &Animation, bytes: &mut Vec<u8>) -> Result<(), EncodingError> {
         writer.set_frame_delay((to - from) as u16, 1000)?;
         writer.set_dispose_op(DisposeOp::None)?;
         if number > 0 {
+            // Each is held against the other as it is: first where any size fits.
+            writer.set_frame_position(0, 0)?;
             writer.set_frame_dimension(part.size[0], part.size[1])?;
             writer.set_frame_position(part.at[0], part.at[1])?;
             writer.set_blend_op(BlendOp::Over)?;

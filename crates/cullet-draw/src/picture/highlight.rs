@@ -158,8 +158,8 @@ impl Highlight<'_> {
 fn segment(space: &Space, a: DVec3, b: DVec3, size: [u32; 2]) -> Option<[[f64; 2]; 2]> {
     const STEPS: u32 = 64;
     let at = |k: u32| space.project(a.lerp(b, f64::from(k) / f64::from(STEPS)), size);
-    let first = (0..=STEPS).find_map(|k| at(k))?;
-    let last = (0..=STEPS).rev().find_map(|k| at(k))?;
+    let first = (0..=STEPS).find_map(&at)?;
+    let last = (0..=STEPS).rev().find_map(at)?;
     Some([first.0, last.0])
 }
 
