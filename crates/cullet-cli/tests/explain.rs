@@ -72,7 +72,7 @@ fn prove(evidence: &Evidence, dropped: Option<Reason>, culler: &Culler, finite: 
             assert!(!finite || tests.iter().all(|t| t.nearest < 1e-2), "{tests:?}");
         }
         (Evidence::Cells(test), dropped) => {
-            assert_eq!(test.in_sight, dropped.is_none(), "{test:?}")
+            assert_eq!(test.in_sight, dropped.is_none(), "{test:?}");
         }
         (Evidence::Cover(test), Some(_)) => {
             assert!(test.open.is_none() && test.covered >= test.nearness, "{test:?}");

@@ -37,8 +37,11 @@ pub(super) struct Freeze<'a> {
     /// From where all is seen in the end.
     outside: Stand,
     outside_fov: f64,
-    frozen: Option<(FrozenView<'a>, Vec<([u8; 3], String)>)>,
+    frozen: Option<(FrozenView<'a>, Vec<Key>)>,
 }
+
+/// A colour, and what it means.
+type Key = ([u8; 3], String);
 
 impl<'a> Freeze<'a> {
     pub(super) fn new(model: &'a Model, args: &FilmArgs) -> Result<Self, Failure> {

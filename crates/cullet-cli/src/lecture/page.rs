@@ -59,7 +59,7 @@ pub(super) fn page(record: &Record) -> String {
             let _ =
                 write!(page, " · [live](viewer/index.html#scene={}&{})", live.scene, live.state);
         }
-        let _ = writeln!(page, " · [{}]({})\n", "chapter", item.chapter);
+        let _ = writeln!(page, " · [chapter]({})\n", item.chapter);
     }
     page
 }

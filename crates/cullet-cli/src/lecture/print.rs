@@ -38,14 +38,11 @@ pub(super) fn item(checked: &Checked, console: &Console) {
         paragraph("said", said, console);
     }
     if let Some(found) = &checked.found {
-        match &found.outcome {
-            Outcome::NotHere(missing) => {
-                paragraph("here", &format!("not tried: {missing}"), console)
-            }
-            outcome => {
-                paragraph("here", &format!("{} ({})", found.measured, word(outcome)), console)
-            }
-        }
+        let here = match &found.outcome {
+            Outcome::NotHere(missing) => format!("not tried: {missing}"),
+            outcome => format!("{} ({})", found.measured, word(outcome)),
+        };
+        paragraph("here", &here, console);
     }
     if let Some(fault) = item.fault {
         paragraph("error", fault, console);
