@@ -26,13 +26,11 @@ fn table() -> Vec<Entry> {
 }
 
 /// A number as an answer.
-#[expect(clippy::unnecessary_wraps, reason = "what the functions of the table end with")]
 fn number(value: f64) -> Computed {
     Ok(value.to_string())
 }
 
 /// A choice as an answer: the engine's own word for it. The case of letters does not matter.
-#[expect(clippy::unnecessary_wraps, reason = "what the functions of the table end with")]
 fn word(value: impl std::fmt::Debug) -> Computed {
     Ok(format!("{value:?}"))
 }
