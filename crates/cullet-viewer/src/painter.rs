@@ -86,6 +86,9 @@ impl Painter {
     /// Draws the session's picture if it changed, in a frame that began at `began` on the clock, `dt` seconds after the
     /// one before.
     pub(crate) fn paint(&mut self, session: &mut Session, began: u64, dt: f64) {
+        if session.world.is_none() && self.uploaded.is_some() {
+            self.clear();
+        }
         session.uploading = !self.upload(session, began);
         if session.uploading {
             return;
@@ -152,6 +155,14 @@ impl Painter {
             per_second: before.per_second * smooth + rate * (1.0 - smooth),
             pictures: before.pictures + 1,
         };
+    }
+
+    /// Gives back all that the scene took, its picture too.
+    fn clear(&mut self) {
+        if let Some(texture) = self.texture {
+            self.render_state.renderer.write().free_texture(&texture);
+        }
+        *self = Self::new(self.render_state.clone());
     }
 
     /// Makes the device ready to decide, where it is to. Where it cannot, the CPU goes on.

@@ -168,7 +168,7 @@ pub struct Session {
 
 impl Session {
     /// Begins with a link's text, empty for the default; an invalid one is reported and not followed. `source`, if
-    /// there is one, is opened in place of the link's scene.
+    /// there is one, is opened in place of the link's scene; where neither names any, none is.
     #[must_use]
     pub fn new(ctx: egui::Context, link: &str, source: Option<Source>) -> Self {
         let mut notices = Vec::new();
@@ -223,8 +223,12 @@ impl Session {
             ctx,
             state,
         };
-        let source = source.unwrap_or_else(|| Source::of_text(&session.state.scene));
-        session.load(source);
+        // A session that was left without a scene begins without one.
+        let linked =
+            || Some(Source::of_text(&session.state.scene)).filter(|s| !s.name().is_empty());
+        if let Some(source) = source.or_else(linked) {
+            session.load(source);
+        }
         session
     }
 

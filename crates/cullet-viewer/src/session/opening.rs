@@ -6,12 +6,13 @@ use std::sync::Arc;
 use eframe::egui;
 
 use super::Session;
+use crate::audit::Audit;
 use crate::cost::Measured;
 use crate::cutaway::Cutting;
 use crate::inbox::{Read, model_of};
 use crate::journey::Journey;
 use crate::remaking::Remaking;
-use crate::state::Sides;
+use crate::state::{Sides, State};
 use crate::task::Progress;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::task::Task;
@@ -156,11 +157,31 @@ impl Session {
             self.state.sides = Sides::Automatic;
             self.state.doors.clear();
         }
-        self.fitted = None;
-        self.remaking = Remaking::default();
+        self.forget();
         if self.state.camera.is_none() {
             self.begin();
         }
+    }
+
+    /// Clears the scene, and what is being loaded: none is shown until another is opened. Switches stay.
+    pub fn clear(&mut self) {
+        self.end_tour();
+        self.notices.retain(|n| !n.of_scene);
+        (self.loading, self.refit) = (None, false);
+        self.world = None;
+        self.forget();
+        self.audit = Audit::default();
+        self.device.awaited = false;
+        let State { scene, camera, frozen, sides, doors, .. } = &mut self.state;
+        (*camera, *frozen, *sides) = (None, None, Sides::Automatic);
+        scene.clear();
+        doors.clear();
+    }
+
+    /// Forgets what is known of the scene that was shown.
+    fn forget(&mut self) {
+        self.fitted = None;
+        self.remaking = Remaking::default();
         self.asked = None;
         self.next = None;
         self.cutting = Cutting::default();

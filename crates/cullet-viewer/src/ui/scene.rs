@@ -75,6 +75,10 @@ pub(super) fn buttons(ui: &mut egui::Ui, session: &mut Session) {
     if button(ui, "Picture", "Saves a picture of the window as PNG (I)") {
         session.shoot = true;
     }
+    let about = "Clears the scene: none is open until another is chosen, or a file is dropped (\\)";
+    if session.world.is_some() && button(ui, "Clear", about) {
+        session.clear();
+    }
 }
 
 /// Messages, until they are closed.
