@@ -11,7 +11,7 @@ use crate::draw::{DeviceView, Paint, Pane, Renderer};
 use crate::present::Present;
 use crate::session::{Drawn, Inspected, Session};
 use crate::state::{Colour, Layout, State};
-use crate::task::{clock, until};
+use crate::task::{SLICE, clock, until};
 use crate::world::World;
 
 /// Inputs of a picture: if none of them changed, neither did the picture.
@@ -86,6 +86,9 @@ impl Painter {
     /// Draws the session's picture if it changed, in a frame that began at `began` on the clock, `dt` seconds after the
     /// one before.
     pub(crate) fn paint(&mut self, session: &mut Session, began: u64, dt: f64) {
+        if session.world.is_none() && self.uploaded.is_some() {
+            self.clear();
+        }
         session.uploading = !self.upload(session, began);
         if session.uploading {
             return;
@@ -154,6 +157,14 @@ impl Painter {
         };
     }
 
+    /// Gives back all that the scene took, its picture too.
+    fn clear(&mut self) {
+        if let Some(texture) = self.texture {
+            self.render_state.renderer.write().free_texture(&texture);
+        }
+        *self = Self::new(self.render_state.clone());
+    }
+
     /// Makes the device ready to decide, where it is to. Where it cannot, the CPU goes on.
     fn prepare_culling(&mut self, session: &mut Session) {
         let wanted = session.state.device.on && session.state.stages.on;
@@ -220,7 +231,8 @@ impl Painter {
             }
             self.coming = Some((Arc::clone(&world), true));
         }
-        let end = until(clock());
+        // The next scenes of a world in tiles come while one flies on.
+        let end = if world.is_tiled() { clock() + SLICE } else { until(clock()) };
         if !self.renderer.go_on(queue, &world.model, || clock() < end) {
             session.ctx.request_repaint();
             return false;

@@ -151,6 +151,10 @@ fn every_key_does_something() {
         if *key == Key::L {
             continue;
         }
+        // Without a scene there is little for a key to do.
+        if *key == Key::Backslash {
+            continue;
+        }
         // They are about portals, of which there are none here.
         if [Key::OpenBracket, Key::CloseBracket, Key::Delete].contains(key) {
             continue;
@@ -181,6 +185,39 @@ fn every_key_does_something() {
     panels.settle();
     let bad: Vec<_> = panels.session.notices.iter().filter(|n| n.bad).collect();
     assert!(bad.is_empty(), "{bad:?}");
+}
+
+#[test]
+fn a_scene_is_cleared_and_another_is_opened() {
+    for by_key in [true, false] {
+        let mut panels = Panels::open("solids", "look.colour=size&structure.audit=true");
+        let colour = panels.session.state.look.colour;
+        panels.press(Key::Enter);
+        assert!(panels.session.tour.is_some());
+        match by_key {
+            true => panels.press(Key::Backslash),
+            false => panels.click("Clear"),
+        }
+        (0..4).for_each(|_| panels.frame(Vec::new()));
+        let session = &panels.session;
+        assert!(session.world.is_none() && session.decision.is_none() && session.tour.is_none());
+        assert!(session.is_settled() && session.notices.is_empty(), "{:?}", session.notices);
+        assert_eq!((session.state.camera, session.state.frozen), (None, None));
+        let said = |panels: &Panels, part: &str| panels.texts.iter().any(|(t, _)| t.contains(part));
+        assert!(said(&panels, "Choose a scene on the left"), "{:?}", panels.texts);
+        assert!(!panels.texts.iter().any(|(text, _)| text == "Clear"));
+
+        // Its link opens none either.
+        let again = Session::new(egui::Context::default(), &panels.session.link(), None);
+        assert!(again.world.is_none() && again.loading().is_none() && again.notices.is_empty());
+
+        panels.session.open(Source::of_text("city:cells=6,objects=400"));
+        panels.settle();
+        let session = &panels.session;
+        assert_eq!(session.state.scene, "city:cells=6,objects=400");
+        assert!(session.state.camera.is_some() && session.notices.is_empty());
+        assert_eq!(session.state.look.colour, colour);
+    }
 }
 
 #[test]

@@ -4,6 +4,8 @@
 mod cameras;
 mod cells;
 mod fading;
+#[cfg(not(target_arch = "wasm32"))]
+mod following;
 mod inspecting;
 mod jobs;
 mod on_device;
@@ -163,12 +165,17 @@ pub struct Session {
     refit: bool,
     /// Whether the renderer does not have all of the scene yet.
     pub uploading: bool,
+    /// Whether nothing is settled before all tiles that matter are there: for pictures and tests.
+    pub settles: bool,
+    /// What the tiles of the scene know of the eye.
+    #[cfg(not(target_arch = "wasm32"))]
+    following: following::Following,
     pub(crate) ctx: egui::Context,
 }
 
 impl Session {
     /// Begins with a link's text, empty for the default; an invalid one is reported and not followed. `source`, if
-    /// there is one, is opened in place of the link's scene.
+    /// there is one, is opened in place of the link's scene; where neither names any, none is.
     #[must_use]
     pub fn new(ctx: egui::Context, link: &str, source: Option<Source>) -> Self {
         let mut notices = Vec::new();
@@ -207,6 +214,9 @@ impl Session {
             report: None,
             saving: None,
             uploading: false,
+            settles: false,
+            #[cfg(not(target_arch = "wasm32"))]
+            following: Default::default(),
             decider: Decider::new(move || wake.request_repaint()),
             inbox: Inbox::new(ctx.clone()),
             asked: None,
@@ -223,8 +233,12 @@ impl Session {
             ctx,
             state,
         };
-        let source = source.unwrap_or_else(|| Source::of_text(&session.state.scene));
-        session.load(source);
+        // A session that was left without a scene begins without one.
+        let linked =
+            || Some(Source::of_text(&session.state.scene)).filter(|s| !s.name().is_empty());
+        if let Some(source) = source.or_else(linked) {
+            session.load(source);
+        }
         session
     }
 
@@ -261,6 +275,8 @@ impl Session {
         let decided = self.decision.as_ref().map(|d| d.request.number);
         let wanted = self.asked.as_ref().map(|_| self.requests);
         let idle = self.loading.is_none() && !self.journey.is_making();
+        #[cfg(not(target_arch = "wasm32"))]
+        let idle = idle && (!self.settles || self.has_its_tiles());
         let cut = self.world.is_none() || self.cutting.is_settled(&self.state.cut);
         let sides = self.whole().is_none_or(|w| self.remaking.is_settled(w, &self.alteration()));
         idle && cut
@@ -314,6 +330,8 @@ impl Session {
         }
         self.fade(dt);
         self.fit_again();
+        #[cfg(not(target_arch = "wasm32"))]
+        self.follow_tiles(dt);
         self.beside();
         self.request();
         if let Some(decision) = self.decider.latest() {

@@ -6,12 +6,13 @@ use std::sync::Arc;
 use eframe::egui;
 
 use super::Session;
+use crate::audit::Audit;
 use crate::cost::Measured;
 use crate::cutaway::Cutting;
 use crate::inbox::{Read, model_of};
 use crate::journey::Journey;
 use crate::remaking::Remaking;
-use crate::state::Sides;
+use crate::state::{Sides, State};
 use crate::task::Progress;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::task::Task;
@@ -110,7 +111,10 @@ impl Session {
         let name = source.name();
         let wake = move || ctx.request_repaint();
         #[cfg(not(target_arch = "wasm32"))]
-        let task = Task::start(move || World::load(&source), wake);
+        let task = {
+            let ctx = self.ctx.clone();
+            Task::start(move || World::open(&source, move || ctx.request_repaint()), wake)
+        };
         #[cfg(target_arch = "wasm32")]
         let task = crate::web::load(source, wake);
         self.loading = Some((name, task));
@@ -156,11 +160,35 @@ impl Session {
             self.state.sides = Sides::Automatic;
             self.state.doors.clear();
         }
-        self.fitted = None;
-        self.remaking = Remaking::default();
+        self.forget();
         if self.state.camera.is_none() {
             self.begin();
         }
+    }
+
+    /// Clears the scene, and what is being loaded: none is shown until another is opened. Switches stay.
+    pub fn clear(&mut self) {
+        self.end_tour();
+        self.notices.retain(|n| !n.of_scene);
+        (self.loading, self.refit) = (None, false);
+        self.world = None;
+        self.forget();
+        self.audit = Audit::default();
+        self.device.awaited = false;
+        let State { scene, camera, frozen, sides, doors, .. } = &mut self.state;
+        (*camera, *frozen, *sides) = (None, None, Sides::Automatic);
+        scene.clear();
+        doors.clear();
+    }
+
+    /// Forgets what is known of the scene that was shown.
+    fn forget(&mut self) {
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            self.following = Default::default();
+        }
+        self.fitted = None;
+        self.remaking = Remaking::default();
         self.asked = None;
         self.next = None;
         self.cutting = Cutting::default();
@@ -188,6 +216,9 @@ impl Session {
                 self.state.sides = world.sides;
                 self.state.doors.clone_from(&world.doors);
                 self.enter(world);
+                // Of a world in tiles what comes next would be as large.
+                #[cfg(not(target_arch = "wasm32"))]
+                self.following.end();
             }
             None => self.tell_of_scene(why, true),
         }

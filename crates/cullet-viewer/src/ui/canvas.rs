@@ -126,7 +126,7 @@ fn zoom(session: &mut Session, role: Option<Role>, factor: f64) {
 fn welcome(ui: &egui::Ui, rect: egui::Rect, session: &Session) {
     let text = match session.loading() {
         Some(name) => format!("loading {name} …"),
-        None => "Choose a scene on the left, or drop a file here.".to_owned(),
+        None => "Choose a scene on the left, drop a file here, or press L.".to_owned(),
     };
     let font = egui::TextStyle::Heading.resolve(ui.style());
     let ink = ui.visuals().weak_text_color();

@@ -234,6 +234,7 @@ pub const TABLE: [Section; 6] = [
         "Files and help",
         &[
             keys("L", "open a file", &[(Key::L, Press(Session::choose_file))]),
+            keys("\\", "clear the scene: none is open", &[(Key::Backslash, Press(Session::clear))]),
             keys("I", "save a picture of the window", &[(Key::I, Press(|s| s.shoot = true))]),
             keys("Y", "copy the link", &[(Key::Y, Press(Session::copy_link))]),
             keys("J", "copy the funnel as JSON", &[(Key::J, Press(Session::copy_funnel))]),
