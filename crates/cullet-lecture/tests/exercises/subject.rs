@@ -85,12 +85,13 @@ fn limit_of_a_frame(lab: &Lab) -> Computed {
     let work = |words: &str, size: [u32; 2]| -> Result<[f64; 4], Box<dyn std::error::Error>> {
         let model = lab.scene(words)?;
         let (scene, view) = (&model.scene, lab.views(&model, "orbit", 1, size)?.swap_remove(0));
-        let culler = Culler { output: Output::Instances, ..Culler::default().only(Stage::Frustum) };
+        let culler = Culler { output: Output::Instances, ..Culler::default().only(Stage::Layer) };
         let (mut visible, mut list) = (Visible::default(), DrawList::default());
         culler.cull_one(scene, &view, &mut ViewState::default(), &mut visible);
         list.fill(scene, &visible, &[]);
         let bytes = size_of_val(&list.commands[..]) + size_of_val(&list.instances[..]);
-        let frame = render(scene, &view, Selection::All, &RenderOptions::default());
+        let options = RenderOptions { count_layers: true, ..RenderOptions::default() };
+        let frame = render(scene, &view, Selection::All, &options);
         let counts = [list.commands.len() as u64, bytes as u64, scene.triangle_count()];
         let [calls, bytes, triangles] = counts.map(|n| n as f64);
         Ok([calls, bytes, triangles, frame.stats.fragments as f64])
