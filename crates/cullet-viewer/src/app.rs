@@ -79,6 +79,7 @@ impl App {
         log::info!("{:?} {}", info.backend, info.name);
         style(&cc.egui_ctx);
         let mut session = Session::new(cc.egui_ctx.clone(), &start.link, start.source);
+        session.settles = start.screenshot.is_some() || start.script != Script::None;
         session.device.refused =
             Renderer::refuses_culling(&render_state.adapter, &render_state.device);
         Ok(Self {

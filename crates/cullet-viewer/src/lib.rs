@@ -46,6 +46,8 @@ pub mod state;
 pub mod structure;
 pub mod study;
 pub mod task;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod tiles;
 pub mod truth;
 pub mod ui;
 pub mod web;

@@ -37,6 +37,8 @@ Examples
   cullet-viewer model.glb                a file: GLB, glTF, OBJ, PLY, STL, OFF
   cullet-viewer scan.ply --one-sided     a scan with small holes: its back faces are culled all the same
   cullet-viewer forest:n=100000          a built-in scene with a setting (cullet scenes lists them)
+  cullet-viewer city:n=1e8               a world that is larger than memory, tile by tile
+  cullet-viewer city/tileset.json        the same of a folder that cullet tiles wrote
   cullet-viewer city --state 'layout=split&ghosts.form=solid'
   cullet-viewer office --size 960x600 --screenshot office.png
 

@@ -11,7 +11,7 @@ use crate::draw::{DeviceView, Paint, Pane, Renderer};
 use crate::present::Present;
 use crate::session::{Drawn, Inspected, Session};
 use crate::state::{Colour, Layout, State};
-use crate::task::{clock, until};
+use crate::task::{SLICE, clock, until};
 use crate::world::World;
 
 /// Inputs of a picture: if none of them changed, neither did the picture.
@@ -231,7 +231,8 @@ impl Painter {
             }
             self.coming = Some((Arc::clone(&world), true));
         }
-        let end = until(clock());
+        // The next scenes of a world in tiles come while one flies on.
+        let end = if world.is_tiled() { clock() + SLICE } else { until(clock()) };
         if !self.renderer.go_on(queue, &world.model, || clock() < end) {
             session.ctx.request_repaint();
             return false;

@@ -12,6 +12,8 @@ use crate::measures::{Counts, Measures, at_rest};
 use crate::packed::{Unpacker, pack};
 use crate::sides::{self, KeptBacks};
 use crate::state::{Colour, Layout, Look, Manner, Sides, Stages};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::tiles::{self, TiledScene, Tiles};
 
 /// Natively with impostors; on a page without levels of detail, which do not go from the worker to the page.
 fn options() -> LoadOptions {
@@ -85,13 +87,61 @@ pub struct World {
     pub doors: Vec<u32>,
     /// Whether each part of its meshes is two-sided where no other sides are chosen.
     pub(crate) stored: Vec<bool>,
+    /// Where more of it comes from; none of a scene that is here as a whole.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) tiles: Option<std::sync::Arc<Tiles>>,
     /// The worker that made it and answers requests about it; none of a scene that was made here.
     #[cfg(target_arch = "wasm32")]
     pub(crate) keeper: Option<std::sync::Arc<crate::web::Keeper>>,
 }
 
 impl World {
-    /// Loads a scene, and prepares what the first cull would else have to wait for.
+    /// Opens a scene as a window shows it: a world that does not fit in memory as a whole by its coarsest tiles, and all else
+    /// [whole](Self::load). `wake` is called whenever there is something new of its tiles.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn open(source: &Source, wake: impl Fn() + Send + 'static) -> Result<Self, String> {
+        let wake = Box::new(wake);
+        let opened = match source {
+            Source::Builtin(text) => tiles::open_city(text, wake),
+            Source::File(path) => tiles::open_folder(path, wake),
+            Source::Bytes { .. } => None,
+        };
+        let Some(opened) = opened else { return Self::load(source) };
+        let (tiles, scene) = opened?;
+        let coarsest = Self::of_tiles(scene, source.name());
+        Ok(Self { tiles: Some(std::sync::Arc::new(tiles)), ..coarsest })
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn of_tiles(scene: TiledScene, name: String) -> Self {
+        let TiledScene { model, measures, sides, stored } = scene;
+        Self { sides, stored, ..Self::measured(model, name, measures) }
+    }
+
+    /// The same world, of which this is loaded now.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn with_tiles(&self, scene: TiledScene) -> Self {
+        Self { tiles: self.tiles.clone(), ..Self::of_tiles(scene, self.name.clone()) }
+    }
+
+    /// Whether it is loaded tile by tile.
+    #[cfg(not(target_arch = "wasm32"))]
+    #[must_use]
+    pub fn is_tiled(&self) -> bool {
+        self.tiles.is_some()
+    }
+
+    /// Never: a page has no tiles.
+    #[cfg(target_arch = "wasm32")]
+    #[must_use]
+    pub fn is_tiled(&self) -> bool {
+        false
+    }
+
+    /// Loads a scene whole, and prepares what the first cull would else have to wait for.
     ///
     /// # Errors
     /// The text of what is wrong with it, for the user.
@@ -134,6 +184,8 @@ impl World {
             doors: Vec::new(),
             stored: sides::of_parts(&model),
             model,
+            #[cfg(not(target_arch = "wasm32"))]
+            tiles: None,
             #[cfg(target_arch = "wasm32")]
             keeper: None,
         }
@@ -195,6 +247,8 @@ impl World {
             doors: Vec::new(),
             stored: self.stored.clone(),
             kept_backs: self.kept_backs.clone(),
+            #[cfg(not(target_arch = "wasm32"))]
+            tiles: self.tiles.clone(),
             #[cfg(target_arch = "wasm32")]
             keeper: self.keeper.clone(),
             ..*self
@@ -235,7 +289,7 @@ impl World {
     /// Whether one begins in the midst of it.
     #[must_use]
     pub fn is_large(&self) -> bool {
-        self.counts.instances >= MANY
+        self.is_tiled() || self.counts.instances >= MANY
     }
 
     /// How a user begins: of a small scene the frustum drops nothing, so that its back faces are to be seen to go,

@@ -242,6 +242,37 @@ fn what_cannot_be_opened_is_told_and_what_was_open_stays() {
 }
 
 #[test]
+fn a_missing_tileset_says_what_to_try() {
+    let empty = std::env::temp_dir().join(format!("cullet-no-tiles-{}", std::process::id()));
+    std::fs::create_dir_all(&empty).expect("a folder of ours");
+    for path in [std::path::PathBuf::from("no/such/tileset.json"), empty.clone()] {
+        let name = path.display().to_string();
+        let source = Some(Source::File(path));
+        let mut session = Session::new(egui::Context::default(), "", source);
+        settle(&mut session);
+        let [notice] = &session.notices[..] else { panic!("{:?}", session.notices) };
+        let has = |part: &str| notice.text.contains(part);
+        assert!(notice.bad && has(&name) && has("tileset.json"), "{notice:?}");
+        assert!(has("cullet tiles SCENE -o FOLDER") && has("city:n=1e8"), "{notice:?}");
+    }
+    std::fs::remove_dir_all(&empty).expect("ours to remove");
+}
+
+#[test]
+fn a_city_that_is_larger_than_memory_opens_by_its_coarsest_tiles() {
+    let session = begin("", "city:n=2e7");
+    let world = session.world.as_ref().expect("loaded");
+    assert!(world.is_tiled() && world.is_large() && !world.model.materials.is_empty());
+    assert_eq!(session.state.scene, "city:n=2e7");
+    let figures = session.tile_figures().expect("in tiles");
+    assert!(figures.tiles > 0 && figures.bytes <= figures.budget, "{figures:?}");
+    // One begins above the roofs of what is around the middle, whatever the size of the city.
+    let [x, y, z] = session.culling_rig().expect("a camera").eye();
+    assert!(x.hypot(z) < 500.0 && (20.0..300.0).contains(&y), "{x} {y} {z}");
+    assert!(!begin("", "city:n=1000").world.expect("loaded").is_tiled());
+}
+
+#[test]
 fn freezing_keeps_what_is_drawn_and_flying_out_comes_back() {
     let mut session = begin("", "city:sub=1");
     let before = session.decision.as_ref().expect("decided").visible.clone();

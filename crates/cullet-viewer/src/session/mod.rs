@@ -4,6 +4,8 @@
 mod cameras;
 mod cells;
 mod fading;
+#[cfg(not(target_arch = "wasm32"))]
+mod following;
 mod inspecting;
 mod jobs;
 mod on_device;
@@ -163,6 +165,11 @@ pub struct Session {
     refit: bool,
     /// Whether the renderer does not have all of the scene yet.
     pub uploading: bool,
+    /// Whether nothing is settled before all tiles that matter are there: for pictures and tests.
+    pub settles: bool,
+    /// What the tiles of the scene know of the eye.
+    #[cfg(not(target_arch = "wasm32"))]
+    following: following::Following,
     pub(crate) ctx: egui::Context,
 }
 
@@ -207,6 +214,9 @@ impl Session {
             report: None,
             saving: None,
             uploading: false,
+            settles: false,
+            #[cfg(not(target_arch = "wasm32"))]
+            following: Default::default(),
             decider: Decider::new(move || wake.request_repaint()),
             inbox: Inbox::new(ctx.clone()),
             asked: None,
@@ -265,6 +275,8 @@ impl Session {
         let decided = self.decision.as_ref().map(|d| d.request.number);
         let wanted = self.asked.as_ref().map(|_| self.requests);
         let idle = self.loading.is_none() && !self.journey.is_making();
+        #[cfg(not(target_arch = "wasm32"))]
+        let idle = idle && (!self.settles || self.has_its_tiles());
         let cut = self.world.is_none() || self.cutting.is_settled(&self.state.cut);
         let sides = self.whole().is_none_or(|w| self.remaking.is_settled(w, &self.alteration()));
         idle && cut
@@ -318,6 +330,8 @@ impl Session {
         }
         self.fade(dt);
         self.fit_again();
+        #[cfg(not(target_arch = "wasm32"))]
+        self.follow_tiles(dt);
         self.beside();
         self.request();
         if let Some(decision) = self.decider.latest() {

@@ -111,7 +111,10 @@ impl Session {
         let name = source.name();
         let wake = move || ctx.request_repaint();
         #[cfg(not(target_arch = "wasm32"))]
-        let task = Task::start(move || World::load(&source), wake);
+        let task = {
+            let ctx = self.ctx.clone();
+            Task::start(move || World::open(&source, move || ctx.request_repaint()), wake)
+        };
         #[cfg(target_arch = "wasm32")]
         let task = crate::web::load(source, wake);
         self.loading = Some((name, task));
@@ -180,6 +183,10 @@ impl Session {
 
     /// Forgets what is known of the scene that was shown.
     fn forget(&mut self) {
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            self.following = Default::default();
+        }
         self.fitted = None;
         self.remaking = Remaking::default();
         self.asked = None;
@@ -209,6 +216,9 @@ impl Session {
                 self.state.sides = world.sides;
                 self.state.doors.clone_from(&world.doors);
                 self.enter(world);
+                // Of a world in tiles what comes next would be as large.
+                #[cfg(not(target_arch = "wasm32"))]
+                self.following.end();
             }
             None => self.tell_of_scene(why, true),
         }

@@ -6,6 +6,8 @@ use eframe::egui;
 use super::words::{FINGER, button};
 use crate::numbers::grouped;
 use crate::session::Session;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::tiles::TileFigures;
 use crate::world::Source;
 
 /// The title: what is open and how much there is of it.
@@ -145,6 +147,33 @@ pub(super) fn choose(ui: &mut egui::Ui, session: &mut Session) {
     }
     if let Some(source) = chosen {
         session.open(source);
+    }
+    #[cfg(not(target_arch = "wasm32"))]
+    if let Some(figures) = session.tile_figures() {
+        tiles(ui, &figures);
+    }
+}
+
+/// What is loaded of a world in tiles, and what is to be.
+#[cfg(not(target_arch = "wasm32"))]
+fn tiles(ui: &mut egui::Ui, f: &TileFigures) {
+    let mebibytes = |bytes: u64| grouped(bytes.div_ceil(1 << 20));
+    let (taken, budget) = (mebibytes(f.bytes), mebibytes(f.budget));
+    ui.label(format!("{} tiles · {taken} of {budget} MiB", grouped(f.tiles as u64))).on_hover_text(
+        "Tiles in the scene, and what they take of their budget at the most, also while the next scene is made",
+    );
+    if f.wanted > 0 {
+        let (wanted, bytes) = (grouped(f.wanted as u64), mebibytes(f.wanted_bytes));
+        ui.weak(format!("{wanted} more wanted, {bytes} MiB"));
+    }
+    if f.is_cut_short {
+        ui.weak("the budget is used up").on_hover_text(
+            "Some of what is far away is coarser than it should be: the budget ended before the error was small enough everywhere",
+        );
+    }
+    if let Some(failure) = &f.failure {
+        let text = format!("{} cannot be loaded", grouped(f.failed as u64));
+        ui.colored_label(ui.visuals().error_fg_color, text).on_hover_text(failure);
     }
 }
 

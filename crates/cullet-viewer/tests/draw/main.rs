@@ -4,6 +4,7 @@ mod gpu;
 mod impostors;
 mod on_device;
 mod speed;
+mod tiles;
 
 use cullet::{
     Backface, CullFace, Culler, FrontFace, InstanceFlags, Output, Scene, View, ViewState, Visible,
