@@ -9,11 +9,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use cullet::{Instance, Preparation, Scene};
+use cullet_draw::palette;
 use cullet_io::scenes::{self, CityPlots};
 use cullet_io::{LoadOptions, Material, Model};
 use cullet_tiles::{CityTiles, FolderTiles, Settings, TileId, TileSource, World as TiledWorld};
 use glam::DVec3;
 
+use crate::draw::linear;
 use crate::measures::Measures;
 use crate::sides::{KeptBacks, declare, of_parts};
 use crate::state::Sides;
@@ -32,6 +34,9 @@ const AROUND: f64 = 500.0;
 const PAUSE: Duration = Duration::from_millis(20);
 /// The thread that loads holds what [`TiledWorld::look`] needs for moments only: of so many looks, a pause apart, one is heard.
 const LOOKS: u32 = 3;
+
+/// Materials of a tile of a tileset that have colours of their own.
+const MATERIALS: u32 = 256;
 
 /// Wakes the window.
 pub(crate) type Wake = Box<dyn Fn() + Send>;
@@ -202,12 +207,19 @@ pub(crate) fn open_folder(path: &Path, wake: Wake) -> Option<Opened> {
         let common = Common {
             name: path.display().to_string(),
             mesh_names: Vec::new(),
-            materials: Vec::new(),
+            materials: (0..MATERIALS).map(stand_in).collect(),
             place: root.filter(states_it).map_or(Place::Loaded, Place::Whole),
         };
         follow(tiles, common, wake)
     };
     Some(FolderTiles::open(&tileset, &options).map_err(|e| e.to_string()).and_then(open))
+}
+
+/// A material in place of one of a tileset, whose tiles bring none: of a colour that depends on its number in its tile alone, so that no
+/// mesh changes its colour when other tiles come.
+fn stand_in(number: u32) -> Material {
+    let [r, g, b] = palette::material_color(number).map(linear);
+    Material { name: format!("material {number}"), color: [r, g, b, 1.0] }
 }
 
 /// `city:n=1e8,seed=1`: how many instances, and the seed; `None` of a scene that is made whole, or that the words of all built-in

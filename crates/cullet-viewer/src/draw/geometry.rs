@@ -304,7 +304,7 @@ fn runs(mesh: &Mesh) -> Vec<Run> {
 }
 
 /// One channel from sRGB to linear.
-pub(super) fn linear(v: u8) -> f32 {
+pub(crate) fn linear(v: u8) -> f32 {
     let v = f32::from(v) / 255.0;
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }

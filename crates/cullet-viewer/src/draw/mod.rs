@@ -30,4 +30,6 @@ pub use error::DrawError;
 pub use frame::{
     DeviceFigures, DeviceTimes, DeviceView, DrawStats, LineVertex, Paint, Pane, Style,
 };
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) use geometry::linear;
 pub use renderer::Renderer;
