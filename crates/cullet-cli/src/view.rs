@@ -18,6 +18,7 @@ Examples
   cullet view                            the built-in city
   cullet view model.glb
   cullet view scan.ply --one-sided       cull the back faces of a scan with small holes too
+  cullet view city:n=1e8                 a world larger than memory, tile by tile
   cullet view city --state 'layout=split&ghosts.form=solid'
   cullet view office --size 960x600 --screenshot office.png";
 
