@@ -163,7 +163,7 @@ pub(super) const ITEMS: &[Item] = &[
         number: 28,
         title: "Demo: clear object",
         places: &[zachmann("slide 12")],
-        claim: "The demo can clear its object, so that nothing is shown until another is chosen.",
+        claim: "The demo can clear its object, so that nothing is shown until another is chosen; the viewer does by *Clear*, or the key `\\`.",
         command: "cullet view knobs",
         chapter: "viewer.md#the-window",
         check: demo::clear,
