@@ -38,14 +38,15 @@ fn cut(costs: &[f64], units: u32, until: impl Fn(f64, f64) -> f64) -> Vec<Range<
         return (0..units).map(|k| at(k)..at(k + 1)).filter(|r| !r.is_empty()).collect();
     }
     let mut runs = Vec::new();
-    let (mut begin, mut sum) = (0, 0.0);
+    let (mut begin, mut sum, mut before) = (0, 0.0, 0.0);
     for (end, &cost) in (1..).zip(costs) {
         sum += sound(cost);
-        let made = runs.len() as u32;
-        // What is past its share is no part of the next.
-        if made + 1 < units && sum >= all * until(made + 1) {
+        let left = units - runs.len() as u32 - 1;
+        // What is past its share is no part of the next; and where no more items are left than runs, each has one of its own.
+        let is_full = sum >= all * until(units - left) || (sum > before && count - end <= left);
+        if left > 0 && is_full {
             runs.push(begin..end);
-            begin = end;
+            (begin, before) = (end, sum);
         }
     }
     if begin < count {

@@ -100,20 +100,33 @@ const GAP: u32 = 10;
 
 #[cfg(test)]
 mod tests {
-    use cullet::{Culler, ViewState, Visible};
+    use cullet::{Camera, Culler, Depth, Projection, ViewState, Visible};
     use cullet_io::scenes;
-    use cullet_testkit::views::look;
 
     use super::*;
 
     #[test]
     fn the_plan_stays_and_the_colours_follow_the_eye() {
         let scene = scenes::build("office").unwrap().scene;
-        let eyes = [[26.6, 1.7, 18.2], [26.6, 1.7, 17.2]];
+        // In two cells that one looks out of.
+        let graph = scene.cell_graph().unwrap();
+        let cell_of = |p: &[f64; 3]| scene.cell_of(*p).filter(|&c| graph.portals_of(c).len() > 3);
+        let places: Vec<[f64; 3]> = (0..400)
+            .map(|k| [f64::from(k % 20) * 1.3 + 0.7, 1.7, f64::from(k / 20) * 1.1 + 0.6])
+            .filter(|p| cell_of(p).is_some())
+            .collect();
+        let other = places.iter().find(|p| cell_of(p) != cell_of(&places[0])).unwrap();
+        let eyes = [places[0], *other];
         let walk = PortalWalk::new(&scene, eyes[0], [480, 270]).unwrap();
         assert_eq!(walk.view_size(), [300, 270]);
         let [a, b] = eyes.map(|eye| {
-            let view = look(eye, [26.6, 1.7, 0.0], walk.view_size());
+            // So near that all of what is before it is in one cell.
+            let (fov_y_radians, aspect, near) = (1.2, 300.0 / 270.0, 0.05);
+            let far = f64::INFINITY;
+            let projection = Projection::Perspective { fov_y_radians, aspect, near, far };
+            let target = [eye[0] + 1.0, eye[1], eye[2] + 0.08];
+            let camera = Camera::look_at(eye, target, projection);
+            let view = View::new(&camera, Depth::Reversed, walk.view_size()).unwrap();
             let (mut state, mut result) = (ViewState::default(), Visible::default());
             Culler::default().cull_one(&scene, &view, &mut state, &mut result);
             assert!(state.reached().is_some(), "the eye is in a cell");
