@@ -90,9 +90,10 @@ fn model() -> Model {
 
 fn hidden(scene: &Scene, view: &View) -> u64 {
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
-    Culler::balanced().cull_one(scene, view, &mut state, &mut visible);
+    // Whether it pays is another question.
+    Culler::exact().cull_one(scene, view, &mut state, &mut visible);
     let mut all = Visible::default();
-    let without = Culler::balanced().without(Stage::Occlusion);
+    let without = Culler::exact().without(Stage::Occlusion);
     without.cull_one(scene, view, &mut ViewState::default(), &mut all);
     all.instance_count - visible.instance_count
 }
@@ -128,7 +129,7 @@ fn occluders_of_baked_meshes_come_with_their_tiles_and_hide() {
         let view = View::new(&camera, Depth::Reversed, [300, 200]).unwrap();
         all_hidden += hidden(scene, &view);
         let options = VerifyOptions::default();
-        let proof = verify(scene, &view, &Culler::balanced(), &mut ViewState::default(), &options);
+        let proof = verify(scene, &view, &Culler::exact(), &mut ViewState::default(), &options);
         assert!(proof.visible > 0 && proof.false_culls.is_empty(), "{:?}", proof.false_culls);
     }
     assert!(all_hidden > 200, "{all_hidden}");
