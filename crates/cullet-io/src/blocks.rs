@@ -54,6 +54,7 @@ impl<'a> Source<'a> {
     }
 
     /// Without so many bytes at the start, of those that there are.
+    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn after(self, count: u64) -> Self {
         let count = count.min(self.size);
         Self { size: self.size - count, begin: self.begin + count, ..self }

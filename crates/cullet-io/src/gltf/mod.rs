@@ -26,6 +26,7 @@ mod meshopt;
 mod nodes;
 mod notes;
 mod rig;
+#[cfg(not(target_family = "wasm"))]
 mod size;
 mod stand_ins;
 pub(crate) mod uri;
@@ -51,6 +52,7 @@ pub(crate) use glb::parts;
 pub(crate) use mapped::{ListError, Listed, list};
 pub use mapped::{ListedImpostor, ListedLevels, ListedMesh, ListedTable};
 pub use mapped_groups::ListedGroup;
+#[cfg(not(target_family = "wasm"))]
 pub(crate) use size::{Counts, counts};
 pub(crate) use uri::{UriSource, read as read_uri};
 
