@@ -50,13 +50,14 @@ fn all_claims_hold_here_as_the_book_says() {
     let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/lectures.md");
     let book = std::fs::read_to_string(&book).expect("the chapter");
     let made = std::fs::read_to_string(&page).expect("the page");
-    // Numbers may differ from machine to machine, and what cannot be tried on one may be on another; what is claimed, and how it ends, may not.
+    // Numbers may differ from machine to machine, and what cannot be tried on one may be on another, or by a graphics device that is
+    // busy; what is claimed, and which texts err, may not. That no claim fails is the exit code's to say.
     let told = |text: &str| -> Vec<String> {
-        let lines =
-            text.lines().filter(|l| !l.starts_with("*Here: ") && !l.starts_with("Not tried here"));
-        lines
-            .map(|l| l.trim_end_matches(" holds |").trim_end_matches(" not here |").to_owned())
-            .collect()
+        let is_measured = |l: &&str| l.starts_with("*Here: ") || l.starts_with("Not tried here");
+        let ends = [" holds |", " differs |", " not here |"];
+        let bare =
+            |l: &str| ends.iter().find_map(|end| l.strip_suffix(end)).unwrap_or(l).to_owned();
+        text.lines().filter(|l| !is_measured(l)).map(bare).collect()
     };
     let write = "write it again by cullet lecture --check --page docs/src/lectures.md";
     assert!(
