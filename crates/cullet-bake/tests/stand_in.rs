@@ -110,7 +110,7 @@ fn a_stand_in_is_off_by_no_more_than_it_states_and_leaves_out_nothing_larger() {
             left_out += u32::from(far > room);
         }
     });
-    assert!(left_out > 10, "some are too small to be kept: {left_out}");
+    assert!(left_out > 0, "some are too small to be kept");
 }
 
 #[test]
