@@ -136,7 +136,7 @@ fn worlds_that_there_are_not_are_named() {
     for (world, code, words) in [
         ("town", 2, "try city:n=1e8"),
         ("city:n=1e12", 2, "n from 1 to 1e9"),
-        ("/nowhere/tileset.json", 2, "neither a tileset.json that exists"),
+        ("/nowhere/tileset.json", 2, "no tileset.json that exists"),
     ] {
         let out = cullet(&["fly", world]);
         let said = String::from_utf8_lossy(&out.stderr);

@@ -12,7 +12,9 @@ use cullet::{Instance, Preparation, Scene};
 use cullet_draw::palette;
 use cullet_io::scenes::{self, CityPlots};
 use cullet_io::{LoadOptions, Material, Model};
-use cullet_tiles::{CityTiles, FolderTiles, Settings, TileId, TileSource, World as TiledWorld};
+use cullet_tiles::{
+    CityName, CityTiles, FolderTiles, Settings, TileId, TileSource, World as TiledWorld,
+};
 use glam::DVec3;
 
 use crate::draw::linear;
@@ -26,8 +28,6 @@ use crate::task::Progress;
 pub const BUDGET: u64 = 1 << 30;
 /// A built-in city of more instances is not made whole.
 const MOST_WHOLE: f64 = 1e7;
-/// The largest.
-const MOST: f64 = 1e9;
 /// Half of a side of what is around one in such a city: the part of it that is on the map, and one flies through in some seconds.
 const AROUND: f64 = 500.0;
 /// Between two looks for what was loaded.
@@ -170,7 +170,7 @@ type Opened = Result<(Tiles, TiledScene), String>;
 
 /// Opens a built-in city that is too large to be made whole; `None` where the text is of another scene.
 pub(crate) fn open_city(text: &str, wake: Wake) -> Option<Opened> {
-    let open = |(instances, seed)| {
+    let open = |CityName { instances, seed }| {
         let tiles = CityTiles::new(instances, seed);
         // Its materials are those of any such city.
         let materials = scenes::build("city:n=1").map_err(|e| e.to_string())?.materials;
@@ -222,26 +222,13 @@ fn stand_in(number: u32) -> Material {
     Material { name: format!("material {number}"), color: [r, g, b, 1.0] }
 }
 
-/// `city:n=1e8,seed=1`: how many instances, and the seed; `None` of a scene that is made whole, or that the words of all built-in
-/// scenes refuse.
-fn large_city(text: &str) -> Option<Result<(u64, u64), String>> {
-    let settings = text.trim().strip_prefix("city:")?.split(',');
-    let settings: Vec<(&str, &str)> = settings
-        .filter_map(|setting| setting.split_once('='))
-        .map(|(key, value)| (key.trim(), value.trim()))
-        .collect();
-    let value = |key: &str| settings.iter().find(|s| s.0 == key).map(|s| s.1.replace('_', ""));
-    let instances = value("n")?.parse::<f64>().ok().filter(|&n| n > MOST_WHOLE)?;
-    let seed = value("seed").map_or(Some(1), |seed| seed.parse().ok());
-    let is_right = instances <= MOST
-        && instances.fract() == 0.0
-        && settings.iter().all(|s| ["n", "seed"].contains(&s.0));
-    Some(seed.filter(|_| is_right).map(|seed| (instances as u64, seed)).ok_or_else(|| {
-        format!(
-            "'{text}': a city of more than {MOST_WHOLE} instances is loaded in tiles, and has n up to {MOST:e} and seed, whole \
-             numbers, alone; try city:n=1e8"
-        )
-    }))
+/// A city that is loaded in tiles; `None` of a scene that is made whole, or that the words of all built-in scenes refuse.
+fn large_city(text: &str) -> Option<Result<CityName, String>> {
+    let is_large = |instances: f64| instances > MOST_WHOLE;
+    match text.parse::<CityName>() {
+        Ok(city) => is_large(city.instances as f64).then_some(Ok(city)),
+        Err(error) => error.instances.is_some_and(is_large).then(|| Err(error.to_string())),
+    }
 }
 
 /// Loads the coarsest tiles of a world, and begins to follow the eye through it.
@@ -408,8 +395,9 @@ mod tests {
 
     #[test]
     fn cities_that_are_not_made_whole_are_told_by_their_size() {
-        assert_eq!(large_city("city:n=1e8"), Some(Ok((100_000_000, 1))));
-        assert_eq!(large_city("city: seed=7, n=10_000_001"), Some(Ok((10_000_001, 7))));
+        let large = |text| large_city(text).map(|city| city.map(|city| city.instances));
+        assert_eq!(large("city:n=1e8"), Some(Ok(100_000_000)));
+        assert_eq!(large("city: seed=7, n=10_000_001"), Some(Ok(10_000_001)));
         for whole in ["city", "city:n=1e7", "city:cells=3", "city:n=many", "forest:n=1e8"] {
             assert_eq!(large_city(whole), None, "{whole}");
         }

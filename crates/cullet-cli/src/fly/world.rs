@@ -5,7 +5,9 @@ use std::path::Path;
 use cullet_command::exit::{Exit, Failure};
 use cullet_io::scenes::CityPlots;
 use cullet_io::{LoadOptions, TileSight};
-use cullet_tiles::{CityTiles, FolderTiles, Settings, TileError, TileSource, World};
+use cullet_tiles::{
+    CityName, CityTiles, FolderTiles, NoCityName, Settings, TileError, TileSource, World,
+};
 
 use cullet::Preparation;
 
@@ -68,7 +70,9 @@ pub(super) fn open(
         }
         return Ok((world(tiles, settings, name)?, route));
     }
-    let (instances, seed) = city(name).map_err(Failure::usage)?;
+    let CityName { instances, seed } = name.parse().map_err(|e: NoCityName| {
+        Failure::usage(format!("'{name}' is no tileset.json that exists, and {e}"))
+    })?;
     let tiles = CityTiles::new(instances, seed);
     let instances = u64::from(tiles.city().side()).pow(2) * CityPlots::INSTANCES;
     let route = Route {
@@ -122,41 +126,9 @@ fn through(tiles: &FolderTiles, name: &str) -> Result<Route, Failure> {
     })
 }
 
-/// `city:n=1e8,seed=1`: how many instances, and the seed.
-fn city(name: &str) -> Result<(u64, u64), String> {
-    let unknown = || {
-        format!(
-            "'{name}' is neither a tileset.json that exists nor city:n=NUMBER[,seed=NUMBER] with n from 1 to 1e9; try city:n=1e8"
-        )
-    };
-    let settings = name.strip_prefix("city:").ok_or_else(unknown)?;
-    let (mut instances, mut seed) = (None, 1);
-    for setting in settings.split(',') {
-        match setting.split_once('=') {
-            Some(("n", number)) => {
-                let number: f64 = number.parse().map_err(|_| unknown())?;
-                let is_right = (1.0..=1e9).contains(&number) && number.fract() == 0.0;
-                instances = Some(is_right.then_some(number as u64).ok_or_else(unknown)?);
-            }
-            Some(("seed", number)) => seed = number.parse().map_err(|_| unknown())?,
-            _ => return Err(unknown()),
-        }
-    }
-    Ok((instances.ok_or_else(unknown)?, seed))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn cities_are_named_by_their_size() {
-        assert_eq!(city("city:n=1e8"), Ok((100_000_000, 1)));
-        assert_eq!(city("city:seed=7,n=5"), Ok((5, 7)));
-        for wrong in ["city", "city:n=0", "city:n=1e10", "city:n=1.5", "city:m=3,n=4", "town:n=4"] {
-            assert!(city(wrong).unwrap_err().contains("try city:n=1e8"), "{wrong}");
-        }
-    }
 
     #[test]
     fn each_half_of_the_way_leads_through_all_of_a_tileset() {
