@@ -142,6 +142,10 @@ fn worlds_that_there_are_not_are_named() {
         let said = String::from_utf8_lossy(&out.stderr);
         assert!(out.status.code() == Some(code) && said.contains(words), "{said}");
     }
+    // A report of it is of a flight, which has other figures.
+    let out = cullet(&["report", "city:n=1e8", "--fail-if", "tightness>3"]);
+    let said = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.code() == Some(2) && said.contains("cullet fly city:n=1e8"), "{said}");
 }
 
 #[test]

@@ -16,6 +16,17 @@ pub struct CityName {
     pub seed: u64,
 }
 
+impl CityName {
+    /// The most instances of the built-in scene of this name, which is made whole.
+    pub const MOST_WHOLE: u64 = 10_000_000;
+
+    /// Whether it is too large to be made whole.
+    #[must_use]
+    pub fn needs_tiles(&self) -> bool {
+        self.instances > Self::MOST_WHOLE
+    }
+}
+
 /// A text that is no [`CityName`].
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error(

@@ -26,8 +26,6 @@ use crate::task::Progress;
 /// Bytes that the tiles of a world and the scenes made of them may take. A window has its own copy of the scene beside them, or
 /// two while the next is taken in.
 pub const BUDGET: u64 = 1 << 30;
-/// A built-in city of more instances is not made whole.
-const MOST_WHOLE: f64 = 1e7;
 /// Half of a side of what is around one in such a city: the part of it that is on the map, and one flies through in some seconds.
 const AROUND: f64 = 500.0;
 /// Between two looks for what was loaded.
@@ -224,10 +222,12 @@ fn stand_in(number: u32) -> Material {
 
 /// A city that is loaded in tiles; `None` of a scene that is made whole, or that the words of all built-in scenes refuse.
 fn large_city(text: &str) -> Option<Result<CityName, String>> {
-    let is_large = |instances: f64| instances > MOST_WHOLE;
     match text.parse::<CityName>() {
-        Ok(city) => is_large(city.instances as f64).then_some(Ok(city)),
-        Err(error) => error.instances.is_some_and(is_large).then(|| Err(error.to_string())),
+        Ok(city) => city.needs_tiles().then_some(Ok(city)),
+        Err(error) => {
+            let is_large = error.instances.is_some_and(|n| n > CityName::MOST_WHOLE as f64);
+            is_large.then(|| Err(error.to_string()))
+        }
     }
 }
 

@@ -5,7 +5,7 @@ mod record;
 mod world;
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -46,13 +46,13 @@ pub(crate) struct FlyArgs {
     #[arg(long, value_name = "DIR", default_value = "fly")]
     out: PathBuf,
     /// MiB that tiles and their scenes may take
-    #[arg(long, value_name = "MIB", default_value_t = 1024, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    #[arg(long, value_name = "MIB", default_value_t = BUDGET, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     budget: u64,
     /// Tiles are wanted finer while they are off by more than so many pixels
-    #[arg(long, value_name = "PX", default_value_t = 8.0, value_parser = parse::pixels)]
+    #[arg(long, value_name = "PX", default_value_t = PIXELS, value_parser = parse::pixels)]
     pixels: f64,
     /// Seconds of flight
-    #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = parse::seconds)]
+    #[arg(long, value_name = "S", default_value_t = SECONDS, value_parser = parse::seconds)]
     seconds: f64,
     /// Units of the world a second [default: 100 in the city, through all of a tileset in that time]
     #[arg(long, value_name = "SPEED", value_parser = parse::distance)]
@@ -64,11 +64,34 @@ pub(crate) struct FlyArgs {
     #[arg(long)]
     no_sets: bool,
     /// Frames that are held against a picture that culls nothing
-    #[arg(long, value_name = "N", default_value_t = 9)]
+    #[arg(long, value_name = "N", default_value_t = CHECKS)]
     check: u32,
     /// Write the figures as JSON; - is the standard output
     #[arg(long, value_name = "PATH", value_parser = parse::output)]
     pub(crate) json: Option<PathBuf>,
+}
+
+const BUDGET: u64 = 1024;
+const PIXELS: f64 = 8.0;
+const SECONDS: f64 = 30.0;
+const CHECKS: u32 = 9;
+
+impl FlyArgs {
+    /// Through a world into a folder, all else as it is where nothing is said.
+    pub(crate) fn through(world: &str, out: &Path) -> Self {
+        Self {
+            world: world.to_owned(),
+            out: out.to_owned(),
+            budget: BUDGET,
+            pixels: PIXELS,
+            seconds: SECONDS,
+            speed: None,
+            lod: None,
+            no_sets: false,
+            check: CHECKS,
+            json: None,
+        }
+    }
 }
 
 /// Frames a second.

@@ -23,6 +23,8 @@ of N shares of the files; --resume takes what is finished in --units, does the r
 culled_percent; OP is one of > >= < <= == !=; VALUE a number, or, with --baseline, 'baseline',
 'baseline+5%' or 'baseline-5%'. Examples: 'tightness>3', 'potentially_visible>baseline+2%'.
 
+A city larger than memory (city:n=1e8) is flown through while its tiles come and go: the page is that of cullet fly.
+
 --time 1.5 poses what moves (the animations, skins and morph targets of a glTF, or the built-in scene
 moving) at 1.5 s; --time 0..4 lets four seconds pass along the views. Animations start again at their end.
 

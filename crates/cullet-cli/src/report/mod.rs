@@ -22,7 +22,9 @@ use std::time::{Duration, Instant};
 use cullet_command::console::{Console, count, grouped, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
+use cullet_tiles::CityName;
 
+use crate::fly::FlyArgs;
 use crate::levels::LevelsSummary;
 use fail_if::FailIf;
 use record::Record;
@@ -40,8 +42,12 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
     if args.baseline.is_none() && fail_ifs.iter().any(FailIf::needs_baseline) {
         return Err(Failure::usage("--fail-if compares with the baseline, so give --baseline too"));
     }
-    if Path::new(&args.input.scene.scene).is_dir() {
+    let scene = args.input.scene.scene.as_str();
+    if Path::new(scene).is_dir() {
         return folder::run(args, &fail_ifs, console);
+    }
+    if scene.parse::<CityName>().is_ok_and(|city| city.needs_tiles()) {
+        return in_tiles(args, console);
     }
     if args.units.are_kept() {
         return Err(Failure::usage(
@@ -71,6 +77,23 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
         fail_ifs.iter().filter_map(|f| f.holds(summary, baseline.as_ref())).collect();
     crossed.iter().for_each(|line| console.line(line));
     Ok(if crossed.is_empty() { Exit::Fine } else { Exit::FailIf })
+}
+
+/// Of a city that is larger than memory: of a flight through it.
+fn in_tiles(args: &ReportArgs, console: &Console) -> Outcome {
+    let scene = args.input.scene.scene.as_str();
+    if args.json.is_some()
+        || args.baseline.is_some()
+        || !args.fail_if.is_empty()
+        || args.units.are_kept()
+    {
+        return Err(Failure::usage(format!(
+            "{scene} is never whole, so that --json, --baseline, --fail-if, --unit, --units and --resume have nothing to compare; \
+             cullet fly {scene} --json FILE writes the figures of a flight"
+        )));
+    }
+    console.note(format!("{scene} is larger than memory: flown through, as by cullet fly {scene}"));
+    crate::fly::run(&FlyArgs::through(scene, &args.out), console)
 }
 
 fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration) {
