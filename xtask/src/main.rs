@@ -1,4 +1,4 @@
-//! Everything that CI does, runnable by hand: `cargo xtask test | web | book | pictures | figures | bench | semver | bare`.
+//! Everything that CI does, runnable by hand: `cargo xtask test | web | book | pictures | figures | bench | semver | bare | ci`.
 #![forbid(unsafe_code)]
 
 mod bare;
@@ -53,7 +53,9 @@ cargo xtask peers-occlusion [--prototype FOLDER] [--scene NAME]... [--rounds N] 
 cargo xtask semver COMMIT
                        what changed in the public interface since a commit or tag, and whether the version says so
 cargo xtask bare       the README's two commands as a stranger meets them: in a fresh clone of what is committed,
-                       with no data beside it and nothing used but Rust and a C compiler";
+                       with no data beside it and nothing used but Rust and a C compiler
+cargo xtask ci         what CI runs: bare, then in the same clone everything that test has, with nothing left out; what is
+                       missing is installed";
 
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -88,6 +90,7 @@ fn main() -> ExitCode {
         },
         ["semver", since] if !since.starts_with('-') => release::semver(since),
         ["bare"] => bare::try_out(),
+        ["ci"] => bare::then_all(),
         [] | ["help" | "--help" | "-h"] => {
             println!("{HELP}");
             return ExitCode::SUCCESS;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::runner::{End, Ended, Skip, all};
 use crate::tools::{
-    Done, cargo, cargo_install_words, command, is_ci, optional, output, root, run, target,
+    Done, apart, cargo, cargo_install_words, command, is_ci, optional, output, root, run,
 };
 
 /// The crates that are published, as options for cargo: all below `crates` whose manifest does not say otherwise.
@@ -100,7 +100,7 @@ pub(crate) fn oldest_compiler() -> Ended {
     let check = ["run", &version, "cargo", "check", "--package", "cullet", "--all-features"];
     let mut check = command("rustup", &check);
     // In a folder of its own: another compiler would build all build scripts and macros anew at each turn.
-    check.env("CARGO_TARGET_DIR", target().join("oldest")).env_remove("RUSTUP_TOOLCHAIN");
+    check.env("CARGO_TARGET_DIR", apart("oldest")).env_remove("RUSTUP_TOOLCHAIN");
     check.env_remove("CARGO").env_remove("RUSTC");
     all(run(check))
 }

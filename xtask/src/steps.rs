@@ -14,8 +14,8 @@ use crate::release;
 use crate::rooms;
 use crate::runner::{self, End, Ended, Skip, Step, all};
 use crate::tools::{
-    Done, cargo, cargo_install, cargo_install_words, cargo_program, command, is_ci, optional, root,
-    run, target,
+    Done, apart, cargo, cargo_install, cargo_install_words, cargo_program, command, is_ci,
+    optional, root, run, target,
 };
 use crate::web;
 
@@ -91,7 +91,7 @@ fn neon() -> Ended {
         return Ok(End::Skipped(Skip::new("the NEON code, compiled", words(TARGET))));
     };
     let check = ["check", "--package", "cullet"];
-    all(run(compiler.cargo(&check, TARGET, &target().join("neon"))))
+    all(run(compiler.cargo(&check, TARGET, &apart("neon"))))
 }
 
 /// Whether a program is there, once CI has installed it where it was not: an error where that fails.

@@ -26,6 +26,12 @@ pub(crate) fn cache() -> PathBuf {
     set("CULLET_CACHE").unwrap_or_else(user)
 }
 
+/// Where builds lie that share nothing with that of the tests: by other compilers, for other machines. CI keeps them from
+/// one run to the next.
+pub(crate) fn apart(name: &str) -> PathBuf {
+    if is_ci() { cache().join("target").join(name) } else { target().join(name) }
+}
+
 /// A command in the repository's root, which finds the programs that CI installed too.
 pub(crate) fn command(program: &str, args: &[&str]) -> Command {
     let mut command = Command::new(program);

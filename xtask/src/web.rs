@@ -14,7 +14,7 @@ use crate::compiler::{self, Compiler, wasm_linker};
 use crate::graphics;
 use crate::runner::{End, Ended, Skip, all};
 use crate::tools::{
-    Done, cargo, command, install, install_words, is_ci, optional, root, run, target,
+    Done, apart, cargo, command, install, install_words, is_ci, optional, root, run, target,
 };
 
 const TARGET: &str = "wasm32-unknown-unknown";
@@ -91,7 +91,7 @@ fn compress(path: &Path) -> std::io::Result<(u64, u64)> {
 
 /// Compiles libraries for a browser; returns the folder with their modules.
 fn compile(packages: &[&str]) -> Result<PathBuf, String> {
-    let folder = target().join("wasm");
+    let folder = apart("wasm");
     let compiler = Compiler::get(TARGET)?;
     let mut words = vec!["build", "--lib", "--profile", "web"];
     words.extend(packages.iter().flat_map(|package| ["--package", package]));

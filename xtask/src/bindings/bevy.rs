@@ -3,7 +3,7 @@
 use super::golden;
 use crate::graphics;
 use crate::runner::{End, Ended, Skip};
-use crate::tools::{Done, command, is_bare, is_ci, optional, root, run, target};
+use crate::tools::{Done, apart, command, is_bare, is_ci, optional, root, run};
 
 /// The compiler that it is tested with.
 const TOOLCHAIN: &str = "1.99.1";
@@ -52,7 +52,7 @@ fn tests(draws: bool) -> Done {
     for name in ["RUSTUP_TOOLCHAIN", "CARGO", "RUSTC", "RUSTDOC"] {
         cargo.env_remove(name);
     }
-    cargo.env("CARGO_TARGET_DIR", target().join("bevy"));
+    cargo.env("CARGO_TARGET_DIR", apart("bevy"));
     cargo.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "0");
     cargo.env("CULLET_GOLDEN", golden::folder()).env("WGPU_BACKEND", "vulkan");
     run(cargo)

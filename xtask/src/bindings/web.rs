@@ -7,7 +7,7 @@ use std::process::Command;
 use super::golden;
 use crate::compiler::{Compiler, wasm_linker};
 use crate::runner::{End, Ended, Skip, all};
-use crate::tools::{Done, cache, cargo, command, root, run, target};
+use crate::tools::{Done, apart, cache, cargo, command, root, run, target};
 use crate::web::browser;
 
 const TARGET: &str = "wasm32-unknown-unknown";
@@ -42,7 +42,7 @@ fn build_and_test(browser: &str) -> Done {
 fn build() -> Result<PathBuf, String> {
     let out = target().join("npm/cullet");
     let mut node = command("node", &[&format!("{SOURCES}/build.mjs"), &out.to_string_lossy()]);
-    node.env("CARGO_TARGET_DIR", target());
+    node.env("CARGO_TARGET_DIR", apart("npm"));
     if let Compiler::Debian = Compiler::get(TARGET)? {
         node.env("CULLET_CARGO", "/usr/bin/cargo")
             .env("CULLET_CARGO_ARGS", "-Zbuild-std=std,panic_abort");
