@@ -1,7 +1,7 @@
 //! Clusters that face away: dropped only where every triangle of theirs is culled, the same ones by every device, and no picture
 //! differs.
 
-mod common;
+use crate::common;
 
 use cullet::bounds::Aabb;
 use cullet::cull::backface::{EllipticCone, Facing, ViewEye};

@@ -1,6 +1,6 @@
 //! Devices that are not there, are too small, go away or are full: an error that says what to do, or the CPU takes over.
 
-mod common;
+use crate::common;
 
 use cullet::bounds::Plane;
 use cullet::{Culler, Instance, Scene, View, ViewState, Visible};

@@ -1,6 +1,6 @@
 //! Frames with occlusion culling on the device: the pictures without it, whatever the eye does, with far less drawn.
 
-mod common;
+use crate::common;
 
 use cullet::{Camera, Depth, Projection, Scene, Transform, View};
 use cullet_gpu::{

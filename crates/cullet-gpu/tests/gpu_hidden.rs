@@ -1,6 +1,6 @@
 //! How much of what is hidden is found, of boxes that are hidden pixel by pixel: by our test, and by the form that others have.
 
-mod common;
+use crate::common;
 
 use cullet::{Instance, Scene, Transform, View};
 use cullet_testkit::Rng;

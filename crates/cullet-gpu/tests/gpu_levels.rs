@@ -1,7 +1,7 @@
 //! Levels of detail chosen on the device: each place drawn once, by nothing coarser than the engine allows, and the same by every
 //! device.
 
-mod common;
+use crate::common;
 
 use cullet::lod::{LevelEye, Lod, NO_GROUP, PixelScale};
 use cullet::{Culler, Instance, Scene, Simd, Stage, Transform, View, ViewState, Visible};

@@ -1,6 +1,6 @@
 //! Lists of instances: never without one that the engine keeps, hardly longer, and the same from any device.
 
-mod common;
+use crate::common;
 
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};

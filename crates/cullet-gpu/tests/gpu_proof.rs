@@ -1,7 +1,7 @@
 //! Scenes, sizes, tiers and views of every kind, each with each: pictures are those without occlusion culling, and what owns a pixel is
 //! in the list.
 
-mod common;
+use crate::common;
 
 use cullet::bounds::Aabb;
 use cullet::{Camera, Depth, Projection, Scene, View};

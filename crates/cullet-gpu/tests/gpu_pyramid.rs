@@ -1,6 +1,6 @@
 //! The depth pyramid: each texel the farthest of its pixels, for any size.
 
-mod common;
+use crate::common;
 
 use cullet_gpu::{Gpu, Pyramid, PyramidPass, level_sizes, pyramid_ref};
 use wgpu::*;

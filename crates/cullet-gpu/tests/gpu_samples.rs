@@ -1,6 +1,6 @@
 //! Pictures of several samples a pixel, and of views that are moved by parts of a pixel from frame to frame.
 
-mod common;
+use crate::common;
 
 use std::collections::HashMap;
 

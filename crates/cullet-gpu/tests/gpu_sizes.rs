@@ -1,6 +1,6 @@
 //! What is small in the picture: dropped only where the engine drops it, most of that found, and the same by every device.
 
-mod common;
+use crate::common;
 
 use cullet::bounds::Plane;
 use cullet::cull::detail::Detail;

@@ -1,6 +1,6 @@
 //! Triangles tested one by one: the same lists from every device, and the pictures that hardware makes without.
 
-mod common;
+use crate::common;
 
 use cullet::cull::backface::{MaskGrid, ObjectEye};
 use cullet::mesh::{MeshData, Part};

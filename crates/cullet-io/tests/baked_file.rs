@@ -1,7 +1,7 @@
 //! A baked file that is mapped: its tables are those that were baked, and slices of the file; whatever is wrong with it is a
 //! typed error when it is opened or when a mesh is first asked for, never a panic.
 
-mod by_hand;
+use crate::by_hand;
 
 use std::path::Path;
 use std::time::Instant;

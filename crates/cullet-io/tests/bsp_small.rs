@@ -1,6 +1,6 @@
 //! Small maps: what they say, and rows that are written into them.
 
-mod bsp_seeds;
+use crate::bsp_seeds;
 
 use bsp_seeds::{of, small};
 use cullet_io::bsp::{Bsp, ClusterRows, Contents, with_visibility};

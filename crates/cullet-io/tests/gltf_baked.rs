@@ -1,8 +1,8 @@
 //! Levels in glTF: what is written comes back and fits the schema; what is damaged, of another version or of another mesh is
 //! left out with a warning, and the plain mesh stays.
 
-mod by_hand;
-mod schema;
+use crate::by_hand;
+use crate::schema;
 
 use by_hand::{MEASURED, tables};
 use cullet::lod::{Group, NO_GROUP};

@@ -1,6 +1,6 @@
 //! Cells and portals in glTF: what is written comes back, fits the schema, and what is wrong is named.
 
-mod schema;
+use crate::schema;
 
 use std::path::PathBuf;
 

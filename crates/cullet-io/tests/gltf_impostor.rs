@@ -1,7 +1,7 @@
 //! Impostors in glTF: what is written comes back where it is asked for, and fits the schema; what is damaged is left out with
 //! a warning, and the plain mesh stays.
 
-mod schema;
+use crate::schema;
 
 use cullet::lod::Impostor;
 use cullet::{Instance, Scene, Transform};

@@ -1,7 +1,7 @@
 //! A glTF file to which levels are added stays what it was: textures, animations, skins, extras and extensions that nobody
 //! here knows are in it as before, wherever they came from, and it can be baked again and again.
 
-mod by_hand;
+use crate::by_hand;
 
 use std::path::Path;
 

@@ -8,7 +8,7 @@ use cullet_bake::clusters::{ClusterOptions, Quality, build_reported};
 use cullet_testkit::meshes::one_sided_data;
 use cullet_testkit::models::model;
 
-use crate::check;
+use super::check;
 
 const BUNNY: &str = "stanford-bunny/bun_zipper.ply";
 const ARMADILLO: &str = "armadillo/armadillo.obj";

@@ -4,7 +4,7 @@ use cullet_bake::levels::{ErrorSource, HierarchyOptions, build_hierarchy};
 use cullet_testkit::meshes::one_sided_data;
 use cullet_testkit::models::model;
 
-use crate::cuts::row;
+use super::cuts::row;
 
 #[test]
 fn models_need_few_triangles_at_one_pixel_and_keep_it() {

@@ -1,0 +1,21 @@
+//! The tests of the program in one program: by itself each file would have all that it uses compiled and linked anew.
+//! The lectures stand apart: they measure times.
+
+mod cell_sets;
+mod check_occlusion;
+mod cluster;
+mod cut;
+mod explain;
+mod film;
+mod fly;
+mod levels;
+mod occlusion;
+mod program;
+mod reproduce_assarsson_moller;
+mod reproduce_johannsen_carter;
+mod reproduce_zhang_hoff;
+mod seen;
+mod shares;
+mod truth;
+mod verify_units;
+mod words;

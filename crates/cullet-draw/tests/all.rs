@@ -1,0 +1,12 @@
+//! The tests of the renderer in one program: by itself each file would have all that it uses compiled and linked anew.
+
+mod cells;
+mod claims;
+mod clipped;
+mod golden;
+mod impostor;
+mod occlusion;
+mod occlusion_engine;
+mod occlusion_verify;
+mod region;
+mod render;

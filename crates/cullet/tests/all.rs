@@ -1,0 +1,38 @@
+//! The tests of the engine in one program: by itself each file would have all that it uses compiled and linked anew.
+//! Those that count what is allocated stand apart, each alone in its process.
+
+mod backface;
+mod backface_bulk;
+mod bounds;
+mod bounds_frustum;
+mod clip_line;
+mod clip_polygon;
+mod culler;
+mod culler_backface;
+mod culler_occlusion;
+mod detail;
+mod draws;
+mod funnel;
+mod hierarchy;
+mod hierarchy_coherent;
+mod mesh;
+mod mesh_data;
+mod occlusion;
+mod occlusion_adverse;
+mod occlusion_jobs;
+mod occlusion_metamorphic;
+mod occlusion_query;
+mod outcode;
+mod portal;
+mod query_lights;
+mod query_motion;
+mod query_region;
+mod query_sight;
+mod query_volume;
+mod readme;
+mod serde;
+mod shadow;
+mod shadow_view;
+mod simd_levels;
+mod view;
+mod view_project;
