@@ -43,7 +43,11 @@ async function reader(browser) {
   const page = await browser.newPage();
   page.setDefaultTimeout(WAIT);
   const missed = [];
-  page.on("requestfailed", (r) => missed.push(`${r.url()}: ${r.failure()?.errorText}`));
+  // What the next chapter cuts short is not missing.
+  page.on("requestfailed", (r) => {
+    const why = r.failure()?.errorText;
+    if (why !== "net::ERR_ABORTED") missed.push(`${r.url()}: ${why}`);
+  });
   page.on("response", (r) => { if (r.status() >= 400) missed.push(`${r.url()}: ${r.status()}`); });
   page.on("pageerror", (e) => missed.push(`thrown: ${e}`));
   return { page, missed };
