@@ -89,10 +89,15 @@ fn run_mdbook() -> Done {
     if warnings.is_empty() { Ok(()) } else { Err(warnings.join("\n       ")) }
 }
 
-/// The lines in which mdBook warns: its level stands first in them, or after the time.
+/// The lines in which mdBook warns: its level stands first in them, or after a date and a time.
 fn warnings(said: &str) -> Vec<&str> {
     let is_level = |word: &str| matches!(word.trim_matches(['[', ']']), "WARN" | "ERROR");
-    said.lines().filter(|line| line.split_whitespace().take(3).any(is_level)).collect()
+    let dated = |line: &str| line.starts_with(|c: char| c.is_ascii_digit());
+    let warns = |line: &&str| {
+        let skipped = if dated(line) { 2 } else { 0 };
+        line.split_whitespace().nth(skipped).is_some_and(is_level)
+    };
+    said.lines().filter(warns).collect()
 }
 
 /// Copies the files of a folder that has no others in it.

@@ -10,9 +10,7 @@ use std::process::Stdio;
 use super::chapters;
 use crate::bindings::python::{environment, interpreter, pip, program};
 use crate::runner::Skip;
-use crate::tools::{
-    Done, cache, command, install, install_words, is_bare, is_ci, output, root, run,
-};
+use crate::tools::{Done, cache, command, install, install_words, is_bare, is_ci, output, root};
 
 /// What the environment is made of. The next textstat fetches a dictionary whenever it finds none.
 const TOOLS: &[&str] = &["typos==1.52.*", "textstat==0.7.4", "setuptools==80.*"];
