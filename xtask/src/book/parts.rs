@@ -128,7 +128,7 @@ fn faults(text: &str, without: &[&str]) -> Vec<String> {
     let mut faults = Vec::new();
     let first = headings.first().map_or(lines.len(), |(at, _)| *at);
     let is_prose = |line: &&str| !line.is_empty() && !line.starts_with(['#', '!', '*', '|']);
-    if !lines[..first].iter().any(|line| is_prose(line)) {
+    if !lines[..first].iter().any(is_prose) {
         faults.push("the idea has to stand before the first heading".into());
     }
     let places = PARTS.iter().map(|part| {
@@ -136,13 +136,13 @@ fn faults(text: &str, without: &[&str]) -> Vec<String> {
             let is = |words: &&str| {
                 heading == *words || (words.contains(' ') && heading.contains(*words))
             };
-            part.headings.iter().any(|words| is(words))
+            part.headings.iter().any(is)
         };
         headings.iter().find(|(_, heading)| fits(heading)).map(|(at, _)| *at)
     });
     let places: Vec<Option<usize>> = places.collect();
     let is_picture = |line: &&str| line.contains("![") || line.contains("<svg");
-    match (lines.iter().position(|line| is_picture(&line)), places[0]) {
+    match (lines.iter().position(is_picture), places[0]) {
         (None, _) => faults.push("there is no picture".into()),
         (Some(picture), Some(wrong)) if picture > wrong => {
             faults.push(format!("its first picture comes after {}", PARTS[0].name));
