@@ -211,7 +211,8 @@ impl Sheet {
     }
 
     fn put(&mut self, x: f64, text: &str, how: &str) {
-        let y = self.y + LINE * 0.5;
+        // The baseline of letters whose middle is that of the line.
+        let y = self.y + LINE * 0.5 + 5.0;
         let space = if how.is_empty() { "" } else { " " };
         let _ = writeln!(
             self.body,
@@ -226,7 +227,7 @@ impl Sheet {
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" \
              role=\"img\" aria-label=\"{}\" font-family=\"Open Sans, DejaVu Sans, sans-serif\" font-size=\"14\" \
-             dominant-baseline=\"central\" fill=\"{}\">\n<title>{}</title>\n\
+             fill=\"{}\">\n<title>{}</title>\n\
              <rect width=\"{WIDTH}\" height=\"{height}\" fill=\"{}\"/>\n{}</svg>\n",
             escape(title),
             hex(palette::INK),
