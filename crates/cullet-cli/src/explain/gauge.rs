@@ -48,29 +48,26 @@ impl Scale {
     /// One that has all values and limits of `gauges` on it.
     pub(super) fn of(gauges: &[Gauge], logarithmic: bool) -> Self {
         let all = gauges.iter().flat_map(|g| [g.value[0], g.value[1], g.limit]);
-        let mut scale = Self { low: f64::INFINITY, high: f64::NEG_INFINITY, logarithmic };
-        for value in all.filter(|v| v.is_finite()).map(|v| scale.even(v)) {
-            (scale.low, scale.high) = (scale.low.min(value), scale.high.max(value));
-        }
-        if scale.low > scale.high {
-            (scale.low, scale.high) = (0.0, 0.0);
-        }
+        let finite = all.filter(|v| v.is_finite()).map(|v| even(v, logarithmic));
+        let (low, high) = finite
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let (low, high) = if low > high { (0.0, 0.0) } else { (low, high) };
         // Room on both sides, so that there is something beyond every limit.
-        let room = (0.12 * (scale.high - scale.low)).max(1e-9);
-        Self { low: scale.low - room, high: scale.high + room, ..scale }
-    }
-
-    /// A value of which equal steps are equally wide.
-    fn even(&self, value: f64) -> f64 {
-        if self.logarithmic { value.asinh() } else { value }
+        let room = (0.12 * (high - low)).max(1e-9);
+        Self { low: low - room, high: high + room, logarithmic }
     }
 
     /// In pixels. What is not a number is at the far end.
     fn x(&self, value: f64) -> f64 {
-        let share = (self.even(value) - self.low) / (self.high - self.low);
+        let share = (even(value, self.logarithmic) - self.low) / (self.high - self.low);
         let share = if share.is_nan() { 1.0 } else { share.clamp(0.0, 1.0) };
         SCALE[0] + share * (SCALE[1] - SCALE[0])
     }
+}
+
+/// A value of which equal steps are equally wide on a scale.
+fn even(value: f64, logarithmic: bool) -> f64 {
+    if logarithmic { value.asinh() } else { value }
 }
 
 /// A drawing that grows downwards.

@@ -7,7 +7,6 @@ use cullet::cull::detail::Detail;
 use cullet::lod::{Impostor, LevelEye, Lod, PixelScale};
 use cullet::view::EyeBall;
 use cullet::{Culler, Handle, Instance, Scene, Stage, Transform, View, ViewState, Visible};
-use cullet_bake::merged::MergeOptions;
 use cullet_cut::{CapOptions, CutInput, CutMesh, CutOptions, Keep, cut, cut_mesh};
 use cullet_io::deform::{JointBoxes, MorphBounds, Morphs, Skin};
 use cullet_lecture::Lab;
@@ -29,10 +28,15 @@ pub(crate) const ENTRIES: &[Entry] = &[
     ("moving-2", bounds_of_a_morph),
 ];
 
+/// The third bound is four times the first, which the chapter states.
 fn bound_of_a_level(_: &Lab) -> Computed {
-    let options = MergeOptions::default();
-    assert!(options.levels >= 3, "there is a third level");
-    number(200.0 * options.first * 2.0 * 2.0)
+    let bound = 200.0 / 800.0 * 2.0 * 2.0;
+    let fov = 60_f64.to_radians();
+    let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], fov, 0.1, 1e5, [1280, 720])?;
+    let scale = PixelScale::of(&view, false);
+    let eye = LevelEye::new(&Lod::default(), &scale, &Transform::IDENTITY, None);
+    let over = |distance: f64| eye.allowed([0.0, 0.0, -distance as f32], 0.0) < bound;
+    number(end_of(1.0, 1e4, over))
 }
 
 /// Eight balls in a row, and a ninth that stands for them.
