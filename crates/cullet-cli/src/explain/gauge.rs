@@ -54,7 +54,9 @@ impl Scale {
         let (low, high) = if low > high { (0.0, 0.0) } else { (low, high) };
         // Room on both sides, so that there is something beyond every limit.
         let room = (0.12 * (high - low)).max(1e-9);
-        Self { low: low - room, high: high + room, logarithmic }
+        // Sizes begin at 0, so that twice as far is twice as large.
+        let low = if low > 0.0 && !logarithmic { 0.0 } else { low - room };
+        Self { low, high: high + room, logarithmic }
     }
 
     /// In pixels. What is not a number is at the far end.
@@ -190,10 +192,10 @@ impl Sheet {
         self.put(NUMBER, number, "");
         let middle = self.y + LINE * 0.5;
         let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 };
-        let end = SCALE[0] + share * (SCALE[1] - SCALE[0]);
+        let [from, to] = [SCALE[0] + 0.5, SCALE[1] - 0.5];
         self.bar(SCALE, middle, 13.0, palette::INK);
-        self.bar([SCALE[0] + 0.5, SCALE[1] - 0.5], middle, 12.0, dropped);
-        self.bar([SCALE[0] + 0.5, end.max(SCALE[0] + 0.5)], middle, 12.0, palette::SEEN);
+        self.bar([from, to], middle, 12.0, dropped);
+        self.bar([from, from + share * (to - from)], middle, 12.0, palette::SEEN);
         self.skip(LINE);
     }
 
@@ -277,6 +279,10 @@ mod tests {
             assert!(x.windows(2).all(|w| w[0] < w[1]), "{x:?}");
             assert!(x[0] > SCALE[0] && x[4] < SCALE[1], "there is room on both sides: {x:?}");
         }
+        let scale = Scale::of(&[gauge([10.0, 10.0], 40.0)], false);
+        let [zero, value, limit] = [0.0, 10.0, 40.0].map(|v| scale.x(v));
+        assert_eq!(zero, SCALE[0]);
+        assert!(((limit - zero) - 4.0 * (value - zero)).abs() < 1e-6);
     }
 
     #[test]
