@@ -64,10 +64,13 @@ const OTHERS: &[(&str, &str)] = &[
 ];
 
 /// Pictures of explanations: a file, and the command that draws it.
-const EXPLAINED: &[(&str, &str)] = &[(
-    "explain-pixel.png",
-    "explain city --path walk --views 8 --view 2 --size 960x540 --pixel 500,300",
-)];
+const EXPLAINED: &[(&str, &str)] = &[
+    (
+        "explain-pixel.png",
+        "explain city --path walk --views 8 --view 2 --size 960x540 --pixel 500,300",
+    ),
+    ("explain-chain.svg", "explain city --path walk --views 8 --view 2 --instance #27666"),
+];
 
 /// Films: a file, and the command that makes it.
 const FILMS: &[(&str, &str)] = &[

@@ -3,12 +3,10 @@
 use std::process::Command;
 
 use crate::bindings;
+use crate::book;
 use crate::checked;
 use crate::compiler::{Compiler, words};
-use crate::exercises;
 use crate::graphics;
-use crate::links;
-use crate::pictures;
 use crate::readers;
 use crate::release;
 use crate::rooms;
@@ -22,7 +20,7 @@ use crate::web;
 const STEPS: &[Step] = &[
     Step { name: "format", run: || all(cargo(&["fmt", "--all", "--check"])) },
     Step { name: "rooms", run: rooms::check },
-    Step { name: "book", run: book },
+    Step { name: "book", run: book::test },
     Step { name: "licences", run: licences },
     Step { name: "neon", run: neon },
     Step { name: "packages", run: release::packages },
@@ -36,6 +34,7 @@ const STEPS: &[Step] = &[
     Step { name: "examples", run: checked::examples },
     Step { name: "readers", run: readers::test },
     Step { name: "web", run: web::test },
+    Step { name: "published", run: book::published },
     Step { name: "lists", run: web::lists },
 ];
 
@@ -95,7 +94,7 @@ fn neon() -> Ended {
 }
 
 /// Whether a program is there, once CI has installed it where it was not: an error where that fails.
-fn has_program(program: &str, options: &[&str]) -> Result<bool, String> {
+pub(crate) fn has_program(program: &str, options: &[&str]) -> Result<bool, String> {
     let is_there = || optional(program, &["--version"]).is_some();
     if !is_there() && is_ci() {
         cargo_install(program, options)?;
@@ -115,19 +114,6 @@ fn licences() -> Ended {
     // It looks at what is built on any system, more than a build here has fetched.
     cargo(&["fetch", "--locked"])?;
     all(run(command(PACKAGE, &["--offline", "check", "licenses", "bans", "sources"])))
-}
-
-fn book() -> Ended {
-    const PACKAGE: &str = "mdbook";
-    pictures::all_there()?;
-    links::all_alive()?;
-    exercises::all_told()?;
-    // Without its server and its search, which take half of its dependencies.
-    if !has_program(PACKAGE, &["--no-default-features"])? {
-        let what = "the book, built; its pictures are all there";
-        return Ok(End::Partly(vec![Skip::new(what, cargo_install_words(PACKAGE))]));
-    }
-    all(run(command(PACKAGE, &["build", "docs"])))
 }
 
 /// `cullet bench`, and the benches for developers.

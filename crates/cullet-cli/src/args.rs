@@ -12,6 +12,7 @@ use crate::cells::{self, CellsArgs};
 use crate::check_occlusion::{self, CheckArgs};
 use crate::cut::{self, CutArgs};
 use crate::explain::{self, ExplainArgs};
+use crate::fetch::{self, FetchArgs};
 use crate::film::{self, FilmArgs};
 use crate::fly::{self, FlyArgs};
 use crate::info::InfoArgs;
@@ -50,6 +51,7 @@ Examples
   cullet replay frame.occ                    a recorded frame of occlusion culling, played again
   cullet info model.glb                      what is in a file, and what is wrong with it
   cullet scenes                              the built-in scenes and their settings
+  cullet fetch bunny --accept                bunny, teapot and armadillo, on their makers' terms
   cullet picture kinds --out kinds.png       each triangle in the colour of what dropped it
   cullet explain city --pixel 640,360        why that is drawn, and what was culled behind it
   cullet film city --of freeze               a short clip: culling freezes, and the eye flies out
@@ -133,6 +135,9 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// List the built-in scenes and their settings
     Scenes(ScenesArgs),
+    /// Fetch a model that everybody knows: bunny, armadillo, teapot, on its maker's terms
+    #[command(after_help = fetch::HELP)]
+    Fetch(FetchArgs),
     /// Measure the tests and the hierarchy against this machine's streaming rate and each other
     Bench(BenchArgs),
     /// Measure the figures of a published work again, beside the published ones

@@ -10,6 +10,7 @@ mod check_occlusion;
 mod cut;
 mod cutting;
 mod explain;
+mod fetch;
 mod film;
 mod fly;
 mod info;
@@ -79,6 +80,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Cells(args) => cells::run(args, &console(args.json.as_deref())),
         Command::Pvs(args) => pvs::run(args, &console(args.json.as_deref())),
         Command::Explain(args) => explain::run(args, &console(args.json.as_deref())),
+        Command::Fetch(args) => fetch::run(args, &console(None)),
         Command::Film(args) => film::run(args, &console(None)),
         Command::Fly(args) => fly::run(args, &console(args.json.as_deref())),
         Command::Tiles(args) => tiles::run(args, &console(args.json.as_deref())),

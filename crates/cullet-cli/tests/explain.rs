@@ -202,6 +202,100 @@ fn an_instance_is_told_of_in_text_json_and_picture() {
     }
 }
 
+/// The words of a drawing, each piece of text a line, after a look whether it is well-formed: every tag closed by its own, quotes
+/// in pairs, and no sign that ought to be escaped.
+fn words_of(svg: &str) -> String {
+    let (mut open, mut words) = (Vec::new(), String::new());
+    for part in svg.split('<').skip(1) {
+        let (tag, text) = part.split_once('>').expect("a tag ends");
+        let name = tag.trim_start_matches('/').split([' ', '\n']).next().unwrap();
+        let attributes = tag.trim_end_matches('/');
+        assert!(attributes.matches('"').count().is_multiple_of(2), "{tag}");
+        if tag.starts_with('/') {
+            assert_eq!(open.pop(), Some(name), "{tag}");
+        } else if !tag.ends_with('/') {
+            open.push(name);
+        }
+        assert!(!text.contains('>'), "{text}");
+        for of in [tag, text] {
+            let mut entities = of.split('&').skip(1).map(|e| e.split(';').next().unwrap());
+            assert!(entities.all(|e| ["amp", "lt", "gt", "quot", "#39"].contains(&e)), "{of}");
+        }
+        if tag.starts_with("text ") {
+            words += &format!("{text}\n");
+        }
+    }
+    assert!(open.is_empty(), "{open:?}");
+    let plain = words.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"");
+    plain.replace("&#39;", "'").replace("&amp;", "&")
+}
+
+#[test]
+fn the_chain_is_drawn_with_every_stage_and_its_numbers() {
+    let folder = Folder::new("explain-svg");
+    let picture = folder.path("chain.svg");
+    let of = |scene: &[&str], what: &[&str]| {
+        let (json, _) = explained(&[scene, what, &["--out", &picture]].concat());
+        let svg = std::fs::read_to_string(&picture).unwrap();
+        assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\""), "{svg}");
+        assert!(svg.contains("role=\"img\"") && !svg.contains("NaN") && !svg.contains("inf"));
+        let words = words_of(&svg).replace('\u{202f}', " ");
+        (json, svg, words)
+    };
+    let hold = |(json, svg, words): (Value, String, String)| {
+        let instance = &json["instance"];
+        assert!(words.contains(&format!("“{}”", instance["name"].as_str().unwrap())), "{words}");
+        let mut rest = words.as_str();
+        for step in instance["steps"].as_array().unwrap() {
+            // In their order, from top to bottom.
+            for word in ["stage", "unit", "outcome"].map(|key| step[key].as_str().unwrap()) {
+                let at = rest.find(&format!("{word}\n"));
+                rest = &rest[at.unwrap_or_else(|| panic!("{word} is not in {rest}"))..];
+            }
+            for plane in step["evidence"]["Planes"].as_array().into_iter().flatten() {
+                let [near, far] = ["nearest", "farthest"].map(|key| plane[key].as_f64().unwrap());
+                assert!(rest.contains(&format!("{near:.4} to {far:.4}\n")), "{plane}: {rest}");
+            }
+            if let Some([w, h]) = step["evidence"]["Size"]["pixels"].as_array().map(|v| &v[..]) {
+                let [w, h] = [w, h].map(|v| v.as_f64().unwrap());
+                assert!(rest.contains(&format!("{w:.2} x {h:.2} pixels")), "{rest}");
+                assert!(rest.contains("the limit is 40 px"), "{rest}");
+            }
+        }
+        let sentence = instance["sentence"].as_str().unwrap().replace('\u{202f}', " ");
+        assert!(words.replace('\n', " ").contains(&sentence), "{sentence}: {words}");
+        (instance["stage"].as_str().map(str::to_owned), svg)
+    };
+    let model = scenes::build(CITY[0]).unwrap();
+    let view = &views(&model, &PathSpec::Walk, [160, 90])[1];
+    let (culler, mut result) = (culler(), Visible::default());
+    culler.cull_one(&model.scene, view, &mut ViewState::default(), &mut result);
+    for stage in [Stage::Frustum, Stage::Occlusion] {
+        let is_it = |slot: &u32| result.reasons[*slot as usize].is_some_and(|r| r.stage == stage);
+        let slot = model.scene.slots().find(is_it).unwrap();
+        let (dropped, svg) = hold(of(CITY, &["--instance", &format!("#{slot}")]));
+        assert_eq!(dropped.as_deref(), Some(stage.name()));
+        let color = cullet_draw::palette::reason_color(Some(stage));
+        let color: String = color.iter().map(|v| format!("{v:02x}")).collect();
+        assert!(svg.contains(&format!("fill=\"#{color}\"")), "the stage's colour");
+    }
+    // A pixel, with its triangle; and a size beside its limit.
+    let (json, _, words) = of(CITY, &["--pixel", "80,60"]);
+    let triangle = json["pixel"]["triangle"].as_u64().unwrap();
+    assert!(words.contains(&format!("triangle {triangle}\n")) && words.contains("n·(eye − p)"));
+    let (dropped, _) = hold(of(CITY, &["--pixel", "80,60", "--detail", "40"]));
+    assert!(dropped.is_none_or(|stage| stage == "detail"));
+    // Names from a file cannot become markup.
+    let hostile = "o <b>&\"'</b>\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let file = folder.file("hostile.obj", hostile);
+    let view = ["--eye", "0.3,0.3,3", "--target", "0.3,0.3,0", "--size", "64x64"];
+    let (_, svg, words) = of(&[&[&file[..]], &view[..]].concat(), &["--instance", "#0"]);
+    assert!(words.contains("<b>&\"'</b>") && !svg.contains("<b>"), "{words}");
+    // Where nothing is there is nothing to explain.
+    let (json, _, words) = of(&[&[&file[..]], &view[..]].concat(), &["--pixel", "0,0"]);
+    assert!(json["instance"].is_null() && words.contains("nothing is there"), "{words}");
+}
+
 #[test]
 fn the_record_has_what_its_schema_demands() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/schema/explain.schema.json");
@@ -254,6 +348,6 @@ fn what_cannot_be_explained_says_what_could() {
     wrong(&["--instance", "no such house"], &["nearest", "'"]);
     wrong(&["--instance", "#99999"], &["nearest"]);
     wrong(&["--instance", "#0", "--triangle", "99999999"], &["numbered from 0"]);
-    wrong(&["--instance", "#0", "--out", "why.gif"], &[".png"]);
+    wrong(&["--instance", "#0", "--out", "why.gif"], &[".png", ".svg"]);
     wrong(&[], &["--pixel"]);
 }

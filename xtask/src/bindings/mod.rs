@@ -3,7 +3,7 @@
 mod bevy;
 mod c;
 mod golden;
-mod python;
+pub(crate) mod python;
 mod web;
 
 use crate::runner::{self, Step};

@@ -63,7 +63,7 @@ pub(crate) fn test() -> Ended {
 }
 
 /// An interpreter that is new enough and can make environments.
-fn interpreter() -> Option<String> {
+pub(crate) fn interpreter() -> Option<String> {
     let fits = |name: &&&str| {
         optional(name, &["-c", OLDEST]).is_some()
             && optional(name, &["-c", "import venv, ensurepip"]).is_some()
@@ -74,16 +74,18 @@ fn interpreter() -> Option<String> {
         .map(|n| (*n).to_owned())
 }
 
-fn program(environment: &Path, name: &str) -> PathBuf {
+/// A program of an environment.
+pub(crate) fn program(environment: &Path, name: &str) -> PathBuf {
     environment.join("bin").join(name)
 }
 
 /// Makes an environment anew.
-fn environment(python: &str, folder: &Path) -> Done {
+pub(crate) fn environment(python: &str, folder: &Path) -> Done {
     run(command(python, &["-m", "venv", "--clear", &folder.to_string_lossy()]))
 }
 
-fn pip(environment: &Path, words: &[&str]) -> Done {
+/// Installs packages into an environment.
+pub(crate) fn pip(environment: &Path, words: &[&str]) -> Done {
     let pip = program(environment, "pip");
     let all = [&["install", "--quiet", "--disable-pip-version-check"], words].concat();
     run(command(&pip.to_string_lossy(), &all))

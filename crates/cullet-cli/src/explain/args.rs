@@ -22,6 +22,7 @@ Examples
   cullet explain city --view 2 --views 8 --instance 'house 12'
   cullet explain office --path walk --views 8 --view 3 --instance 'desk 40' --json -
   cullet explain model.glb --eye 0,2,9 --target 0,1,0 --pixel 10,20 --out why.png
+  cullet explain city --view 2 --views 8 --pixel 640,360 --out chain.svg
   cullet explain knobs --views 8 --view 1 --instance 'knobs 0' --triangle 17";
 
 /// `cullet explain`
@@ -42,7 +43,7 @@ pub(crate) struct ExplainArgs {
     /// Explain this triangle of it, too, by its number in the file, from 0
     #[arg(long, value_name = "ID", requires = "instance")]
     pub(crate) triangle: Option<u32>,
-    /// Draw a PNG: the instance, what hides it, and the numbers
+    /// Draw a .png: the instance, what hides it, and the numbers; or an .svg: the chain of tests, each value beside its limit
     #[arg(long, value_name = "PATH", value_parser = parse::output)]
     pub(crate) out: Option<PathBuf>,
     /// Write the explanation as JSON; - is the standard output

@@ -2,10 +2,14 @@
 
 mod args;
 mod chain;
+mod gauge;
 mod record;
+mod svg;
 mod target;
 mod text;
 mod triangle;
+
+use std::path::Path;
 
 use cullet::{Culler, Output, Stage, View, ViewState, Visible};
 use cullet_command::console::Console;
@@ -22,12 +26,7 @@ use record::{BehindRecord, ExplainRecord, PixelRecord, SCHEMA, ViewPlace};
 
 /// Runs the command.
 pub(crate) fn run(args: &ExplainArgs, console: &Console) -> Outcome {
-    if let Some(path) = args.out.as_ref().filter(|p| p.extension().is_none_or(|e| e != "png")) {
-        return Err(Failure::usage(format!(
-            "{}: the picture of a view is written as .png alone",
-            path.display()
-        )));
-    }
+    let form = args.out.as_deref().map(Form::of).transpose()?;
     let mut model = levels::load(&args.input.scene, &args.input.cull, console)?;
     occluders::give(&mut model, &args.input.cull, console)?;
     inputs::begin(&mut model, &args.input.view, console)?;
@@ -80,12 +79,42 @@ pub(crate) fn run(args: &ExplainArgs, console: &Console) -> Outcome {
     if let Some(path) = &args.json {
         write_json(path, &record)?;
     }
-    if let Some(path) = &args.out {
-        let picture = picture(&model, &view, &record, slot, &hidden_by);
-        std::fs::write(path, picture.to_png()).map_err(|e| Failure::write(path, &e))?;
-        console.note(format!("{} written, {}x{}", path.display(), picture.width, picture.height));
+    if let (Some(path), Some(form)) = (&args.out, form) {
+        let (bytes, size) = match form {
+            Form::View => {
+                let picture = picture(&model, &view, &record, slot, &hidden_by);
+                (picture.to_png(), format!(", {}x{}", picture.width, picture.height))
+            }
+            Form::Chain => {
+                (svg::draw(&record, &view, culler.detail.as_ref()).into_bytes(), String::new())
+            }
+        };
+        std::fs::write(path, bytes).map_err(|e| Failure::write(path, &e))?;
+        console.note(format!("{} written{size}", path.display()));
     }
     Ok(Exit::Fine)
+}
+
+/// What is drawn, by the ending of the file.
+#[derive(Clone, Copy, Debug)]
+enum Form {
+    /// The instance in its view, as PNG.
+    View,
+    /// The chain of its tests, as SVG.
+    Chain,
+}
+
+impl Form {
+    fn of(path: &Path) -> Result<Self, Failure> {
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("png") => Ok(Self::View),
+            Some("svg") => Ok(Self::Chain),
+            _ => Err(Failure::usage(format!(
+                "{}: a picture of the view is written as .png, the chain of tests as .svg",
+                path.display()
+            ))),
+        }
+    }
 }
 
 /// The view of the arguments; the model is posed for it.

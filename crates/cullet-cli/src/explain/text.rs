@@ -9,17 +9,7 @@ use super::triangle::plane_name;
 
 /// All lines.
 pub(super) fn lines(record: &ExplainRecord, view: &View) -> Vec<String> {
-    let mut lines = Vec::new();
-    if let Some(pixel) = &record.pixel {
-        let [x, y] = pixel.at;
-        let owner = match (&record.instance, pixel.triangle, pixel.distance) {
-            (Some(of), Some(triangle), Some(distance)) => {
-                format!("owned by triangle {triangle} of “{}”, at distance {distance:.4}", of.name)
-            }
-            _ => "nothing is there".to_owned(),
-        };
-        lines.push(format!("pixel {x},{y}: {owner}"));
-    }
+    let mut lines: Vec<String> = owner(record).into_iter().collect();
     if let Some(instance) = &record.instance {
         lines.extend(of_instance(instance, view));
     }
@@ -40,15 +30,34 @@ pub(super) fn lines(record: &ExplainRecord, view: &View) -> Vec<String> {
     lines
 }
 
+/// What owns the pixel that was asked for.
+fn owner(record: &ExplainRecord) -> Option<String> {
+    let pixel = record.pixel.as_ref()?;
+    let [x, y] = pixel.at;
+    let owner = match (&record.instance, pixel.triangle, pixel.distance) {
+        (Some(of), Some(triangle), Some(distance)) => {
+            format!("owned by triangle {triangle} of “{}”, at distance {distance:.4}", of.name)
+        }
+        _ => "nothing is there".to_owned(),
+    };
+    Some(format!("pixel {x},{y}: {owner}"))
+}
+
+/// What stands beneath the name of an instance: its mesh, its view, and what owns the pixel.
+pub(super) fn about(record: &ExplainRecord) -> Vec<String> {
+    let view = format!("view {} of {}", record.view.index, record.scene);
+    let mesh = record.instance.as_ref().map(mesh);
+    mesh.into_iter().chain([view]).chain(owner(record)).collect()
+}
+
+fn mesh(record: &InstanceRecord) -> String {
+    let triangles = count(record.triangles, "triangle", "triangles");
+    let cullet::Handle { index, generation } = record.handle;
+    format!("mesh “{}”, {triangles}, handle {index}:{generation}", record.mesh)
+}
+
 fn of_instance(record: &InstanceRecord, view: &View) -> Vec<String> {
-    let mut lines = vec![format!(
-        "“{}”: mesh “{}”, {}, handle {}:{}",
-        record.name,
-        record.mesh,
-        count(record.triangles, "triangle", "triangles"),
-        record.handle.index,
-        record.handle.generation
-    )];
+    let mut lines = vec![format!("“{}”: {}", record.name, mesh(record))];
     for step in &record.steps {
         lines.extend(of_step(step, view));
     }
@@ -83,7 +92,8 @@ fn of_step(step: &StepRecord, view: &View) -> Vec<String> {
     lines
 }
 
-fn numbers(step: &StepRecord, view: &View) -> Vec<String> {
+/// The numbers of a stage, in lines; none where words are all there is.
+pub(super) fn numbers(step: &StepRecord, view: &View) -> Vec<String> {
     match &step.evidence {
         Evidence::Planes(tests) => planes(tests),
         Evidence::Cells(test) => vec![step.finding.clone(), cells(test)],

@@ -5,6 +5,8 @@
 
 mod geometry;
 mod hidden;
+mod regions;
+mod shapes;
 mod sides;
 mod sizes;
 mod subject;
@@ -22,7 +24,8 @@ type Entry = (&'static str, fn(&Lab) -> Computed);
 
 /// Of every exercise.
 fn table() -> Vec<Entry> {
-    [subject::ENTRIES, geometry::ENTRIES, sides::ENTRIES, sizes::ENTRIES, hidden::ENTRIES].concat()
+    let before = [subject::ENTRIES, geometry::ENTRIES, sides::ENTRIES, sizes::ENTRIES].concat();
+    [&before, hidden::ENTRIES, regions::ENTRIES, shapes::ENTRIES].concat()
 }
 
 /// A number as an answer.
