@@ -69,7 +69,7 @@ const EXPLAINED: &[(&str, &str)] = &[
         "explain-pixel.png",
         "explain city --path walk --views 8 --view 2 --size 960x540 --pixel 500,300",
     ),
-    ("explain-chain.svg", "explain city --path walk --views 8 --view 2 --instance #27666"),
+    ("explain-chain.svg", "explain city --path walk --views 8 --view 2 --instance #24000"),
 ];
 
 /// Films: a file, and the command that makes it.
