@@ -229,6 +229,37 @@ mod tests {
     }
 
     #[test]
+    fn damaged_archives_are_errors_or_models_and_nothing_else() {
+        let folder = cullet_testkit::Folder::new("unpack-damaged");
+        let path = folder.root().join("damaged");
+        let known = Known::find("bunny").unwrap();
+        let model = [7; 700];
+        let mut whole = record("bunny/README", "00000000005").to_vec();
+        whole.resize(2 * RECORD, b'n');
+        whole.extend(record("bunny/reconstruction/bun_zipper.ply", "00000001274"));
+        whole.extend(model);
+        whole.resize(5 * RECORD, 0);
+        let mut rng = cullet_testkit::Rng(7);
+        for case in 0..cullet_testkit::cases(400) {
+            let mut bytes = whole.clone();
+            for _ in 0..case % 4 {
+                let at = rng.index(bytes.len());
+                bytes[at] = rng.below(256) as u8;
+            }
+            if case % 3 == 0 {
+                bytes.truncate(rng.index(bytes.len()));
+            }
+            std::fs::write(&path, &bytes).unwrap();
+            let mut out = Vec::new();
+            let ended = unpack(&path, known, &mut out);
+            assert!(out.len() <= bytes.len());
+            if case == 4 {
+                assert!(ended.is_ok() && out == model);
+            }
+        }
+    }
+
+    #[test]
     fn folders_of_a_copy_do_not_matter() {
         assert!(is_same("x/y/bun_zipper.ply", "bunny/reconstruction/bun_zipper.ply"));
         assert!(!is_same("bunny/bun_zipper_res2.ply", "bunny/reconstruction/bun_zipper.ply"));
