@@ -253,7 +253,7 @@ fn cells_are_the_rooms_of_a_plan() {
         own.dedup();
         assert_eq!(own.len(), plan.rooms.len(), "case {case}: two rooms are one cell");
         // Nothing leads outside.
-        assert_eq!(graph.portals_of(0), [], "case {case}");
+        assert!(graph.portals_of(0).is_empty(), "case {case}");
         rooms += plan.rooms.len();
         doors += plan.doors;
         cells += found.cells.len() - 1;

@@ -6,6 +6,7 @@ mod check_occlusion;
 mod cluster;
 mod cut;
 mod explain;
+mod fetch;
 mod film;
 mod fly;
 mod levels;
