@@ -46,7 +46,7 @@ fn every_stage_of_the_engine_has_a_stop() {
     }
 }
 
-/// The choice that is right, as was worked out by hand. The tour itself asks the engine.
+/// The choices that are right in a window as large as that of these tests. The tour itself asks the engine.
 const RIGHT: [&str; STOPS.len()] = [
     "All of it",
     "More than two thirds",

@@ -1,7 +1,7 @@
 //! What the engine found of the scene that a stop of the tour shows: its answers are taken from here.
 
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Culler, Output, Scene, Stage, View, ViewState, Visible};
+use cullet::{Culler, Output, Reason, Scene, Stage, Unit, View, ViewState, Visible};
 use glam::DVec3;
 
 use super::Session;
@@ -77,9 +77,9 @@ impl<'a> Facts<'a> {
     pub(super) fn drops_what_may_be_seen(&self) -> bool {
         let occlusion = Some(Occlusion::default());
         let others = self.again(&Culler { occlusion, ..self.culler().without(Stage::Detail) });
-        let both = self.visible.reasons.iter().zip(&others.reasons);
-        both.into_iter()
-            .any(|(r, other)| r.is_some_and(|r| r.stage == Stage::Detail) && other.is_none())
+        let mut both = self.visible.reasons.iter().zip(&others.reasons);
+        let is_small = |r: &Option<Reason>| r.is_some_and(|r| r.stage == Stage::Detail);
+        both.any(|(reason, other)| is_small(reason) && other.is_none())
     }
 
     /// 0 where as many triangles go with whole clusters as one by one, 1 where fewer do, 2 where more.
@@ -123,7 +123,7 @@ impl<'a> Facts<'a> {
         let rows = &self.visible.funnel.rows;
         match rows.iter().position(|row| self.stages.first() == Some(&row.stage)) {
             Some(0) => 0,
-            Some(at) if rows[at].unit != cullet::Unit::Triangles => 1,
+            Some(at) if rows[at].unit != Unit::Triangles => 1,
             _ => 2,
         }
     }

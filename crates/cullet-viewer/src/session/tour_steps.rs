@@ -119,7 +119,7 @@ pub const STOPS: [Stop; 14] = [
         order: nothing,
         question: "Do clusters find as many back faces as single triangles?",
         choices: &["As many", "Fewer", "More"],
-        right: Facts::clusters_against_triangles,
+        right: |f| f.clusters_against_triangles(),
         because: "{dropped} triangles go with their clusters: a cluster that bends around the edge is kept, back faces \
                   and all.",
     },
@@ -137,7 +137,7 @@ pub const STOPS: [Stop; 14] = [
             "Some, and never a front face",
             "Some, and now and then a front face",
         ],
-        right: Facts::masks_against_triangles,
+        right: |f| f.masks_against_triangles(),
         because: "They prove {proved} of {away}: a class goes only if all of it faces away from the whole body, so what \
                   is in doubt stays.",
     },
@@ -182,7 +182,7 @@ pub const STOPS: [Stop; 14] = [
         order: nothing,
         question: "How many pixels can such a triangle cover?",
         choices: &["None", "One", "As many as its neighbours"],
-        right: Facts::pixels_of_degenerate,
+        right: |f| f.pixels_of_degenerate(),
         because: "Two corners of each of these {dropped} triangles are one point: no area, from wherever one looks.",
     },
     Stop {
@@ -227,7 +227,7 @@ pub const STOPS: [Stop; 14] = [
         order: nothing,
         question: "Which leaves more: the set, or a walk through portals?",
         choices: &["The set", "The walk", "Both the same"],
-        right: Facts::set_against_walk,
+        right: |f| f.set_against_walk(),
         because: "The set is right for every eye in the room, the walk for this one alone.",
     },
     Stop {
@@ -241,7 +241,7 @@ pub const STOPS: [Stop; 14] = [
         order: nothing,
         question: "Which kind dropped the most triangles here?",
         choices: &["Frustum", "Sets", "Occlusion"],
-        right: Facts::greediest,
+        right: |f| f.greediest(),
         because: "{left} of {all} triangles are left: each kind is given what the ones before it left.",
     },
 ];
