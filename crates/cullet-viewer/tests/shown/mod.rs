@@ -11,28 +11,28 @@ use cullet_viewer::world::Source;
 use eframe::egui::{self, Event, Key, OutputCommand, PointerButton, Pos2, Shape};
 
 /// High enough that nothing is scrolled out of sight.
-pub const SIZE: egui::Vec2 = egui::vec2(1400.0, 2400.0);
+pub(crate) const SIZE: egui::Vec2 = egui::vec2(1400.0, 2400.0);
 
 /// A session with its panels.
-pub struct Panels {
-    pub ctx: egui::Context,
-    pub session: Session,
+pub(crate) struct Panels {
+    pub(crate) ctx: egui::Context,
+    pub(crate) session: Session,
     size: egui::Vec2,
     time: f64,
     /// The text that was copied last.
-    pub copied: Option<String>,
+    pub(crate) copied: Option<String>,
     /// Texts of the last frame and where their middles are.
-    pub texts: Vec<(String, Pos2)>,
+    pub(crate) texts: Vec<(String, Pos2)>,
     /// The same with all of where they are, of those that are shown in full.
-    pub places: Vec<(String, egui::Rect)>,
+    pub(crate) places: Vec<(String, egui::Rect)>,
 }
 
 impl Panels {
-    pub fn open(scene: &str, link: &str) -> Self {
+    pub(crate) fn open(scene: &str, link: &str) -> Self {
         Self::open_in(SIZE, scene, link)
     }
 
-    pub fn open_in(size: egui::Vec2, scene: &str, link: &str) -> Self {
+    pub(crate) fn open_in(size: egui::Vec2, scene: &str, link: &str) -> Self {
         let ctx = egui::Context::default();
         let session = Session::new(ctx.clone(), link, Some(Source::of_text(scene)));
         let mut panels = Self {
@@ -48,7 +48,7 @@ impl Panels {
         panels
     }
 
-    pub fn frame(&mut self, events: Vec<Event>) {
+    pub(crate) fn frame(&mut self, events: Vec<Event>) {
         self.time += 0.1;
         let input = egui::RawInput {
             screen_rect: Some(egui::Rect::from_min_size(Pos2::ZERO, self.size)),
@@ -78,7 +78,7 @@ impl Panels {
         }
     }
 
-    pub fn settle(&mut self) {
+    pub(crate) fn settle(&mut self) {
         let began = Instant::now();
         while !self.session.is_settled() || self.session.world.is_none() {
             self.frame(Vec::new());
@@ -89,7 +89,7 @@ impl Panels {
 
     /// Takes a camera path of the scene's own, and stays where it begins: a camera that moves on is never decided
     /// for.
-    pub fn travel(&mut self) {
+    pub(crate) fn travel(&mut self) {
         self.session.travel(cullet_io::paths::PathSpec::Orbit);
         while self.session.journey.is_making() {
             self.frame(Vec::new());
@@ -99,7 +99,7 @@ impl Panels {
         self.settle();
     }
 
-    pub fn press(&mut self, key: Key) {
+    pub(crate) fn press(&mut self, key: Key) {
         for pressed in [true, false] {
             let modifiers = egui::Modifiers::NONE;
             let event = Event::Key { key, physical_key: None, pressed, repeat: false, modifiers };
@@ -107,7 +107,7 @@ impl Panels {
         }
     }
 
-    pub fn click(&mut self, label: &str) {
+    pub(crate) fn click(&mut self, label: &str) {
         // Panels that opened just now reach their places after some frames.
         (0..4).for_each(|_| self.frame(Vec::new()));
         let at = self.texts.iter().find(|(text, _)| text == label);
@@ -120,7 +120,7 @@ impl Panels {
     }
 
     /// All that a key or a button can change.
-    pub fn look(&self) -> String {
+    pub(crate) fn look(&self) -> String {
         let s = &self.session;
         let j = &s.journey;
         let flags = [s.help, s.refresh, s.shoot, j.playing, j.recording, s.inspected.is_some()];
