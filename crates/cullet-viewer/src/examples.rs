@@ -158,8 +158,8 @@ fn coarser() -> Result<(Mesh, Levels), String> {
         data.positions.extend(one.positions);
         data.indices.extend(one.indices.iter().map(|i| i + first));
         // So few that no cluster has too many vertices.
-        for at in (0..triangles).step_by(40) {
-            let (first_triangle, triangle_count) = (before + at, 40.min(triangles - at));
+        for at in (0..triangles).step_by(20) {
+            let (first_triangle, triangle_count) = (before + at, 20.min(triangles - at));
             clustering.clusters.push(Cluster { first_triangle, triangle_count, part: 0 });
             made_from.push(level);
             replaced_by.push(if rings == RINGS[RINGS.len() - 1] { NO_GROUP } else { level + 1 });

@@ -180,7 +180,6 @@ impl Session {
 
     /// Shows a scene again that was shown before, as the state has it; none where it was none.
     pub(super) fn enter_again(&mut self, world: Option<Arc<World>>) {
-        self.notices.retain(|n| !n.of_scene);
         match world {
             Some(world) => self.enter(world),
             None => {

@@ -234,13 +234,13 @@ pub const STOPS: [Stop; 14] = [
         title: "Why is it missing?",
         words: "All kinds together. Click an instance on the right: Inspect, in the panel, says which test dropped it, \
                 with the numbers, and the funnel what each stage left.",
-        stages: &[Stage::Frustum, Stage::Pvs, Stage::Occlusion],
+        stages: &[Stage::Frustum, Stage::Pvs, Stage::Portal],
         state: "scene=example:office&layout=split&ghosts.form=solid\
                 &camera.target=[26.6,1.7,18.2]&camera.distance=6&camera.yaw=-8&camera.pitch=-4&camera.near=0.05",
         outside: USUAL,
         order: nothing,
         question: "Which kind dropped the most triangles here?",
-        choices: &["Frustum", "Sets", "Occlusion"],
+        choices: &["Frustum", "Sets of rooms", "Portals"],
         right: |f| f.greediest(),
         because: "{left} of {all} triangles are left: each kind is given what the ones before it left.",
     },
