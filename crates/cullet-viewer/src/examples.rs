@@ -36,6 +36,11 @@ pub fn build(text: &str) -> Option<Result<Model, String>> {
     }))
 }
 
+/// What is said of one that cannot be made, which tests make: a page has no room to tell the kinds of faults apart.
+fn fault<E>(_: E) -> String {
+    "An example scene of the tour cannot be made: a fault of cullet".to_owned()
+}
+
 /// A ball of radius 1 of `rings` × 2 `rings` quads. At the poles quads come to a point, so that half of each has no area:
 /// with `poles` those halves are there.
 fn ball(rings: u32, poles: bool) -> MeshData {
@@ -106,14 +111,14 @@ fn cage() -> MeshData {
 }
 
 fn mesh(model: &mut Model, name: &str, data: MeshData) -> Result<u32, String> {
-    let mesh = Mesh::new(data).map_err(|e| e.to_string())?;
+    let mesh = Mesh::new(data).map_err(fault)?;
     model.mesh_names.push(name.to_owned());
     Ok(model.scene.add_mesh(mesh))
 }
 
 fn add(scene: &mut Scene, mesh: u32, layers: u32, at: [f64; 3]) -> Result<(), String> {
     let instance = Instance { layers, ..Instance::new(mesh, Transform::from_translation(at)) };
-    scene.add(instance).map(|_| ()).map_err(|e| e.to_string())
+    scene.add(instance).map(|_| ()).map_err(fault)
 }
 
 /// Balls of quads, each in a cage that is in no layer.
@@ -139,7 +144,7 @@ fn levels() -> Result<Model, String> {
     let (coarse, levels) = coarser()?;
     model.mesh_names.push("coarser balls".to_owned());
     let held_by = model.scene.add_mesh(coarse);
-    model.scene.add_levels(fine, held_by, levels).map_err(|e| e.to_string())?;
+    model.scene.add_levels(fine, held_by, levels).map_err(fault)?;
     for i in 0..400 {
         let at = [f64::from(i % 20) * 3.0, 0.0, f64::from(i / 20) * 3.0];
         add(&mut model.scene, fine, 1, at)?;
@@ -171,18 +176,17 @@ fn coarser() -> Result<(Mesh, Levels), String> {
     let triangle_count = data.indices.len() as u32 / 3;
     clustering.order = (0..triangle_count).collect();
     data.parts = vec![Part { triangle_count, ..Part::default() }];
-    let coarse = Mesh::with_clusters(data, &clustering).map_err(|e| e.to_string())?;
-    let levels =
-        Levels::new(&coarse, &groups, made_from, replaced_by).map_err(|e| e.to_string())?;
+    let coarse = Mesh::with_clusters(data, &clustering).map_err(fault)?;
+    let levels = Levels::new(&coarse, &groups, made_from, replaced_by).map_err(fault)?;
     Ok((coarse, levels))
 }
 
 /// The office with what may be seen from each of its rooms.
 fn office() -> Result<Model, String> {
-    let mut model = scenes::build("office").map_err(|e| e.to_string())?;
+    let mut model = scenes::build("office").map_err(fault)?;
     let sets = model.scene.cell_graph().map(|graph| bake(graph, &PvsSettings::default(), 1).sets());
     if let Some(sets) = sets {
-        model.scene.set_visible_sets(sets).map_err(|e| e.to_string())?;
+        model.scene.set_visible_sets(sets).map_err(fault)?;
     }
     Ok(model)
 }
