@@ -34,6 +34,8 @@ pub struct Start {
     pub link: String,
     /// A file to write a picture of the window to, and end.
     pub screenshot: Option<String>,
+    /// Whether nothing may fly or fade that need not.
+    pub calm: bool,
     /// Steps to run without a user, one after the other, before the viewer ends.
     pub script: Script,
 }
@@ -79,6 +81,10 @@ impl App {
         log::info!("{:?} {}", info.backend, info.name);
         style(&cc.egui_ctx);
         let mut session = Session::new(cc.egui_ctx.clone(), &start.link, start.source);
+        session.calm = start.calm;
+        if start.calm {
+            cc.egui_ctx.all_styles_mut(|style| style.animation_time = 0.0);
+        }
         session.settles = start.screenshot.is_some() || start.script != Script::None;
         session.device.refused =
             Renderer::refuses_culling(&render_state.adapter, &render_state.device);
@@ -140,6 +146,8 @@ impl eframe::App for App {
         let dt = ((now - self.last_frame) as f64 * 1e-9).min(0.25);
         self.last_frame = now;
         self.listen(&ctx);
+        #[cfg(target_arch = "wasm32")]
+        crate::web::obey(&mut self.session);
         let Self { session, painter, lost, .. } = self;
         let lost = lost.is_some();
         ui::show(ui, session, |session, size| {

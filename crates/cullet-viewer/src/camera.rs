@@ -235,6 +235,19 @@ pub struct Chase {
     pub nearer: f64,
 }
 
+impl Chase {
+    /// What lies a share of the way from this one to another.
+    #[must_use]
+    pub fn towards(&self, to: &Self, share: f64) -> Self {
+        let between = |a: f64, b: f64| a + (b - a) * share;
+        Self {
+            yaw: between(self.yaw, to.yaw),
+            pitch: between(self.pitch, to.pitch),
+            nearer: between(self.nearer, to.nearer),
+        }
+    }
+}
+
 impl Default for Chase {
     fn default() -> Self {
         Self { yaw: 28.0, pitch: -32.0, nearer: 1.0 }

@@ -18,6 +18,7 @@ pub mod cutaway;
 pub mod decide;
 pub mod device;
 pub mod draw;
+pub mod examples;
 pub mod fades;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod headless;

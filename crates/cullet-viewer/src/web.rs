@@ -26,6 +26,6 @@ pub(crate) use load::{load, remake};
 #[cfg(target_arch = "wasm32")]
 pub(crate) use page::{set_address, tell_lost};
 #[cfg(target_arch = "wasm32")]
-pub(crate) use spoken::tell;
+pub(crate) use spoken::{obey, tell};
 #[cfg(target_arch = "wasm32")]
 pub(crate) use worker::{Keeper, thrown};

@@ -8,6 +8,7 @@ use cullet_io::{LoadOptions, Model, load, load_bytes_with, scenes};
 use glam::DVec3;
 
 use crate::camera::Rig;
+use crate::examples;
 use crate::measures::{Counts, Measures, at_rest};
 use crate::packed::{Unpacker, pack};
 use crate::sides::{self, KeptBacks};
@@ -47,7 +48,8 @@ impl Source {
     #[must_use]
     pub fn of_text(text: &str) -> Self {
         let text = text.trim();
-        if scenes::is_builtin(text) && !Path::new(text).is_file() {
+        let is_builtin = scenes::is_builtin(text) && !Path::new(text).is_file();
+        if is_builtin || examples::is_example(text) {
             Self::Builtin(text.to_owned())
         } else {
             Self::File(PathBuf::from(text))
@@ -147,7 +149,10 @@ impl World {
     /// The text of what is wrong with it, for the user.
     pub fn load(source: &Source) -> Result<Self, String> {
         let mut model = match source {
-            Source::Builtin(text) => scenes::build(text).map_err(|e| e.to_string())?,
+            Source::Builtin(text) => match examples::build(text) {
+                Some(example) => example?,
+                None => scenes::build(text).map_err(|e| e.to_string())?,
+            },
             Source::File(path) if !path.exists() => {
                 return Err(scenes::no_such_file(&path.to_string_lossy()));
             }

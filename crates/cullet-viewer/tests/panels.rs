@@ -1,134 +1,18 @@
 //! Panels without a window: keys are pressed and buttons clicked as a user would, and what comes of it is read.
 
-use std::time::{Duration, Instant};
+mod shown;
 
 use cullet_testkit::soups::lumpy_ball_as_obj;
-use cullet_viewer::compose::{Composition, compose};
+use cullet_viewer::compose::compose;
 use cullet_viewer::draw::DeviceFigures;
 use cullet_viewer::link;
-use cullet_viewer::session::{STOPS, Session, funnel_json};
+use cullet_viewer::session::{Session, funnel_json};
 use cullet_viewer::state::GhostForm;
 use cullet_viewer::ui::shortcuts::{TABLE, markdown};
-use cullet_viewer::ui::{self, Shown};
 use cullet_viewer::world::Source;
-use eframe::egui::{self, Event, Key, OutputCommand, PointerButton, Pos2, Shape};
+use eframe::egui::{self, Key, Pos2};
 
-/// High enough that nothing is scrolled out of sight.
-const SIZE: egui::Vec2 = egui::vec2(1400.0, 2400.0);
-
-/// A session with its panels.
-struct Panels {
-    ctx: egui::Context,
-    session: Session,
-    size: egui::Vec2,
-    time: f64,
-    /// The text that was copied last.
-    copied: Option<String>,
-    /// Texts of the last frame and where they are.
-    texts: Vec<(String, Pos2)>,
-}
-
-impl Panels {
-    fn open(scene: &str, link: &str) -> Self {
-        Self::open_in(SIZE, scene, link)
-    }
-
-    fn open_in(size: egui::Vec2, scene: &str, link: &str) -> Self {
-        let ctx = egui::Context::default();
-        let session = Session::new(ctx.clone(), link, Some(Source::of_text(scene)));
-        let mut panels = Self { ctx, session, size, time: 0.0, copied: None, texts: Vec::new() };
-        panels.settle();
-        panels
-    }
-
-    fn frame(&mut self, events: Vec<Event>) {
-        self.time += 0.1;
-        let input = egui::RawInput {
-            screen_rect: Some(egui::Rect::from_min_size(Pos2::ZERO, self.size)),
-            time: Some(self.time),
-            max_texture_side: Some(8192),
-            events,
-            ..Default::default()
-        };
-        let session = &mut self.session;
-        let mut out = self.ctx.run_ui(input, |ui| {
-            ui::show(ui, session, |session, size| {
-                session.advance(0.1, size);
-                let made = session.world.as_ref().map(|_| compose(session));
-                (Shown::default(), made.unwrap_or_else(Composition::default))
-            });
-        });
-        out.textures_delta.clear();
-        for command in out.platform_output.commands {
-            if let OutputCommand::CopyText(text) = command {
-                self.copied = Some(text);
-            }
-        }
-        self.texts.clear();
-        for shape in &out.shapes {
-            read(&shape.shape, &mut self.texts);
-        }
-    }
-
-    fn settle(&mut self) {
-        let began = Instant::now();
-        while !self.session.is_settled() || self.session.world.is_none() {
-            self.frame(Vec::new());
-            assert!(began.elapsed() < Duration::from_secs(240), "it does not settle");
-            std::thread::sleep(Duration::from_millis(2));
-        }
-    }
-
-    /// Takes a camera path of the scene's own, and stays where it begins: a camera that moves on is never decided
-    /// for.
-    fn travel(&mut self) {
-        self.session.travel(cullet_io::paths::PathSpec::Orbit);
-        while self.session.journey.is_making() {
-            self.frame(Vec::new());
-            std::thread::sleep(Duration::from_millis(2));
-        }
-        self.session.journey.playing = false;
-        self.settle();
-    }
-
-    fn press(&mut self, key: Key) {
-        for pressed in [true, false] {
-            let modifiers = egui::Modifiers::NONE;
-            let event = Event::Key { key, physical_key: None, pressed, repeat: false, modifiers };
-            self.frame(vec![event]);
-        }
-    }
-
-    fn click(&mut self, label: &str) {
-        // Panels that opened just now reach their places after some frames.
-        (0..4).for_each(|_| self.frame(Vec::new()));
-        let at = self.texts.iter().find(|(text, _)| text == label);
-        let at = at.unwrap_or_else(|| panic!("'{label}' is not shown: {:?}", self.texts)).1;
-        self.frame(vec![Event::PointerMoved(at)]);
-        for pressed in [true, false] {
-            let (button, modifiers) = (PointerButton::Primary, egui::Modifiers::NONE);
-            self.frame(vec![Event::PointerButton { pos: at, button, pressed, modifiers }]);
-        }
-    }
-
-    /// All that a key or a button can change.
-    fn look(&self) -> String {
-        let s = &self.session;
-        let j = &s.journey;
-        let flags = [s.help, s.refresh, s.shoot, j.playing, j.recording, s.inspected.is_some()];
-        format!("{:?} {flags:?} {:?} {} {:?}", s.state, s.truth, j.at, self.copied)
-    }
-}
-
-fn read(shape: &Shape, texts: &mut Vec<(String, Pos2)>) {
-    match shape {
-        Shape::Vec(all) => all.iter().for_each(|s| read(s, texts)),
-        Shape::Text(text) => {
-            texts.push((text.galley.text().to_owned(), text.visual_bounding_rect().center()));
-        }
-        _ => {}
-    }
-}
+use shown::Panels;
 
 /// A file's bytes, alone.
 fn bytes(name: &str, bytes: &[u8]) -> Source {
@@ -142,6 +26,7 @@ fn every_key_does_something() {
     let clear = |panels: &mut Panels| {
         let s = &mut panels.session;
         (s.help, s.refresh, s.shoot) = (false, false, false);
+        s.end_tour();
         s.journey.playing = false;
         s.state.cut.on = true;
         panels.copied = None;
@@ -364,37 +249,6 @@ fn an_error_goes_when_the_next_scene_is_there() {
     // The fault in the link is still there.
     let left = said(&panels);
     assert!(left.len() == 1 && left[0].contains("The default is shown"), "{left:?}");
-}
-
-#[test]
-fn the_tour_culls_more_at_each_stop_and_puts_everything_back() {
-    let mut panels = Panels::open("city:sub=1", "look.wireframe=true");
-    let before = panels.session.state.clone();
-    panels.click("Show me what is culled");
-    let mut left = Vec::new();
-    for stop in STOPS {
-        panels.settle();
-        (0..4).for_each(|_| panels.frame(Vec::new()));
-        let said = |panels: &Panels, text: &str| panels.texts.iter().any(|(t, _)| t.contains(text));
-        assert!(said(&panels, stop.title) && said(&panels, stop.words), "{}", stop.title);
-        let culls = panels.session.state.stages.on;
-        let visible = &panels.session.decision.as_ref().expect("decided").visible;
-        let all = panels.session.world.as_ref().expect("a scene").counts.triangles;
-        left.push(if culls { visible.triangle_count } else { all });
-        panels.press(Key::Enter);
-    }
-    // The last stop only asks for a click.
-    assert!(left[..4].windows(2).all(|w| w[1] < w[0]) && left[3] == left[4], "{left:?}");
-    assert!(panels.session.tour.is_none());
-    assert_eq!(panels.session.state, before);
-
-    // In the midst of it too; and there is a way back.
-    panels.click("Tour");
-    panels.click("Next");
-    panels.click("Back");
-    assert_eq!(panels.session.tour.as_ref().map(cullet_viewer::session::Tour::at), Some(0));
-    panels.press(Key::Escape);
-    assert_eq!(panels.session.state, before);
 }
 
 /// In a room of the office, before its open door.

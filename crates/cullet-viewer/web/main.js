@@ -23,6 +23,14 @@ async function hasWebGpu() {
   try { return Boolean(await navigator.gpu?.requestAdapter()); } catch { return false; }
 }
 
+// The tour by buttons that a reader of a screen finds; the viewer takes the order with its next picture.
+document.getElementById("tour").onclick = ({ target }) => {
+  if (!target.dataset.order) return;
+  document.body.dataset.order = target.dataset.order;
+  // One of the events after which it draws.
+  dispatchEvent(new Event("popstate"));
+};
+
 // What the viewer itself says of its start and its end.
 new MutationObserver(() => {
   const { state, error } = document.body.dataset;

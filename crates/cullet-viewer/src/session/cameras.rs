@@ -74,16 +74,21 @@ impl Session {
     pub(super) fn begin(&mut self) {
         let Some(world) = self.world.clone() else { return };
         let as_it_began = self.is_as_it_began();
-        let state = &mut self.state;
-        if as_it_began || Manner::of(state) == Manner::default() {
+        if as_it_began || Manner::of(&self.state) == Manner::default() {
             let manner = world.manner();
-            manner.apply(state);
+            manner.apply(&mut self.state);
             self.manner = Some(manner);
         }
-        if world.is_large() {
-            state.camera = Some(world.first_sight(self.size));
-        } else {
-            self.fit();
+        self.stand();
+    }
+
+    /// Puts the flown camera where one begins: before a small scene, and in the midst of a large one.
+    pub(super) fn stand(&mut self) {
+        match &self.world {
+            Some(world) if world.is_large() => {
+                self.state.camera = Some(world.first_sight(self.size));
+            }
+            _ => self.fit(),
         }
     }
 

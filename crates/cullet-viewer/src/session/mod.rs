@@ -11,12 +11,15 @@ mod jobs;
 mod on_device;
 mod opening;
 mod sharing;
+mod tour_facts;
+mod tour_steps;
 mod touring;
 
 pub use inspecting::Inspected;
 pub use on_device::DeviceStatus;
 pub use sharing::funnel_json;
-pub use touring::{STOPS, Stop, Tour};
+pub use tour_steps::{STOPS, Stop};
+pub use touring::{Given, Tour};
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -128,6 +131,8 @@ pub struct Session {
     pub help: bool,
     /// The tour, while it goes on.
     pub tour: Option<Tour>,
+    /// Whether nothing may fly or fade that need not: the system, or the browser, asks for reduced motion.
+    pub calm: bool,
     /// Whether the picture must be drawn again though nothing changed.
     pub refresh: bool,
     /// Whether a picture of the window is to be saved.
@@ -205,6 +210,7 @@ impl Session {
             to_open: String::new(),
             help: false,
             tour: None,
+            calm: false,
             refresh: false,
             shoot: false,
             size: [0; 2],
@@ -272,6 +278,11 @@ impl Session {
     /// view.
     #[must_use]
     pub fn is_settled(&self) -> bool {
+        self.is_decided() && self.tour.as_ref().is_none_or(Tour::is_settled)
+    }
+
+    /// The same, but for what the tour still has to do.
+    fn is_decided(&self) -> bool {
         let decided = self.decision.as_ref().map(|d| d.request.number);
         let wanted = self.asked.as_ref().map(|_| self.requests);
         let idle = self.loading.is_none() && !self.journey.is_making();
@@ -349,6 +360,7 @@ impl Session {
                 self.take(decision);
             }
         }
+        self.follow_tour(dt);
         self.study();
         self.follow_cells();
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 #[cfg(target_arch = "wasm32")]
 use eframe::egui;
 
-use super::Session;
+use super::{Session, Tour};
 use crate::audit::Audit;
 use crate::cost::Measured;
 use crate::cutaway::Cutting;
@@ -22,6 +22,7 @@ use crate::world::{Source, World};
 impl Session {
     /// Opens another scene; the cameras will fit it. What is open stays until it is loaded.
     pub fn open(&mut self, source: Source) {
+        self.end_tour();
         self.refit = true;
         self.load(source);
     }
@@ -136,6 +137,10 @@ impl Session {
             }
         }
         self.loading = None;
+        // A stop whose scene cannot be had is none.
+        if self.tour.as_ref().is_some_and(Tour::is_coming) {
+            self.end_tour();
+        }
     }
 
     fn show(&mut self, world: World) {
@@ -161,8 +166,26 @@ impl Session {
             self.state.doors.clear();
         }
         self.forget();
-        if self.state.camera.is_none() {
+        if self.tour.as_ref().is_some_and(Tour::is_coming) {
+            self.arrive(true);
+        } else if self.state.camera.is_none() {
             self.begin();
+        }
+    }
+
+    /// Stops to load what is being loaded.
+    pub(super) fn stop_loading(&mut self) {
+        (self.loading, self.refit) = (None, false);
+    }
+
+    /// Shows a scene again that was shown before, as the state has it; none where it was none.
+    pub(super) fn enter_again(&mut self, world: Option<Arc<World>>) {
+        match world {
+            Some(world) => self.enter(world),
+            None => {
+                self.world = None;
+                self.forget();
+            }
         }
     }
 
@@ -203,6 +226,10 @@ impl Session {
 
     /// Goes back to the scene that was open before, since the new one cannot be drawn.
     pub fn refuse(&mut self, before: Option<Arc<World>>, why: String) {
+        if self.tour.is_some() {
+            self.end_tour();
+            return self.tell_of_scene(why, true);
+        }
         if let Some(whole) = self.cutting.whole.clone().filter(|_| self.state.cut.on) {
             self.state.cut.on = false;
             self.tell_of_scene(format!("{why} It is shown whole."), true);

@@ -58,7 +58,8 @@ pub(super) fn buttons(ui: &mut egui::Ui, session: &mut Session) {
     if button(ui, "Help", "Keys, mouse and words (H)") {
         session.help = !session.help;
     }
-    if button(ui, "Tour", "What each kind of culling does to this scene, step by step (Enter)") {
+    if button(ui, "Tour", "Every kind of culling, step by step, with a question about each (Enter)")
+    {
         session.tour_on();
     }
     let (name, about) = if session.state.dark {

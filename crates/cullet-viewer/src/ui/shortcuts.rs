@@ -132,16 +132,20 @@ pub const TABLE: [Section; 6] = [
     (
         "Picture",
         &[
-            keys("1", "one picture", &[(Key::Num1, Press(|s| s.state.layout = Layout::One))]),
+            keys(
+                "1",
+                "one picture; in the tour: the first answer",
+                &[(Key::Num1, Press(|s| answer_or_divide(s, 0, Layout::One)))],
+            ),
             keys(
                 "2",
-                "split: both cameras",
-                &[(Key::Num2, Press(|s| s.state.layout = Layout::Split))],
+                "split: both cameras; in the tour: the second answer",
+                &[(Key::Num2, Press(|s| answer_or_divide(s, 1, Layout::Split)))],
             ),
             keys(
                 "3",
-                "wipe: with and without culling",
-                &[(Key::Num3, Press(|s| s.state.layout = Layout::Wipe))],
+                "wipe: with and without culling; in the tour: the third answer",
+                &[(Key::Num3, Press(|s| answer_or_divide(s, 2, Layout::Wipe)))],
             ),
             keys(
                 "4",
@@ -213,8 +217,8 @@ pub const TABLE: [Section; 6] = [
             ),
             keys(
                 "Backspace",
-                "next level of the hierarchy",
-                &[(Key::Backspace, Press(next_level))],
+                "next level of the hierarchy; in the tour: a step back",
+                &[(Key::Backspace, Press(back_or_next_level))],
             ),
         ],
     ),
@@ -278,6 +282,21 @@ fn next_colour(session: &mut Session) {
     let colour = &mut session.state.look.colour;
     let at = Colour::ALL.iter().position(|c| c.0 == *colour).unwrap_or(0);
     *colour = Colour::ALL[(at + 1) % Colour::ALL.len()].0;
+}
+
+/// The tour's keys are there as long as it goes on.
+fn answer_or_divide(session: &mut Session, choice: usize, layout: Layout) {
+    match session.tour {
+        Some(_) => session.answer(choice),
+        None => session.state.layout = layout,
+    }
+}
+
+fn back_or_next_level(session: &mut Session) {
+    match session.tour {
+        Some(_) => session.tour_back(),
+        None => next_level(session),
+    }
 }
 
 fn next_level(session: &mut Session) {

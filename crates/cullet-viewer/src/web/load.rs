@@ -31,6 +31,10 @@ pub(crate) fn load(source: Source, wake: impl FnOnce() + 'static) -> Task<Result
 
 async fn world(source: Source) -> Result<World, String> {
     let name = source.name();
+    if crate::examples::is_example(&name) {
+        // The page makes it and decides about it: levels and sets do not go from a worker to the page.
+        return World::load(&source);
+    }
     let (file, files) = match source {
         Source::Builtin(text) => (text, None),
         Source::Bytes { name, bytes, beside } => {

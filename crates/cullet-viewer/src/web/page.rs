@@ -15,6 +15,24 @@ pub(super) fn set(name: &str, value: &str) {
     }
 }
 
+/// Takes the body's attribute `data-NAME` away.
+pub(super) fn take(name: &str) -> Option<String> {
+    let body = web_sys::window().and_then(|w| w.document()).and_then(|d| d.body())?;
+    let name = format!("data-{name}");
+    let value = body.get_attribute(&name)?;
+    // As plain a name as those that are set.
+    let _ = body.remove_attribute(&name);
+    Some(value)
+}
+
+/// Whether the browser asks for reduced motion.
+pub(super) fn is_calm() -> bool {
+    let window = web_sys::window();
+    let asked =
+        window.and_then(|w| w.match_media("(prefers-reduced-motion: reduce)").ok().flatten());
+    asked.is_some_and(|query| query.matches())
+}
+
 /// Tells the page that the graphics device is gone: nothing more can be drawn, and the page says what to do.
 pub(crate) fn tell_lost(why: &str) {
     set("error", why);

@@ -2,7 +2,7 @@
 
 use wasm_bindgen::prelude::*;
 
-use super::page::set;
+use super::page::{is_calm, set};
 use crate::app::{App, Start, setup};
 
 /// Starts the viewer in the canvas `canvas`. `?webgl` in the address takes WebGL2 even where WebGPU is to be
@@ -38,7 +38,7 @@ async fn run() -> Result<(), String> {
         .and_then(|e| e.dyn_into::<web_sys::HtmlCanvasElement>().ok())
         .ok_or("the page has no canvas 'canvas'")?;
     let options = eframe::WebOptions { wgpu_options: setup(backends), ..Default::default() };
-    let begin = Start { link: hash, ..Start::default() };
+    let begin = Start { link: hash, calm: is_calm(), ..Start::default() };
     let make = Box::new(move |cc: &eframe::CreationContext<'_>| {
         let app = App::new(cc, begin)?;
         Ok(Box::new(app) as Box<dyn eframe::App>)

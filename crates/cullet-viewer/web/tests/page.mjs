@@ -9,6 +9,7 @@ import { MIDDLE, SIZE, WAIT, ask, changed, data, drag, drop, launch, open, runni
 import { beside, stored } from "./beside.mjs";
 import { large } from "./large.mjs";
 import { phone } from "./phone.mjs";
+import { tour } from "./tour.mjs";
 import { worker } from "./worker.mjs";
 
 const [serve, page_folder, pictures] = process.argv.slice(2);
@@ -202,6 +203,7 @@ try {
   await beside(browser, server.url);
   await worker(browser, server.url, ["cube.glb", cube()]);
   await phone(browser, server.url, pictures);
+  await tour(browser, server.url, pictures);
   // In a browser of its own: what pages before have left draws no more.
   const fresh = await launch();
   await large(fresh, server.url, folder);
