@@ -107,6 +107,8 @@ fn cage() -> MeshData {
             }
         }
     }
+    let triangle_count = data.indices.len() as u32 / 3;
+    data.parts = vec![Part { triangle_count, ..Part::default() }];
     data
 }
 

@@ -10,7 +10,7 @@ fn spoken(session: &Session, left: u64, all: u64) -> String {
     let mut line = format!("faces rendered: {left}/{all} ({share:.1} %){frozen}");
     if let Some(words) = session.tour_in_words() {
         // Figures that change with every step would have it all read again.
-        line = words;
+        line = words.trim_end_matches('.').to_owned();
     }
     if let (Some(inspected), Some(world)) = (&session.inspected, &session.world) {
         line.push_str(". ");
