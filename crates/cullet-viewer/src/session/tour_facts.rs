@@ -5,7 +5,6 @@ use cullet::{Culler, Output, Reason, Scene, Stage, Unit, View, ViewState, Visibl
 use glam::DVec3;
 
 use super::Session;
-use super::tour_steps::Stop;
 use crate::decide::Request;
 use crate::numbers::grouped;
 use crate::study::Seen;
@@ -20,11 +19,11 @@ pub(super) struct Facts<'a> {
 }
 
 impl<'a> Facts<'a> {
-    /// Those of the newest decision; `None` before the first.
-    pub(super) fn of(session: &'a Session, stop: &Stop) -> Option<Self> {
+    /// Those of the newest decision, with figures of the first of some stages; `None` before any decision.
+    pub(super) fn of(session: &'a Session, stages: &'static [Stage]) -> Option<Self> {
         let decision = session.decision.as_ref()?;
         let (visible, request) = (&decision.visible, &decision.request);
-        Some(Self { session, visible, request, stages: stop.stages })
+        Some(Self { session, visible, request, stages })
     }
 
     fn scene(&self) -> &'a Scene {

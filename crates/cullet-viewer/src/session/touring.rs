@@ -126,7 +126,8 @@ impl Session {
             return;
         };
         let stop = tour.stop();
-        let Some(facts) = Facts::of(self, stop).filter(|_| choice < stop.choices.len()) else {
+        let Some(facts) = Facts::of(self, stop.stages).filter(|_| choice < stop.choices.len())
+        else {
             return;
         };
         let (right, because) = ((stop.right)(&facts), facts.fill(stop.because));
