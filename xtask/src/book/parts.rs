@@ -1,6 +1,8 @@
 //! Parts of a chapter on a kind of culling: each has the same ones in the same order, so that who knows one chapter finds
 //! their way in all.
 
+use std::ops::RangeInclusive;
+
 use super::chapters;
 use crate::tools::Done;
 
@@ -20,6 +22,18 @@ struct Part {
     headings: &'static [&'static str],
     is_required: bool,
 }
+
+/// The name of the part that a block of code is: it may have any heading, or none.
+const ALGORITHM: &str = "algorithm";
+
+/// Lines that the code of an algorithm has.
+const ALGORITHM_LINES: RangeInclusive<usize> = 6..=30;
+
+/// Languages of fences in which an algorithm is written: none, for words in the form of a program, or that of the engine.
+const ALGORITHM_LANGUAGES: [&str; 2] = ["", "rust"];
+
+/// First words of lines by which code decides something or repeats it; a list of formulas or of commands has none.
+const CONTROL: [&str; 4] = ["for", "if", "while", "repeat"];
 
 /// The parts below the idea, the picture, the derivation and the algorithm, which have headings of their own.
 const PARTS: [Part; 7] = [
@@ -49,7 +63,7 @@ const PARTS: [Part; 7] = [
         ],
         is_required: true,
     },
-    Part { name: "equivalents", headings: &["in opengl, wgpu and direct3d"], is_required: false },
+    Part { name: "equivalents", headings: &["in opengl, wgpu and direct3d"], is_required: true },
     Part { name: "try it", headings: &["try it"], is_required: false },
     Part { name: "exercises", headings: &["exercises"], is_required: false },
     Part { name: "further reading", headings: &["further reading"], is_required: true },
@@ -107,17 +121,60 @@ fn of_kinds(summary: &str) -> Vec<&str> {
     files
 }
 
+/// A block of code: fenced, or indented by four below an empty line.
+struct Block<'a> {
+    /// How many lines outside of fences stand before it.
+    at: usize,
+    language: &'a str,
+    lines: Vec<&'a str>,
+}
+
+impl Block<'_> {
+    /// Whether it may be an algorithm: neither too short nor too long, and it decides or repeats something.
+    fn is_algorithm(&self) -> bool {
+        let first = |line: &&str| line.split_whitespace().next().unwrap_or_default().to_owned();
+        let is_control = |word: String| CONTROL.contains(&word.as_str());
+        ALGORITHM_LANGUAGES.contains(&self.language)
+            && ALGORITHM_LINES.contains(&self.lines.len())
+            && self.lines.iter().map(first).any(is_control)
+    }
+}
+
+/// The lines of a chapter outside of fences, and its blocks of code.
+fn split(text: &str) -> (Vec<&str>, Vec<Block<'_>>) {
+    let (mut lines, mut blocks) = (Vec::new(), Vec::<Block<'_>>::new());
+    let (mut fenced, mut indented) = (false, false);
+    for line in text.lines() {
+        let at = lines.len();
+        if let Some(language) = line.strip_prefix("```") {
+            if !fenced {
+                // What follows a comma tells the tests of Rust what to do.
+                let language = language.split(',').next().unwrap_or_default();
+                blocks.push(Block { at, language, lines: Vec::new() });
+            }
+            (fenced, indented) = (!fenced, false);
+            continue;
+        }
+        // What is indented below a line of a list or a paragraph is more of that.
+        let may_begin = indented || lines.last().is_none_or(|line: &&str| line.is_empty());
+        let is_code = fenced || may_begin && line.starts_with("    ");
+        if !fenced {
+            if is_code && !indented {
+                blocks.push(Block { at, language: "", lines: Vec::new() });
+            }
+            indented = is_code;
+            lines.push(line);
+        }
+        if let Some(block) = blocks.last_mut().filter(|_| is_code && !line.trim().is_empty()) {
+            block.lines.push(line);
+        }
+    }
+    (lines, blocks)
+}
+
 /// What a chapter lacks, but for the parts that it is to be `without`, or has in another order.
 fn faults(text: &str, without: &[&str]) -> Vec<String> {
-    let mut fenced = false;
-    let lines: Vec<&str> = text
-        .lines()
-        .filter(|line| {
-            let fence = line.starts_with("```");
-            fenced ^= fence;
-            !fenced && !fence
-        })
-        .collect();
+    let (lines, blocks) = split(text);
     let is_heading = |line: &&str| line.starts_with("##");
     let headings: Vec<(usize, String)> = lines
         .iter()
@@ -146,6 +203,21 @@ fn faults(text: &str, without: &[&str]) -> Vec<String> {
         (None, _) => faults.push("there is no picture".into()),
         (Some(picture), Some(wrong)) if picture > wrong => {
             faults.push(format!("its first picture comes after {}", PARTS[0].name));
+        }
+        _ => {}
+    }
+    // It stands before what it leads to; a chapter may be without the first of these.
+    let end = places.iter().flatten().next().copied().unwrap_or(lines.len());
+    let is_there = blocks.iter().any(|block| block.at <= end && block.is_algorithm());
+    match (is_there, without.contains(&ALGORITHM)) {
+        (true, true) => faults.push(format!("{ALGORITHM} is there, and excepted")),
+        (false, false) => {
+            let (least, most) = (ALGORITHM_LINES.start(), ALGORITHM_LINES.end());
+            faults.push(format!(
+                "{ALGORITHM} is missing: before {}, code of {least} to {most} lines of which one begins with {}",
+                PARTS[0].name,
+                CONTROL.join(", ")
+            ));
         }
         _ => {}
     }
@@ -180,8 +252,9 @@ mod tests {
 
     #[test]
     fn what_is_missing_or_misplaced_is_told() {
-        let whole = "# A\n\nThe idea.\n\n![p](p.png)\n\n## So\n\n```\n## Further reading\n```\n\n## What goes wrong\n\n## How fast\n\n\
-                     ## When not to use it\n\n## Exercises\n\n## Further reading\n";
+        let whole = "# A\n\nThe idea.\n\n![p](p.png)\n\n## So\n\n```\n## Further reading\n```\n\n\
+                     ```\na = 0\nb = 1\nfor each c:\n\n    if c:\n        a = b\nreturn a\n```\n\n## What goes wrong\n\n## How fast\n\n\
+                     ## When not to use it\n\n## In OpenGL, wgpu and Direct3D\n\n## Exercises\n\n## Further reading\n";
         assert_eq!(faults(whole, &[]), Vec::<String>::new());
         let with = |from: &str, to: &str| faults(&whole.replacen(from, to, 1), &[]).join("; ");
         assert!(with("![p](p.png)", "").contains("no picture"));
@@ -203,6 +276,60 @@ mod tests {
             "## What it costs, and when not to use it",
         );
         assert_eq!(faults(&both, &[]), Vec::<String>::new());
+    }
+
+    /// A chapter that has all parts, with `code` in the place of its algorithm.
+    fn with_code(code: &str) -> String {
+        format!(
+            "# A\n\nThe idea.\n\n![p](p.png)\n\n## So\n\n{code}\n\n## What goes wrong\n\n## How fast\n\n\
+             ## When not to use it\n\n## In OpenGL, wgpu and Direct3D\n\n## Further reading\n"
+        )
+    }
+
+    #[test]
+    fn a_chapter_without_equivalents_is_told() {
+        let whole = with_code("```\nfor a:\n b\n c\n d\n e\n f\n```");
+        assert_eq!(faults(&whole, &[]), Vec::<String>::new());
+        let told = faults(&whole.replace("## In OpenGL, wgpu and Direct3D\n", ""), &[]);
+        assert_eq!(told.len(), 1, "{told:?}");
+        assert!(told[0].contains("equivalents is missing"), "{told:?}");
+    }
+
+    #[test]
+    fn a_chapter_without_an_algorithm_is_told() {
+        let told = |code: &str| faults(&with_code(code), &[]).join("; ");
+        let algorithm = "for each a:\n    if b:\n        c\n        d\n    e\nf\n";
+        let fenced = |language: &str| format!("```{language}\n{algorithm}```");
+        assert_eq!(told(&fenced("")), "");
+        assert_eq!(told(&fenced("rust,ignore")), "");
+        let indented: Vec<String> = algorithm.lines().map(|line| format!("    {line}")).collect();
+        assert_eq!(told(&indented.join("\n")), "");
+        let missing = "algorithm is missing";
+        assert!(told("").contains(missing));
+        assert!(told(&format!("- A list:\n{}", indented.join("\n"))).contains(missing));
+        for language in ["sh", "console", "text", "json"] {
+            assert!(told(&fenced(language)).contains(missing), "{language}");
+        }
+        // Commands or formulas alone, one line too few, and too many.
+        assert!(
+            told("```\ncullet a\ncullet b\ncullet c\ncullet d\ncullet e\ncullet f\n```")
+                .contains(missing)
+        );
+        assert!(told(&fenced("").replacen("f\n", "", 1)).contains(missing));
+        assert!(told(&format!("```\n{}```", algorithm.repeat(6))).contains(missing));
+        // Two blocks are not one, and one that comes after what goes wrong is too late.
+        let halves = algorithm.replacen("    e\n", "```\n\nSo:\n\n```\n    e\n", 1);
+        assert!(told(&format!("```\n{halves}```")).contains(missing));
+        let late = with_code("") + "\n" + &fenced("");
+        assert!(faults(&late, &[]).join("; ").contains(missing));
+    }
+
+    #[test]
+    fn exceptions_that_are_none_are_told() {
+        let whole = with_code("```\nfor a:\n b\n c\n d\n e\n f\n```");
+        assert_eq!(faults(&with_code(""), &[ALGORITHM]), Vec::<String>::new());
+        assert_eq!(faults(&whole, &[ALGORITHM]), ["algorithm is there, and excepted"]);
+        assert_eq!(faults(&whole, &["equivalents"]), ["equivalents is there, and excepted"]);
     }
 
     #[test]
