@@ -80,6 +80,8 @@ impl App {
         let info = render_state.adapter.get_info();
         log::info!("{:?} {}", info.backend, info.name);
         style(&cc.egui_ctx);
+        #[cfg(target_arch = "wasm32")]
+        cc.egui_ctx.add_plugin(crate::web::Mirror);
         let mut session = Session::new(cc.egui_ctx.clone(), &start.link, start.source);
         session.calm = start.calm;
         if start.calm {

@@ -13,6 +13,7 @@ pub mod cells;
 mod chooser;
 pub mod clipping;
 pub mod compose;
+pub mod controls;
 pub mod cost;
 pub mod cutaway;
 pub mod decide;

@@ -11,6 +11,8 @@ mod files;
 #[cfg(target_arch = "wasm32")]
 mod load;
 #[cfg(target_arch = "wasm32")]
+mod mirror;
+#[cfg(target_arch = "wasm32")]
 mod page;
 #[cfg(target_arch = "wasm32")]
 mod spoken;
@@ -23,6 +25,8 @@ mod worker;
 pub(crate) use files::{choose, download};
 #[cfg(target_arch = "wasm32")]
 pub(crate) use load::{load, remake};
+#[cfg(target_arch = "wasm32")]
+pub(crate) use mirror::Mirror;
 #[cfg(target_arch = "wasm32")]
 pub(crate) use page::{set_address, tell_lost};
 #[cfg(target_arch = "wasm32")]

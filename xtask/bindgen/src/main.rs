@@ -15,6 +15,8 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     let mut bindgen = wasm_bindgen_cli_support::Bindgen::new();
+    // Names of functions are a fifth of the module, for traces that no visitor reads; a panic says its place all the same.
+    bindgen.remove_name_section(true).remove_producers_section(true);
     // Without the default path `init()` of the written module would need to be told where its wasm lies.
     let written = bindgen
         .input_path(&input)

@@ -1,0 +1,83 @@
+//! The window's controls in words, for readers of a screen: egui knows them all, but in a browser it tells nobody. What it
+//! knows becomes text, of which the page makes elements beside the canvas; what is done to those comes back as a request.
+
+use eframe::egui::accesskit::{
+    Action, ActionData, ActionRequest, Node, NodeId, Role, Toggled, TreeId, TreeUpdate,
+};
+
+/// A line for each text and control, in the order in which they are shown: its number, kind, name, state, value, least and
+/// greatest value, between tabs. A kind is `text`, `button`, `checkbox`, `radio` or `number`; a state is empty, `on`, `off` or
+/// `disabled`. What cannot be named is left out; a test holds that no control is.
+///
+/// Cost: each node is looked for among all, which are some hundreds.
+#[must_use]
+pub fn rows(update: &TreeUpdate) -> String {
+    let mut rows = String::new();
+    if let Some(tree) = &update.tree {
+        add(&mut rows, update, tree.root);
+    }
+    rows
+}
+
+fn add(rows: &mut String, update: &TreeUpdate, id: NodeId) {
+    let Some(node) = node(update, id) else { return };
+    if let Some(kind) = kind(node) {
+        let name = name(update, node);
+        if !name.is_empty() {
+            let state = match node.toggled() {
+                _ if node.is_disabled() => "disabled",
+                Some(Toggled::True) => "on",
+                Some(_) => "off",
+                None => "",
+            };
+            let number = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
+            let value = number(node.numeric_value());
+            let (min, max) =
+                (number(node.min_numeric_value()), number(node.max_numeric_value()));
+            *rows += &format!("{}\t{kind}\t{name}\t{state}\t{value}\t{min}\t{max}\n", id.0);
+        }
+    }
+    for child in node.children() {
+        add(rows, update, *child);
+    }
+}
+
+fn node(update: &TreeUpdate, id: NodeId) -> Option<&Node> {
+    update.nodes.iter().find(|(other, _)| *other == id).map(|(_, node)| node)
+}
+
+/// What a node is made of in the page; of panes and the like nothing is.
+#[must_use]
+pub fn kind(node: &Node) -> Option<&'static str> {
+    match node.role() {
+        Role::Label => Some("text"),
+        Role::CheckBox => Some("checkbox"),
+        Role::RadioButton => Some("radio"),
+        Role::Slider | Role::SpinButton => Some("number"),
+        Role::Button | Role::Link | Role::ComboBox | Role::DisclosureTriangle => Some("button"),
+        _ => None,
+    }
+}
+
+/// Its own name or that of what labels it, and what it shows, without what would end a field or line.
+#[must_use]
+pub fn name(update: &TreeUpdate, node: &Node) -> String {
+    let labels = node.labelled_by().iter().filter_map(|id| self::node(update, *id));
+    let labels = labels.filter_map(|label| label.label().or(label.value()));
+    let words = node.label().into_iter().chain(labels).chain(node.value());
+    let words: Vec<&str> = words.flat_map(str::split_whitespace).collect();
+    words.join(" ")
+}
+
+/// What is asked of a control: `NUMBER` clicks it, `NUMBER VALUE` sets it.
+#[must_use]
+pub fn request(order: &str) -> Option<ActionRequest> {
+    let (id, value) = order.split_once(' ').map_or((order, None), |(id, value)| (id, Some(value)));
+    let data = match value {
+        Some(value) => Some(ActionData::NumericValue(value.parse().ok()?)),
+        None => None,
+    };
+    let action = if data.is_some() { Action::SetValue } else { Action::Click };
+    let target_node = NodeId(id.parse().ok()?);
+    Some(ActionRequest { action, target_tree: TreeId::ROOT, target_node, data })
+}
