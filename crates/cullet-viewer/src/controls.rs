@@ -19,11 +19,16 @@ pub fn rows(update: &TreeUpdate) -> String {
     rows
 }
 
+/// Adds a node and what it has in it.
 fn add(rows: &mut String, update: &TreeUpdate, id: NodeId) {
     let Some(node) = node(update, id) else { return };
     if let Some(kind) = kind(node) {
         let name = name(update, node);
-        if !name.is_empty() {
+        // A slider is two controls of one number.
+        let above =
+            rows.lines().next_back().and_then(|row| row.split_once('\t')).unwrap_or_default().1;
+        let is_there = kind == "number" && above.starts_with(&format!("{kind}\t{name}\t"));
+        if !name.is_empty() && !is_there {
             let state = match node.toggled() {
                 _ if node.is_disabled() => "disabled",
                 Some(Toggled::True) => "on",
@@ -32,8 +37,7 @@ fn add(rows: &mut String, update: &TreeUpdate, id: NodeId) {
             };
             let number = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
             let value = number(node.numeric_value());
-            let (min, max) =
-                (number(node.min_numeric_value()), number(node.max_numeric_value()));
+            let (min, max) = (number(node.min_numeric_value()), number(node.max_numeric_value()));
             *rows += &format!("{}\t{kind}\t{name}\t{state}\t{value}\t{min}\t{max}\n", id.0);
         }
     }
@@ -47,8 +51,7 @@ fn node(update: &TreeUpdate, id: NodeId) -> Option<&Node> {
 }
 
 /// What a node is made of in the page; of panes and the like nothing is.
-#[must_use]
-pub fn kind(node: &Node) -> Option<&'static str> {
+fn kind(node: &Node) -> Option<&'static str> {
     match node.role() {
         Role::Label => Some("text"),
         Role::CheckBox => Some("checkbox"),
@@ -59,13 +62,14 @@ pub fn kind(node: &Node) -> Option<&'static str> {
     }
 }
 
-/// Its own name or that of what labels it, and what it shows, without what would end a field or line.
-#[must_use]
-pub fn name(update: &TreeUpdate, node: &Node) -> String {
+/// Its own name or that of what labels it, and what it shows. Nothing in it ends a field or line.
+fn name(update: &TreeUpdate, node: &Node) -> String {
     let labels = node.labelled_by().iter().filter_map(|id| self::node(update, *id));
     let labels = labels.filter_map(|label| label.label().or(label.value()));
-    let words = node.label().into_iter().chain(labels).chain(node.value());
-    let words: Vec<&str> = words.flat_map(str::split_whitespace).collect();
+    let own = node.label().into_iter().chain(labels).chain(node.value());
+    // The value of a number stands beside its name.
+    let own = own.take(if node.numeric_value().is_some() { 1 } else { usize::MAX });
+    let words: Vec<&str> = own.flat_map(str::split_whitespace).collect();
     words.join(" ")
 }
 

@@ -106,7 +106,7 @@ fn a_scene_is_cleared_and_another_is_opened() {
 }
 
 #[test]
-fn on_a_telephone_no_window_is_cut_off_and_the_tour_covers_no_map() {
+fn on_a_phone_no_window_is_cut_off_and_the_tour_covers_no_map() {
     let size = egui::vec2(390.0, 844.0);
     let mut panels = Panels::open_in(size, "solids", "");
     let screen = egui::Rect::from_min_size(Pos2::ZERO, size);

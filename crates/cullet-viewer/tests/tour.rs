@@ -13,7 +13,7 @@ use eframe::egui::{self, Key, Pos2};
 
 use shown::{Panels, SIZE};
 
-/// A telephone, held upright, as narrow as they come.
+/// A phone, held upright, as narrow as they come.
 const PHONE: egui::Vec2 = egui::vec2(360.0, 740.0);
 
 /// What the tour is at, once it is there.
@@ -42,7 +42,7 @@ fn every_stage_of_the_engine_has_a_stop() {
         let source = Source::of_text(&state.scene);
         assert!(matches!(source, Source::Builtin(_)), "{title}: {} is a file", state.scene);
         assert!((2..=3).contains(&choices.len()) && question.ends_with('?'), "{title}");
-        // A card of a telephone must leave room for the picture.
+        // A card of a phone must leave room for the picture.
         assert!(words.len() <= 240 && question.len() <= 90, "{title}: {}", words.len());
     }
 }
@@ -97,8 +97,8 @@ fn every_stop_is_reached_and_its_answer_is_the_engines() {
         assert!(!given.because.contains(['{', '}']), "{}", given.because);
         assert!(said(&panels, &given.because), "{}", stop.title);
         let words = panels.session.tour_in_words().expect("in words");
-        let verdict = if given.is_right() { "Right." } else { "Not quite. Right is: " };
-        assert!(words.starts_with(verdict) && words.ends_with(&given.because), "{words}");
+        let opening = if given.is_right() { "Right." } else { "Not quite. Right is: " };
+        assert!(words.starts_with(opening) && words.ends_with(&given.because), "{words}");
         // The first answer stands, and its key does nothing else.
         assert_eq!(answered(&mut panels, Key::Num1), given);
         assert_ne!(panels.session.state.layout, Layout::Wipe);
@@ -203,7 +203,7 @@ fn with_reduced_motion_the_camera_jumps() {
 }
 
 #[test]
-fn on_a_telephone_no_text_of_the_tour_is_cut() {
+fn on_a_phone_no_text_of_the_tour_is_cut() {
     let mut panels = Panels::open_in(PHONE, "example:balls", "");
     let screen = egui::Rect::from_min_size(Pos2::ZERO, PHONE);
     panels.press(Key::Enter);

@@ -4,7 +4,7 @@ use cullet_bake::pvs::PairState;
 use cullet_draw::{PairShown, depth_color};
 use eframe::egui;
 
-use super::words::{button, colour, swatch, switch};
+use super::words::{button, colour, small, swatch, switch};
 use crate::cells::{CellSets, IN_SET, OWN, REACHED, SHUT};
 use crate::numbers::{grouped, percent};
 use crate::session::Session;
@@ -24,7 +24,7 @@ pub(super) fn section(ui: &mut egui::Ui, session: &mut Session) {
         switch(
             ui,
             &mut s.portals,
-            "portals",
+            "portals in view",
             "What is seen of each portal, numbered in the order of the walk; a click on a number, or on a shut door, \
              opens or shuts it (/)",
         );
@@ -95,7 +95,8 @@ fn chain(ui: &mut egui::Ui, session: &mut Session) {
         ui.spacing_mut().slider_width = 70.0;
         let step = &mut session.state.structure.step;
         ui.add(egui::Slider::new(step, 0..=count.max(1)))
-            .on_hover_text("Which portals of the walk are shown: 0 is all, 3 the first three");
+            .on_hover_text("Which portals of the walk are shown: 0 is all, 3 the first three")
+            .accessible_name("portals of the walk that are shown");
     });
     if by != 0 {
         session.step_portals(by);
@@ -119,7 +120,8 @@ fn chain(ui: &mut egui::Ui, session: &mut Session) {
             if ui.selectable_label(chosen == number, words).on_hover_text(about).clicked() {
                 session.state.structure.step = if chosen == number { 0 } else { number };
             }
-            if button(ui, "shut", "Shuts it, as a door") {
+            let shut = ui.add(small(ui, "shut")).on_hover_text("Shuts it, as a door");
+            if shut.accessible_name(format!("shut portal {}", step.portal)).clicked() {
                 toggled = Some(step.portal);
             }
         });

@@ -17,6 +17,7 @@ pub(super) fn section(ui: &mut egui::Ui, session: &mut Session) {
     let cut = &mut session.state.cut;
     choices(
         ui,
+        "cut by",
         &mut cut.shape,
         &[
             (Shape::Plane, "plane", "One plane through the scene"),
@@ -33,7 +34,7 @@ pub(super) fn section(ui: &mut egui::Ui, session: &mut Session) {
             (Part::Outside, "outside", "The box is taken out of the scene"),
         ],
     };
-    choices(ui, &mut cut.part, &parts);
+    choices(ui, "what is shown", &mut cut.part, &parts);
     ui.spacing_mut().slider_width = 96.0;
     match cut.shape {
         Shape::Plane => plane(ui, cut),
@@ -98,15 +99,17 @@ fn plane(ui: &mut egui::Ui, cut: &mut CutAway) {
             let mut normal = [0.0; 3];
             normal[axis] = 1.0;
             ui.selectable_value(&mut cut.normal, normal, name)
-                .on_hover_text("The plane stands across this axis");
+                .on_hover_text("The plane stands across this axis")
+                .accessible_name(format!("across {name}"));
         }
     });
     ui.horizontal(|ui| {
         ui.label("normal");
         let before = cut.normal;
-        for v in &mut cut.normal {
+        for (v, axis) in cut.normal.iter_mut().zip(["x", "y", "z"]) {
             ui.add(egui::DragValue::new(v).range(-1.0..=1.0).speed(0.01).max_decimals(2))
-                .on_hover_text("The plane's normal, of any length: it points out of what is kept");
+                .on_hover_text("The plane's normal, of any length: it points out of what is kept")
+                .accessible_name(format!("normal {axis}"));
         }
         // All zeros have no direction.
         if cut.check().is_err() {

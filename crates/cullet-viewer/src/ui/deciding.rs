@@ -16,7 +16,7 @@ pub(super) fn who(ui: &mut egui::Ui, session: &mut Session) {
             "Who finds out what is drawn. Reasons, funnel and what is clicked are the CPU's in any case",
         );
         ui.add_enabled_ui(refused.is_none(), |ui| {
-            choices(ui, on, &[
+            choices(ui, "decided by", on, &[
                 (false, "CPU", "All stages below, in a thread of its own"),
                 (
                     true,
@@ -54,7 +54,9 @@ pub(super) fn beside(ui: &mut egui::Ui, session: &mut Session) {
                 ui.label("level");
                 ui.spacing_mut().slider_width = 100.0;
                 let levels = OnDevice::levels(size);
-                ui.add(egui::Slider::new(&mut device.level, 0..=levels - 1)).on_hover_text(
+                let level = ui.add(egui::Slider::new(&mut device.level, 0..=levels - 1));
+                let level = level.accessible_name("level of the depth pyramid");
+                level.on_hover_text(
                     "Of the depth pyramid: each texel is the farthest of four of the level below, so that one look says of \
                      many pixels that they are nearer",
                 );

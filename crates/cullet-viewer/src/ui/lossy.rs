@@ -59,11 +59,13 @@ fn detail(ui: &mut egui::Ui, s: &mut Stages) {
         if switch(ui, &mut on, "small", "Drops what stays under this many pixels: the one switch here that may change the picture") {
             s.detail_px = if on { 2.0 } else { 0.0 };
         }
-        ui.add_enabled(on, egui::DragValue::new(&mut s.detail_px).range(0.0..=64.0).speed(0.1).suffix(" px"));
+        let pixels = egui::DragValue::new(&mut s.detail_px).range(0.0..=64.0).speed(0.1).suffix(" px");
+        ui.add_enabled(on, pixels).accessible_name("small: threshold in pixels");
     });
     if s.detail_px > 0.0 {
         choices(
             ui,
+            "small by",
             &mut s.detail_by,
             &[
                 (Measure::WidthAndHeight, "box", "Width and height are both under it"),
@@ -78,7 +80,9 @@ fn detail(ui: &mut egui::Ui, s: &mut Stages) {
                 s.detail_fade = if on { 0.5 } else { 0.0 };
             }
             let share = egui::DragValue::new(&mut s.detail_fade).range(0.0..=4.0).speed(0.01);
-            ui.add_enabled(on, share).on_hover_text("From how much above that size, as a share of it");
+            let about = "From how much above that size, as a share of it";
+            let share = ui.add_enabled(on, share).on_hover_text(about);
+            share.accessible_name("fade of small instances: from how much above, as a share");
         });
     }
 }
@@ -101,7 +105,8 @@ fn levels(ui: &mut egui::Ui, s: &mut Stages, found: &Found) {
             s.lod_px = if on { 1.0 } else { 0.0 };
         }
         let slider = egui::Slider::new(&mut s.lod_px, 0.0..=64.0).logarithmic(true).suffix(" px");
-        ui.add_enabled(on, slider.smallest_positive(0.1));
+        let pixels = ui.add_enabled(on, slider.smallest_positive(0.1));
+        pixels.accessible_name("levels: error in pixels");
     });
     if s.lod_px > 0.0 {
         ui.horizontal(|ui| {
@@ -111,7 +116,8 @@ fn levels(ui: &mut egui::Ui, s: &mut Stages, found: &Found) {
             switch(ui, &mut s.lod_steady, "steady", about);
             if s.lod_steady {
                 let ball = egui::DragValue::new(&mut s.lod_ball).range(0.0..=1.0).speed(0.005);
-                ui.add(ball).on_hover_text("The radius of the ball, as a share of the distance");
+                let about = "The radius of the ball, as a share of the distance";
+                ui.add(ball).on_hover_text(about).accessible_name("radius of the ball of eyes");
             }
         });
         ui.horizontal(|ui| {
@@ -121,7 +127,8 @@ fn levels(ui: &mut egui::Ui, s: &mut Stages, found: &Found) {
                 s.lod_triangles = if on { 100_000 } else { 0 };
             }
             let most = egui::DragValue::new(&mut s.lod_triangles).range(0..=u64::MAX).speed(1000.0);
-            ui.add_enabled(on, most.suffix(" triangles"));
+            let most = ui.add_enabled(on, most.suffix(" triangles"));
+            most.accessible_name("at most so many triangles");
         });
         ui.horizontal(|ui| {
             let about = "Levels fade into those that follow: for a while both are drawn, each in the pixels that the other leaves";
@@ -130,7 +137,8 @@ fn levels(ui: &mut egui::Ui, s: &mut Stages, found: &Found) {
                 s.lod_fade = if on { 0.3 } else { 0.0 };
             }
             let time = egui::DragValue::new(&mut s.lod_fade).range(0.0..=60.0).speed(0.01);
-            ui.add_enabled(on, time.suffix(" s"));
+            let time = ui.add_enabled(on, time.suffix(" s"));
+            time.accessible_name("fade of levels in seconds");
             if found.fading > 0 {
                 ui.weak(format!("{} now", grouped(found.fading as u64)));
             }

@@ -72,7 +72,8 @@ fn controls(ui: &mut egui::Ui, c: &mut Clipping) {
     ui.horizontal(|ui| {
         ui.label("window");
         let slider = egui::DragValue::new(&mut c.sides).range(SIDES).suffix(" sides");
-        ui.add(slider).on_hover_text("How many planes the convex window has");
+        let sides = ui.add(slider).on_hover_text("How many planes the convex window has");
+        sides.accessible_name("sides of the window");
         c.step = c.step.min(c.sides);
     });
     ui.horizontal(|ui| {

@@ -89,7 +89,8 @@ fn notices(ui: &mut egui::Ui, session: &mut Session) {
     let mut closed = None;
     for (i, notice) in session.notices.iter().enumerate() {
         ui.horizontal_wrapped(|ui| {
-            if ui.small_button("×").on_hover_text("Close this message").clicked() {
+            let close = ui.small_button("×").on_hover_text("Close this message");
+            if close.accessible_name("Close this message").clicked() {
                 closed = Some(i);
             }
             if notice.bad {
@@ -111,17 +112,16 @@ pub(super) fn choose(ui: &mut egui::Ui, session: &mut Session) {
     let mut chosen = None;
     ui.horizontal(|ui| {
         let label = if open.is_empty() { "scene".to_owned() } else { short(&open) };
-        egui::ComboBox::from_id_salt("scenes").selected_text(label).width(110.0).show_ui(
-            ui,
-            |ui| {
-                for info in scenes::list() {
-                    let here = open.split(':').next() == Some(info.name);
-                    if ui.selectable_label(here, info.name).on_hover_text(info.about).clicked() {
-                        chosen = Some(Source::Builtin(info.name.to_owned()));
-                    }
+        let scenes = egui::ComboBox::from_id_salt("scenes").selected_text(label).width(110.0);
+        let shown = scenes.show_ui(ui, |ui| {
+            for info in scenes::list() {
+                let here = open.split(':').next() == Some(info.name);
+                if ui.selectable_label(here, info.name).on_hover_text(info.about).clicked() {
+                    chosen = Some(Source::Builtin(info.name.to_owned()));
                 }
-            },
-        );
+            }
+        });
+        shown.response.accessible_name("scene");
         if button(ui, "Fit", "Shows the whole scene (Home)") {
             session.fit();
         }

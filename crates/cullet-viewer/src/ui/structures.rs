@@ -35,28 +35,30 @@ pub(super) fn more(ui: &mut egui::Ui, session: &mut Session) {
     ui.add_enabled_ui(s.study.cube || s.study.by == By::Masks, |ui| {
         ui.horizontal(|ui| {
             ui.label("cells N");
-            ui.add(
-                egui::DragValue::new(&mut s.study.cells).range(1..=MaskGrid::MAX_CELLS).speed(0.1),
-            )
-            .on_hover_text(
-                "Cells along an edge of the cube: 6 N² classes of normals, of one bit each",
-            );
+            let cells = egui::DragValue::new(&mut s.study.cells);
+            let about = "Cells along an edge of the cube: 6 N² classes of normals, of one bit each";
+            ui.add(cells.range(1..=MaskGrid::MAX_CELLS).speed(0.1))
+                .on_hover_text(about)
+                .accessible_name("cells N along an edge of the direction cube");
         });
     });
     ui.horizontal(|ui| {
         ui.label("back faces by");
         let name = By::ALL.iter().find(|b| b.0 == s.study.by).map_or("", |b| b.1);
-        egui::ComboBox::from_id_salt("bound").selected_text(name).width(92.0).show_ui(ui, |ui| {
+        let by = egui::ComboBox::from_id_salt("bound").selected_text(name).width(92.0);
+        let shown = by.show_ui(ui, |ui| {
             for (value, name, about) in By::ALL {
                 ui.selectable_value(&mut s.study.by, value, name).on_hover_text(about);
             }
         });
+        shown.response.accessible_name("back faces by");
     });
     if s.study.by == By::Masks {
         ui.horizontal(|ui| {
             ui.label("groups");
             ui.add(egui::DragValue::new(&mut s.study.groups).range(1..=MOST_GROUPS).speed(0.3))
-                .on_hover_text("Groups of triangles, each with a mask of its own: more cull more, and cost a mask each");
+                .on_hover_text("Groups of triangles, each with a mask of its own: more cull more, and cost a mask each")
+                .accessible_name("groups of triangles");
         });
     }
     figures(ui, session);

@@ -87,7 +87,8 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
                 Stages::all(),
             ),
         ] {
-            if ui.selectable_label(*s == preset, name).on_hover_text(about).clicked() {
+            let choice = ui.selectable_label(*s == preset, name).on_hover_text(about);
+            if choice.accessible_name(format!("preset: {name}")).clicked() {
                 *s = preset;
             }
         }
@@ -104,7 +105,7 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
         }
         ui.horizontal(|ui| {
             ui.label("back faces");
-            choices(ui, &mut s.backface, &[
+            choices(ui, "back faces", &mut s.backface, &[
                 (Backface::Off, "off", "Back faces of solids are kept"),
                 (Backface::Fast, "fast", "Clusters that face away go whole, by a cone; then triangles by a plane of four bytes"),
                 (Backface::Masks, "masks", "As fast, but triangles by the class of their normal, in two bytes"),
@@ -113,7 +114,7 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
         });
         ui.horizontal_wrapped(|ui| {
             ui.label("sides").on_hover_text("Back faces are culled of one-sided triangles alone");
-            choices(ui, &mut session.state.sides, &Sides::ALL);
+            choices(ui, "sides", &mut session.state.sides, &Sides::ALL);
         });
         if let Some(kept) = kept {
             ui.weak(kept);
@@ -123,7 +124,7 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
         occlusion(ui, s);
         ui.horizontal(|ui| {
             ui.label("depth");
-            choices(ui, &mut s.depth, &[
+            choices(ui, "depth", &mut s.depth, &[
                 (Output::Instances, "instances", "Whole instances: the cheapest answer"),
                 (Output::Clusters, "clusters", "Groups of up to 124 triangles of instances that straddle or face away in part"),
                 (Output::Triangles, "triangles", "Single triangles: the tightest answer, and the most expensive"),
@@ -141,15 +142,19 @@ fn occlusion(ui: &mut egui::Ui, s: &mut Stages) {
     }
     ui.horizontal(|ui| {
         let width = egui::DragValue::new(&mut s.occlusion_width);
-        ui.add(width.range(1..=WIDEST_BUFFER).speed(4.0).suffix(" px wide")).on_hover_text(
+        let width = width.range(1..=WIDEST_BUFFER).speed(4.0).suffix(" px wide");
+        let shown = ui.add(width).on_hover_text(
             "Pixels across the buffer that occluders are drawn into, at most those of the picture: fewer find \
              less and cost less. See it with 4",
         );
+        shown.accessible_name("width of the occlusion buffer in pixels");
         let budget = egui::DragValue::new(&mut s.occlusion_budget);
-        ui.add(budget.range(0.0..=1e6).speed(20.0).suffix(" µs")).on_hover_text(
+        let budget = budget.range(0.0..=1e6).speed(20.0).suffix(" µs");
+        let shown = ui.add(budget).on_hover_text(
             "Budget for drawing occluders, by a cost model and not by a clock, so that the result is the same on \
              every machine; occluders with the highest score, what they may hide for their cost, are drawn first",
         );
+        shown.accessible_name("budget of occlusion in microseconds");
     });
 }
 
@@ -168,6 +173,7 @@ fn cameras(ui: &mut egui::Ui, session: &mut Session) {
     });
     choices(
         ui,
+        "division of the picture",
         &mut session.state.layout,
         &[
             (Layout::One, "one", "One picture (1)"),
@@ -195,6 +201,7 @@ fn cameras(ui: &mut egui::Ui, session: &mut Session) {
         let before = rig.mode;
         choices(
             ui,
+            "camera",
             &mut rig.mode,
             &[
                 (Mode::Orbit, "orbit", "Drag turns around what is in the middle"),
@@ -226,6 +233,7 @@ fn ghosts(ui: &mut egui::Ui, session: &mut Session) {
     let mut form = session.state.ghosts.form;
     let chosen = choices(
         ui,
+        "what was dropped",
         &mut form,
         &[
             (GhostForm::Off, "hidden", "What was dropped is not there"),
@@ -251,14 +259,13 @@ fn picture(ui: &mut egui::Ui, session: &mut Session) {
     ui.horizontal(|ui| {
         ui.label("colours");
         let name = Colour::ALL.iter().find(|c| c.0 == look.colour).map_or("", |c| c.1);
-        egui::ComboBox::from_id_salt("colours").selected_text(name).width(100.0).show_ui(
-            ui,
-            |ui| {
-                for (value, name, about) in Colour::ALL {
-                    ui.selectable_value(&mut look.colour, value, name).on_hover_text(about);
-                }
-            },
-        );
+        let colours = egui::ComboBox::from_id_salt("colours").selected_text(name).width(100.0);
+        let shown = colours.show_ui(ui, |ui| {
+            for (value, name, about) in Colour::ALL {
+                ui.selectable_value(&mut look.colour, value, name).on_hover_text(about);
+            }
+        });
+        shown.response.accessible_name("colours");
     });
     ui.horizontal_wrapped(|ui| {
         switch(ui, &mut look.fill, "fill", "Triangles are filled");
@@ -268,6 +275,7 @@ fn picture(ui: &mut egui::Ui, session: &mut Session) {
         ui.label("cull");
         choices(
             ui,
+            "faces culled in the picture",
             &mut look.cull,
             &[
                 (CullFace::None, "none", "Faces from behind are kept"),
@@ -351,7 +359,8 @@ fn journey(ui: &mut egui::Ui, session: &mut Session) {
         ui.spacing_mut().slider_width = 70.0;
         let end = j.seconds();
         let slider = egui::Slider::new(&mut j.at, 0.0..=end).suffix(" s").fixed_decimals(1);
-        moved = ui.add_enabled(!j.recording, slider).changed();
+        let slider = ui.add_enabled(!j.recording, slider);
+        moved = slider.accessible_name("time along the path in seconds").changed();
     });
     if moved && let Some(rig) = j.rig() {
         session.state.camera = Some(rig);
@@ -447,7 +456,8 @@ fn structures(ui: &mut egui::Ui, session: &mut Session) {
     ui.horizontal(|ui| {
         ui.label("hierarchy");
         let text = if *level == 0 { "off".to_owned() } else { format!("level {level}") };
-        egui::ComboBox::from_id_salt("level").selected_text(text).width(76.0).show_ui(ui, |ui| {
+        let level_box = egui::ComboBox::from_id_salt("level").selected_text(text).width(76.0);
+        let shown = level_box.show_ui(ui, |ui| {
             ui.selectable_value(level, 0, "off");
             for l in 1..=levels {
                 ui.selectable_value(level, l, format!("level {l}")).on_hover_text(
@@ -455,6 +465,7 @@ fn structures(ui: &mut egui::Ui, session: &mut Session) {
                 );
             }
         });
+        shown.response.accessible_name("hierarchy");
     });
     let s = &mut session.state.structure;
     switch(

@@ -35,9 +35,11 @@ pub(super) fn swatch(ui: &mut egui::Ui, rgb: [u8; 3]) {
     ui.painter().rect_stroke(rect, 2.0, rim, egui::StrokeKind::Inside);
 }
 
-/// Choices in a row, each with a sentence. True when another was chosen.
+/// Choices in a row, each with a sentence. True when another was chosen. Readers of a screen are told, before each, what is
+/// chosen.
 pub(super) fn choices<T: PartialEq + Copy>(
     ui: &mut egui::Ui,
+    what: &str,
     chosen: &mut T,
     all: &[(T, &str, &str)],
 ) -> bool {
@@ -45,7 +47,8 @@ pub(super) fn choices<T: PartialEq + Copy>(
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for (value, name, about) in all {
-            ui.selectable_value(chosen, *value, *name).on_hover_text(*about);
+            let choice = ui.selectable_value(chosen, *value, *name).on_hover_text(*about);
+            choice.accessible_name(format!("{what}: {name}"));
         }
     });
     *chosen != before

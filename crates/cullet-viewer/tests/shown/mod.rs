@@ -8,6 +8,7 @@ use cullet_viewer::compose::{Composition, compose};
 use cullet_viewer::session::Session;
 use cullet_viewer::ui::{self, Shown};
 use cullet_viewer::world::Source;
+use eframe::egui::accesskit::TreeUpdate;
 use eframe::egui::{self, Event, Key, OutputCommand, PointerButton, Pos2, Shape};
 
 /// High enough that nothing is scrolled out of sight.
@@ -25,6 +26,8 @@ pub(crate) struct Panels {
     pub(crate) texts: Vec<(String, Pos2)>,
     /// The same with all of where they are, of those that are shown in full.
     pub(crate) places: Vec<(String, egui::Rect)>,
+    /// What readers of a screen are told, once `ctx` was asked to.
+    pub(crate) tree: Option<TreeUpdate>,
 }
 
 impl Panels {
@@ -43,6 +46,7 @@ impl Panels {
             copied: None,
             texts: Vec::new(),
             places: Vec::new(),
+            tree: None,
         };
         panels.settle();
         panels
@@ -71,6 +75,7 @@ impl Panels {
                 self.copied = Some(text);
             }
         }
+        self.tree = out.platform_output.accesskit_update;
         self.places.clear();
         self.texts.clear();
         for shape in &out.shapes {

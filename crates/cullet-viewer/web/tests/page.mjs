@@ -7,6 +7,7 @@ import { join } from "node:path";
 import assert from "node:assert/strict";
 import { MIDDLE, SIZE, WAIT, ask, changed, data, drag, drop, launch, open, running, settled, start } from "./browser.mjs";
 import { beside, stored } from "./beside.mjs";
+import { controls } from "./controls.mjs";
 import { large } from "./large.mjs";
 import { phone } from "./phone.mjs";
 import { tour } from "./tour.mjs";
@@ -204,6 +205,7 @@ try {
   await worker(browser, server.url, ["cube.glb", cube()]);
   await phone(browser, server.url, pictures);
   await tour(browser, server.url, pictures);
+  await controls(browser, server.url, pictures);
   // In a browser of its own: what pages before have left draws no more.
   const fresh = await launch();
   await large(fresh, server.url, folder);
