@@ -34,7 +34,11 @@ document.getElementById("tour").onclick = ({ target }) => {
 // What the viewer itself says of its start and its end.
 new MutationObserver(() => {
   const { state, error } = document.body.dataset;
-  if (state === "running") message.textContent = "";
+  if (state === "running") {
+    message.textContent = "";
+    // In a frame of another page it keeps no focus that nobody gave it.
+    frameElement?.blur();
+  }
   if (state === "lost") lost(error);
   if (state === "failed" && error) {
     message.textContent = `The viewer did not start: ${error}\n\nTry the page with ?webgl in its address, or another browser.`;

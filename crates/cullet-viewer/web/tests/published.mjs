@@ -1,4 +1,4 @@
-// Opens the published book in Chromium: node published.mjs BOOK
+// Opens the published book in Chromium: node published.mjs BOOK [PICTURES_FOLDER]
 // Exits with 1 where a chapter misses something, under a path of a server or from the file system, or the page in it neither
 // starts nor says why.
 import assert from "node:assert/strict";
@@ -8,11 +8,12 @@ import { extname, join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { data, launch, running, WAIT } from "./browser.mjs";
 
-const [folder] = process.argv.slice(2);
-assert(folder, "usage: node published.mjs BOOK");
+const [folder, pictures] = process.argv.slice(2);
+assert(folder, "usage: node published.mjs BOOK [PICTURES_FOLDER]");
 const book = resolve(folder);
 const TYPES = {
   ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".wasm": "application/wasm", ".svg": "image/svg+xml",
+  ".md": "text/markdown; charset=utf-8",
 };
 // As deep as a host may put it.
 const PATH = "/some/one's books/cullet/";
@@ -78,6 +79,60 @@ async function chapters(browser, url) {
   return names.length;
 }
 
+/** Turns over the slides of the lectures, as a lecturer would. */
+async function slides(browser, url, pictures) {
+  const { page, missed } = await reader(browser);
+  await page.setViewportSize({ width: 1280, height: 720 });
+  await page.goto(`${url}lectures.html`);
+  await page.getByRole("link", { name: "As slides" }).click();
+  const turned = (number) => page.waitForFunction((n) => document.querySelector("h1")?.textContent.startsWith(`${n}. `), number);
+  await turned(1);
+  const all = await page.locator("#number option").count();
+  assert(all > 100, `${all} items`);
+  const errors = [];
+  for (let n = 1; n <= all; n++) {
+    await turned(n);
+    const said = await page.locator("#message").innerText();
+    assert(!said.includes("undefined") && await page.locator("p.where, p.here").count() === 2, said);
+    if (await page.locator("p.error").count()) errors.push(n);
+    const scene = page.frames()[1].url();
+    assert(scene.startsWith(url) && !/[()]|%20/.test(scene.slice(url.length)), `${n}: ${scene} lies beside it`);
+    if (n < all) await page.locator("#next").click();
+  }
+  assert(errors.length >= 10, `errors of the texts: ${errors}`);
+  // One lecture alone; a scene of it that is culled here and now; its chapter.
+  await page.selectOption("#text", "ucsd");
+  const part = await page.locator("#number option").count();
+  assert(part > 10 && part < all, `${part} items of one lecture`);
+  await page.selectOption("#text", "");
+  await page.selectOption("#number", "13");
+  await turned(13);
+  await page.locator("#now:not(:empty)").waitFor();
+  assert.match(await page.locator("#now").innerText(), /[\d,]+ of [\d,]+ triangles are left/);
+  assert.equal(await page.frames()[1].evaluate(() => document.body.dataset.notice), "");
+  // By the keys of a pointer for slides, too.
+  await page.keyboard.press("PageDown");
+  await turned(14);
+  await page.keyboard.press("PageUp");
+  await turned(13);
+  await page.locator("#now:not(:empty)").waitFor();
+  if (pictures) await page.screenshot({ path: join(pictures, "slides.png") });
+  await page.setViewportSize({ width: 360, height: 720 });
+  assert(await page.evaluate(() => document.documentElement.scrollWidth) <= 360, "it fits a phone");
+  if (pictures) await page.screenshot({ path: join(pictures, "slides-phone.png") });
+  await page.selectOption("#number", String(all));
+  await turned(all);
+  await page.goBack();
+  await turned(13);
+  await page.goForward();
+  await turned(all);
+  await page.getByRole("link", { name: "The chapter" }).click();
+  await page.waitForURL(/cutting\.html/);
+  assert.deepEqual(missed, [], "the slides miss nothing");
+  console.log(`${all} slides of the lectures, ${errors.length} with an error of a text: the last leads to its chapter`);
+  await page.close();
+}
+
 const browser = await launch();
 try {
   const files = `${pathToFileURL(book)}/`;
@@ -96,6 +151,7 @@ try {
   await running(served.page);
   assert.deepEqual(served.missed, [], "the page misses nothing");
   console.log("the page in the book starts there");
+  await slides(browser, server.url, pictures);
   server.end();
 } finally {
   await browser.close();
