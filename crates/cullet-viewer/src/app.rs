@@ -36,6 +36,8 @@ pub struct Start {
     pub screenshot: Option<String>,
     /// Whether nothing may fly or fade that need not.
     pub calm: bool,
+    /// Whether the tour begins as soon as there is a scene.
+    pub tour: bool,
     /// Steps to run without a user, one after the other, before the viewer ends.
     pub script: Script,
 }
@@ -47,6 +49,8 @@ pub struct App {
     last_frame: u64,
     screenshot: Option<String>,
     script: Option<std::vec::IntoIter<Step>>,
+    /// Whether the tour is still to begin.
+    tour: bool,
     watch: Watch,
     /// Why the graphics device is gone.
     lost: Option<String>,
@@ -95,6 +99,7 @@ impl App {
             last_frame: clock(),
             screenshot: start.screenshot,
             script: (start.script != Script::None).then(|| start.script.steps().into_iter()),
+            tour: start.tour,
             watch: Watch::new(&render_state.device, &cc.egui_ctx),
             lost: None,
             settled: 0,
@@ -150,6 +155,10 @@ impl eframe::App for App {
         self.listen(&ctx);
         #[cfg(target_arch = "wasm32")]
         crate::web::obey(&mut self.session);
+        if self.tour && self.session.loading().is_none() {
+            self.tour = false;
+            self.session.tour_on();
+        }
         let Self { session, painter, lost, .. } = self;
         let lost = lost.is_some();
         ui::show(ui, session, |session, size| {

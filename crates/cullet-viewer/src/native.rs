@@ -24,6 +24,8 @@ Usage: cullet-viewer [SCENE|FILE] [options]
   --state LINK         the text that Copy link gives: scene, camera and every switch
   --one-sided          take every triangle for one-sided, whatever the file says
   --two-sided          take every triangle for two-sided, whatever the file says
+  --tour               begin with the tour of what culling does
+  --calm               reduced motion: nothing flies or fades that need not
   --size WxH           the window in points (default 1280x800)
   --screenshot FILE    write a picture of the window as PNG, and end
   --script NAME        without a user: throw every switch (toggles), give every order that a button gives
@@ -34,6 +36,7 @@ Usage: cullet-viewer [SCENE|FILE] [options]
 
 Examples
   cullet-viewer                          the built-in city
+  cullet-viewer --tour                   every kind of culling, with a question each
   cullet-viewer model.glb                a file: GLB, glTF, OBJ, PLY, STL, OFF
   cullet-viewer scan.ply --one-sided     a scan with small holes: its back faces are culled all the same
   cullet-viewer forest:n=100000          a built-in scene with a setting (cullet scenes lists them)
@@ -100,6 +103,8 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<CommandLine, (u8, Str
                 }
                 line.sides = sides;
             }
+            "--calm" => line.start.calm = true,
+            "--tour" => line.start.tour = true,
             "--bench" => line.bench = Some(Measurement::Drawing),
             "--bench-culling" => line.bench = Some(Measurement::Culling),
             "--screenshot" => line.start.screenshot = Some(value()?),
@@ -224,7 +229,7 @@ pub(crate) fn run() -> ExitCode {
         return bench(&line.start, what, line.sides);
     }
     let began = Instant::now();
-    let (size, screenshot) = (line.size, line.start.screenshot.clone());
+    let (size, calm, screenshot) = (line.size, line.start.calm, line.start.screenshot.clone());
     let left = Arc::new(Left::default());
     let again = line.again;
     if let Err(error) = window(line, &left) {
@@ -242,7 +247,7 @@ pub(crate) fn run() -> ExitCode {
         if again && began.elapsed() < TOO_SOON {
             return lost_for_good(&reason, &link);
         }
-        return reopen(&reason, &link, size, screenshot);
+        return reopen(&reason, &link, size, calm, screenshot);
     }
     if left.trouble.load(Ordering::Relaxed) || has_failed() {
         return ExitCode::from(3);
@@ -262,12 +267,21 @@ fn lost_for_good(reason: &str, link: &str) -> ExitCode {
 
 /// Opens the window again with what it showed, in a program of its own: little of what drew can be trusted after its
 /// device was lost.
-fn reopen(reason: &str, link: &str, [w, h]: [f32; 2], screenshot: Option<String>) -> ExitCode {
+fn reopen(
+    reason: &str,
+    link: &str,
+    [w, h]: [f32; 2],
+    calm: bool,
+    screenshot: Option<String>,
+) -> ExitCode {
     let _ =
         writeln!(std::io::stderr(), "note: {reason}. The window opens again with what it showed.");
     let Ok(program) = std::env::current_exe() else { return lost_for_good(reason, link) };
     let mut command = std::process::Command::new(program);
     command.args([AGAIN, "--state", link, "--size", &format!("{w}x{h}")]);
+    if calm {
+        command.arg("--calm");
+    }
     if let Some(path) = screenshot {
         command.args(["--screenshot", &path]);
     }

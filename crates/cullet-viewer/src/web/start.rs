@@ -6,7 +6,7 @@ use super::page::{is_calm, set};
 use crate::app::{App, Start, setup};
 
 /// Starts the viewer in the canvas `canvas`. `?webgl` in the address takes WebGL2 even where WebGPU is to be
-/// had. The body's `data-state` becomes `running`, or `failed` with `data-error`.
+/// had, `?tour` begins with the tour. The body's `data-state` becomes `running`, or `failed` with `data-error`.
 #[wasm_bindgen(start)]
 #[expect(unreachable_pub, reason = "the page's script calls it")]
 pub fn start() {
@@ -38,7 +38,8 @@ async fn run() -> Result<(), String> {
         .and_then(|e| e.dyn_into::<web_sys::HtmlCanvasElement>().ok())
         .ok_or("the page has no canvas 'canvas'")?;
     let options = eframe::WebOptions { wgpu_options: setup(backends), ..Default::default() };
-    let begin = Start { link: hash, calm: is_calm(), ..Start::default() };
+    let tour = search.contains("tour");
+    let begin = Start { link: hash, calm: is_calm(), tour, ..Start::default() };
     let make = Box::new(move |cc: &eframe::CreationContext<'_>| {
         let app = App::new(cc, begin)?;
         Ok(Box::new(app) as Box<dyn eframe::App>)

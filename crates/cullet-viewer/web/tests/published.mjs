@@ -151,6 +151,11 @@ try {
   await running(served.page);
   assert.deepEqual(served.missed, [], "the page misses nothing");
   console.log("the page in the book starts there");
+  // From the first chapter to the tour, with nothing pressed.
+  await served.page.goto(`${server.url}index.html`);
+  await served.page.getByRole("link", { name: "the tour" }).click();
+  await served.page.waitForFunction(() => document.body.dataset.step === "1/14");
+  assert.deepEqual(served.missed, [], "the tour misses nothing");
   await slides(browser, server.url, pictures);
   server.end();
 } finally {
