@@ -1,5 +1,5 @@
 //! The README's two commands as a stranger meets them: a fresh clone in an empty folder, no data beside it, nothing
-//! installed but Rust and a C compiler. What CI runs begins with them, and goes on in that clone.
+//! installed but Rust and compilers of C and C++. What CI runs begins with them, and goes on in that clone.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -53,7 +53,7 @@ cargo xtask peers-occlusion [--prototype FOLDER] [--scene NAME]... [--rounds N] 
 cargo xtask semver COMMIT
                        what changed in the public interface since a commit or tag, and whether the version says so
 cargo xtask bare       the README's two commands as a stranger meets them: in a fresh clone of what is committed,
-                       with no data beside it and nothing used but Rust and a C compiler
+                       with no data beside it and nothing used but Rust and compilers of C and C++
 cargo xtask ci         what CI runs: bare, then in the same clone everything that test has, with nothing left out; what is
                        missing is installed";
 

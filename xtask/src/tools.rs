@@ -72,7 +72,7 @@ pub(crate) fn output(program: &str, args: &[&str]) -> Option<String> {
     out.status.success().then(|| String::from_utf8_lossy(&out.stdout).into_owned())
 }
 
-/// Whether to behave as on a machine with Rust and a C compiler and nothing else: `CULLET_BARE=1`.
+/// Whether to behave as on a machine with Rust and a compiler of C and C++ and nothing else: `CULLET_BARE=1`.
 pub(crate) fn is_bare() -> bool {
     std::env::var_os("CULLET_BARE").is_some_and(|v| v == "1")
 }
@@ -87,11 +87,12 @@ pub(crate) fn optional(program: &str, args: &[&str]) -> Option<String> {
     if is_bare() { None } else { output(program, args) }
 }
 
-/// A C++ compiler that can be run, the one that `CXX` names first.
+/// A C++ compiler that can be run, the one that `CXX` names first. On a bare machine it counts as well: nearly everywhere it comes
+/// with the one for C, and without it much would be built once more afterwards.
 pub(crate) fn cpp_compiler() -> Result<String, String> {
     let set = std::env::var("CXX").ok().filter(|v| !v.is_empty());
     let mut compilers = set.into_iter().chain(["c++", "g++", "clang++"].map(str::to_owned));
-    compilers.find(|c| optional(c, &["--version"]).is_some()).ok_or_else(|| {
+    compilers.find(|c| output(c, &["--version"]).is_some()).ok_or_else(|| {
         format!("there is no C++ compiler, nor does CXX name one: {}", install_words(&["g++"]))
     })
 }

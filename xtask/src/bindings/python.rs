@@ -104,8 +104,8 @@ fn build_and_test(python: &str, tools: &Path) -> Done {
         maturin.args(["--out", &out.to_string_lossy()]);
         maturin
     };
-    // With the build that all tests have, where the interpreter's version matters to nobody.
-    run(maturin(&["build", "--profile", "checked", "--interpreter", python]))?;
+    // As it is published; nearly all of it was built for the program.
+    run(maturin(&["build", "--release", "--interpreter", python]))?;
     run(maturin(&["sdist"]))?;
     let files: Vec<PathBuf> =
         fs::read_dir(&out).map_err(fail)?.flatten().map(|entry| entry.path()).collect();
