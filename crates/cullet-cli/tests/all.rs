@@ -4,6 +4,7 @@
 mod cell_sets;
 mod check_occlusion;
 mod cluster;
+mod costs;
 mod cut;
 mod explain;
 mod fetch;
@@ -11,7 +12,9 @@ mod film;
 mod fly;
 mod levels;
 mod occlusion;
+mod pictures;
 mod program;
+mod ran;
 mod reproduce_assarsson_moller;
 mod reproduce_johannsen_carter;
 mod reproduce_zhang_hoff;

@@ -174,16 +174,22 @@ fn a_pixel_tells_who_owns_it_and_what_is_behind() {
     assert!(behind > 0, "something hidden is behind one of them");
 }
 
-#[test]
-fn an_instance_is_told_of_in_text_json_and_picture() {
-    let folder = Folder::new("explain");
+/// An instance of the city that the frustum drops, and one that is occluded.
+fn dropped_in_the_city() -> [(Stage, u32); 2] {
     let model = scenes::build(CITY[0]).unwrap();
     let view = &views(&model, &PathSpec::Walk, [160, 90])[1];
     let (culler, mut result) = (culler(), Visible::default());
     culler.cull_one(&model.scene, view, &mut ViewState::default(), &mut result);
-    for stage in [Stage::Frustum, Stage::Occlusion] {
+    [Stage::Frustum, Stage::Occlusion].map(|stage| {
         let is_it = |slot: &u32| result.reasons[*slot as usize].is_some_and(|r| r.stage == stage);
-        let slot = model.scene.slots().find(is_it).unwrap();
+        (stage, model.scene.slots().find(is_it).unwrap())
+    })
+}
+
+#[test]
+fn an_instance_is_told_of_in_text_json_and_picture() {
+    let folder = Folder::new("explain");
+    for (stage, slot) in dropped_in_the_city() {
         let picture = folder.path(&format!("{}.png", stage.name()));
         let name = format!("#{slot}");
         let (json, told) = explained(&[CITY, &["--instance", &name, "--out", &picture]].concat());
@@ -266,13 +272,7 @@ fn the_chain_is_drawn_with_every_stage_and_its_numbers() {
         assert!(words.replace('\n', " ").contains(&sentence), "{sentence}: {words}");
         (instance["stage"].as_str().map(str::to_owned), svg)
     };
-    let model = scenes::build(CITY[0]).unwrap();
-    let view = &views(&model, &PathSpec::Walk, [160, 90])[1];
-    let (culler, mut result) = (culler(), Visible::default());
-    culler.cull_one(&model.scene, view, &mut ViewState::default(), &mut result);
-    for stage in [Stage::Frustum, Stage::Occlusion] {
-        let is_it = |slot: &u32| result.reasons[*slot as usize].is_some_and(|r| r.stage == stage);
-        let slot = model.scene.slots().find(is_it).unwrap();
+    for (stage, slot) in dropped_in_the_city() {
         let (dropped, svg) = hold(of(CITY, &["--instance", &format!("#{slot}")]));
         assert_eq!(dropped.as_deref(), Some(stage.name()));
         let color = cullet_draw::palette::reason_color(Some(stage));
