@@ -31,6 +31,10 @@ pub enum LabError {
     Other(String),
 }
 
+/// Models that `cullet fetch` gets: their paths in a folder of data with a folder for each, and its own names.
+const FETCHED: [(&str, &str); 2] =
+    [("stanford-bunny/bun_zipper.ply", "bunny.ply"), ("armadillo/armadillo.obj", "armadillo.ply")];
+
 /// What checks work with: scenes, made or loaded once; where models lie that everybody knows; the profiler.
 #[derive(Debug, Default)]
 pub struct Lab {
@@ -60,17 +64,17 @@ impl Lab {
         })
     }
 
-    /// A model of the data folder, by its path in it; `None` where it is not there.
+    /// A model of the data folder, by its path in it, or as `cullet fetch` names it; `None` where it is not there.
     ///
     /// # Errors
     /// If it is there and cannot be read.
     pub fn model(&self, file: &str) -> Result<Option<Rc<Model>>, LabError> {
-        let Some(path) = self.data.as_ref().map(|folder| folder.join(file)) else {
+        let Some(folder) = &self.data else { return Ok(None) };
+        let fetched = FETCHED.iter().find(|(name, _)| *name == file).map(|(_, fetched)| *fetched);
+        let mut places = [Some(file), fetched].into_iter().flatten().map(|file| folder.join(file));
+        let Some(path) = places.find(|path| path.exists()) else {
             return Ok(None);
         };
-        if !path.exists() {
-            return Ok(None);
-        }
         let load = |path: &Path| cullet_io::load(path, &LoadOptions::default());
         self.once(file, || Ok(load(&path)?)).map(Some)
     }

@@ -89,3 +89,20 @@ fn each_claim_comes_out_as_it_is_told() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
+
+#[test]
+fn a_model_is_found_by_its_folder_or_as_it_was_fetched() {
+    let folder = cullet_testkit::Folder::new("fetched");
+    let lab = |data: &str| Lab::new(Some(data.into()), None);
+    let asked = "stanford-bunny/bun_zipper.ply";
+    assert!(lab(&folder.path("")).model(asked).unwrap().is_none());
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+               element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    assert!(folder.file("bunny.ply", ply).ends_with("bunny.ply"));
+    let found = lab(&folder.path("")).model(asked).unwrap().expect("as cullet fetch names it");
+    assert_eq!(found.scene.triangle_count(), 1);
+    assert!(lab(&folder.path("")).model("armadillo/armadillo.obj").unwrap().is_none());
+    // What is there and cannot be read is no model that is missing.
+    let broken = folder.file("armadillo.ply", "ply\nformat");
+    assert!(lab(&folder.path("")).model("armadillo/armadillo.obj").is_err(), "{broken}");
+}

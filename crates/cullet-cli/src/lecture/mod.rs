@@ -33,9 +33,10 @@ Examples
   cullet lecture zachmann 21           the same
   cullet lecture kaist outcodes        the items whose title has that word
   cullet lecture --check               all of them: which claims hold here? Exit code 1 if one does not
-  cullet lecture zhang-hoff --check --data models/     with the bunny, if it lies in models/stanford-bunny
+  cullet lecture zhang-hoff --check    with the bunny, once cullet fetch bunny has put it into models
 
-The models that everybody knows are found in the folder --data, or CULLET_DATA; without them built-in scenes stand in.";
+The models that everybody knows are found in the folder --data, CULLET_DATA or models, where cullet fetch puts them; without
+them built-in scenes stand in.";
 
 /// `cullet lecture`
 #[derive(Debug, Args)]
@@ -82,7 +83,8 @@ pub(crate) fn run(args: &LectureArgs, console: &Console) -> Outcome {
         }
         return Ok(Exit::Fine);
     }
-    let data = args.data.clone().or_else(|| std::env::var_os("CULLET_DATA").map(PathBuf::from));
+    let named = args.data.clone().or_else(|| std::env::var_os("CULLET_DATA").map(PathBuf::from));
+    let data = named.or_else(|| Some(PathBuf::from("models")).filter(|folder| folder.is_dir()));
     let lab = Lab::new(data, PROFILER.path());
     let mut progress = console.progress("items", choice.items.len() as u64);
     let mut all = Vec::with_capacity(choice.items.len());

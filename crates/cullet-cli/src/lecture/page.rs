@@ -38,21 +38,21 @@ pub(super) fn page(record: &Record) -> String {
     }
     page.push('\n');
     for Checked { item, found, .. } in &record.items {
-        let _ = writeln!(page, "### {}\n\n{}", heading(item), item.claim);
+        let _ = writeln!(page, "### {}\n\n{}\n", heading(item), item.claim);
         if let Some(said) = item.said {
-            let _ = writeln!(page, "The text: {said}.");
+            let _ = writeln!(page, "The text: {said}.\n");
         }
         match found.as_ref().map(|f| (&f.outcome, &f.measured)) {
             Some((Outcome::NotHere(missing), _)) => {
-                let _ = writeln!(page, "Not tried here: {missing}.");
+                let _ = writeln!(page, "Not tried here: {missing}.\n");
             }
             Some((_, measured)) => {
-                let _ = writeln!(page, "*Here: {measured}.*");
+                let _ = writeln!(page, "*Here: {measured}.*\n");
             }
             None => {}
         }
         if let Some(fault) = item.fault {
-            let _ = writeln!(page, "**The text errs.** {fault}");
+            let _ = writeln!(page, "**The text errs.** {fault}\n");
         }
         let _ = write!(page, "`{}`", item.command);
         if let Some(live) = item.live {
