@@ -3,20 +3,19 @@
 use clap::Args;
 use cullet_command::console::{Console, count};
 use cullet_command::exit::{Exit, Failure, Outcome};
-use cullet_lecture::{Exercise, exercises};
+use cullet_lecture::{Exercise, Judged, exercises};
 
 /// End of `cullet quiz --help`.
 pub(crate) const HELP: &str = "\
-Each chapter of the book ends with exercises. A number may be given with its unit; of a choice, the word.
+Each chapter of the book ends with exercises. A number may be given with its unit or as per cent, with three
+digits where it is not whole; of a choice, the word.
 
 Examples
   cullet quiz                    all exercises, chapter by chapter
   cullet quiz frustum            those of a chapter
   cullet quiz frustum-1          one question
   cullet quiz frustum-1 2.5      is 2.5 the answer? Exit code 0 if it is, 1 if not
-  cullet quiz frustum-1 --solve  the answer, and why
-
-A negative number stands behind two dashes: cullet quiz backface-1 -- -4";
+  cullet quiz frustum-1 --solve  the answer, and why";
 
 /// `cullet quiz`
 #[derive(Debug, Args)]
@@ -24,6 +23,7 @@ pub(crate) struct QuizArgs {
     /// An exercise, or the beginning of its name
     exercise: Option<String>,
     /// Your answer
+    #[arg(allow_negative_numbers = true)]
     answer: Option<String>,
     /// Tell the answer, and why
     #[arg(long, conflicts_with = "answer", requires = "exercise")]
@@ -57,18 +57,20 @@ pub(crate) fn run(args: &QuizArgs, console: &Console) -> Outcome {
         }
         return Ok(Exit::Fine);
     };
-    match exercise.is_right(answer) {
-        Ok(true) => {
+    let not = |how: &str| {
+        console.line(format!(
+            "{how} docs/src/{} explains it; `cullet quiz {name} --solve` tells the answer",
+            exercise.chapter
+        ));
+        Ok(Exit::FalseCull)
+    };
+    match exercise.judge(answer) {
+        Ok(Judged::Right) => {
             console.line(format!("Right. {}", exercise.solution));
             Ok(Exit::Fine)
         }
-        Ok(false) => {
-            console.line(format!(
-                "Not right. docs/src/{} explains it; `cullet quiz {name} --solve` tells the answer",
-                exercise.chapter
-            ));
-            Ok(Exit::FalseCull)
-        }
+        Ok(Judged::Near) => not("Near, but not right: is it rounded to fewer than three digits?"),
+        Ok(Judged::Wrong) => not("Not right."),
         Err(no_answer) => Err(Failure::usage(no_answer)),
     }
 }

@@ -72,10 +72,15 @@ fn answers_of_exercises_are_judged() {
     assert!(all.status.success() && said(&all).contains("frustum-1"), "{}", said(&all));
     let solved = said(&cullet(&["quiz", "why-1", "--solve"]));
     assert!(solved.contains("2.4"), "{solved}");
-    for (answer, code, words) in
-        [("2.4", 0, "Right"), ("2.5", 1, "Not right"), ("many", 2, "a number")]
-    {
-        let judged = cullet(&["quiz", "why-1", answer]);
+    for (exercise, answer, code, words) in [
+        ("why-1", "2.4", 0, "Right"),
+        ("why-1", "2.5", 1, "Near, but not right"),
+        ("why-1", "7", 1, "Not right"),
+        ("why-1", "many", 2, "a number"),
+        ("frustum-4", "-1", 0, "Right"),
+        ("clusters-2", "-0.111", 0, "Right"),
+    ] {
+        let judged = cullet(&["quiz", exercise, answer]);
         assert_eq!(judged.status.code(), Some(code), "{}", said(&judged));
         assert!(said(&judged).contains(words), "{}", said(&judged));
     }

@@ -46,33 +46,79 @@ pub enum NoAnswer {
     Choice(String, String),
 }
 
+/// What an answer is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Judged {
+    /// The answer.
+    Right,
+    /// Not far from it, as a number that was rounded too much is.
+    Near,
+    /// Neither.
+    Wrong,
+}
+
+/// A number that is off by no more than this share of the answer is near it.
+const NEAR: f64 = 0.05;
+
+/// Units, and what people write in their place.
+const UNITS: [(&str, &[&str]); 5] = [
+    ("pixels", &["pixel", "px"]),
+    ("degrees", &["degree", "deg", "°"]),
+    ("m", &["metres", "metre"]),
+    ("bytes", &["byte"]),
+    ("ms", &["milliseconds"]),
+];
+
 impl Exercise {
-    /// Whether an answer is right. A number may have its unit behind it, commas between thousands, and %; the case of words does not matter.
+    /// Judges an answer. A number may have its unit behind it, commas between thousands, or % for a hundredth; the case of words does not
+    /// matter.
     ///
     /// # Errors
     /// If it is no number where one is sought, or none of the choices.
-    pub fn is_right(&self, given: &str) -> Result<bool, NoAnswer> {
+    pub fn judge(&self, given: &str) -> Result<Judged, NoAnswer> {
         let given = given.trim();
         match &self.answer {
             Answer::Number(right) => {
-                let bare = given.strip_suffix(self.unit.as_str()).unwrap_or(given).trim();
-                let bare = bare.trim_end_matches('%').trim().replace(',', "").replace('−', "-");
-                let number = bare.parse::<f64>().ok().filter(|n| n.is_finite());
-                let unit =
-                    if self.unit.is_empty() { String::new() } else { format!(" of {}", self.unit) };
-                let number = number.ok_or_else(|| NoAnswer::Number(given.to_owned(), unit))?;
+                let number = self.number(given).ok_or_else(|| {
+                    let unit = if self.unit.is_empty() {
+                        String::new()
+                    } else {
+                        format!(" of {}", self.unit)
+                    };
+                    NoAnswer::Number(given.to_owned(), unit)
+                })?;
+                let off = (number - right).abs();
                 // What is written with few digits is meant as written.
-                Ok((number - right).abs() <= self.tolerance + 1e-9 * right.abs())
+                Ok(if off <= self.tolerance + 1e-9 * right.abs() {
+                    Judged::Right
+                } else if off <= NEAR * right.abs() && right.fract() != 0.0 {
+                    Judged::Near
+                } else {
+                    Judged::Wrong
+                })
             }
             Answer::Choice(right) => {
                 let same = |word: &str| word.eq_ignore_ascii_case(given);
                 if self.choices.iter().any(|c| same(c)) {
-                    Ok(same(right))
+                    Ok(if same(right) { Judged::Right } else { Judged::Wrong })
                 } else {
                     Err(NoAnswer::Choice(given.to_owned(), self.choices.join(", ")))
                 }
             }
         }
+    }
+
+    /// The number that is written, without its unit.
+    fn number(&self, given: &str) -> Option<f64> {
+        let same = UNITS.iter().find(|(unit, _)| *unit == self.unit).map_or(&[][..], |(_, s)| *s);
+        let mut units = std::iter::once(self.unit.as_str()).chain(same.iter().copied());
+        let bare = units.find_map(|unit| given.strip_suffix(unit).filter(|_| !unit.is_empty()));
+        let (bare, factor) = match given.strip_suffix('%') {
+            Some(share) => (share, 0.01),
+            None => (bare.unwrap_or(given), 1.0),
+        };
+        let bare = bare.trim().replace(',', "").replace('−', "-");
+        bare.parse::<f64>().ok().filter(|n| n.is_finite()).map(|n| n * factor)
     }
 }
 
@@ -100,10 +146,10 @@ mod tests {
                 Answer::Number(number) => number.to_string(),
                 Answer::Choice(word) => word.clone(),
             };
-            assert_eq!(exercise.is_right(&own), Ok(true), "{}", exercise.id);
-            assert!(exercise.is_right("a wholly other word").is_err(), "{}", exercise.id);
+            assert_eq!(exercise.judge(&own), Ok(Judged::Right), "{}", exercise.id);
+            assert!(exercise.judge("a wholly other word").is_err(), "{}", exercise.id);
             for other in exercise.choices.iter().filter(|c| **c != own) {
-                assert_eq!(exercise.is_right(other), Ok(false), "{}", exercise.id);
+                assert_eq!(exercise.judge(other), Ok(Judged::Wrong), "{}", exercise.id);
             }
         }
     }
@@ -111,15 +157,19 @@ mod tests {
     #[test]
     fn numbers_are_read_as_people_write_them() {
         let mut exercise = named("why-1");
-        for given in ["2.4", " 2.40", "+2.4"] {
-            assert_eq!(exercise.is_right(given), Ok(true), "{given}");
+        for given in ["2.4", " 2.40", "+2.4", "240%", "240 %"] {
+            assert_eq!(exercise.judge(given), Ok(Judged::Right), "{given}");
         }
-        assert_eq!(exercise.is_right("2.5"), Ok(false));
-        assert!(matches!(exercise.is_right("NaN"), Err(NoAnswer::Number(..))));
+        assert_eq!(exercise.judge("2.5"), Ok(Judged::Near));
+        assert_eq!(exercise.judge("2.6"), Ok(Judged::Wrong));
+        assert!(matches!(exercise.judge("NaN"), Err(NoAnswer::Number(..))));
         (exercise.answer, exercise.tolerance) = (Answer::Number(-1200.0), 0.0);
-        exercise.unit = "px".to_owned();
-        for given in ["-1200", "−1,200", "-1200 px", "-1200px"] {
-            assert_eq!(exercise.is_right(given), Ok(true), "{given}");
+        exercise.unit = "pixels".to_owned();
+        for given in ["-1200", "−1,200", "-1200 px", "-1200px", "-1200 pixels"] {
+            assert_eq!(exercise.judge(given), Ok(Judged::Right), "{given}");
         }
+        // A whole number is not rounded by anybody.
+        assert_eq!(exercise.judge("-1201"), Ok(Judged::Wrong));
+        assert!(exercise.judge("-1200 m").is_err());
     }
 }

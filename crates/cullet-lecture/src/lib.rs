@@ -28,7 +28,7 @@ mod lab;
 mod text;
 mod tools;
 
-pub use exercise::{Answer, Exercise, NoAnswer, exercises};
+pub use exercise::{Answer, Exercise, Judged, NoAnswer, exercises};
 pub use finding::{Finding, Outcome};
 pub use item::{Item, Live, Place};
 pub use items::items;

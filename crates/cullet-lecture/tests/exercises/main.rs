@@ -14,7 +14,7 @@ mod subject;
 use std::collections::BTreeSet;
 use std::error::Error;
 
-use cullet_lecture::{Lab, exercises};
+use cullet_lecture::{Judged, Lab, exercises};
 
 /// An answer as one would type it, or why there is none.
 type Computed = Result<String, Box<dyn Error>>;
@@ -72,9 +72,9 @@ fn each_answer_is_what_the_engine_computes() {
         };
         let computed = compute(&lab).unwrap_or_else(|error| panic!("{id}: {error}"));
         println!("{id}: {computed}, stored {:?}", exercise.answer);
-        match exercise.is_right(&computed) {
-            Ok(true) => {}
-            Ok(false) => wrong.push(format!("{id}: {computed}, stored {:?}", exercise.answer)),
+        match exercise.judge(&computed) {
+            Ok(Judged::Right) => {}
+            Ok(_) => wrong.push(format!("{id}: {computed}, stored {:?}", exercise.answer)),
             Err(none) => wrong.push(format!("{id}: {none}")),
         }
     }
