@@ -1,15 +1,8 @@
 //! Attributes of vertices besides positions, and the tree of nodes: read on request, and saved again.
 
-use std::path::PathBuf;
-
 use cullet_io::{Attributes, ErrorKind, LoadOptions, Model, load, load_bytes, save};
+use cullet_testkit::Folder;
 use serde_json::{Value, json};
-
-fn file(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("cullet-details-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    folder.join(name)
-}
 
 fn details() -> LoadOptions {
     LoadOptions { details: true, ..LoadOptions::default() }
@@ -130,12 +123,13 @@ fn triangle() -> Attributes {
 
 #[test]
 fn attributes_of_gltf_survive_every_format_that_has_them() {
+    let folder = Folder::new("details");
     let model = read("a.gltf", &gltf(|_| {}));
     assert_eq!(model.attributes, [triangle()]);
     let bare = load_bytes("a.gltf", gltf(|_| {}).as_bytes(), &LoadOptions::default()).unwrap();
     assert!(bare.attributes.is_empty() && bare.node_tree.locals.is_empty());
-    save(&model, &file("a.glb")).unwrap();
-    let again = load(&file("a.glb"), &details()).unwrap();
+    save(&model, &folder.root().join("a.glb")).unwrap();
+    let again = load(&folder.root().join("a.glb"), &details()).unwrap();
     assert_eq!(again.attributes, [triangle()]);
     assert!(again.warnings.is_empty(), "{:?}", again.warnings);
     // One instance, so that the space of the mesh is that of the world.
@@ -147,8 +141,8 @@ fn attributes_of_gltf_survive_every_format_that_has_them() {
     one.scene.add(cullet::Instance::new(0, cullet::Transform::IDENTITY)).unwrap();
     one.scene.commit();
     for name in ["b.ply", "b.obj"] {
-        save(&one, &file(name)).unwrap();
-        let again = load(&file(name), &details()).unwrap();
+        save(&one, &folder.root().join(name)).unwrap();
+        let again = load(&folder.root().join(name), &details()).unwrap();
         let (a, t) = (&again.attributes[0], triangle());
         near(&a.normals, &t.normals, 1e-6);
         near(&a.uvs, &t.uvs, 1e-6);
@@ -199,9 +193,10 @@ fn tree(model: &Model) -> Vec<(String, Option<String>, Vec<[f64; 16]>)> {
 
 #[test]
 fn the_tree_of_nodes_is_kept() {
+    let folder = Folder::new("details");
     let model = read("a.gltf", &gltf(|_| {}));
-    save(&model, &file("tree.glb")).unwrap();
-    let again = load(&file("tree.glb"), &details()).unwrap();
+    save(&model, &folder.root().join("tree.glb")).unwrap();
+    let again = load(&folder.root().join("tree.glb"), &details()).unwrap();
     let (before, after) = (tree(&model), tree(&again));
     let names: Vec<&str> = after.iter().map(|n| n.0.as_str()).collect();
     // Nodes that lead to nothing drawn are left out.
@@ -213,6 +208,7 @@ fn the_tree_of_nodes_is_kept() {
 
 #[test]
 fn what_moved_from_its_node_stays_where_it_is() {
+    let folder = Folder::new("details");
     let mut model = read("a.gltf", &gltf(|_| {}));
     let moved = cullet::Transform::from_scale_translation([2.0; 3], [7.0, 8.0, 9.0]);
     let handles: Vec<_> = model.scene.slots().filter_map(|s| model.scene.handle(s)).collect();
@@ -220,8 +216,8 @@ fn what_moved_from_its_node_stays_where_it_is() {
         model.scene.set_transform(handle, moved).unwrap();
     }
     model.scene.commit();
-    save(&model, &file("moved.glb")).unwrap();
-    let again = load(&file("moved.glb"), &details()).unwrap();
+    save(&model, &folder.root().join("moved.glb")).unwrap();
+    let again = load(&folder.root().join("moved.glb"), &details()).unwrap();
     assert_eq!(again.scene.instance_count(), 3);
     for slot in again.scene.slots() {
         let (found, wanted) = (again.scene.transform(slot).to_matrix(), moved.to_matrix());
@@ -230,6 +226,9 @@ fn what_moved_from_its_node_stays_where_it_is() {
     // A tree that is none loses nothing either.
     model.node_tree.parents[0] = 4;
     model.node_tree.parents[2] = 0;
-    save(&model, &file("loop.glb")).unwrap();
-    assert_eq!(load(&file("loop.glb"), &details()).unwrap().scene.instance_count(), 3);
+    save(&model, &folder.root().join("loop.glb")).unwrap();
+    assert_eq!(
+        load(&folder.root().join("loop.glb"), &details()).unwrap().scene.instance_count(),
+        3
+    );
 }

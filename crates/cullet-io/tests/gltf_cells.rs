@@ -2,20 +2,13 @@
 
 use crate::schema;
 
-use std::path::PathBuf;
-
 use cullet::Scene;
 use cullet_io::{LoadOptions, Model, Up, load, load_bytes, save, scenes};
+use cullet_testkit::Folder;
 use schema::held;
 use serde_json::{Value, json};
 
 const NAME: &str = "CULLET_cells_portals";
-
-fn file(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("cullet-cells-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    folder.join(name)
-}
 
 /// The JSON of a GLB.
 fn json_of(bytes: &[u8]) -> Value {
@@ -32,6 +25,7 @@ fn doors(model: &Model) -> Vec<Option<[f64; 3]>> {
 
 #[test]
 fn cells_of_the_office_come_back_from_a_glb() {
+    let folder = Folder::new("cells");
     let mut model = scenes::build("office:floors=2,corridors=1,rooms=3,closed=50").unwrap();
     model.cells.portals[1].one_way = true;
     model.cells.portals[2].name = "the second door".into();
@@ -41,7 +35,7 @@ fn cells_of_the_office_come_back_from_a_glb() {
     model.cells.mirrors.push(mirror);
     let skin = cullet_io::Cell::from_box("", [-1.0, 0.0, -1.0], [-0.5, 3.0, 9.0]).pieces;
     model.cells.cells[1].skins.clone_from(&skin);
-    let path = file("office.glb");
+    let path = folder.root().join("office.glb");
     save(&model, &path).unwrap();
     let back = load(&path, &LoadOptions::default()).unwrap();
     assert!(back.warnings.is_empty(), "{:?}", back.warnings);
@@ -56,7 +50,7 @@ fn cells_of_the_office_come_back_from_a_glb() {
     assert_eq!(graph.cell_count() as usize, model.cells.cells.len());
     assert!(graph.is_one_way(1) && graph.mirrors().len() == 1);
     // Once more, where nodes are those of the file.
-    let again = file("again.glb");
+    let again = folder.root().join("again.glb");
     save(&back, &again).unwrap();
     let third = load(&again, &LoadOptions::default()).unwrap();
     assert_eq!((doors(&third), &third.cells.cells), (doors(&back), &back.cells.cells));

@@ -1,16 +1,9 @@
 //! Models that are saved load again unchanged.
 
-use std::path::PathBuf;
-
 use cullet::mesh::Topology;
 use cullet::{Instance, Transform};
 use cullet_io::{LoadOptions, Model, SaveErrorKind, load, save, scenes};
-
-fn file(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("cullet-save-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    folder.join(name)
-}
+use cullet_testkit::Folder;
 
 /// The world-space triangles of all instances, sorted.
 fn triangles(model: &Model) -> Vec<[[i64; 3]; 3]> {
@@ -43,6 +36,7 @@ fn triangles(model: &Model) -> Vec<[[i64; 3]; 3]> {
 
 #[test]
 fn every_format_leads_back() {
+    let folder = Folder::new("save");
     let mut model = scenes::build("solids").unwrap();
     let mirrored = Transform::from_scale_translation([-1.0, 2.0, 1.0], [9.0, 1.0, -4.0]);
     model.scene.add(Instance::new(0, mirrored)).unwrap();
@@ -50,7 +44,7 @@ fn every_format_leads_back() {
     let expected = triangles(&model);
     assert!(expected.len() > 100);
     for name in ["a.glb", "a.PLY", "a.obj", "a.stl"] {
-        let path = file(name);
+        let path = folder.root().join(name);
         save(&model, &path).unwrap();
         let again = load(&path, &LoadOptions::default()).unwrap();
         let found = triangles(&again);
@@ -60,7 +54,7 @@ fn every_format_leads_back() {
         assert!(moved * 50 < found.len(), "{name}: {moved} of {}", found.len());
         assert!(again.warnings.is_empty(), "{name}: {:?}", again.warnings);
     }
-    let again = load(&file("a.glb"), &LoadOptions::default()).unwrap();
+    let again = load(&folder.root().join("a.glb"), &LoadOptions::default()).unwrap();
     assert_eq!(again.scene.instance_count(), model.scene.instance_count());
     let names = |m: &Model| {
         let handles = m.scene.slots().filter_map(|s| m.scene.handle(s));
@@ -75,22 +69,23 @@ fn every_format_leads_back() {
     assert_eq!(sides(&again), sides(&model));
     let colors = |m: &Model| m.materials.iter().map(|m| m.name.clone()).collect::<Vec<_>>();
     assert!(colors(&again).iter().all(|name| colors(&model).contains(name)));
-    let merged = load(&file("a.stl"), &LoadOptions::default()).unwrap();
+    let merged = load(&folder.root().join("a.stl"), &LoadOptions::default()).unwrap();
     let mesh = &merged.scene.meshes()[0];
     assert_eq!(Topology::of(mesh.positions(), mesh.indices()).boundary_edges, 0);
 }
 
 #[test]
 fn an_empty_model_is_saved_and_strange_endings_are_refused() {
+    let folder = Folder::new("save");
     let model = Model::default();
     for name in ["none.glb", "none.ply", "none.obj", "none.stl"] {
-        save(&model, &file(name)).unwrap();
+        save(&model, &folder.root().join(name)).unwrap();
     }
-    let again = load(&file("none.glb"), &LoadOptions::default()).unwrap();
+    let again = load(&folder.root().join("none.glb"), &LoadOptions::default()).unwrap();
     assert_eq!(again.scene.instance_count(), 0);
-    let error = save(&model, &file("a.fbx")).unwrap_err();
+    let error = save(&model, &folder.root().join("a.fbx")).unwrap_err();
     assert!(matches!(error.kind, SaveErrorKind::Unsupported), "{error}");
-    assert!(!file("a.fbx").exists());
-    let error = save(&model, &file("no/such/folder.glb")).unwrap_err();
+    assert!(!folder.root().join("a.fbx").exists());
+    let error = save(&model, &folder.root().join("no/such/folder.glb")).unwrap_err();
     assert!(matches!(error.kind, SaveErrorKind::Io(_)), "{error}");
 }
