@@ -55,9 +55,9 @@ pub(crate) fn build() -> Done {
             fs::copy(&path, new.join(entry.file_name())).map_err(|e| fail(&path, e))?;
         }
     }
-    // What the page of lectures shows is a chapter of the book.
+    // What the page of lectures shows is a chapter of the book, under an ending that is served as text everywhere.
     let chapter = root().join(LECTURES);
-    fs::copy(&chapter, new.join("lectures.md")).map_err(|e| fail(&chapter, e))?;
+    fs::copy(&chapter, new.join("lectures.txt")).map_err(|e| fail(&chapter, e))?;
     let mut total = 0;
     let files: Vec<PathBuf> =
         fs::read_dir(&new).map_err(|e| fail(&new, e))?.flatten().map(|e| e.path()).collect();

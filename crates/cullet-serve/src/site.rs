@@ -29,7 +29,6 @@ const TYPES: &[(&str, &str)] = &[
     ("json", "application/json"),
     ("svg", "image/svg+xml"),
     ("png", "image/png"),
-    ("md", "text/markdown; charset=utf-8"),
     ("txt", "text/plain; charset=utf-8"),
 ];
 

@@ -1,5 +1,5 @@
-// The lectures, an item at a time, as slides: the claim, what was measured of it, and its scene to turn. lectures.md is the
-// chapter of the book as `cullet lecture --check --page` writes it.
+// The lectures, an item at a time, as slides: the claim, what was measured of it, and its scene to turn. lectures.txt is
+// the chapter of the book as `cullet lecture --check --page` writes it.
 const by = (id) => document.getElementById(id);
 const scene = by("scene");
 // In a published book the chapters lie beside the viewer's folder.
@@ -13,11 +13,11 @@ function read(chapter) {
     const [title, , claim, ...rest] = part.trimEnd().split("\n");
     const number = title.split(".")[0];
     const line = (start) => rest.find((l) => l.startsWith(start));
-    const link = (name) => part.match(new RegExp(`\\[${name}\\]\\(([^)]*)\\)`))?.[1];
+    const target = (name) => part.match(new RegExp(`\\[${name}\\]\\(([^)]*)\\)`))?.[1];
     return {
       number, title, claim, where: places.get(number) ?? "", command: rest.at(-1).match(/^`(.*?)`/)?.[1],
       text: line("The text: "), here: line("*Here: ") ?? line("Not tried here"), error: line("**The text errs.**"),
-      live: link("live")?.replace("viewer/", ""), chapter: link("chapter")?.replace(".md", ".html"),
+      live: target("live")?.replace("viewer/", ""), chapter: target("chapter")?.replace(".md", ".html"),
     };
   });
   return { texts, items };
@@ -78,8 +78,8 @@ function watch() {
 }
 
 async function begin() {
-  const answer = await fetch("lectures.md");
-  if (!answer.ok) throw new Error(`lectures.md: ${answer.status} ${answer.statusText}`);
+  const answer = await fetch("lectures.txt");
+  if (!answer.ok) throw new Error(`lectures.txt: ${answer.status} ${answer.statusText}`);
   const { texts, items } = read(await answer.text());
   for (const { name, about } of texts) {
     const option = by("text").appendChild(new Option(name, name));

@@ -13,7 +13,7 @@ assert(folder, "usage: node published.mjs BOOK [PICTURES_FOLDER]");
 const book = resolve(folder);
 const TYPES = {
   ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".wasm": "application/wasm", ".svg": "image/svg+xml",
-  ".md": "text/markdown; charset=utf-8",
+  ".txt": "text/plain; charset=utf-8",
 };
 // As deep as a host may put it.
 const PATH = "/some/one's books/cullet/";
