@@ -26,7 +26,7 @@ use std::process::ExitCode;
 const HELP: &str = "\
 cargo xtask test       everything that can be checked here: format, lints, docs, tests at every SIMD level,
                        examples and more; ends with what was skipped, and what gets it
-cargo xtask test NAME  only the steps whose name contains NAME
+cargo xtask test NAME  only the step of that name, or those whose name contains NAME
 cargo xtask web        builds the viewer's page, then serves it on localhost
 cargo xtask web SCENE  the same with a scene: a file, or a built-in one
 cargo xtask web --no-serve

@@ -62,9 +62,11 @@ impl Row {
     }
 }
 
-/// Runs the steps whose name contains `filter`, all of them, and prints the sums; an error names those that failed.
+/// Runs the step that is called `filter` or, if none is, those whose name contains it, all of them, and prints the sums; an error names those that failed.
 pub(crate) fn run(steps: &[Step], filter: &str) -> Done {
-    let chosen: Vec<&Step> = steps.iter().filter(|s| s.name.contains(filter)).collect();
+    let is_name = steps.iter().any(|s| s.name == filter);
+    let fits = |s: &&Step| if is_name { s.name == filter } else { s.name.contains(filter) };
+    let chosen: Vec<&Step> = steps.iter().filter(fits).collect();
     if chosen.is_empty() {
         let names: Vec<_> = steps.iter().map(|s| s.name).collect();
         return Err(format!("no step is called {filter}; there are {}", names.join(", ")));
@@ -194,14 +196,16 @@ mod tests {
             Step { name: "worse", run: || Ok(End::Failed("it fell".to_owned(), Vec::new())) },
             Step { name: "absent", run: || Ok(End::Skipped(Skip::new("a", "b"))) },
             Step { name: "last", run: last },
+            Step { name: "last-but", run: || Err("not asked for".to_owned()) },
         ];
         let error = run(&steps, "").expect_err("a step failed");
-        assert!(error.contains("2 of 4") && error.contains("worse: it fell"), "{error}");
+        assert!(error.contains("3 of 5") && error.contains("worse: it fell"), "{error}");
         assert_eq!(RAN.load(Ordering::Relaxed), 1);
-        assert_eq!(run(&steps, "la"), Ok(()));
+        // Of that name; its letters are in another.
+        assert_eq!(run(&steps, "last"), Ok(()));
         assert_eq!(RAN.load(Ordering::Relaxed), 2);
         let error = run(&steps, "none").expect_err("no such step");
-        assert!(error.contains("bad, worse, absent, last"), "{error}");
+        assert!(error.contains("bad, worse, absent, last, last-but"), "{error}");
     }
 
     #[test]

@@ -87,6 +87,10 @@ pub(super) const ITEMS: &[Item] = &[
         command: "cullet bench clip/place",
         live: Some(PLAYGROUND),
         chapter: "clipping.md#before-projection-or-after-it",
+        fault: Some(
+            "Neither place is best for every scene. In clip space a corner takes fewer products, but what is rejected was projected \
+             first. Of the triangles of cullet bench clip/place most lie outside, and there the world takes less time.",
+        ),
         check: pipeline::best_place,
         ..BLANK
     },
