@@ -11,7 +11,7 @@ const HEAD: &str = "\
 
 Three lectures and a paper are what this project set out to make real. Each thing that they say or show is an item here: what is claimed, in words of our own; what
 is measured of it on a machine with two cores; and where a text errs, what is right. `cullet lecture NUMBER` measures one on yours and says how to see it,
-`cullet lecture --check` all. **[As slides](viewer/lectures.html)**, each beside its live scene. This page is written by `cullet lecture --check --page docs/src/lectures.md`, and a test holds every outcome.
+`cullet lecture --check` all. **[As slides](viewer/lectures.html)**, each beside its live scene or its chapter. This page is written by `cullet lecture --check --page docs/src/lectures.md`, and a test holds every outcome.
 
 ";
 
