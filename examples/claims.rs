@@ -2,8 +2,8 @@
 
 use cullet::Simd;
 use cullet::cull::occlusion::OcclusionBuffer;
-use cullet_draw::{ClaimOptions, Claims, SceneOccluders, check_claims};
-use cullet_io::adversaries::adversary;
+use cullet_lab::claims::{ClaimOptions, Claims, SceneOccluders, check_claims};
+use cullet_scenes::adversaries::adversary;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Walls with hairline gaps between them; any scene and view will do.

@@ -1,7 +1,8 @@
 //! How far a mesh of fewer triangles is from the original: measured, both ways.
 //! cargo run --example deviation -p cullet-bake
 
-use cullet_bake::levels::{SurfaceTree, deviation};
+use cullet_draw::surface::SurfaceTree;
+use cullet_draw::surface::deviation;
 
 /// A ball of `rings` × 2 `rings` quads.
 fn ball(rings: u32) -> (Vec<[f32; 3]>, Vec<u32>) {

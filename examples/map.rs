@@ -1,6 +1,6 @@
 //! A Quake map: where players start, what is seen from there, its cells and portals, and other visibility written into it.
 
-use cullet_io::bsp::{Bsp, ClusterRows, clusters_of_leafs, with_visibility};
+use cullet_maps::bsp::{Bsp, ClusterRows, clusters_of_leafs, with_visibility};
 
 /// A room in two leafs, one of water.
 const SMALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/seeds/bsp/quake");

@@ -3,10 +3,9 @@
 use cullet_bake::sampled::{
     RayTree, RayTreeOptions, SampledSettings, ViewCells, bake_sampled, check_pictures,
 };
-use cullet_io::scenes;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let model = scenes::build("city")?;
+    let model = cullet_scenes::build("city")?;
     let tree = RayTree::new(&model.scene, &RayTreeOptions::default())?;
     // Where eyes are: 1 to 2.5 above the lowest point.
     let [mut low, mut high] = tree.bounds();

@@ -7,7 +7,7 @@ use cullet_bake::rooms::{FindOptions, find_cells};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // An office of which we keep the triangles alone.
-    let mut model = cullet_io::scenes::build("office:floors=1,corridors=1,roof=1")?;
+    let mut model = cullet_scenes::build("office:floors=1,corridors=1,roof=1")?;
     let doors = model.cells.portals.iter().filter_map(|portal| portal.door).collect();
     model.scene.clear_cells();
 

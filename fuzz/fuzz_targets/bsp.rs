@@ -2,8 +2,9 @@
 //! reading again.
 #![no_main]
 
-use cullet_io::bsp::{Bsp, ClusterRows, clusters_of_leafs, with_visibility};
-use cullet_io::{LoadOptions, load_bytes};
+use cullet_maps::bsp::{Bsp, ClusterRows, clusters_of_leafs, with_visibility};
+use cullet_io::LoadOptions;
+use cullet_maps::load_bytes;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

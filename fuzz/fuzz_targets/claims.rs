@@ -3,7 +3,7 @@
 
 use cullet::cull::occlusion::OcclusionBuffer;
 use cullet::{Camera, Depth, Instance, Mesh, MeshData, Projection, Scene, Simd, Transform, View};
-use cullet_draw::{ClaimOptions, Claims, SceneOccluders, check_claims};
+use cullet_lab::claims::{ClaimOptions, Claims, SceneOccluders, check_claims};
 use libfuzzer_sys::fuzz_target;
 
 const SIZE: [u32; 2] = [64, 48];

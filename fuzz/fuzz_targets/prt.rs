@@ -1,7 +1,7 @@
 //! Any bytes as a portal graph: an error or a graph whose leafs are in its cells, never a panic.
 #![no_main]
 
-use cullet_io::load_prt_bytes;
+use cullet_maps::load_prt_bytes;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

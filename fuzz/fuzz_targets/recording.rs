@@ -3,7 +3,7 @@
 #![no_main]
 
 use cullet::Simd;
-use cullet_io::recording::Recording;
+use cullet_maps::recording::Recording;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

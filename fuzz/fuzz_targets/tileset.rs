@@ -2,7 +2,9 @@
 #![no_main]
 
 use cullet_io::baked::hash;
-use cullet_io::{LoadOptions, TileSight, load_bytes_with};
+use cullet_io::LoadOptions;
+use cullet_maps::load_bytes_with;
+use cullet_maps::TileSight;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -3,7 +3,8 @@
 use std::ffi::c_char;
 use std::path::Path;
 
-use cullet_io::{LoadOptions, load};
+use cullet_io::LoadOptions;
+use cullet_maps::load;
 use engine::bounds::Aabb;
 use engine::{BoundsOverride, Handle as EngineHandle, InstanceFlags, SceneError};
 

@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [scene, width, height, matrix @ ..] = &args[..] else {
         return Err("python_border SCENE WIDTH HEIGHT M00 ... M33".into());
     };
-    let scene = cullet_io::scenes::build(scene)?.scene;
+    let scene = cullet_scenes::build(scene)?.scene;
     let matrix: Vec<f64> = matrix.iter().map(|v| v.parse()).collect::<Result<_, _>>()?;
     let matrix: [f64; 16] = matrix.try_into().map_err(|_| "a matrix has 16 numbers")?;
     let view = View::from_matrix(matrix, Depth::Reversed, [width.parse()?, height.parse()?])?;

@@ -1,6 +1,6 @@
 //! Cameras: one, or thousands as arrays.
 
-use cullet_io::paths::{Overrides, PathSpec};
+use cullet_scenes::paths::{Overrides, PathSpec};
 use engine::{Camera, Depth, Projection, View};
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
@@ -298,7 +298,7 @@ impl PyCameras {
         let spec: PathSpec = path.parse().map_err(value_error)?;
         let depth = Depth::Reversed;
         let overrides = Overrides { fov_degrees: fov_y, near, far, depth, seed };
-        let views = cullet_io::paths::views(&scene.model, &spec, count, size, &overrides);
+        let views = cullet_scenes::paths::views(&scene.model, &spec, count, size, &overrides);
         Ok(Self { views: views.map_err(value_error)? })
     }
 

@@ -58,9 +58,6 @@ mod _native {
         use pyo3::types::PyModuleMethods;
         m.add("__version__", env!("CARGO_PKG_VERSION"))?;
         m.add("STAGES", engine::Stage::ALL.map(engine::Stage::name))?;
-        m.add(
-            "BUILTIN_SCENES",
-            cullet_io::scenes::list().iter().map(|s| s.name).collect::<Vec<_>>(),
-        )
+        m.add("BUILTIN_SCENES", cullet_scenes::list().iter().map(|s| s.name).collect::<Vec<_>>())
     }
 }

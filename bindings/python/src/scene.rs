@@ -123,19 +123,20 @@ impl PyScene {
             }
         };
         let options = LoadOptions { up, two_sided, ..LoadOptions::default() };
-        let model = py.detach(|| cullet_io::load(&path, &options)).map_err(|e| match &e.kind {
-            cullet_io::ErrorKind::Io(io) if io.kind() == std::io::ErrorKind::NotFound => {
-                PyFileNotFoundError::new_err(format!("there is no file {}", path.display()))
-            }
-            cullet_io::ErrorKind::Io(_) => PyOSError::new_err(e.to_string()),
-            _ => FileError::new_err(e.to_string()),
-        })?;
+        let model =
+            py.detach(|| cullet_maps::load(&path, &options)).map_err(|e| match &e.kind {
+                cullet_io::ErrorKind::Io(io) if io.kind() == std::io::ErrorKind::NotFound => {
+                    PyFileNotFoundError::new_err(format!("there is no file {}", path.display()))
+                }
+                cullet_io::ErrorKind::Io(_) => PyOSError::new_err(e.to_string()),
+                _ => FileError::new_err(e.to_string()),
+            })?;
         self.take(model);
         Ok(())
     }
 
     fn _build(&mut self, py: Python<'_>, spec: &str) -> PyResult<()> {
-        let model = py.detach(|| cullet_io::scenes::build(spec)).map_err(value_error)?;
+        let model = py.detach(|| cullet_scenes::build(spec)).map_err(value_error)?;
         self.take(model);
         Ok(())
     }

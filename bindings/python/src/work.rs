@@ -4,8 +4,13 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use cullet_bake::job::Job;
+use cullet_bake::job::Made;
+use cullet_bake::job::Plan;
+use cullet_bake::job::Product;
+use cullet_bake::job::WorkError;
+use cullet_bake::job::content_of;
 use cullet_bake::work::UnitFolder;
-use cullet_work::{Job, Made, Plan, Product, WorkError, content_of};
 use pyo3::exceptions::{PyFileNotFoundError, PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;

@@ -1,6 +1,7 @@
 //! Model files: read into scenes.
 
-use cullet_io::{LoadOptions, load_bytes};
+use cullet_io::LoadOptions;
+use cullet_maps::load_bytes;
 
 use crate::fault::{Code, Fault, has_room};
 use crate::scene::SceneSet;

@@ -10,20 +10,18 @@
 #![forbid(unsafe_code)]
 
 pub mod clusters;
-pub mod container;
 mod corners;
 mod gather;
-mod hash;
-pub mod joint;
+pub mod job;
 pub mod levels;
 #[cfg(feature = "meshopt")]
 pub mod merged;
 pub mod occluders;
 pub mod pvs;
-mod random;
+pub mod room_volumes;
 pub mod rooms;
 mod rows;
-mod sample;
+pub mod sample;
 pub mod sampled;
 pub mod stand_in;
 mod threads;

@@ -5,7 +5,8 @@ use glam::{DVec3, DVec4};
 
 /// Homogeneous view points in units of the mesh's radius, from its middle: directions on a Fibonacci
 /// spiral, at the distances in turn. An infinite distance is a direction.
-pub(crate) fn view_points(count: usize, distances: &[f64]) -> Vec<DVec4> {
+#[must_use]
+pub fn view_points(count: usize, distances: &[f64]) -> Vec<DVec4> {
     (0..count)
         .map(|i| {
             let d = fibonacci(i, count);
@@ -20,7 +21,8 @@ pub(crate) fn view_points(count: usize, distances: &[f64]) -> Vec<DVec4> {
 }
 
 /// Point `i` of `n` spread evenly over the unit sphere, along a spiral.
-pub(crate) fn fibonacci(i: usize, n: usize) -> DVec3 {
+#[must_use]
+pub fn fibonacci(i: usize, n: usize) -> DVec3 {
     // The golden angle, as a share of a turn.
     const GOLDEN: f64 = 0.381_966_011_250_105_1;
     let z = 1.0 - (2 * i + 1) as f64 / n as f64;
@@ -30,7 +32,8 @@ pub(crate) fn fibonacci(i: usize, n: usize) -> DVec3 {
 }
 
 /// The numbers of boxes, along a Morton curve through their middles; equal places by number.
-pub(crate) fn curve(boxes: &[Aabb]) -> Vec<u32> {
+#[must_use]
+pub fn curve(boxes: &[Aabb]) -> Vec<u32> {
     let all = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b));
     let (low, half) = (all.min, all.half_extent());
     let spread = |v: u64| {
@@ -51,7 +54,8 @@ pub(crate) fn curve(boxes: &[Aabb]) -> Vec<u32> {
 
 /// Pairs of clusters that follow each other closely along the curve: neighbours where nothing is joined
 /// by edges, as leaves of a tree.
-pub(crate) fn nearby(boxes: &[Aabb]) -> Vec<(u32, u32)> {
+#[must_use]
+pub fn nearby(boxes: &[Aabb]) -> Vec<(u32, u32)> {
     const REACH: usize = 6;
     let order = curve(boxes);
     let mut pairs = Vec::with_capacity(order.len() * REACH);
@@ -64,7 +68,7 @@ pub(crate) fn nearby(boxes: &[Aabb]) -> Vec<(u32, u32)> {
 }
 
 /// The node that `c` is part of now, with path halving.
-pub(crate) fn find(into: &mut [u32], mut c: u32) -> u32 {
+pub fn find(into: &mut [u32], mut c: u32) -> u32 {
     while into[c as usize] != c {
         into[c as usize] = into[into[c as usize] as usize];
         c = into[c as usize];

@@ -2,12 +2,13 @@
 
 mod clusters;
 mod hierarchy;
-mod joint;
+mod jobs;
 mod level_chain;
-mod level_distances;
+
 mod merged;
 mod occluders;
 mod pvs;
+mod room_volumes;
 mod rooms;
 mod sampled;
 mod stand_in;

@@ -4,8 +4,9 @@
 use cullet::MeshData;
 use cullet::mesh::Part;
 use cullet_bake::levels::{
-    ChainOptions, LevelsError, NO_GROUP, WithinOptions, build_chain, deviation, simplify_within,
+    ChainOptions, LevelsError, NO_GROUP, WithinOptions, build_chain, simplify_within,
 };
+use cullet_draw::surface::deviation;
 use cullet_testkit::soups::{self, Soup};
 use cullet_testkit::{Rng, cases};
 

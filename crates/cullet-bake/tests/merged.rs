@@ -7,10 +7,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cullet::mesh::Part;
 use cullet::{Culler, Instance, Mesh, MeshData, Output, Scene, Stage, Transform};
-use cullet_bake::levels::{ChainOptions, LevelsError, NO_GROUP, build_chain, deviation};
+use cullet_bake::levels::{ChainOptions, LevelsError, NO_GROUP, build_chain};
 use cullet_bake::merged::{
     Keep, Member, MergeInput, MergeOptions, MergedGroup, MeshAttributes, add_to_scene,
 };
+use cullet_draw::surface::deviation;
 use cullet_testkit::views::look;
 use cullet_testkit::{Rng, answers::cull, cases, soups};
 

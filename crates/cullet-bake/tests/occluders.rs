@@ -5,8 +5,8 @@ use cullet::bounds::Aabb;
 use cullet::mesh::{Alpha, Part};
 use cullet::{Mesh, MeshData};
 use cullet_bake::occluders::{
-    NoOccluders, OccluderError, OccluderOptions, OccluderReport, Occluders, Polygon, Sheet,
-    occluders, validate,
+    NoOccluders, OccluderError, OccluderOptions, OccluderPolygon, OccluderReport, OccluderSheet,
+    Occluders, occluders, validate,
 };
 use cullet_testkit::meshes::one_sided_data;
 use cullet_testkit::soups::{block, bumpy_ball, join, scattered, turned};
@@ -113,7 +113,7 @@ fn a_room_seen_from_outside_hides_nothing_if_its_walls_are_seen_through() {
         assert!(polygon.holds_from([2.0, 2.0, 2.0, 1.0]));
         assert!(!polygon.two_sided && polygon.tolerance == 0.0);
     }
-    let outside = |p: &Polygon| p.holds_from([2.0, 2.0, 9.0, 1.0]);
+    let outside = |p: &OccluderPolygon| p.holds_from([2.0, 2.0, 9.0, 1.0]);
     assert_eq!(made.polygons.iter().filter(|p| outside(p)).count(), 5);
     // Drawn from both sides they block from outside: then all that is in the room.
     let (_, made, _) = make(&two_sided(room), &QUICK);
@@ -338,9 +338,9 @@ fn what_is_false_is_refuted() {
     let mesh = Mesh::new(one_sided_data(block([0.0; 3], [1.0; 3]))).expect("valid");
     let b = |low: f32, high: f32| Aabb { min: [low; 3], max: [high; 3] };
     let boxes = vec![b(0.1, 0.9), b(0.1, 1.1), b(-0.1, 0.5), b(2.0, 3.0), b(0.0, 1.0)];
-    let square = |z: f32| Polygon {
+    let square = |z: f32| OccluderPolygon {
         points: vec![[0.1, 0.1, z], [0.9, 0.1, z], [0.9, 0.9, z], [0.1, 0.9, z]],
-        ..Polygon::default()
+        ..OccluderPolygon::default()
     };
     let mut twice = square(1.0);
     twice.two_sided = true;
@@ -348,7 +348,7 @@ fn what_is_false_is_refuted() {
     back.points.reverse();
     // A side of the block, the same from both sides, wound inward, and one that is off by a bit.
     let side = [[0.0; 3], [0.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
-    let sheet = |t, two_sided| Sheet { triangles: vec![t], two_sided };
+    let sheet = |t, two_sided| OccluderSheet { triangles: vec![t], two_sided };
     let mut off = side;
     off[2][1] = 1.0f32.next_down();
     let sheets = [
@@ -363,6 +363,7 @@ fn what_is_false_is_refuted() {
         polygons: vec![square(1.0), square(0.99), twice, back],
         sheets: sheets[..3].to_vec(),
         near: sheets[3..].to_vec(),
+        ..Occluders::default()
     };
     let found = validate(&mesh, &made, 256);
     assert_eq!(found.unproved_boxes, [1, 2, 3, 4]);
@@ -371,9 +372,9 @@ fn what_is_false_is_refuted() {
         "Box { index: 1",
         "Box { index: 2",
         "Box { index: 3",
-        "Polygon { index: 1",
-        "Polygon { index: 2",
-        "Polygon { index: 3",
+        "OccluderPolygon { index: 1",
+        "OccluderPolygon { index: 2",
+        "OccluderPolygon { index: 3",
         "Triangle { sheet: 1",
         "Triangle { sheet: 2",
         "Triangle { sheet: 3",
@@ -381,7 +382,7 @@ fn what_is_false_is_refuted() {
     for r in refuted {
         assert!(escapes.contains(r), "{r}: {escapes}");
     }
-    assert!(!escapes.contains("Box { index: 0") && !escapes.contains("Polygon { index: 0"));
+    assert!(!escapes.contains("Box { index: 0") && !escapes.contains("OccluderPolygon { index: 0"));
     assert!(!escapes.contains("Triangle { sheet: 0") && found.proved_triangles == 1);
 }
 

@@ -3,11 +3,12 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use cullet::cell::{CellGraph, Portal};
-use cullet_bake::container::Container;
 use cullet_bake::pvs::{
-    Bake, BitRows, PairState, Pvs, PvsFileError, PvsPreset, PvsSettings, bake, check_sight_ref,
+    Bake, BitRows, PairState, Pvs, PvsPreset, PvsSettings, bake, check_sight_ref,
 };
 use cullet_bake::work::{Rounds, RunEnd, RunOptions, UnitFolder, run, split};
+use cullet_io::baked::PvsFileError;
+use cullet_io::baked::{CellSets, Container};
 use cullet_testkit::{Folder, cases, data};
 
 /// Random numbers of these tests.
@@ -308,14 +309,15 @@ fn a_file_comes_back_and_a_damaged_or_foreign_one_is_refused() {
     }
     // What is looked up is the same, and lies where the file does.
     let file = Container::open(&bytes).unwrap();
-    assert!(Pvs::is_of(&file));
-    let sets = Pvs::sets_in(&file, &graph).unwrap();
+    assert!(CellSets::is_of(&file));
+    let stored = CellSets::open(file).unwrap();
+    let sets = stored.of_graph(&graph).unwrap();
     assert_eq!(sets, pvs.sets());
     for (a, b) in (0..9).flat_map(|a| (0..9).map(move |b| (a, b))) {
         assert_eq!(sets.sees(a, b), pvs.visible().has(a, b));
     }
     let other = rooms(14, [3, 3, 1]);
-    assert!(matches!(Pvs::sets_in(&file, &other), Err(PvsFileError::OtherGraph { .. })));
+    assert!(matches!(stored.of_graph(&other), Err(PvsFileError::OtherGraph { .. })));
     assert!(matches!(pvs.check_graph(&other), Err(PvsFileError::OtherGraph { .. })));
     assert!(pvs.prove_again(&other).is_err());
 }
@@ -324,7 +326,7 @@ fn a_file_comes_back_and_a_damaged_or_foreign_one_is_refused() {
 fn sets_of_real_maps_hold_what_is_seen_and_little_else() {
     for name in ["gen_small", "lq_e0m9", "lq_e0m4", "lqdm12", "lqdm11"] {
         let Some(path) = data(&format!("portals/{name}.prt")) else { return };
-        let graph = cullet_io::load_prt(&path).unwrap().graph;
+        let graph = cullet_maps::load_prt(&path).unwrap().graph;
         let pvs = bake(&graph, &PvsSettings::default(), 2);
         let sampled = check_sight_ref(&graph, pvs.visible(), 100_000, 1, 0.05, 2);
         assert_eq!(sampled.missed, 0, "{name}: {:?}", sampled.first);

@@ -1,8 +1,9 @@
 //! Coarse stand-ins, measured without what made them.
 
 use cullet::{Handle, Instance, MeshId, Scene, Transform};
-use cullet_bake::levels::{SurfaceTree, surface_points};
 use cullet_bake::stand_in::{StandIn, StandInOptions, StandIns};
+use cullet_draw::surface::SurfaceTree;
+use cullet_draw::surface::surface_points;
 use cullet_testkit::steps::Balls;
 use cullet_testkit::{Rng, cases};
 

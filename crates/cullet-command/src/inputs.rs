@@ -6,12 +6,11 @@ use cullet::cull::detail::{Detail, Measure};
 use cullet::lod::Lod;
 use cullet::view::EyeBall;
 use cullet::{Backface, Culler, Preparation, Scene, Stage, View};
-use cullet_io::paths::{self, Overrides, PathSpec};
-use cullet_io::rooms::{RoomCells, RoomOptions, cells_of_rooms};
-use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, scenes};
+use cullet_io::{ErrorKind, LoadOptions, Model, PoseError};
+use cullet_scenes::paths::{self, Overrides, PathSpec};
 
 use crate::args::{CullArgs, OccluderKind, SceneArgs, ViewArgs};
-use crate::auto_cells;
+use crate::bakery;
 use crate::console::{Console, count};
 use crate::exit::{Exit, Failure};
 use crate::sets;
@@ -31,7 +30,7 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
     let builtin = args.builtin();
     let two_sided = if args.one_sided { Some(false) } else { args.two_sided.then_some(true) };
     let mut model = if builtin {
-        let mut model = scenes::build(&args.scene).map_err(Failure::usage)?;
+        let mut model = cullet_scenes::build(&args.scene).map_err(Failure::usage)?;
         if let Some(two_sided) = two_sided {
             model.scene.edit_meshes(|_, m| m.set_two_sided(two_sided));
         }
@@ -51,26 +50,21 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
         if let Some(most) = args.max_triangles {
             options.max_triangles = most;
         }
-        cullet_io::load(path, &options).map_err(|e| match e.kind {
+        cullet_maps::load(path, &options).map_err(|e| match e.kind {
             ErrorKind::OverLimit { .. } => {
                 let message = format!("{e}; --max-triangles sets that of triangles");
                 Failure { exit: Exit::Limit, message }
             }
             _ if matches!(path.try_exists(), Ok(false)) => {
-                Failure::input(scenes::no_such_file(&args.scene))
+                Failure::input(cullet_scenes::no_such_file(&args.scene))
             }
             _ => Failure::input(e),
         })?
     };
-    match &args.cells {
-        Some(word) if word.as_os_str() == auto_cells::AUTO => {
-            auto_cells::find(&mut model, args.voxel, console)?;
-        }
-        _ if args.voxel.is_some() => {
-            return Err(Failure::usage("--voxel is of use with --cells auto alone"));
-        }
-        Some(rooms) => take_rooms(&mut model, rooms, args)?,
-        None => {}
+    if args.cells.is_some() {
+        (bakery::get()?.cells)(&mut model, args, console)?;
+    } else if args.voxel.is_some() {
+        return Err(Failure::usage("--voxel is of use with --cells auto alone"));
     }
     match &args.pvs {
         Some(path) => sets::place(&mut model, &args.scene, path)?,
@@ -109,25 +103,19 @@ pub fn demand_levels(model: &Model, args: &CullArgs) -> Result<(), Failure> {
     )))
 }
 
-/// Gives a model the cells that volumes of rooms make of it, in place of its own.
-fn take_rooms(model: &mut Model, path: &Path, args: &SceneArgs) -> Result<(), Failure> {
-    let options = LoadOptions {
-        up: args.up,
-        levels: false,
-        prepare: Preparation::NONE,
-        ..LoadOptions::default()
-    };
-    let volumes = cullet_io::load(path, &options).map_err(Failure::input)?;
-    let RoomCells { cells, warnings } = cells_of_rooms(model, &volumes, &RoomOptions::default());
-    if cells.cells.is_empty() {
-        let message =
-            format!("{}: none of its meshes encloses the volume of a room", path.display());
-        return Err(Failure::input(message));
+/// Gives every mesh the occluder of the arguments: its own triangles, or what was baked.
+///
+/// # Errors
+/// If one cannot be made, Ctrl-C was pressed, or this program has no baker.
+pub fn give_occluders(
+    model: &mut Model,
+    args: &CullArgs,
+    console: &Console,
+) -> Result<(), Failure> {
+    if args.no_occlusion || args.occluders == OccluderKind::Mesh {
+        return Ok(());
     }
-    (model.cells, model.cell_rows) = (cells, None);
-    model.place_cells().map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
-    model.warnings.extend(warnings);
-    Ok(())
+    (bakery::get()?.occluders)(model, args, console)
 }
 
 /// Built-in scenes know no limit of their own below that of memory.
@@ -180,7 +168,7 @@ pub fn begin(model: &mut Model, args: &ViewArgs, console: &Console) -> Result<()
 pub fn pose(model: &mut Model, seconds: f64) -> Result<(), Failure> {
     let posed = model.pose(seconds);
     posed.map_err(|e| match e {
-        PoseError::Time(_) | PoseError::Scene(_) => Failure::usage(format!("--time: {e}")),
+        PoseError::Time(_) | PoseError::Made(_) => Failure::usage(format!("--time: {e}")),
         e => Failure::input(format!("{}: {e}", model.name)),
     })
 }

@@ -14,15 +14,18 @@
 #![forbid(unsafe_code)]
 
 pub mod args;
-pub mod auto_cells;
+pub mod bakery;
 pub mod clock;
 pub mod console;
 pub mod exit;
 pub mod files;
 pub mod html;
 pub mod inputs;
-pub mod occluders;
+pub mod items;
+pub mod machine;
 pub mod parse;
+pub mod peer;
+pub mod process;
 pub mod program;
 pub mod sets;
-pub mod units;
+pub mod stored_costs;

@@ -3,12 +3,10 @@
 use std::path::Path;
 
 use cullet::cell::CellGraph;
-use cullet::cull::pvs::{SetsError, Targets, VisibleSets};
-use cullet_bake::container::Container;
-use cullet_bake::pvs::{Pvs, PvsFileError};
-use cullet_bake::sampled::SceneSets;
+use cullet::cull::pvs::{SetsError, VisibleSets};
 use cullet_io::Model;
-use cullet_io::bsp::Bsp;
+use cullet_io::baked::{CellSets, Container, PvsFileError, SceneSets};
+use cullet_maps::bsp::Bsp;
 
 use crate::exit::Failure;
 
@@ -23,19 +21,21 @@ pub(crate) fn place(model: &mut Model, scene: &str, path: &Path) -> Result<(), F
         let sets = SceneSets::from_bytes(&bytes).map_err(|error| failure(path, &error))?;
         return sets.place_in(&mut model.scene).map_err(|error| failure(path, &error));
     }
-    if !Pvs::is_of(&file) {
+    if !CellSets::is_of(&file) {
         return Err(failure(path, &"a baked file, but without visible sets"));
     }
+    let stored = CellSets::open(file).map_err(|error| failure(path, &error))?;
     // Damage is noticed here: sets alone are looked up as they are.
-    Pvs::from_bytes(&bytes).map_err(|error| failure(path, &error))?;
+    stored.check().map_err(|error| failure(path, &error))?;
     let graph = model.scene.cell_graph().ok_or_else(|| {
         failure(path, &format!("sets of cells, but {scene} has none that a scene can be given"))
     })?;
-    let sets = of_graph(&file, graph).or_else(|error| match (error, map_graph(Path::new(scene))) {
-        // Maps are baked in their own axes.
-        (PvsFileError::OtherGraph { .. }, Some(graph)) => of_graph(&file, &graph),
-        (error, _) => Err(error),
-    });
+    let sets =
+        of_graph(&stored, graph).or_else(|error| match (error, map_graph(Path::new(scene))) {
+            // Maps are baked in their own axes.
+            (PvsFileError::OtherGraph { .. }, Some(graph)) => of_graph(&stored, &graph),
+            (error, _) => Err(error),
+        });
     let sets = sets.map_err(|error| failure(path, &error))?;
     model.scene.set_visible_sets(sets).map_err(|error| failure(path, &error))
 }
@@ -64,25 +64,18 @@ pub fn of_scene(path: &Path) -> Result<Option<SceneSets>, Failure> {
 
 /// Gives a map the sets that it brings along, where its cells are those of the scene.
 pub(crate) fn place_stored(model: &mut Model) {
-    let Some(stored) = &model.cell_rows else { return };
-    let count = stored.cell_count();
-    let rows: Vec<Vec<u64>> = (0..count)
-        .map(|cell| {
-            let mut bytes = Vec::new();
-            stored.row_into(cell, &mut bytes);
-            bytes.resize(bytes.len().next_multiple_of(8), 0);
-            bytes.as_chunks().0.iter().map(|word| u64::from_le_bytes(*word)).collect()
-        })
-        .collect();
-    let sets = VisibleSets::from_rows(Targets::Cells, count, rows.iter().map(Vec::as_slice));
-    if let Err(error) = model.scene.set_visible_sets(sets) {
+    let Some(sets) = &model.cell_sets else { return };
+    if let Err(error) = model.scene.set_visible_sets(sets.clone()) {
         // Without cells they are of no use, and why there are none is said already.
         debug_assert_eq!(error, SetsError::NoCells);
     }
 }
 
-fn of_graph(file: &Container<'_>, graph: &CellGraph) -> Result<VisibleSets<'static>, PvsFileError> {
-    Pvs::sets_in(file, graph).map(VisibleSets::into_owned)
+fn of_graph(
+    stored: &CellSets<'_>,
+    graph: &CellGraph,
+) -> Result<VisibleSets<'static>, PvsFileError> {
+    stored.of_graph(graph).map(VisibleSets::into_owned)
 }
 
 /// The cells of a map, as `cullet pvs` makes them.

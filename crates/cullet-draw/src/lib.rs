@@ -47,30 +47,28 @@
 //!
 //! Of what is hidden there are two judges besides, for boxes of any kind: [`sampled_boxes`] looks at
 //! samples, and so can only say what is visible; a [`Prover`] says what is hidden, between the samples too.
-//! [`check_claims`] holds what an occlusion buffer claims of each pixel against samples of what was drawn into it.
 #![forbid(unsafe_code)]
 
-mod animation;
 mod bounds;
-mod claims;
 mod clipped;
 mod frame;
 mod geometry;
 mod impostor;
 mod levels;
+mod meter;
 mod occlusion;
 pub mod picture;
 mod places;
 mod prepare;
+mod random;
 mod reference;
 mod render;
 mod sample;
 mod steps;
+pub mod surface;
 mod tile;
 mod verify;
 
-pub use animation::{Animation, AnimationError, MOST_SIDE as MOST_FILM_SIDE};
-pub use claims::{ClaimCheck, ClaimOptions, Claims, SceneOccluders, WrongClaim, check_claims};
 pub use clipped::{ClipPlace, render_clipped};
 pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
 pub use impostor::{ImpostorCards, impostor_cards};
@@ -79,6 +77,7 @@ pub use impostor::{
     impostor_sheet, make_impostor, measure_impostor,
 };
 pub use levels::{LevelPixels, LevelsVerification, verify_levels};
+pub use meter::{MOST_EXCESS, Measured, Meter};
 pub use occlusion::proof::{Proof, ProofOptions, Prover, prove_hidden};
 pub use occlusion::reference::{SampleOptions, Sampled, sampled_boxes, sampled_instances};
 pub use occlusion::{OccluderError, OccluderTriangles, occluder_scene};
@@ -88,11 +87,6 @@ pub use picture::{
     shaded, top_down,
 };
 pub use picture::{
-    CullingVolume, VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones,
-    conservative_set, coverage, culling_volume, normal_mask, normal_partition, outcodes, pipeline,
-    pipeline_costs,
-};
-pub use picture::{
     DoorInView, PairShown, PortalWalk, ShownPortal, caption, cells, depth_color, matrix_order,
     portals, pvs_matrix, shown_portals, shut_doors, walk_order,
 };
@@ -100,7 +94,8 @@ pub use picture::{
     beside, difference, impostor_beside, key_strip, levels as level_colors, shaded_clear,
     shaded_levels,
 };
+pub use random::Random;
 pub use reference::render_ref;
-pub use render::render;
+pub use render::{in_pool, render};
 pub use steps::LevelSteps;
 pub use verify::{FalseCull, Verification, VerifyOptions, verify, verify_visible};

@@ -59,7 +59,7 @@ pub(crate) fn frame_samples(view: &View, options: &RenderOptions) -> Samples {
 }
 
 /// Runs `work` on so many threads; 0 is those of the pool it is called from.
-pub(crate) fn in_pool<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
+pub fn in_pool<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
     if threads == 0 || threads == rayon::current_num_threads() {
         return work();
     }

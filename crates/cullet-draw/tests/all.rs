@@ -1,7 +1,6 @@
 //! The tests of the renderer in one program: by itself each file would have all that it uses compiled and linked anew.
 
 mod cells;
-mod claims;
 mod clipped;
 mod golden;
 mod impostor;
@@ -10,3 +9,4 @@ mod occlusion_engine;
 mod occlusion_verify;
 mod region;
 mod render;
+mod surface_distances;

@@ -6,14 +6,13 @@ use cullet_draw::{
     PairShown, Picture, cells, depth_color, portals, pvs_matrix, shown_portals, shut_doors,
     walk_order,
 };
-use cullet_io::scenes;
 
 const SHUT: [u8; 3] = [0xD8, 0x2C, 0x20];
 const IN_SIGHT: [u8; 3] = [0xFF, 0xD2, 0x3F];
 
 /// A view of an office in its corridor, and a cull of it.
 fn office(spec: &str) -> (Scene, View, ViewState) {
-    let scene = scenes::build(spec).unwrap().scene;
+    let scene = cullet_scenes::build(spec).unwrap().scene;
     // In the first cell that one looks out of.
     let graph = scene.cell_graph().unwrap();
     let eye = (0..400)
@@ -97,7 +96,7 @@ fn a_plan_shows_what_is_in_sight_and_shut_doors() {
 
 #[test]
 fn without_cells_there_are_words() {
-    let scene = scenes::build("solids:n=3").unwrap().scene;
+    let scene = cullet_scenes::build("solids:n=3").unwrap().scene;
     let camera = Camera::look_at(
         [0.0, 0.0, 9.0],
         [0.0; 3],

@@ -3,12 +3,10 @@
 
 use std::path::{Path, PathBuf};
 
-use cullet::cull::backface::ViewCone;
 use cullet::{Scene, View};
 use cullet_draw::{
-    Outlook, Picture, RenderOptions, Selection, VerifyOptions, back_regions, clusters, cones,
-    conservative_set, culling_volume, depth_complexity, kinds_of, normal_mask, normal_partition,
-    render, shaded, top_down, verify_visible,
+    Outlook, Picture, RenderOptions, Selection, VerifyOptions, depth_complexity, kinds_of, render,
+    shaded, top_down, verify_visible,
 };
 use cullet_testkit::meshes;
 use cullet_testkit::oracles::visible::frustum_kept;
@@ -117,80 +115,6 @@ fn kinds_of_culling() {
     golden("kinds", &kinds_of(&scene, &view, &kept, &from));
 }
 
-/// The smallest sheet there is.
-const SHEET: [u32; 2] = [640, 360];
-
-#[test]
-fn diagrams_of_normals() {
-    let cone = ViewCone::around([-3.0, -2.0, -5.0], 10f64.to_radians()).unwrap();
-    // With 3,000 lines, so small that its file is, too.
-    golden("normal-mask", &normal_mask(&cone, SHEET).halved().halved());
-    golden("normal-partition", &normal_partition(20.0, SHEET).halved());
-    golden("conservative-set", &conservative_set(90.0, SHEET).halved());
-}
-
-#[test]
-fn diagrams_take_any_angle_and_size() {
-    for angle in [f64::NAN, -1.0, f64::INFINITY] {
-        let [a, b] = [normal_partition(angle, [0; 2]), conservative_set(angle, [0; 2])];
-        assert_eq!([[a.width, a.height], [b.width, b.height]], [SHEET; 2]);
-    }
-    assert_eq!(normal_partition(f64::NAN, SHEET), normal_partition(0.0, SHEET));
-    assert_eq!(normal_partition(999.0, SHEET), normal_partition(80.0, SHEET));
-    assert_eq!(conservative_set(f64::NAN, SHEET), conservative_set(90.0, SHEET));
-    assert_ne!(conservative_set(40.0, SHEET), conservative_set(90.0, SHEET));
-}
-
-/// The knobbly ball, and a view of it.
-fn knobs() -> (Scene, View) {
-    let model = cullet_io::scenes::build("knobs:n=12").unwrap();
-    (model.scene, look([2.4, 2.6, 3.0], [0.0, 1.15, 0.0], [192, 108]))
-}
-
-#[test]
-fn surfaces_in_clusters_and_cones() {
-    let (scene, view) = knobs();
-    golden("clusters", &clusters(&scene, &view));
-    golden("cones", &cones(&scene, &view));
-}
-
-#[test]
-fn regions_that_face_away() {
-    let (scene, view) = knobs();
-    let (picture, count) = back_regions(&scene, &view);
-    // Each hollow on the near side may have one; that on the far side is the largest.
-    assert!((3..60).contains(&count), "{count}");
-    golden("back-regions", &picture);
-    // Nothing depends on how many threads draw.
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    assert_eq!(one.install(|| back_regions(&scene, &view)), (picture, count));
-}
-
-#[test]
-fn a_box_has_one_region_that_faces_away() {
-    let mut scene = Scene::new();
-    let mesh = scene.add_mesh(meshes::block([-1.0; 3], [1.0; 3]));
-    scene.add(cullet::Instance::new(mesh, cullet::Transform::IDENTITY)).unwrap();
-    scene.commit();
-    let (_, count) = back_regions(&scene, &look([4.0, 3.0, 5.0], [0.0; 3], [192, 108]));
-    assert_eq!(count, 1);
-}
-
-#[test]
-fn a_cluster_and_its_volume() {
-    let (scene, _) = knobs();
-    let slot = scene.slots().next().unwrap();
-    let (picture, figure) = culling_volume(&scene, slot, None, SHEET).unwrap();
-    golden("culling-volume", &picture.halved());
-    // The proved region is a part of the ideal one.
-    assert!(0.02 < figure.proved && figure.proved < figure.ideal && figure.ideal < 0.5);
-    let again = culling_volume(&scene, slot, Some(figure.cluster), SHEET).unwrap();
-    assert_eq!(again, (picture, figure));
-    let clusters = scene.mesh(slot).clusters().len() as u32;
-    assert!(culling_volume(&scene, slot, Some(clusters), SHEET).is_none());
-    assert!(culling_volume(&scene, scene.slot_count(), None, SHEET).is_none());
-}
-
 #[test]
 fn pictures_of_nothing_are_pictures() {
     let (scene, view) = (Scene::new(), view([40, 30]));
@@ -202,7 +126,4 @@ fn pictures_of_nothing_are_pictures() {
     let size = [320, 200];
     let picture = kinds_of(&scene, &view, &none, &Outlook::new(&scene, &view, size).from);
     assert_eq!([picture.width, picture.height], size);
-    for picture in [clusters(&scene, &view), cones(&scene, &view), back_regions(&scene, &view).0] {
-        assert_eq!([picture.width, picture.height], [40, 30]);
-    }
 }

@@ -75,7 +75,7 @@ fn verify_agrees_with_occlusion_that_is_right_and_finds_what_is_wrong() {
 /// The city of the occlusion benchmarks, as its text has it: 10,000 buildings, 100,000 boxes.
 #[test]
 fn the_large_city_is_sampled_in_seconds() {
-    let model = cullet_io::scenes::build("city:ground=0").unwrap();
+    let model = cullet_scenes::build("city:ground=0").unwrap();
     let scene = &model.scene;
     let buildings: Vec<u32> = scene.slots().filter(|&s| is_building(&model, s)).collect();
     let mut occluders = Scene::new();

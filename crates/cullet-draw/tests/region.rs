@@ -101,7 +101,7 @@ fn street() -> EyeBox {
 
 #[test]
 fn most_of_the_built_in_city_is_dropped_from_a_street() {
-    let model = cullet_io::scenes::build("city").expect("built in");
+    let model = cullet_scenes::build("city").expect("built in");
     let (scene, mut rng) = (&model.scene, Rng(9));
     let all = f64::from(scene.instance_count());
     for (cell_world, floor) in [(1.0, 0.97), (2.0, 0.968), (4.0, 0.965)] {

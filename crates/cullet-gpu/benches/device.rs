@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use cullet::{Depth, Instance, Mesh, Projection, Scene, Transform, View};
 use cullet_gpu::{Gpu, GpuError, OffScreen, Phase, Settings, Tier};
-use cullet_io::paths::{Overrides, PathSpec, views};
+use cullet_scenes::paths::{Overrides, PathSpec, views};
 use cullet_testkit::steps::Balls;
 use wgpu::*;
 
@@ -28,11 +28,11 @@ fn main() -> Result<(), Failure> {
     let info = gpu.adapter.get_info();
     println!("{} ({:?})", info.name, info.backend);
     println!("{:44} {:>9} {:>7}", "what", "found", "goal");
-    let city = cullet_io::scenes::build("city")?;
+    let city = cullet_scenes::build("city")?;
     frames(&gpu, "city, street", &city, Tier::of(&gpu.device, &city.scene))?;
     match castle() {
         Some(path) => {
-            let castle = cullet_io::load(&path, &Default::default())?;
+            let castle = cullet_maps::load(&path, &Default::default())?;
             for tier in [Tier::Clusters, Tier::Counted] {
                 if tier.is_offered(&gpu.device) {
                     frames(&gpu, &format!("castle, {tier:?}"), &castle, tier)?;

@@ -6,8 +6,8 @@ use crate::common;
 use cullet::bounds::Aabb;
 use cullet::{Camera, Depth, Projection, Scene, View};
 use cullet_gpu::{Phase, Tier};
-use cullet_io::paths::{Overrides, PathSpec, views};
-use cullet_io::{Model, scenes};
+use cullet_io::Model;
+use cullet_scenes::paths::{Overrides, PathSpec, views};
 use cullet_testkit::views::look;
 
 use common::stage::{Stage, Way, able, assert_same};
@@ -118,7 +118,8 @@ fn every_scene_at_every_size_in_every_tier_is_drawn_as_without_culling() {
     let Some(gpu) = able() else { return };
     let (mut drawn, mut in_view, mut late, mut ties, mut pixels) = (0, 0, 0, 0, 0);
     for (name, path, by) in SCENES {
-        let (still, mut model) = (scenes::build(name).unwrap(), scenes::build(name).unwrap());
+        let (still, mut model) =
+            (cullet_scenes::build(name).unwrap(), cullet_scenes::build(name).unwrap());
         for slot in 0..model.scene.slot_count() {
             let (Some(handle), true) = (model.scene.handle(slot), by != 0.0) else { continue };
             let mut t = *model.scene.transform(slot);

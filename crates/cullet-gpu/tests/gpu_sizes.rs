@@ -6,8 +6,7 @@ use cullet::bounds::Plane;
 use cullet::cull::detail::Detail;
 use cullet::{Culler, Instance, Output, Scene, Stage, Transform, View};
 use cullet_gpu::{BlockPlanes, Blocks, OffScreen, Passes, SizeRule, Tier, visible_ref};
-use cullet_io::paths::{Overrides, PathSpec, views};
-use cullet_io::scenes;
+use cullet_scenes::paths::{Overrides, PathSpec, views};
 use cullet_testkit::answers::{cull, slots};
 use cullet_testkit::scenes::{elsewhere, random_scene};
 use cullet_testkit::views::{look, random_view};
@@ -94,7 +93,7 @@ fn what_the_engine_keeps_is_kept() {
 
 /// Slots that the engine drops because they are small, and how many of them the passes drop, in views along paths.
 fn shares(name: &str, path: &PathSpec, threshold_px: f32) -> [usize; 2] {
-    let model = scenes::build(name).unwrap();
+    let model = cullet_scenes::build(name).unwrap();
     let scene = &model.scene;
     let blocks = Blocks::new(scene);
     let detail = Detail { threshold_px: threshold_px.into(), ..Detail::default() };

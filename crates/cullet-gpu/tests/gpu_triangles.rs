@@ -11,7 +11,7 @@ use cullet_gpu::{
     Draw, DrawArguments, EyeUniform, Gpu, GpuError, Lanes, MeshTriangles, OffScreen, Place,
     TriangleList, TrianglePass, TriangleTest, TriangleView, Triangles, culled_faces, triangles_ref,
 };
-use cullet_io::scenes::knobbly_ball;
+use cullet_scenes::knobbly_ball;
 use cullet_testkit::Rng;
 use glam::{DMat4, DVec3};
 use wgpu::{Backend, Buffer, BufferDescriptor, BufferUsages};

@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// Where the files are that a model names.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Beside<'a> {
+pub enum Beside<'a> {
     /// In this folder, or below it.
     Folder(&'a Path),
     /// Among these, by name and content.
@@ -16,7 +16,7 @@ pub(crate) enum Beside<'a> {
 
 /// Why a file cannot be had.
 #[derive(Debug)]
-pub(crate) enum Missing {
+pub enum Missing {
     /// It is not there.
     Absent,
     /// It is no regular file: a pipe or a device might never end.
@@ -29,7 +29,7 @@ impl<'a> Beside<'a> {
     /// The first `most` bytes of the file that a model calls `path`, and how many it has. Those that were
     /// given are found by their path, or else by their name alone, in small letters or capitals, for their source may
     /// know no folder.
-    pub(crate) fn read(self, path: &Path, most: u64) -> Result<(Cow<'a, [u8]>, u64), Missing> {
+    pub fn read(self, path: &Path, most: u64) -> Result<(Cow<'a, [u8]>, u64), Missing> {
         match self {
             Self::Folder(folder) => {
                 let path = folder.join(path);

@@ -17,7 +17,7 @@ enum Bytes<'a> {
 
 /// The bytes of a model, in a file or in memory; both are read by the same code.
 #[derive(Debug)]
-pub(crate) struct Source<'a> {
+pub struct Source<'a> {
     bytes: Bytes<'a>,
     size: u64,
     /// Bytes of the file before the first.
@@ -28,7 +28,7 @@ pub(crate) struct Source<'a> {
 
 impl Source<'static> {
     /// A file, which must be a regular one: a device or a pipe may never end.
-    pub(crate) fn open(path: &Path) -> Result<Self, ErrorKind> {
+    pub fn open(path: &Path) -> Result<Self, ErrorKind> {
         if !std::fs::metadata(path)?.is_file() {
             return Err(ErrorKind::Unsupported("it is not a regular file".into()));
         }
@@ -40,40 +40,40 @@ impl Source<'static> {
 
 impl<'a> Source<'a> {
     /// Bytes from the start by which a kind of file is recognised.
-    pub(crate) const HEAD: usize = 64 * 1024;
+    pub const HEAD: usize = 64 * 1024;
 
     /// Bytes in memory.
-    pub(crate) fn memory(bytes: &'a [u8]) -> Self {
+    pub fn memory(bytes: &'a [u8]) -> Self {
         Self { bytes: Bytes::Memory(bytes), size: bytes.len() as u64, begin: 0, block: BLOCK }
     }
 
     /// Bytes in memory that are read in blocks of `block` bytes.
     #[cfg(test)]
-    pub(crate) fn in_blocks(bytes: &'a [u8], block: usize) -> Self {
+    pub fn in_blocks(bytes: &'a [u8], block: usize) -> Self {
         Self { block, ..Self::memory(bytes) }
     }
 
     /// Without so many bytes at the start, of those that there are.
     #[cfg(not(target_family = "wasm"))]
-    pub(crate) fn after(self, count: u64) -> Self {
+    pub fn after(self, count: u64) -> Self {
         let count = count.min(self.size);
         Self { size: self.size - count, begin: self.begin + count, ..self }
     }
 
     /// How many bytes there are. What a file gains later is not read.
-    pub(crate) fn size(&self) -> u64 {
+    pub fn size(&self) -> u64 {
         self.size
     }
 
     /// The first bytes, `most` or all.
-    pub(crate) fn head(&self, most: usize) -> Result<Vec<u8>, ErrorKind> {
+    pub fn head(&self, most: usize) -> Result<Vec<u8>, ErrorKind> {
         let mut head = Vec::new();
         self.append(0, most, &mut head)?;
         Ok(head)
     }
 
     /// All bytes, for formats that refer back and forth.
-    pub(crate) fn into_bytes(self) -> Result<Vec<u8>, ErrorKind> {
+    pub fn into_bytes(self) -> Result<Vec<u8>, ErrorKind> {
         let all = usize::try_from(self.size).unwrap_or(usize::MAX);
         self.head(all)
     }
@@ -105,7 +105,7 @@ impl<'a> Source<'a> {
     }
 
     /// Hands the first `size` bytes to `visit`, block by block; a block that cannot be read ends it.
-    pub(crate) fn scan(&self, size: u64, mut visit: impl FnMut(&[u8])) {
+    pub fn scan(&self, size: u64, mut visit: impl FnMut(&[u8])) {
         let (mut at, mut block) = (0, Vec::new());
         while at < size.min(self.size) {
             block.clear();
@@ -121,7 +121,7 @@ impl<'a> Source<'a> {
 
 /// A stretch of a source that is held in memory and moves forward through it.
 #[derive(Debug)]
-pub(crate) struct Window<'a> {
+pub struct Window<'a> {
     source: Source<'a>,
     held: Vec<u8>,
     /// Where the bytes held begin.
@@ -129,47 +129,47 @@ pub(crate) struct Window<'a> {
 }
 
 impl<'a> Window<'a> {
-    pub(crate) fn new(source: Source<'a>) -> Self {
+    pub fn new(source: Source<'a>) -> Self {
         Self { source, held: Vec::new(), base: 0 }
     }
 
-    pub(crate) fn source(&self) -> &Source<'a> {
+    pub fn source(&self) -> &Source<'a> {
         &self.source
     }
 
-    pub(crate) fn into_source(self) -> Source<'a> {
+    pub fn into_source(self) -> Source<'a> {
         self.source
     }
 
     #[inline]
-    pub(crate) fn held(&self) -> &[u8] {
+    pub fn held(&self) -> &[u8] {
         &self.held
     }
 
     /// Where the bytes held begin.
     #[inline]
-    pub(crate) fn base(&self) -> u64 {
+    pub fn base(&self) -> u64 {
         self.base
     }
 
     /// Where the bytes held end.
-    pub(crate) fn end(&self) -> u64 {
+    pub fn end(&self) -> u64 {
         self.base + self.held.len() as u64
     }
 
     /// Whether nothing follows the bytes held.
-    pub(crate) fn is_last(&self) -> bool {
+    pub fn is_last(&self) -> bool {
         self.end() >= self.source.size
     }
 
     /// Forgets what is held, and goes to a place.
-    pub(crate) fn go_to(&mut self, offset: u64) {
+    pub fn go_to(&mut self, offset: u64) {
         self.held.clear();
         self.base = offset.min(self.source.size);
     }
 
     /// Forgets the first bytes held.
-    pub(crate) fn forget(&mut self, count: usize) {
+    pub fn forget(&mut self, count: usize) {
         let kept = self.held.len() - count;
         self.held.copy_within(count.., 0);
         self.held.truncate(kept);
@@ -178,7 +178,7 @@ impl<'a> Window<'a> {
 
     /// Holds at least a block more, as far as there is one: as much again as is held, so that what does
     /// not fit a block is read in few steps.
-    pub(crate) fn extend(&mut self) -> Result<(), ErrorKind> {
+    pub fn extend(&mut self) -> Result<(), ErrorKind> {
         let most = self.source.block.max(self.held.len());
         self.source.append(self.end(), most, &mut self.held)
     }
@@ -186,32 +186,32 @@ impl<'a> Window<'a> {
 
 /// A cursor over the records of a binary file.
 #[derive(Debug)]
-pub(crate) struct Records<'a> {
+pub struct Records<'a> {
     window: Window<'a>,
     at: usize,
 }
 
 impl<'a> Records<'a> {
     /// From a place on; one beyond the end is the end.
-    pub(crate) fn new(source: Source<'a>, offset: u64) -> Self {
+    pub fn new(source: Source<'a>, offset: u64) -> Self {
         let mut window = Window::new(source);
         window.go_to(offset);
         Self { window, at: 0 }
     }
 
     /// Where the next record begins.
-    pub(crate) fn offset(&self) -> u64 {
+    pub fn offset(&self) -> u64 {
         self.window.base() + self.at as u64
     }
 
     /// How many bytes are left.
-    pub(crate) fn left(&self) -> u64 {
+    pub fn left(&self) -> u64 {
         self.window.source().size() - self.offset()
     }
 
     /// The next `N` bytes; `None`, and no step, where there are fewer.
     #[inline]
-    pub(crate) fn take<const N: usize>(&mut self) -> Result<Option<[u8; N]>, ErrorKind> {
+    pub fn take<const N: usize>(&mut self) -> Result<Option<[u8; N]>, ErrorKind> {
         if self.window.held().len() - self.at < N && !self.fill(N)? {
             return Ok(None);
         }
@@ -234,7 +234,7 @@ impl<'a> Records<'a> {
     }
 
     /// Skips bytes, to the end at most.
-    pub(crate) fn skip(&mut self, count: u64) {
+    pub fn skip(&mut self, count: u64) {
         let to = self.offset().saturating_add(count);
         if to <= self.window.end() {
             self.at = (to - self.window.base()) as usize;
@@ -248,7 +248,7 @@ impl<'a> Records<'a> {
 /// Makes room for `more` items, growing by a quarter: an array that doubled would take thrice its final
 /// size while it moves.
 #[inline]
-pub(crate) fn make_room<T>(list: &mut Vec<T>, more: usize) {
+pub fn make_room<T>(list: &mut Vec<T>, more: usize) {
     if list.capacity() - list.len() < more {
         let quarter = (list.capacity() / 4).max(64);
         list.reserve_exact(more.max(quarter));
@@ -257,7 +257,7 @@ pub(crate) fn make_room<T>(list: &mut Vec<T>, more: usize) {
 
 /// Appends an item as [`make_room`] says.
 #[inline]
-pub(crate) fn push<T>(list: &mut Vec<T>, item: T) {
+pub fn push<T>(list: &mut Vec<T>, item: T) {
     make_room(list, 1);
     list.push(item);
 }

@@ -9,7 +9,7 @@ use crate::{Attributes, ErrorKind, LoadOptions, Material, Model, Up, Warning};
 /// A model that is being loaded: what was read, free of the file's bytes. Meshes and instances are made
 /// only by [`finish`](Self::finish), so that the file can be freed before.
 #[derive(Debug)]
-pub(crate) struct Builder<'a> {
+pub struct Builder<'a> {
     options: &'a LoadOptions,
     /// Whether it is a map: see [`for_map`](Self::for_map).
     map: bool,
@@ -17,23 +17,23 @@ pub(crate) struct Builder<'a> {
     meshes: Vec<(String, MeshData)>,
     instances: Vec<(String, Instance)>,
     /// All else that the file has.
-    pub(crate) model: Model,
+    pub model: Model,
 }
 
 impl<'a> Builder<'a> {
-    pub(crate) fn new(name: &str, options: &'a LoadOptions) -> Self {
+    pub fn new(name: &str, options: &'a LoadOptions) -> Self {
         let model = Model { name: name.to_owned(), ..Model::default() };
         Self { options, map: false, triangles: 0, meshes: Vec::new(), instances: Vec::new(), model }
     }
 
     /// For a map: z is up where the options do not say, parts say which sides they have, and a mesh is a piece of a whole,
     /// so that its size says nothing of how exact its corners must be.
-    pub(crate) fn for_map(self) -> Self {
+    pub fn for_map(self) -> Self {
         Self { map: true, ..self }
     }
 
     /// The rotation that takes the file's up axis to +Y.
-    pub(crate) fn up(&self) -> Transform {
+    pub fn up(&self) -> Transform {
         let own = if self.map { Up::Z } else { Up::Y };
         match self.options.up.unwrap_or(own) {
             Up::Y => Transform::IDENTITY,
@@ -45,25 +45,25 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds a warning.
-    pub(crate) fn warn(&mut self, item: impl Into<String>, message: impl Into<String>) {
+    pub fn warn(&mut self, item: impl Into<String>, message: impl Into<String>) {
         self.model.warnings.push(Warning { item: item.into(), message: message.into() });
     }
 
     /// Adds a material; returns its number.
-    pub(crate) fn material(&mut self, name: impl Into<String>, color: [f32; 4]) -> u32 {
+    pub fn material(&mut self, name: impl Into<String>, color: [f32; 4]) -> u32 {
         self.model.materials.push(Material { name: name.into(), color });
         (self.model.materials.len() - 1) as u32
     }
 
     /// Refuses more triangles than the options allow, counting those of earlier meshes.
     #[inline]
-    pub(crate) fn check_triangles(&self, more: usize) -> Result<(), ErrorKind> {
+    pub fn check_triangles(&self, more: usize) -> Result<(), ErrorKind> {
         let count = self.triangles + more as u64;
         over_limit("triangles", count, self.options.max_triangles)
     }
 
     /// Adds a mesh.
-    pub(crate) fn mesh(&mut self, name: String, mut data: MeshData) -> Result<MeshId, ErrorKind> {
+    pub fn mesh(&mut self, name: String, mut data: MeshData) -> Result<MeshId, ErrorKind> {
         self.check_triangles(data.indices.len() / 3)?;
         // A model keeps its arrays; what they were given beyond their need is freed.
         data.positions.shrink_to_fit();
@@ -75,7 +75,7 @@ impl<'a> Builder<'a> {
 
     /// Keeps what the vertices of the mesh that is added next have; those of meshes before it that
     /// brought nothing are empty.
-    pub(crate) fn attributes(&mut self, mut attributes: Attributes) {
+    pub fn attributes(&mut self, mut attributes: Attributes) {
         let bad = attributes.mend();
         if bad > 0 {
             self.warn(
@@ -88,12 +88,12 @@ impl<'a> Builder<'a> {
     }
 
     /// Whether attributes are wanted.
-    pub(crate) fn keeps_details(&self) -> bool {
+    pub fn keeps_details(&self) -> bool {
         self.options.details
     }
 
     /// Adds an instance as it is in the file, but for the bounds; its up axis is applied here.
-    pub(crate) fn instance(&mut self, name: String, instance: Instance) -> Result<(), ErrorKind> {
+    pub fn instance(&mut self, name: String, instance: Instance) -> Result<(), ErrorKind> {
         let count = self.instances.len() as u64 + 1;
         over_limit("instances", count, self.options.max_instances)?;
         let transform = compose(&self.up(), &instance.transform);
@@ -102,14 +102,14 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds a mesh with one instance of the same name, where the file has it.
-    pub(crate) fn mesh_instance(&mut self, name: String, data: MeshData) -> Result<(), ErrorKind> {
+    pub fn mesh_instance(&mut self, name: String, data: MeshData) -> Result<(), ErrorKind> {
         let mesh = self.mesh(name.clone(), data)?;
         self.instance(name, Instance::new(mesh, Transform::IDENTITY))
     }
 
     /// The model, its scene sorted. Decides the sides of each mesh: as the options say, else as its parts say in a
     /// map, else one-sided if it is a solid.
-    pub(crate) fn finish(mut self) -> Result<Model, ErrorKind> {
+    pub fn finish(mut self) -> Result<Model, ErrorKind> {
         if self.triangles == 0 {
             self.warn("file", "it has no triangles, so there is nothing to see or cull");
         }

@@ -140,17 +140,17 @@ impl CellGraph {
 }
 
 /// The planes of the box between two corners, as [`Cell::pieces`] has them.
-pub(crate) fn box_planes(min: [f64; 3], max: [f64; 3]) -> Vec<[f64; 4]> {
+pub fn box_planes(min: [f64; 3], max: [f64; 3]) -> Vec<[f64; 4]> {
     CellPiece::from_box(0, min, max).planes.iter().map(numbers).collect()
 }
 
 /// A plane of a piece.
-pub(crate) fn plane(&[x, y, z, d]: &[f64; 4]) -> Plane {
+pub fn plane(&[x, y, z, d]: &[f64; 4]) -> Plane {
     Plane::new([x, y, z], d)
 }
 
 /// A plane as [`Cell::pieces`] has it.
-pub(crate) fn numbers(plane: &Plane) -> [f64; 4] {
+pub fn numbers(plane: &Plane) -> [f64; 4] {
     let [x, y, z] = plane.normal;
     [x, y, z, plane.d]
 }

@@ -3,19 +3,19 @@
 /// Gives each mesh the vertices that it uses, out of those that all share. O(vertices) once, then
 /// O(indices) a mesh.
 #[derive(Debug)]
-pub(crate) struct Compact {
+pub struct Compact {
     /// The mesh that last used a vertex, from 1, and the vertex's number there.
     used: Vec<(u32, u32)>,
     mesh: u32,
 }
 
 impl Compact {
-    pub(crate) fn new(vertices: usize) -> Self {
+    pub fn new(vertices: usize) -> Self {
         Self { used: vec![(0, 0); vertices], mesh: 0 }
     }
 
     /// The vertices that `indices` use, in the order of first use; renumbers the indices.
-    pub(crate) fn take<T: Copy>(&mut self, vertices: &[T], indices: &mut [u32]) -> Vec<T> {
+    pub fn take<T: Copy>(&mut self, vertices: &[T], indices: &mut [u32]) -> Vec<T> {
         self.mesh += 1;
         let mut count = 0;
         for index in &mut *indices {

@@ -7,7 +7,7 @@ use crate::winding::{Cut, Winding};
 
 /// A convex solid with a volume.
 #[derive(Clone, Debug)]
-pub(crate) struct Convex {
+pub struct Convex {
     /// Each face: its plane, of which the normal points out, and its outline, counter-clockwise from outside.
     faces: Vec<(Plane, Winding)>,
     /// Corners within so much of a plane are on it.
@@ -17,19 +17,14 @@ pub(crate) struct Convex {
 impl Convex {
     /// What is within planes of unit length and a box. `None` where that has no volume. Planes that touch it nowhere are
     /// left out.
-    pub(crate) fn new(
-        mut planes: Vec<Plane>,
-        min: [f64; 3],
-        max: [f64; 3],
-        on: f64,
-    ) -> Option<Self> {
+    pub fn new(mut planes: Vec<Plane>, min: [f64; 3], max: [f64; 3], on: f64) -> Option<Self> {
         let whole = Self::of_box(min, max, on)?;
         planes.dedup();
         planes.iter().try_fold(whole, |left, plane| left.cut(plane).1)
     }
 
     /// A box.
-    pub(crate) fn of_box(min: [f64; 3], max: [f64; 3], on: f64) -> Option<Self> {
+    pub fn of_box(min: [f64; 3], max: [f64; 3], on: f64) -> Option<Self> {
         if !(0..3).all(|a| max[a] - min[a] > on) {
             return None;
         }
@@ -53,12 +48,12 @@ impl Convex {
     }
 
     /// Its faces: planes that point out, and outlines.
-    pub(crate) fn faces(&self) -> impl Iterator<Item = (&Plane, &[DVec3])> {
+    pub fn faces(&self) -> impl Iterator<Item = (&Plane, &[DVec3])> {
         self.faces.iter().map(|(plane, outline)| (plane, &outline.0[..]))
     }
 
     /// The parts in front of a plane of unit length and behind it; `None` where there is nothing, or a sliver.
-    pub(crate) fn cut(&self, plane: &Plane) -> (Option<Self>, Option<Self>) {
+    pub fn cut(&self, plane: &Plane) -> (Option<Self>, Option<Self>) {
         let heights = self.corners().map(|p| plane.distance(p));
         let (low, high) =
             heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)));
@@ -96,7 +91,7 @@ impl Convex {
     }
 
     /// What is in it and not in another, in parts that share no more than borders.
-    pub(crate) fn without(&self, other: &Self) -> Vec<Self> {
+    pub fn without(&self, other: &Self) -> Vec<Self> {
         let mut parts = Vec::new();
         let mut rest = Some(self.clone());
         for (plane, _) in &other.faces {
@@ -110,12 +105,12 @@ impl Convex {
     }
 
     /// Corners, each once for each face.
-    pub(crate) fn corners(&self) -> impl Iterator<Item = DVec3> {
+    pub fn corners(&self) -> impl Iterator<Item = DVec3> {
         self.faces.iter().flat_map(|(_, outline)| outline.0.iter().copied())
     }
 
     /// Lowest and highest corner.
-    pub(crate) fn bounds(&self) -> Option<[[f64; 3]; 2]> {
+    pub fn bounds(&self) -> Option<[[f64; 3]; 2]> {
         let mut corners = self.corners();
         let first = corners.next()?;
         let [low, high] = corners.fold([first; 2], |[l, h], p| [l.min(p), h.max(p)]);
@@ -123,14 +118,14 @@ impl Convex {
     }
 
     /// The mean of its corners, and how far from there any is.
-    pub(crate) fn middle(&self) -> (DVec3, f64) {
+    pub fn middle(&self) -> (DVec3, f64) {
         let count = self.corners().count().max(1) as f64;
         let middle = self.corners().sum::<DVec3>() / count;
         (middle, self.corners().map(|p| p.distance(middle)).fold(0.0, f64::max) + self.on)
     }
 
     /// Its volume.
-    pub(crate) fn volume(&self) -> f64 {
+    pub fn volume(&self) -> f64 {
         let (middle, _) = self.middle();
         let cone = |(plane, outline): &(Plane, Winding)| {
             -plane.distance(middle) * outline.area().length() / 6.0

@@ -46,11 +46,14 @@ pub enum ErrorKind {
 
 impl ErrorKind {
     /// An [`ErrorKind::Invalid`].
-    pub(crate) fn invalid(item: impl Into<String>, message: impl Into<String>) -> Self {
+    #[must_use]
+    pub fn invalid(item: impl Into<String>, message: impl Into<String>) -> Self {
         Self::Invalid { item: item.into(), message: message.into() }
     }
 
-    pub(crate) fn at(self, path: &Path) -> LoadError {
+    /// The error of a file.
+    #[must_use]
+    pub fn at(self, path: &Path) -> LoadError {
         LoadError { path: path.to_owned(), kind: self }
     }
 }

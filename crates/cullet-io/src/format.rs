@@ -6,15 +6,20 @@ use crate::ErrorKind;
 
 /// A kind of file that is loaded here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Format {
+pub enum Format {
     /// glTF or GLB: their loader tells them apart.
     Gltf,
     /// The JSON of 3D Tiles.
     Tileset,
+    /// Wavefront OBJ.
     Obj,
+    /// PLY.
     Ply,
+    /// STL.
     Stl,
+    /// OFF.
     Off,
+    /// `OCCSCN01`.
     Occscn,
     /// A Quake or Quake 3 map.
     Bsp,
@@ -25,7 +30,7 @@ pub(crate) enum Format {
 ///
 /// # Errors
 /// [`ErrorKind::Unsupported`], with a way to convert the file where there is one.
-pub(crate) fn recognise(path: &Path, head: &[u8], size: u64) -> Result<Format, ErrorKind> {
+pub fn recognise(path: &Path, head: &[u8], size: u64) -> Result<Format, ErrorKind> {
     if size == 0 {
         return Err(ErrorKind::invalid("file", "it is empty (0 bytes); export it again"));
     }
@@ -61,16 +66,39 @@ pub(crate) fn recognise(path: &Path, head: &[u8], size: u64) -> Result<Format, E
     Ok(format)
 }
 
+impl Format {
+    /// Name for people.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gltf => "a glTF",
+            Self::Tileset => "a tileset of 3D Tiles",
+            Self::Obj => "an OBJ",
+            Self::Ply => "a PLY",
+            Self::Stl => "an STL",
+            Self::Off => "an OFF",
+            Self::Occscn => "OCCSCN01",
+            Self::Bsp => "a Quake map",
+        }
+    }
+}
+
+/// Whether a file begins as a map of Quake (29, BSP2) or Quake 3 (46) does.
+fn is_map(head: &[u8]) -> bool {
+    let magics: [&[u8]; 3] = [&[29, 0, 0, 0], b"BSP2", b"IBSP\x2e\0\0\0"];
+    magics.iter().any(|magic| head.starts_with(magic))
+}
+
 /// By the bytes that a format must begin with.
 fn by_signature(head: &[u8], size: u64) -> Option<Format> {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
     if head.starts_with(b"glTF") {
         return Some(Format::Gltf);
     }
-    if head.starts_with(crate::occscn::MAGIC) {
+    if head.starts_with(b"OCCSCN01") {
         return Some(Format::Occscn);
     }
-    if crate::bsp::is_map(head) {
+    if is_map(head) {
         return Some(Format::Bsp);
     }
     if let [b'p', b'l', b'y', b'\r' | b'\n', ..] = head {

@@ -6,18 +6,14 @@ use crate::beside::Beside;
 use crate::blocks::Source;
 use crate::format::{Format, recognise};
 use crate::{
-    CellGraph, ErrorKind, LoadError, LoadOptions, Model, Warning, bsp, gltf, obj, occscn, off, ply,
-    stl,
+    CellGraph, ErrorKind, LoadError, LoadOptions, Model, Warning, gltf, obj, off, ply, stl,
 };
 
-#[cfg(not(target_family = "wasm"))]
-use crate::tileset;
-
-/// Loads a model: GLB, glTF, 3D Tiles, OBJ, PLY, STL, OFF, `OCCSCN01`, or a Quake or Quake 3 map, told by content first, then by ending.
+/// Loads a model: GLB, glTF, OBJ, PLY, STL or OFF, told by content first, then by ending. Maps, 3D Tiles and `OCCSCN01`
+/// are recognised and refused: `cullet_maps::load` reads them too.
 ///
-/// OBJ, PLY, STL, OFF and `OCCSCN01` say nothing of sides: their solids are one-sided, all else is
-/// two-sided. A map has z up; its walls are one-sided, and a mesh is what is in one of its cells. Every vertex of the model is finite and every index in range; a file without triangles
-/// loads as an empty scene with a warning. Memory stays within three times the decoded geometry (12 bytes
+/// OBJ, PLY, STL and OFF say nothing of sides: their solids are one-sided, all else is two-sided. Every vertex of the
+/// model is finite and every index in range; a file without triangles loads as an empty scene with a warning. Memory stays within three times the decoded geometry (12 bytes
 /// a vertex and 12 a triangle), what is prepared for culling, and a little: OBJ, PLY, STL and OFF are read in blocks, and counts that a
 /// file claims are held against the bytes it has before anything is allocated. What
 /// [`LoadOptions::details`] keeps comes on top: its own size, in OBJ twice that and some 40 bytes for each
@@ -27,12 +23,7 @@ use crate::tileset;
 /// If the file cannot be read, is of no known kind, is invalid, or exceeds a limit of `options`. The
 /// error names the file, the item (a line, a vertex, a face), the value and what would be right.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Model, LoadError> {
-    let read = || -> Result<Model, ErrorKind> {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let model = decode(path, Source::open(path)?, options, Beside::Folder(folder))?;
-        finished(model, options)
-    };
-    read().map_err(|kind| kind.at(path))
+    load_by(path, options, decode)
 }
 
 /// Loads a model from memory. `name` stands for the file's name in messages, and its ending helps to
@@ -57,6 +48,36 @@ pub fn load_bytes_with(
     bytes: &[u8],
     beside: &[(String, Vec<u8>)],
     options: &LoadOptions,
+) -> Result<Model, LoadError> {
+    load_bytes_by(name, bytes, beside, options, decode)
+}
+
+/// Decoder of a file: the model of a source, whose other files are beside it.
+pub type Decode = fn(&Path, Source<'_>, &LoadOptions, Beside<'_>) -> Result<Model, ErrorKind>;
+
+/// Loads a file as [`load`] does, with a decoder that knows other formats too.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_by(path: &Path, options: &LoadOptions, decode: Decode) -> Result<Model, LoadError> {
+    let read = || -> Result<Model, ErrorKind> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let model = decode(path, Source::open(path)?, options, Beside::Folder(folder))?;
+        finished(model, options)
+    };
+    read().map_err(|kind| kind.at(path))
+}
+
+/// Loads bytes as [`load_bytes_with`] does, with a decoder that knows other formats too.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_bytes_by(
+    name: &str,
+    bytes: &[u8],
+    beside: &[(String, Vec<u8>)],
+    options: &LoadOptions,
+    decode: Decode,
 ) -> Result<Model, LoadError> {
     let path = Path::new(name);
     decode(path, Source::memory(bytes), options, Beside::Given(beside))
@@ -83,7 +104,7 @@ fn finished(mut model: Model, options: &LoadOptions) -> Result<Model, ErrorKind>
         let message = format!("portals hide nothing, for cells have no place: {error}");
         model.warnings.push(Warning { item: "cells".into(), message });
         model.cells = CellGraph::default();
-        model.cell_rows = None;
+        model.cell_sets = None;
     }
     Ok(model)
 }
@@ -93,8 +114,11 @@ fn is_map(model: &Model) -> bool {
     model.eye_height.is_some()
 }
 
-/// `beside` is where files named by the model are looked for.
-fn decode(
+/// Decodes a file of a format that is read here; `beside` is where files named by the model are looked for.
+///
+/// # Errors
+/// If the file is of another format, invalid, or over a limit.
+pub fn decode(
     path: &Path,
     source: Source<'_>,
     options: &LoadOptions,
@@ -107,21 +131,16 @@ fn decode(
     let builder = match recognise(path, &head, source.size())? {
         // Owned, so that it can be freed once it is decoded.
         Format::Gltf => return gltf::load(path, source.into_bytes()?, options, beside),
-        // A page has no folder of tiles, and every kilobyte of it is waited for.
-        #[cfg(target_family = "wasm")]
-        Format::Tileset => {
-            return Err(ErrorKind::Unsupported(
-                "3D Tiles name other files, which a page does not have".into(),
-            ));
-        }
-        #[cfg(not(target_family = "wasm"))]
-        Format::Tileset => return tileset::load(path, &source.into_bytes()?, options, beside),
         Format::Obj => obj::read(&name, source, options, beside)?,
         Format::Ply => ply::read(&name, source, options)?,
         Format::Stl => stl::read(&name, source, options)?,
         Format::Off => off::read(&name, source, options)?,
-        Format::Occscn => occscn::read(&name, &source.into_bytes()?, options)?,
-        Format::Bsp => bsp::read(&name, &source.into_bytes()?, options)?,
+        format @ (Format::Tileset | Format::Occscn | Format::Bsp) => {
+            let name = format.name();
+            return Err(ErrorKind::Unsupported(format!(
+                "{name} is not read here; the programs of cullet read it, and crate cullet-maps"
+            )));
+        }
     };
     builder.finish()
 }

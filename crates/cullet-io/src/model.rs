@@ -7,8 +7,8 @@ use cullet::{Handle, Projection, Scene, Transform};
 use serde::{Deserialize, Serialize};
 
 use crate::baked::Baked;
-use crate::bsp::CellRows;
 use crate::{Attributes, CellGraph, Motion, NodeTree, NodeTreeStatistics};
+use cullet::cull::pvs::VisibleSets;
 
 /// A scene, and what its file says beyond geometry.
 #[derive(Debug, Default)]
@@ -35,8 +35,8 @@ pub struct Model {
     pub views: Vec<MatrixView>,
     /// Rooms and openings, where the file has them or the scene was made with them.
     pub cells: CellGraph,
-    /// Which cells the file says can be seen from which: of maps that were baked.
-    pub cell_rows: Option<CellRows>,
+    /// Visible sets of the cells that the file brings along: of maps that were baked.
+    pub cell_sets: Option<VisibleSets<'static>>,
     /// Height of a person's eyes above the ground in the model's units, where the format says what its units are: of maps.
     pub eye_height: Option<f64>,
     /// How it moves, if it does; see [`Model::pose`](Self::pose).
@@ -97,7 +97,7 @@ pub struct Material {
 
 impl Material {
     /// The colour of what has no material.
-    pub(crate) const GREY: [f32; 4] = [0.8, 0.8, 0.8, 1.0];
+    pub const GREY: [f32; 4] = [0.8, 0.8, 0.8, 1.0];
 }
 
 /// A camera of a file.

@@ -9,24 +9,24 @@ use crate::blocks::make_room;
 const TESTS_PER_CORNER: usize = 512;
 
 /// For a warning, after the count of [`Triangulator::fanned`].
-pub(crate) const CONCAVE: &str = "concave polygons that cross themselves or are very large were \
+pub const CONCAVE: &str = "concave polygons that cross themselves or are very large were \
      cut as fans, which may cover more than they do";
 
 /// Cuts polygons of n corners into n − 2 triangles: a fan from the first corner where the polygon is
 /// convex, ears where it is not (Meisters, *Polygons Have Ears*, 1975).
 #[derive(Debug, Default)]
-pub(crate) struct Triangulator {
+pub struct Triangulator {
     flat: Vec<DVec2>,
     ring: Vec<u32>,
     /// Concave polygons that had to be fanned all the same: self-intersecting or very large.
-    pub(crate) fanned: u64,
+    pub fanned: u64,
 }
 
 impl Triangulator {
     /// Appends the triangles of `polygon`, which keep its winding. Fewer than three corners append
     /// nothing; corners beyond `positions` (not yet known) make a fan.
     #[inline]
-    pub(crate) fn push(&mut self, polygon: &[u32], positions: &[[f32; 3]], out: &mut Vec<u32>) {
+    pub fn push(&mut self, polygon: &[u32], positions: &[[f32; 3]], out: &mut Vec<u32>) {
         make_room(out, polygon.len().saturating_sub(2) * 3);
         match *polygon {
             [a, b, c] => out.extend([a, b, c]),

@@ -10,7 +10,6 @@ use thiserror::Error;
 use crate::Model;
 use crate::deform::{Morphs, Skin};
 use crate::motion::{Deformed, MotionKind, Rig, transform};
-use crate::scenes::{self, SceneSpecError};
 
 /// Why a model cannot be posed.
 #[derive(Debug, Error)]
@@ -34,7 +33,7 @@ pub enum PoseError {
     },
     /// The built-in scene has no such time.
     #[error("{0}")]
-    Scene(#[from] SceneSpecError),
+    Made(String),
     /// The scene was changed since the model was loaded: an instance that moves was removed.
     #[error("the scene is no longer that of the model: {0}")]
     Changed(#[from] SceneError),
@@ -66,9 +65,9 @@ impl Model {
         let Some(motion) = self.motion.take() else { return Ok(()) };
         let posed = match &motion.kind {
             MotionKind::Rig(rig) => pose_rig(rig, self, seconds),
-            MotionKind::Scene(text) => scenes::build_at(text, seconds)
-                .map_err(PoseError::from)
-                .and_then(|now| take_pose(self, &now)),
+            MotionKind::Made(make) => {
+                make(seconds).map_err(PoseError::Made).and_then(|now| take_pose(self, &now))
+            }
         };
         self.motion = Some(motion);
         self.scene.refit();

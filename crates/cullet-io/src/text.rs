@@ -333,7 +333,7 @@ fn is_space(b: u8) -> bool {
 }
 
 /// Bytes of a file made fit for a message: at most 40 characters, none of them control codes.
-pub(crate) fn quote(bytes: &[u8]) -> String {
+pub fn quote(bytes: &[u8]) -> String {
     const LIMIT: usize = 40;
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(LIMIT * 4)]);
     let mut out: String = text.chars().take(LIMIT).flat_map(char::escape_default).collect();

@@ -10,20 +10,20 @@ const EMPTY: u32 = u32::MAX;
 /// Gives each distinct position one number, in the order of first sight; −0 is 0. Open addressing with
 /// linear probing, seeded at random so that no file can be made to collide; O(1) a position.
 #[derive(Debug)]
-pub(crate) struct Welder {
+pub struct Welder {
     positions: Vec<[f32; 3]>,
     table: Vec<u32>,
     seed: u64,
 }
 
 impl Welder {
-    pub(crate) fn new() -> Self {
+    pub fn new() -> Self {
         Self { positions: Vec::new(), table: vec![EMPTY; 64], seed: RandomState::new().hash_one(0) }
     }
 
     /// The number of a position.
     #[inline]
-    pub(crate) fn weld(&mut self, position: [f32; 3]) -> u32 {
+    pub fn weld(&mut self, position: [f32; 3]) -> u32 {
         // Adding 0 turns −0 into 0, so that equal positions have equal bits.
         let position = position.map(|v| v + 0.0);
         // At most two thirds full: at one half the table of a file that shares no vertex, doubled, would
@@ -52,12 +52,12 @@ impl Welder {
     }
 
     /// The position of a number that was given.
-    pub(crate) fn position(&self, number: u32) -> [f32; 3] {
+    pub fn position(&self, number: u32) -> [f32; 3] {
         self.positions[number as usize]
     }
 
     /// The distinct positions.
-    pub(crate) fn into_positions(self) -> Vec<[f32; 3]> {
+    pub fn into_positions(self) -> Vec<[f32; 3]> {
         let Self { mut positions, table, .. } = self;
         drop(table);
         positions.shrink_to_fit();

@@ -5,14 +5,14 @@ use glam::DVec3;
 
 /// Distance within which a corner is on a plane, in units of the map. Planes and corners of maps are f32, off by some
 /// thousandths where a map is thousands of units large.
-pub(crate) const ON: f64 = 0.01;
+pub const ON: f64 = 0.01;
 
 /// A convex polygon in a plane.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Winding(pub(crate) Vec<DVec3>);
+pub struct Winding(pub Vec<DVec3>);
 
 /// What a plane leaves of a polygon.
-pub(crate) enum Cut {
+pub enum Cut {
     /// All is in front.
     Front,
     /// All is behind.
@@ -26,7 +26,7 @@ pub(crate) enum Cut {
 impl Winding {
     /// A square in a plane, counter-clockwise from its front, about the point of it that is nearest to `centre`, reaching
     /// `reach` to each side at least.
-    pub(crate) fn square(plane: &Plane, centre: DVec3, reach: f64) -> Self {
+    pub fn square(plane: &Plane, centre: DVec3, reach: f64) -> Self {
         let normal = DVec3::from(plane.normal);
         let middle = centre - normal * plane.distance(centre);
         let (aside, up) = normal.any_orthonormal_pair();
@@ -37,31 +37,31 @@ impl Winding {
     }
 
     /// The same, seen from behind.
-    pub(crate) fn reversed(mut self) -> Self {
+    pub fn reversed(mut self) -> Self {
         self.0.reverse();
         self
     }
 
     /// Twice the area, along the normal of the side from which it is counter-clockwise.
-    pub(crate) fn area(&self) -> DVec3 {
+    pub fn area(&self) -> DVec3 {
         let first = self.0[0];
         self.0.windows(2).fold(DVec3::ZERO, |sum, w| sum + (w[0] - first).cross(w[1] - first))
     }
 
     /// Width: twice the area over the longest diagonal, at least half of what a ruler says.
-    pub(crate) fn width(&self) -> f64 {
+    pub fn width(&self) -> f64 {
         let far = |a: &DVec3| self.0.iter().map(|b| a.distance_squared(*b)).fold(0.0, f64::max);
         let longest = self.0.iter().map(far).fold(0.0, f64::max).sqrt();
         if longest > 0.0 { self.area().length() / longest } else { 0.0 }
     }
 
     /// Cuts it. A corner within [`ON`] of the plane is on both sides and makes no new one.
-    pub(crate) fn cut(&self, plane: &Plane) -> Cut {
+    pub fn cut(&self, plane: &Plane) -> Cut {
         self.cut_within(plane, ON)
     }
 
     /// As [`cut`](Self::cut), where corners within `on` of the plane count as on it.
-    pub(crate) fn cut_within(&self, plane: &Plane, on: f64) -> Cut {
+    pub fn cut_within(&self, plane: &Plane, on: f64) -> Cut {
         let distances: Vec<f64> = self.0.iter().map(|p| plane.distance(*p)).collect();
         let front = distances.iter().any(|d| *d > on);
         let back = distances.iter().any(|d| *d < -on);
@@ -91,12 +91,12 @@ impl Winding {
     }
 
     /// The part behind a plane; `None` if there is none.
-    pub(crate) fn behind(self, plane: &Plane) -> Option<Self> {
+    pub fn behind(self, plane: &Plane) -> Option<Self> {
         self.behind_within(plane, ON)
     }
 
     /// As [`behind`](Self::behind), where corners within `on` of the plane count as on it.
-    pub(crate) fn behind_within(self, plane: &Plane, on: f64) -> Option<Self> {
+    pub fn behind_within(self, plane: &Plane, on: f64) -> Option<Self> {
         match self.cut_within(plane, on) {
             Cut::Back | Cut::On => Some(self),
             Cut::Front => None,
@@ -105,7 +105,7 @@ impl Winding {
     }
 
     /// Both as one where they share an edge and are convex together, in one plane with this normal.
-    pub(crate) fn joined(&self, other: &Self, normal: DVec3) -> Option<Self> {
+    pub fn joined(&self, other: &Self, normal: DVec3) -> Option<Self> {
         let same = |a: DVec3, b: DVec3| a.distance_squared(b) <= ON * ON;
         let (n, m) = (self.0.len(), other.0.len());
         let (i, j) = (0..n).flat_map(|i| (0..m).map(move |j| (i, j))).find(|&(i, j)| {

@@ -2,10 +2,6 @@
 //! Those that count what is allocated stand apart, each alone in its process.
 
 mod baked_file;
-mod bsp_maps;
-mod bsp_seeds;
-mod bsp_small;
-mod bsp_verify;
 mod by_hand;
 mod deform;
 mod details;
@@ -17,14 +13,6 @@ mod gltf_impostor;
 mod gltf_models;
 mod gltf_original;
 mod gltf_stand_ins;
-mod occscn_make;
-mod office_portals;
 mod pose;
-mod prt;
-mod recording;
-mod rooms;
 mod save;
-mod scenes;
-mod scenes_paths;
 mod schema;
-mod tileset;

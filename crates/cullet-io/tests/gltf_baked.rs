@@ -5,12 +5,13 @@ use crate::by_hand;
 use crate::schema;
 
 use by_hand::{MEASURED, tables};
+use cullet::bounds::Aabb;
 use cullet::lod::{Group, NO_GROUP};
 use cullet::mesh::Part;
 use cullet::{Instance, Mesh, MeshData, Projection, Scene, Transform};
 use cullet_io::baked::{
-    Baked, BakedError, BakedLevels, BakedMesh, LevelKind, LevelTables, OccluderSheet,
-    OccluderTables, geometry_hash,
+    Baked, BakedError, BakedLevels, BakedMesh, LevelKind, LevelTables, OccluderSheet, Occluders,
+    geometry_hash,
 };
 use cullet_io::{CameraNode, LoadOptions, Material, Model, load_bytes, save};
 use cullet_testkit::{Folder, soups};
@@ -187,14 +188,14 @@ fn occluders_come_back_also_of_meshes_without_levels_and_damage_is_told() {
     let mut model = model();
     let sheet =
         OccluderSheet { triangles: vec![[[0.0; 3], [1.0; 3], [0.0, 1.0, 0.0]]], two_sided: true };
-    let some = OccluderTables {
-        boxes: vec![[[-0.5; 3], [0.5; 3]]],
+    let some = Occluders {
+        boxes: vec![Aabb { min: [-0.5; 3], max: [0.5; 3] }],
         sheets: vec![sheet],
         efficiency: 0.75,
-        ..OccluderTables::default()
+        ..Occluders::default()
     };
     let geometry = geometry_hash(&model.scene.meshes()[1]);
-    let none = Some(OccluderTables::default());
+    let none = Some(Occluders::default());
     let single = BakedMesh { mesh: 1, geometry, occluders: none, ..BakedMesh::default() };
     let baked = model.baked.as_mut().unwrap();
     baked.meshes[0].occluders = Some(some);

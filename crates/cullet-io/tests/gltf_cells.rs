@@ -3,7 +3,7 @@
 use crate::schema;
 
 use cullet::Scene;
-use cullet_io::{LoadOptions, Model, Up, load, load_bytes, save, scenes};
+use cullet_io::{LoadOptions, Model, Up, load, load_bytes, save};
 use cullet_testkit::Folder;
 use schema::held;
 use serde_json::{Value, json};
@@ -26,7 +26,7 @@ fn doors(model: &Model) -> Vec<Option<[f64; 3]>> {
 #[test]
 fn cells_of_the_office_come_back_from_a_glb() {
     let folder = Folder::new("cells");
-    let mut model = scenes::build("office:floors=2,corridors=1,rooms=3,closed=50").unwrap();
+    let mut model = cullet_scenes::build("office:floors=2,corridors=1,rooms=3,closed=50").unwrap();
     model.cells.portals[1].one_way = true;
     model.cells.portals[2].name = "the second door".into();
     let [a, b, c, d]: [_; 4] = model.cells.portals[0].polygon.clone().try_into().unwrap();

@@ -3,11 +3,12 @@
 
 use crate::schema;
 
+use cullet::bounds::Aabb;
 use cullet::lod::Impostor;
 use cullet::{Instance, Scene, Transform};
 use cullet_io::baked::{
     Baked, BakedError, BakedLevels, BakedMesh, LevelKind, Measured, OccluderPolygon, OccluderSheet,
-    OccluderTables, geometry_hash,
+    Occluders, geometry_hash,
 };
 use cullet_io::{BakedFile, LoadOptions, Model, load_bytes, save};
 use cullet_testkit::{Folder, meshes};
@@ -76,9 +77,9 @@ fn a_mapped_file_has_impostors_and_occluders_as_they_lie() {
     let mut before = model();
     let sheet =
         OccluderSheet { triangles: vec![[[0.0; 3], [1.0; 3], [2.0; 3]]; 2], two_sided: true };
-    let occluders = OccluderTables {
-        boxes: vec![[[0.0; 3], [1.0, 2.0, 3.0]]],
-        sealed: vec![[[-1.0; 3], [4.0; 3]]],
+    let occluders = Occluders {
+        boxes: vec![Aabb { min: [0.0; 3], max: [1.0, 2.0, 3.0] }],
+        sealed: vec![Aabb { min: [-1.0; 3], max: [4.0; 3] }],
         polygons: vec![OccluderPolygon {
             points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]],
             two_sided: false,
@@ -101,7 +102,9 @@ fn a_mapped_file_has_impostors_and_occluders_as_they_lie() {
     assert_eq!(listed.impostor.as_ref().map(|i| i.measured), Some(MEASURED));
     let (own, impostor) = (file.occluders(0).unwrap().unwrap(), file.impostor(0).unwrap().unwrap());
     assert_eq!(own.to_tables().unwrap(), occluders);
-    assert_eq!((own.boxes, own.sealed), (&occluders.boxes[..], &occluders.sealed[..]));
+    let corners = |boxes: &[Aabb]| boxes.iter().map(|b| [b.min, b.max]).collect::<Vec<_>>();
+    assert_eq!(own.boxes, corners(&occluders.boxes));
+    assert_eq!(own.sealed, corners(&occluders.sealed));
     assert_eq!(own.polygons, [[3, 1, 0.25_f32.to_bits()]]);
     assert_eq!(own.corners, occluders.polygons[0].points);
     assert_eq!((own.sheets, own.far().count()), (&[[2, 2]; 2][..], 1));

@@ -2,7 +2,7 @@
 
 use cullet::mesh::Topology;
 use cullet::{Instance, Transform};
-use cullet_io::{LoadOptions, Model, SaveErrorKind, load, save, scenes};
+use cullet_io::{LoadOptions, Model, SaveErrorKind, load, save};
 use cullet_testkit::Folder;
 
 /// The world-space triangles of all instances, sorted.
@@ -37,7 +37,7 @@ fn triangles(model: &Model) -> Vec<[[i64; 3]; 3]> {
 #[test]
 fn every_format_leads_back() {
     let folder = Folder::new("save");
-    let mut model = scenes::build("solids").unwrap();
+    let mut model = cullet_scenes::build("solids").unwrap();
     let mirrored = Transform::from_scale_translation([-1.0, 2.0, 1.0], [9.0, 1.0, -4.0]);
     model.scene.add(Instance::new(0, mirrored)).unwrap();
     model.scene.commit();

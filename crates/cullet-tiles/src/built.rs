@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use cullet::lod::Levels;
 use cullet::{Instance, Mesh, Preparation, Prepared, Scene};
+use cullet_io::baked::pays;
 
-use crate::occluders::pays;
 use crate::source::{TileContent, TileId};
 
 /// A tile in memory, ready for scenes.

@@ -1,7 +1,7 @@
 //! The built-in city of plots, tile by tile, never whole.
 
 use cullet::{Instance, InstanceFlags, Mesh};
-use cullet_io::scenes::{CityPlots, Placed};
+use cullet_scenes::{CityPlots, Placed};
 
 use crate::source::{TileContent, TileError, TileId, TileInfo, TileSource};
 

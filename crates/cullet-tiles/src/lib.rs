@@ -28,8 +28,6 @@
 mod built;
 mod choose;
 mod city;
-mod city_name;
-pub mod occluders;
 mod settings;
 mod source;
 mod status;
@@ -40,7 +38,6 @@ mod world;
 pub use built::{Loaded, scene_of};
 pub use choose::{Cut, choose};
 pub use city::CityTiles;
-pub use city_name::{CityName, NoCityName};
 pub use settings::Settings;
 pub use source::{TileContent, TileError, TileId, TileInfo, TileSource};
 pub use status::{Status, Want};

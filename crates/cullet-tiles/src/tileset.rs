@@ -6,9 +6,11 @@ use std::sync::OnceLock;
 use cullet::cull::occlusion::Occluder;
 use cullet::{Instance, InstanceFlags, Mesh};
 use cullet_io::baked::BakedMesh;
-use cullet_io::{LoadError, LoadOptions, TileNode, TileSight, TileTree};
+use cullet_io::{LoadError, LoadOptions};
+use cullet_maps::TileNode;
+use cullet_maps::TileSight;
+use cullet_maps::TileTree;
 
-use crate::occluders::{from_tables, hide_enough};
 use crate::source::{TileContent, TileError, TileId, TileInfo, TileSource};
 
 /// Of a tile that says what it takes neither in its tileset nor in the headers of its files: so many bytes of those an instance, a vertex
@@ -17,7 +19,7 @@ const OF_A_FILE: [u64; 3] = [1024, 12, 6];
 
 /// A tileset in a folder, whose tiles are loaded when they matter: 3D Tiles 1.0 or 1.1, see [`TileTree`].
 ///
-/// What [`write_tiles`](cullet_io::write_tiles) wrote says what each tile takes. Of other tilesets the counts in the headers of a tile's files
+/// What [`write_tiles`](cullet_maps::write_tiles) wrote says what each tile takes. Of other tilesets the counts in the headers of a tile's files
 /// say it, which are read when the tile first matters, and for meshes that deform or have levels of detail the size of the
 /// files, more than most need; a tile that takes more than that is not shown, and named in
 /// [`Status::failed`](crate::Status::failed). Levels of detail and occluders are those that the tiles' files have baked; a tile that others replace
@@ -159,9 +161,8 @@ impl TileSource for FolderTiles {
 
 /// Occluders that were baked for a mesh, where they hide nearly all that it does.
 fn occluder(of: &BakedMesh) -> Option<(u32, Occluder)> {
-    let tables = of.occluders.as_ref()?;
-    let made = from_tables(tables);
+    let made = of.occluders.as_ref()?;
     // One that is none, in spite of its sum, is left out: the mesh's own triangles serve.
-    let occluder = hide_enough(&made, tables.efficiency).then(|| made.to_engine().ok())??;
+    let occluder = made.hide_enough().then(|| made.to_engine().ok())??;
     (!occluder.shapes().is_empty()).then_some((of.mesh, occluder))
 }

@@ -4,8 +4,11 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use cullet::{Culler, Preparation, Scene, ViewState, Visible};
-use cullet_io::paths::{self, Overrides, PathSpec};
-use cullet_io::{LoadOptions, Model, WriteTiles, load, scenes, write_tiles};
+use cullet_io::{LoadOptions, Model};
+use cullet_maps::WriteTiles;
+use cullet_maps::load;
+use cullet_maps::write_tiles;
+use cullet_scenes::paths::{self, Overrides, PathSpec};
 use cullet_tiles::{FolderTiles, Settings, TileId, TileSource, World, choose};
 
 /// A folder that goes when it is dropped.
@@ -41,7 +44,8 @@ fn small() -> WriteTiles {
 }
 
 fn written(name: &str) -> (Folder, Model) {
-    let (folder, city) = (Folder::new(name), scenes::build("city:cells=6,objects=400").unwrap());
+    let (folder, city) =
+        (Folder::new(name), cullet_scenes::build("city:cells=6,objects=400").unwrap());
     let written = write_tiles(&city, &folder.0, &small(), |_| true).unwrap().unwrap();
     assert!(written.tiles[0] > 20 && written.depth > 1, "{written:?}");
     (folder, city)

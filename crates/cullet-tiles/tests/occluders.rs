@@ -6,10 +6,10 @@ use cullet::{
 };
 use cullet_bake::occluders::{OccluderOptions, occluders};
 use cullet_draw::{VerifyOptions, verify};
-use cullet_io::baked::{
-    Baked, BakedMesh, OccluderPolygon, OccluderSheet, OccluderTables, geometry_hash,
-};
-use cullet_io::{LoadOptions, Model, WriteTiles, write_tiles};
+use cullet_io::baked::{Baked, BakedMesh, Occluders, geometry_hash};
+use cullet_io::{LoadOptions, Model};
+use cullet_maps::WriteTiles;
+use cullet_maps::write_tiles;
 use cullet_testkit::{Folder, soups};
 use cullet_tiles::{FolderTiles, Settings, World};
 
@@ -44,25 +44,8 @@ fn slabs() -> Mesh {
     cullet_testkit::meshes::one_sided((positions, indices))
 }
 
-fn tables(mesh: &Mesh) -> OccluderTables {
-    let (made, report) = occluders(mesh, &OccluderOptions::default()).unwrap();
-    let sheet = |s: &cullet_bake::occluders::Sheet| OccluderSheet {
-        triangles: s.triangles.clone(),
-        two_sided: s.two_sided,
-    };
-    let polygon = |p: &cullet_bake::occluders::Polygon| OccluderPolygon {
-        points: p.points.clone(),
-        two_sided: p.two_sided,
-        tolerance: p.tolerance,
-    };
-    OccluderTables {
-        boxes: made.boxes.iter().map(|b| [b.min, b.max]).collect(),
-        sealed: made.sealed.iter().map(|b| [b.min, b.max]).collect(),
-        polygons: made.polygons.iter().map(polygon).collect(),
-        sheets: made.sheets.iter().map(sheet).collect(),
-        near: made.near.iter().map(sheet).collect(),
-        efficiency: report.efficiency(),
-    }
+fn tables(mesh: &Mesh) -> Occluders {
+    occluders(mesh, &OccluderOptions::default()).unwrap().0
 }
 
 /// Slabs in a row, with many small balls behind them; the slabs' occluders are baked.

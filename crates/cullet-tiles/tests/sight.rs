@@ -4,10 +4,13 @@ use std::collections::BTreeSet;
 
 use cullet::cull::pvs::{Targets, VisibleSets};
 use cullet::{Preparation, Scene};
-use cullet_io::{
-    LoadOptions, Model, TileInput, TileSets, TileTree, WriteTiles, scenes, write_tiles,
-    write_tiles_with,
-};
+use cullet_io::{LoadOptions, Model};
+use cullet_maps::TileInput;
+use cullet_maps::TileSets;
+use cullet_maps::TileTree;
+use cullet_maps::WriteTiles;
+use cullet_maps::write_tiles;
+use cullet_maps::write_tiles_with;
 use cullet_testkit::{Folder, Rng};
 use cullet_tiles::{Cut, FolderTiles, Settings, TileId, TileSource, World, choose};
 
@@ -42,7 +45,7 @@ fn sets(scene: &Scene) -> [BTreeSet<u32>; 2] {
 }
 
 fn written(folder: &Folder) -> (Model, [BTreeSet<u32>; 2]) {
-    let city = scenes::build("city:cells=6,objects=400,ground=0").unwrap();
+    let city = cullet_scenes::build("city:cells=6,objects=400,ground=0").unwrap();
     let of = sets(&city.scene);
     let count = city.scene.instance_count();
     let rows: Vec<Vec<u64>> = of
@@ -172,7 +175,7 @@ fn rows_that_are_damaged_or_missing_are_named() {
     assert!(error.contains("sight.bin") && error.contains("missing"), "{error}");
     // A tileset without any is as ever.
     let plain = Folder::new("sight");
-    let city = scenes::build("city:cells=6,objects=400,ground=0").unwrap();
+    let city = cullet_scenes::build("city:cells=6,objects=400,ground=0").unwrap();
     write_tiles(&city, plain.root(), &small(), |_| true).unwrap().unwrap();
     let tiles = open(&plain);
     assert!(tiles.tree().sight().is_none() && tiles.cells_of(&[[0.0, 2.0, 0.0]]).is_empty());

@@ -3,13 +3,18 @@
 use std::collections::BTreeSet;
 
 use cullet::{Camera, Culler, Depth, Mesh, Preparation, Projection, Scene, View, ViewState};
-use cullet_bake::levels::{SurfaceTree, surface_points};
 use cullet_bake::stand_in::{StandInOptions, StandIns};
+use cullet_draw::surface::SurfaceTree;
+use cullet_draw::surface::surface_points;
 use cullet_draw::{PixelId, RenderOptions, Selection, VerifyOptions};
-use cullet_io::{
-    Attributes, LoadOptions, Model, TileInput, TileStandIn, TilesWritten, WriteTiles, load, scenes,
-    write_tiles, write_tiles_with,
-};
+use cullet_io::{Attributes, LoadOptions, Model};
+use cullet_maps::TileInput;
+use cullet_maps::TileStandIn;
+use cullet_maps::TilesWritten;
+use cullet_maps::WriteTiles;
+use cullet_maps::load;
+use cullet_maps::write_tiles;
+use cullet_maps::write_tiles_with;
 use cullet_testkit::Folder;
 use cullet_tiles::{FolderTiles, Settings, TileId, TileSource, World, choose};
 
@@ -28,7 +33,7 @@ fn small() -> WriteTiles {
 
 /// A city in a folder, with stand-ins of so many triangles.
 fn written(folder: &Folder, triangles: u64) -> (Model, TilesWritten) {
-    let city = scenes::build(CITY).unwrap();
+    let city = cullet_scenes::build(CITY).unwrap();
     let of_triangles = StandInOptions::default().with_triangles(triangles);
     let stand_ins = StandIns::new(&city.scene, &[], of_triangles);
     let stand_in = |slots: &[u32], least: f64| {

@@ -182,7 +182,7 @@ fn nothing_visible_of_what_is_loaded_is_dropped() {
 /// Blocks of a scene, none of which may hide anything.
 fn city_block(world: &World) -> usize {
     let scene = world.scene();
-    let block = cullet_io::scenes::CityPlots::block();
+    let block = cullet_scenes::CityPlots::block();
     let blocks: Vec<u32> = scene.slots().filter(|&s| scene.mesh_id(s) == block).collect();
     assert!(blocks.iter().all(|&s| scene.flags(s).no_occlusion));
     blocks.len()

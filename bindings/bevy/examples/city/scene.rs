@@ -4,7 +4,7 @@ use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 use bevy_cullet::engine;
-use cullet_io::{Model, scenes};
+use cullet_io::Model;
 
 /// Buildings along each side, and objects between them.
 pub(crate) const SPEC: &str = "city:cells=40,objects=20000";
@@ -16,7 +16,7 @@ pub(crate) fn street() -> Transform {
 
 /// Spawns the city and a sun without shadows.
 pub(crate) fn spawn(world: &mut World, spec: &str) {
-    let model = scenes::build(spec).expect("a built-in scene");
+    let model = cullet_scenes::build(spec).expect("a built-in scene");
     let meshes: Vec<Handle<Mesh>> = model
         .scene
         .meshes()

@@ -195,7 +195,7 @@ impl Estimate for Volumes {
 
 #[cfg(test)]
 mod tests {
-    use cullet_methods::cluster::CullingRegion;
+    use cullet_lab::methods::cluster::CullingRegion;
     use proptest::prelude::*;
 
     use super::*;

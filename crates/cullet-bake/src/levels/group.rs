@@ -1,11 +1,11 @@
 //! One group of clusters: merged, simplified, cut into clusters again, and measured.
 
-use super::distance::SurfaceTree;
 use super::error::LevelsError;
 use super::measure::{Carried, Measured, Task, measure};
 use super::options::{ErrorSource, HierarchyOptions};
 use super::simplifier::{Attributes, ClusterSize, Clusters, Target, cut_into_clusters, simplify};
 use super::sphere::{Ball, around};
+use cullet_draw::surface::SurfaceTree;
 
 /// A group is given up where less than this share of its triangles would go.
 const LEAST_GAIN: f64 = 0.15;

@@ -3,9 +3,9 @@
 
 use glam::Vec3;
 
-use super::distance::SurfaceTree;
-use super::quantile::LargestDistances;
-use super::samples::inner_points;
+use cullet_draw::surface::LargestDistances;
+use cullet_draw::surface::SurfaceTree;
+use cullet_draw::surface::inner_points;
 
 /// Sample points of the original surface that triangles stand for, triangle by triangle, so that neighbours follow each other.
 #[derive(Clone, Debug, Default)]
@@ -224,7 +224,7 @@ fn is_within(point: [f32; 3], corners: [[f32; 3]; 3], limit: f32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::levels::nearest_ref;
+    use cullet_draw::surface::nearest_ref;
     use cullet_testkit::{Rng, cases};
 
     #[test]

@@ -3,8 +3,6 @@
 #[cfg(feature = "meshopt")]
 mod chain;
 mod data;
-mod deviation;
-mod distance;
 pub mod error;
 #[cfg(feature = "meshopt")]
 mod group;
@@ -20,8 +18,6 @@ mod original;
 mod part;
 #[cfg(feature = "meshopt")]
 mod peaks;
-mod quantile;
-mod samples;
 #[cfg(feature = "meshopt")]
 mod sheet;
 #[cfg(feature = "meshopt")]
@@ -38,14 +34,10 @@ pub(crate) use chain::chain_of;
 #[cfg(feature = "meshopt")]
 pub use chain::{ChainOptions, build_chain};
 pub use data::{Group, LevelsData, NO_GROUP};
-pub use deviation::{Deviation, SHARE_ABOVE, SurfaceSlices, deviation};
-pub use distance::{SurfaceTree, nearest_ref};
 pub use error::LevelsError;
 #[cfg(feature = "meshopt")]
 pub use hierarchy::build_hierarchy;
 #[cfg(feature = "meshopt")]
 pub use options::{ErrorSource, HierarchyOptions};
-pub use quantile::LargestDistances;
-pub use samples::{SurfacePoint, inner_points, surface_points};
 #[cfg(feature = "meshopt")]
 pub use within::{Within, WithinOptions, simplify_within};

@@ -3,9 +3,9 @@
 use cullet::MeshData;
 use cullet::mesh::{Clustering, MeshError, Part, weld};
 
-use super::distance::SurfaceTree;
 use super::error::LevelsError;
-use super::samples::{SurfacePoint, inner_points, surface_points};
+use cullet_draw::surface::SurfaceTree;
+use cullet_draw::surface::{SurfacePoint, inner_points, surface_points};
 
 /// Seeds of the points that are measured while levels are made: others than [`deviation`](super::deviation) is given.
 const SEED: u64 = 0x6c65_7665_6c73;

@@ -6,16 +6,16 @@ use cullet::MeshData;
 use cullet::mesh::Part;
 
 use super::data::NO_GROUP;
-use super::distance::SurfaceTree;
 use super::error::LevelsError;
 use super::group::{Level, Made, Pending, Scratch, Surface, cluster_size, make};
 use super::measure::Carried;
 use super::options::{ErrorSource, HierarchyOptions};
-use super::samples::inner_points;
 use super::simplifier::{Attributes, cut_into_clusters, partition};
 use super::sphere::{Ball, around};
 use super::weld::Welded;
 use crate::corners::turned;
+use cullet_draw::surface::SurfaceTree;
+use cullet_draw::surface::inner_points;
 
 /// A cluster that no group could simplify is tried in so many, with other neighbours.
 const TRIES: u8 = 2;
@@ -168,7 +168,7 @@ pub(super) fn build_part(
 ) -> Result<PartLevels, LevelsError> {
     let counts = part.cut(options)?;
     let part = &*part;
-    let seed = crate::random::Random::new(options.seed, [number, 0]).next();
+    let seed = cullet_draw::Random::new(options.seed, [number, 0]).next();
     let measured = options.errors == ErrorSource::Measured;
     let none: &[u32] = &[];
     let original = SurfaceTree::new(&part.positions, if measured { &part.indices } else { none });

@@ -6,8 +6,8 @@
 
 use std::collections::HashMap;
 
-use super::distance::SurfaceTree;
-use super::samples::SurfacePoint;
+use cullet_draw::surface::SurfacePoint;
+use cullet_draw::surface::SurfaceTree;
 
 /// How many triangles are climbed at the most.
 const CLIMBED: usize = 24;

@@ -5,11 +5,11 @@
 
 use glam::DVec3;
 
-use super::distance::{SurfaceTree, closest_point};
 use super::original::Original;
 use super::peaks::Peaks;
-use super::samples::SurfacePoint;
 use super::within::Found;
+use cullet_draw::surface::SurfacePoint;
+use cullet_draw::surface::{SurfaceTree, closest_point};
 
 /// Directions to whose ends corners of a sheet are looked for. Of so few all triangles between them can be tried.
 const DIRECTIONS: [[f32; 3]; 7] = [

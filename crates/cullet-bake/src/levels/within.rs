@@ -3,12 +3,12 @@
 use cullet::MeshData;
 use cullet::mesh::Part;
 
-use super::distance::SurfaceTree;
 use super::error::LevelsError;
 use super::original::Original;
 use super::peaks::Peaks;
-use super::samples::SurfacePoint;
 use super::simplifier::{Target, simplify};
+use cullet_draw::surface::SurfacePoint;
+use cullet_draw::surface::SurfaceTree;
 
 /// How hard fewer triangles are looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]

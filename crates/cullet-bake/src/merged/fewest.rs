@@ -3,7 +3,9 @@
 use super::MEASURED;
 use crate::gather::Surface;
 use crate::levels::simplifier::{Target, simplify};
-use crate::levels::{LevelsError, SurfaceTree, inner_points, surface_points};
+use cullet_draw::surface::{SurfaceTree, inner_points, surface_points};
+
+use crate::levels::LevelsError;
 
 /// Shares of the bound that the simplifier is given, whose own estimate is too small more often than not.
 const SHARES: [f32; 3] = [0.5, 0.7, 0.3];

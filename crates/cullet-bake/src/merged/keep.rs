@@ -8,9 +8,9 @@ use cullet::{Mesh, MeshId, Scene};
 use super::made::Made;
 use super::tree::Node;
 use super::{MergeInput, MergeOptions};
-use crate::container::{Container, Tag, write_chunks};
 use crate::gather::Surface;
-use crate::hash::{Sum, hash};
+use cullet_io::baked::{Container, Tag, write_chunks};
+use cullet_io::baked::{Sum, hash};
 
 /// Counted up whenever the same instances and options give other groups, so that those of before are not taken for them.
 const VERSION: u64 = 2;

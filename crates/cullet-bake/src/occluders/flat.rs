@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Polygon;
+use super::OccluderPolygon;
 use super::blocks;
 use super::grow::cut;
 use super::surface::{Edges, Surface, normal};
@@ -10,7 +10,7 @@ use super::voxels::Grid;
 
 /// A ray that meets the plane of a polygon at a lower slope than this may pass beside the surface, where
 /// the polygon has a tolerance: polygons are drawn in by the tolerance over the slope.
-pub(super) const SLOPE: f64 = 1.0 / 64.0;
+pub(super) const SLOPE: f64 = OccluderPolygon::LEAST_SLOPE;
 /// Cells along the longest side of a flat region.
 const CELLS: u32 = 64;
 /// Flat regions that are looked at, the largest first.
@@ -41,7 +41,7 @@ struct FlatRegion {
 #[derive(Debug)]
 struct Candidate {
     region: usize,
-    polygon: Polygon,
+    polygon: OccluderPolygon,
     /// Cells of the region's grid that it hides.
     cells: Vec<u32>,
 }
@@ -53,7 +53,7 @@ pub(super) fn polygons(
     most: usize,
     min_gain: f64,
     backed: impl Fn(DVec3, DVec3) -> bool,
-) -> Vec<(Polygon, f64)> {
+) -> Vec<(OccluderPolygon, f64)> {
     let area = surface.area();
     if most == 0 || area <= 0.0 {
         return Vec::new();
@@ -249,7 +249,7 @@ impl FlatRegion {
         full: &[bool],
         most: usize,
         min_gain: f64,
-    ) -> Vec<(Polygon, Vec<DVec2>)> {
+    ) -> Vec<(OccluderPolygon, Vec<DVec2>)> {
         let mut found = Vec::new();
         // Corners of the mesh are exact; those of other polygons are rounded to f32, off the plane too.
         let rounding = surface.reach * f64::from(f32::EPSILON);
@@ -268,7 +268,7 @@ impl FlatRegion {
         for (flat, corners) in largest.into_iter().take(LARGEST) {
             let points = corners.iter().map(|p| p.to_array().map(|v| v as f32)).collect();
             found.push((
-                Polygon { points, two_sided: self.two_sided, tolerance: 0.0 },
+                OccluderPolygon { points, two_sided: self.two_sided, tolerance: 0.0 },
                 flat.to_vec(),
             ));
         }
@@ -336,7 +336,7 @@ impl FlatRegion {
         })
     }
 
-    fn lifted(&self, corners: &[DVec2], tolerance: f64) -> Polygon {
+    fn lifted(&self, corners: &[DVec2], tolerance: f64) -> OccluderPolygon {
         let points = corners.iter().map(|c| {
             let mut p = self.origin + self.u * c.x + self.v * c.y;
             if let Some(axis) = self.flat {
@@ -346,7 +346,7 @@ impl FlatRegion {
         });
         // Rounded up, for it is a bound.
         let tolerance = if tolerance > 0.0 { (tolerance as f32).next_up() } else { 0.0 };
-        Polygon { points: points.collect(), two_sided: self.two_sided, tolerance }
+        OccluderPolygon { points: points.collect(), two_sided: self.two_sided, tolerance }
     }
 }
 

@@ -43,7 +43,6 @@
 //! ```
 
 mod blocks;
-mod data;
 mod flat;
 mod grow;
 mod sheets;
@@ -57,100 +56,12 @@ use cullet::bounds::Aabb;
 use glam::DVec3;
 use thiserror::Error;
 
+pub use cullet_io::baked::{OccluderPolygon, OccluderSheet, Occluders};
 pub use validate::{Escape, Validation, validate};
 pub use views::HiddenFrom;
 
 use surface::Surface;
 use voxels::Voxels;
-
-/// Occluders baked for a mesh, in the space of the mesh.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Occluders {
-    /// Boxes within what the mesh seals off. They overlap each other. They block for every eye outside of
-    /// [`sealed`](Self::sealed), which [`boxes_hold`](Self::boxes_hold) tests.
-    pub boxes: Vec<Aabb>,
-    /// Boxes around all that the shells which hold [`boxes`](Self::boxes) seal off: a room, seen from
-    /// within, hides nothing that is in it.
-    pub sealed: Vec<Aabb>,
-    /// Convex polygons in the surface.
-    pub polygons: Vec<Polygon>,
-    /// Triangles of the mesh, of one side and of two.
-    pub sheets: Vec<Sheet>,
-    /// Triangles of the mesh for eyes for which the boxes do not [hold](Self::boxes_hold); without boxes, none.
-    /// They take the place of boxes and of [`sheets`](Self::sheets).
-    pub near: Vec<Sheet>,
-}
-
-impl Occluders {
-    /// Whether there is nothing to draw.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.boxes.is_empty() && self.polygons.is_empty() && self.sheets.is_empty()
-    }
-
-    /// Whether the boxes may be used by a view: `near` is a box, in the space of the mesh, around the
-    /// view's eye and its near rectangle (what the near plane cuts away hides nothing), of an orthographic
-    /// view the rectangle alone. Not if it meets [`sealed`](Self::sealed), nor if it is empty or NaN.
-    ///
-    /// A view that draws back faces alone ([`CullFace::Front`](cullet::CullFace::Front)), or takes clockwise
-    /// triangles for the front, must use neither boxes nor polygons of a one-sided mesh.
-    #[must_use]
-    pub fn boxes_hold(&self, near: &Aabb) -> bool {
-        let apart = |b: &Aabb| (0..3).any(|a| near.min[a] > b.max[a] || near.max[a] < b.min[a]);
-        !near.is_empty() && self.sealed.iter().all(apart)
-    }
-}
-
-/// A convex polygon in the surface of a mesh.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Polygon {
-    /// Corners, counter-clockwise seen from the front, as the triangles that it stands for.
-    pub points: Vec<[f32; 3]>,
-    /// Whether those are drawn from both sides, so that it blocks from both; else only from its front.
-    pub two_sided: bool,
-    /// How far the surface may be from the polygon, in units of the mesh: its depth must be taken that much
-    /// farther away, along the normal. 0 where it lies in the surface exactly.
-    pub tolerance: f32,
-}
-
-impl Polygon {
-    /// The least slope, sine of the angle between a ray and the plane, at which a polygon with a
-    /// [`tolerance`](Self::tolerance) is proved to block a ray.
-    pub const LEAST_SLOPE: f64 = flat::SLOPE;
-
-    /// Whether the polygon may be used by an eye: (e, 1), or (direction, 0) of an orthographic view, in the
-    /// space of the mesh. Not from behind if it has one side, and not too near its plane if it has a
-    /// tolerance; never for NaN.
-    #[must_use]
-    pub fn holds_from(&self, eye: [f64; 4]) -> bool {
-        let [x, y, z, w] = eye;
-        let points = || self.points.iter().map(|p| DVec3::from(p.map(f64::from)));
-        let Some(first) = points().next() else { return false };
-        // Newell's sum, which no three corners in line can spoil.
-        let corners: Vec<DVec3> = points().map(|p| p - first).collect();
-        let normal: DVec3 =
-            (0..corners.len()).map(|i| corners[i].cross(corners[(i + 1) % corners.len()])).sum();
-        let normal = normal.normalize_or_zero();
-        let towards = |p: DVec3| DVec3::new(x, y, z) - p * w;
-        points().all(|p| {
-            let way = towards(p);
-            let height = way.dot(normal);
-            let height = if self.two_sided { height.abs() } else { height };
-            let least = if self.tolerance > 0.0 { Self::LEAST_SLOPE * way.length() } else { 0.0 };
-            height > least
-        })
-    }
-}
-
-/// Triangles of a mesh that stand for themselves, whatever their slope: exact, but more expensive to draw than a box or
-/// polygon. Where they share an edge they are to be drawn as one surface, or a strict rasteriser leaves a seam.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sheet {
-    /// Corners, wound as in the mesh.
-    pub triangles: Vec<[[f32; 3]; 3]>,
-    /// Whether they are drawn from both sides, so that they block from both; else only from their front.
-    pub two_sided: bool,
-}
 
 /// How occluders are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -285,7 +196,7 @@ impl OccluderReport {
 const MOST_SEALED: usize = 16;
 
 /// Makes occluders for a mesh: what they block, the mesh blocks, for the eyes that
-/// [`Occluders::boxes_hold`] and [`Polygon::holds_from`] allow.
+/// [`Occluders::boxes_hold`] and [`OccluderPolygon::holds_from`] allow.
 ///
 /// Never from blended or alpha-masked parts, nor from a mesh that deforms; the report says why there are
 /// none. Sides are those that the mesh declares. Deterministic. About 0.1 s for a mesh of some thousand
@@ -351,6 +262,7 @@ pub fn occluders(
         });
     }
     report.hidden = views::hidden(&surface, &made, options.directions as usize);
+    made.efficiency = report.efficiency();
     Ok((made, report))
 }
 

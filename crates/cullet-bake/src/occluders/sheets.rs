@@ -1,10 +1,9 @@
 //! Triangles of the mesh itself, where neither boxes nor polygons stand for them: slopes, round walls, open shells.
 
-use cullet::cull::occlusion::{Convex, Occluder, OcclusionError, Patch, Shape};
 use glam::DVec3;
 
 use super::surface::{Surface, Triangle, normal};
-use super::{Occluders, Polygon, Sheet};
+use super::{OccluderPolygon, OccluderSheet, Occluders};
 
 /// A triangle of which boxes hide all but this share is left to them.
 const LEAST_OPEN: f64 = 0.05;
@@ -17,7 +16,7 @@ const SMALLEST: f64 = 1.0 / 16.0;
 /// Triangles that were chosen.
 #[derive(Debug, Default)]
 pub(super) struct Chosen {
-    pub(super) sheets: Vec<Sheet>,
+    pub(super) sheets: Vec<OccluderSheet>,
     /// The share of the surface's area that they show where nothing stands for it.
     pub(super) gain: f64,
     /// Whether they show all that boxes leave, so that polygons add nothing.
@@ -31,7 +30,7 @@ type Open = (u32, f64);
 /// largest that neither leaves.
 pub(super) fn sheets(
     surface: &Surface,
-    polygons: &[Polygon],
+    polygons: &[OccluderPolygon],
     most: usize,
     min_gain: f64,
     backed: impl Fn(DVec3, DVec3) -> bool,
@@ -85,8 +84,8 @@ pub(super) fn sheets(
     Chosen { sheets: gather(surface, &bare), gain, all: false }
 }
 
-fn gather(surface: &Surface, chosen: &[Open]) -> Vec<Sheet> {
-    let of = |two_sided: bool| Sheet {
+fn gather(surface: &Surface, chosen: &[Open]) -> Vec<OccluderSheet> {
+    let of = |two_sided: bool| OccluderSheet {
         triangles: chosen
             .iter()
             .map(|&(t, _)| &surface.triangles[t as usize])
@@ -119,7 +118,7 @@ struct Plane {
 }
 
 impl Plane {
-    fn new(polygon: &Polygon) -> Option<Self> {
+    fn new(polygon: &OccluderPolygon) -> Option<Self> {
         let points: Vec<DVec3> =
             polygon.points.iter().map(|p| DVec3::from(p.map(f64::from))).collect();
         let &first = points.first()?;
@@ -140,39 +139,6 @@ impl Plane {
                 (b - a).cross(p - a).dot(self.normal) >= 0.0
             })
     }
-}
-
-impl Occluders {
-    /// The engine's occluder: boxes and polygons drawn by their outline, triangles as patches of a surface. Polygons with a
-    /// [tolerance](Polygon::tolerance) are left out, for the engine does not test whether they
-    /// [hold](Polygon::holds_from) from its eye.
-    ///
-    /// # Errors
-    /// Where something here is not finite or has no extent, which [`occluders`](super::occluders) does not make.
-    pub fn to_engine(&self) -> Result<Occluder, OcclusionError> {
-        let boxes = self.boxes.iter().map(Convex::from_box);
-        let exact = self.polygons.iter().filter(|p| p.tolerance == 0.0);
-        let polygons = exact.map(|p| match p.two_sided {
-            true => Convex::from_polygon(&p.points),
-            false => Convex::from_one_sided_polygon(&p.points),
-        });
-        let mut shapes: Vec<Shape> =
-            boxes.chain(polygons).map(|c| c.map(Shape::Convex)).collect::<Result<_, _>>()?;
-        shapes.extend(patches(&self.sheets)?);
-        let near = patches(&self.near)?;
-        Ok(Occluder::new(shapes).with_sealed(self.sealed.clone()).with_near(near))
-    }
-}
-
-fn patches(sheets: &[Sheet]) -> Result<Vec<Shape>, OcclusionError> {
-    let mut shapes = Vec::new();
-    for sheet in sheets {
-        let positions = sheet.triangles.as_flattened();
-        let indices: Vec<u32> = (0..positions.len() as u32).collect();
-        let patches = Patch::cut(positions, &indices, Patch::FACETS, sheet.two_sided)?;
-        shapes.extend(patches.into_iter().map(Shape::Patch));
-    }
-    Ok(shapes)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::surface::{Shell, Surface, normal};
 use super::voxels::touches;
-use super::{Occluders, Polygon};
+use super::{OccluderPolygon, Occluders};
 use crate::sample::fibonacci;
 
 /// A place where an occluder hides something that the mesh does not.
@@ -22,7 +22,7 @@ pub enum Escape {
         direction: [f64; 3],
     },
     /// A point of a polygon is off the surface.
-    Polygon {
+    OccluderPolygon {
         /// Which polygon.
         index: u32,
         /// Which point.
@@ -110,7 +110,11 @@ pub fn validate(mesh: &Mesh, occluders: &Occluders, samples: u32) -> Validation 
         let Some((distance, point)) = worst else { continue };
         found.farthest = found.farthest.max(distance);
         if distance > allowed {
-            found.escapes.push(Escape::Polygon { index, point: point.to_array(), distance });
+            found.escapes.push(Escape::OccluderPolygon {
+                index,
+                point: point.to_array(),
+                distance,
+            });
         }
     }
     let own = surface.by_corners();
@@ -205,14 +209,14 @@ fn crosses(t: &[DVec3; 3], two_sided: bool, from: DVec3, way: DVec3) -> bool {
     out || into && two_sided
 }
 
-fn plane_of(polygon: &Polygon) -> DVec3 {
+fn plane_of(polygon: &OccluderPolygon) -> DVec3 {
     let points: Vec<DVec3> = polygon.points.iter().map(|p| DVec3::from(p.map(f64::from))).collect();
     let Some(&first) = points.first() else { return DVec3::ZERO };
     points.windows(2).map(|w| (w[0] - first).cross(w[1] - first)).sum::<DVec3>().normalize_or_zero()
 }
 
 /// Point `i` of a polygon: its corners first, then points of one triangle of it after another.
-fn point_of(polygon: &Polygon, i: u32) -> DVec3 {
+fn point_of(polygon: &OccluderPolygon, i: u32) -> DVec3 {
     let n = polygon.points.len();
     let point = |k: usize| DVec3::from(polygon.points[k].map(f64::from));
     if n < 3 || (i as usize) < n {

@@ -4,9 +4,9 @@ use cullet::bounds::Aabb;
 use glam::{DVec2, DVec3};
 
 use super::Occluders;
-use super::data::{BOX_QUADS, box_corners};
 use super::surface::Surface;
 use crate::sample::fibonacci;
+use cullet_io::baked::{BOX_QUADS, box_corners};
 
 /// Pixels along each side of the pictures that are compared.
 const SIZE: usize = 128;

@@ -1,5 +1,6 @@
 //! A bake as rounds of units.
 
+use cullet_io::baked::{graph_hash, hash};
 use std::ops::Range;
 
 use cullet::cell::CellGraph;
@@ -11,11 +12,11 @@ use super::openings::Openings;
 use super::pvs::Pvs;
 use super::settings::{PvsPreset, PvsSettings};
 use super::unit::UnitResult;
-use crate::hash::{hash, hash_of};
-use crate::random::Random;
+
 use crate::rows::{clear, ones};
 use crate::threads;
 use crate::work::{self, Rounds, RunEnd, RunOptions};
+use cullet_draw::Random;
 
 /// Changed whenever results change, so that units of another version are not taken for this one's.
 const VERSION: u32 = 1;
@@ -268,6 +269,6 @@ pub fn bake(graph: &CellGraph, settings: &PvsSettings, threads: usize) -> Pvs {
 fn key_of(graph: &CellGraph, settings: &PvsSettings) -> u64 {
     let mut bytes = VERSION.to_le_bytes().to_vec();
     bytes.extend(settings.bytes());
-    bytes.extend(hash_of(graph).to_le_bytes());
+    bytes.extend(graph_hash(graph).to_le_bytes());
     hash(&bytes)
 }

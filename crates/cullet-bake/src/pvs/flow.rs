@@ -7,8 +7,8 @@ use super::openings::Openings;
 use super::polygon::{HalfSpaces, Polygon, separators};
 use super::settings::PvsSettings;
 use super::unit::UnitResult;
-use crate::random::Random;
 use crate::rows::{clear, has, ones, set};
+use cullet_draw::Random;
 
 /// Portals of a chain at the most. What lies behind a longer one is kept.
 const MOST_DEPTH: usize = 96;

@@ -39,7 +39,7 @@ mod unit;
 
 pub use crate::rows::BitRows;
 pub use bake::{Bake, bake};
-pub use pvs::{PairState, Pvs, PvsFileError, Witness};
+pub use pvs::{PairState, Pvs, Witness};
 pub use settings::{PvsPreset, PvsSettings};
 pub use sight_ref::{MissedSight, SightCheck, check_sight_ref};
 pub use unit::UnitResult;

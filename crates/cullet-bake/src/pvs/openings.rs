@@ -1,10 +1,10 @@
 //! Portals as they are passed: each twice, once in either direction, with what tests of lines and shafts read.
 
 use cullet::cell::CellGraph;
+use cullet_io::baked::graph_hash;
 use glam::{DVec3, Vec3};
 
 use super::polygon::Polygon;
-use crate::hash::hash_of;
 
 /// A portal, passed in one direction.
 #[derive(Clone, Debug)]
@@ -98,7 +98,7 @@ impl Openings {
             edges: Vec::new(),
             firsts: vec![0],
             places: Vec::new(),
-            hash: hash_of(graph),
+            hash: graph_hash(graph),
             middle,
             tolerance: tolerance * diagonal,
             tolerance32: (tolerance * diagonal - diagonal * ROUNDING) as f32,

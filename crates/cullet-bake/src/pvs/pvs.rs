@@ -1,15 +1,13 @@
 //! The result of a bake, its states and its file.
 
 use cullet::cell::CellGraph;
-use cullet::cull::pvs::{SetsError, Targets, VisibleSets};
+use cullet::cull::pvs::{Targets, VisibleSets};
+use cullet_io::baked::{CellSets, Container, PvsFileError, graph_hash, hash, write_chunks};
 use glam::DVec3;
-use thiserror::Error;
 
 use super::known::Known;
 use super::lines::{Line, follow, prove};
 use super::openings::Openings;
-use crate::container::{Container, ContainerError, Tag, write_chunks};
-use crate::hash::{hash, hash_of};
 use crate::rows::BitRows;
 
 /// A line of sight: all cells along it see each other.
@@ -212,45 +210,15 @@ impl Pvs {
     /// # Errors
     /// If they are another's.
     pub fn check_graph(&self, graph: &CellGraph) -> Result<(), PvsFileError> {
-        let (found, expected) = (self.graph, hash_of(graph));
+        let (found, expected) = (self.graph, graph_hash(graph));
         if found == expected { Ok(()) } else { Err(PvsFileError::OtherGraph { found, expected }) }
     }
 }
 
-/// The chunks of a file: hashes and counts; the sets; the part of them that is proven; the lines that prove it.
-const HEAD: Tag = *b"PVSG";
-const SETS: Tag = *b"SETS";
-const PROVEN: Tag = *b"SURE";
-const LINES: Tag = *b"LINE";
 /// More cells than any baker's graph has, and rows of a gigabyte.
 const MOST_CELLS: u32 = 100_000;
 /// Bytes of a line: portal and direction, where, and whither.
 const WITNESS: usize = 4 + 6 * 8;
-
-/// Reason for which bytes are no sets of cells, or not those of a graph.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum PvsFileError {
-    /// They are no baked file, or not one of cells and portals.
-    #[error(transparent)]
-    Container(#[from] ContainerError),
-    /// Their rows are none.
-    #[error(transparent)]
-    Sets(#[from] SetsError),
-    /// They contradict themselves.
-    #[error("{0}: written by another program?")]
-    Odd(&'static str),
-    /// They are of another graph.
-    #[error(
-        "it was baked from other cells: hash {found:016x}, this one has {expected:016x}; bake it again"
-    )]
-    OtherGraph {
-        /// Hash of the graph that was baked.
-        found: u64,
-        /// Hash of this one.
-        expected: u64,
-    },
-}
 
 impl Pvs {
     /// The sets, as they are asked at run time.
@@ -259,29 +227,7 @@ impl Pvs {
         packed(&self.visible)
     }
 
-    /// Whether a file is one of these: that it has their first chunk.
-    #[must_use]
-    pub fn is_of(file: &Container<'_>) -> bool {
-        file.tags().any(|tag| tag == HEAD)
-    }
-
-    /// The sets of a file alone, where it lies; for a file that is mapped. Their sum is not checked.
-    ///
-    /// # Errors
-    /// If the file has none, or they are not of this graph.
-    pub fn sets_in<'a>(
-        file: &Container<'a>,
-        graph: &CellGraph,
-    ) -> Result<VisibleSets<'a>, PvsFileError> {
-        let head = Head::read(file)?;
-        let (found, expected) = (head.graph, hash_of(graph));
-        if found != expected {
-            return Err(PvsFileError::OtherGraph { found, expected });
-        }
-        Ok(VisibleSets::from_bytes(file.unchecked(SETS)?)?)
-    }
-
-    /// The bytes of a file: a [container](crate::container).
+    /// The bytes of a file: a [container](Container).
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let head = [self.graph, self.key, self.candidates].map(u64::to_le_bytes).concat();
@@ -292,7 +238,12 @@ impl Pvs {
             lines.extend((w.portal << 1 | u32::from(w.forward)).to_le_bytes());
             w.point.iter().chain(&w.direction).for_each(|v| lines.extend(v.to_le_bytes()));
         }
-        write_chunks(&[(HEAD, &head), (SETS, &visible), (PROVEN, &proven), (LINES, &lines)])
+        write_chunks(&[
+            (CellSets::HEAD, &head),
+            (CellSets::SETS, &visible),
+            (CellSets::PROVEN, &proven),
+            (CellSets::LINES, &lines),
+        ])
     }
 
     /// Reads such bytes.
@@ -301,8 +252,8 @@ impl Pvs {
     /// If they are no container, of something else, cut short, or were changed.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, PvsFileError> {
         let file = Container::open(bytes)?;
-        let Head { graph, key, candidates } = Head::read(&file)?;
-        let [visible, proven] = [SETS, PROVEN]
+        let CellSets { graph, key, candidates, .. } = CellSets::open(file)?;
+        let [visible, proven] = [CellSets::SETS, CellSets::PROVEN]
             .map(|tag| Ok::<_, PvsFileError>(VisibleSets::from_bytes(file.chunk(tag)?)?));
         let (visible, proven) = (visible?, proven?);
         let cells = visible.cell_count();
@@ -326,29 +277,12 @@ impl Pvs {
                 direction: std::array::from_fn(|k| float(w, 3 + k)),
             }
         };
-        let (lines, rest) = file.chunk(LINES)?.as_chunks::<WITNESS>();
+        let (lines, rest) = file.chunk(CellSets::LINES)?.as_chunks::<WITNESS>();
         if !rest.is_empty() {
             return Err(PvsFileError::Odd("bytes are left behind the last line"));
         }
         let witnesses = lines.iter().map(witness).collect();
         Ok(Self { graph, key, visible, proven, candidates, witnesses })
-    }
-}
-
-/// Hashes of graph and settings, and candidates.
-struct Head {
-    graph: u64,
-    key: u64,
-    candidates: u64,
-}
-
-impl Head {
-    fn read(file: &Container<'_>) -> Result<Self, PvsFileError> {
-        let [graph, key, candidates] = file.chunk(HEAD)?.as_chunks::<8>().0 else {
-            return Err(PvsFileError::Odd("its head has not three numbers"));
-        };
-        let [graph, key, candidates] = [graph, key, candidates].map(|v| u64::from_le_bytes(*v));
-        Ok(Self { graph, key, candidates })
     }
 }
 

@@ -3,9 +3,9 @@
 use cullet::cell::CellGraph;
 use glam::DVec3;
 
-use crate::random::Random;
 use crate::rows::BitRows;
 use crate::threads;
+use cullet_draw::Random;
 
 /// A line of sight between two cells of which a set says that they do not see each other.
 #[derive(Clone, Copy, Debug, PartialEq)]

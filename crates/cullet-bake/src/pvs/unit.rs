@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::lines::{Found, Line};
-use crate::hash::hash;
+use cullet_io::baked::hash;
 
 /// What some cells of a round of a [`Bake`](super::Bake) found: a pure function of graph, settings, round and cells.
 #[derive(Clone, Debug, Default, PartialEq)]

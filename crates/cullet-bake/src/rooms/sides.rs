@@ -9,9 +9,9 @@ use glam::{DVec2, DVec3};
 
 use super::options::RoomsError;
 use super::voxels::{TOUCHED, Voxels, winding};
-use crate::random::Random;
 use crate::sampled::RayTree;
 use crate::threads;
+use cullet_draw::Random;
 
 /// A side that more lines cross is open.
 const MOST_LINES: usize = 20;

@@ -8,9 +8,9 @@ use cullet::mesh::{Alpha, Mesh};
 use glam::{DVec3, IVec3};
 
 use super::options::{FindOptions, RoomsError};
-use crate::random::Random;
 use crate::sampled::{Body, RayTree, direction};
 use crate::threads;
+use cullet_draw::Random;
 
 /// Free: no wall touches or holds it.
 pub(super) const FREE: u8 = 0;

@@ -6,16 +6,16 @@ use super::cells::ViewCells;
 use super::line::Tracer;
 use super::near::NearTargets;
 use super::plan::{FOLLOWED, RAYS_AROUND, RAYS_SWEPT, Sweep, Waiting, plan};
-use super::sets::{ScenePvs, scene_hash};
+use super::sets::ScenePvs;
 use super::tree::RayTree;
 use super::unit::{Discovery, Findings, Known, LINES, Work};
 use super::unit_file;
 use super::{SampledError, SampledSettings};
-use crate::hash::hash;
-use crate::random::Random;
 use crate::rows::BitRows;
 use crate::threads;
 use crate::work::{self, Rounds, RunEnd, RunOptions};
+use cullet_draw::Random;
+use cullet_io::baked::{hash, scene_hash};
 
 /// Changed whenever results change, so that units of another version are not taken for this one's.
 const VERSION: u32 = 1;

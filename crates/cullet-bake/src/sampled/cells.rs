@@ -1,12 +1,10 @@
 //! View cells: boxes that an eye may be in.
 
+use cullet_io::baked::Region;
 use glam::DVec3;
 
 use super::SampledError;
 use super::crossing::through_box;
-
-/// A box of cells, in the world: low and high ends.
-pub type Region = [[f64; 3]; 2];
 
 /// Boxes that an eye may be in, none of which overlap within a region.
 ///

@@ -54,11 +54,12 @@ mod unit;
 mod unit_file;
 
 pub use bake::{SampledBake, SampledPart, bake_sampled};
-pub use cells::{Region, ViewCells};
+pub use cells::ViewCells;
+pub use cullet_io::baked::{Region, SceneSets, SceneSetsError, scene_hash};
 pub use error::SampledError;
-pub use file::{SceneSets, SceneSetsError};
+
 pub use pictures::{PictureCheck, WorstPose, check_pictures};
-pub use sets::{ScenePvs, scene_hash};
+pub use sets::ScenePvs;
 pub use settings::SampledSettings;
 pub use solid::SolidVoxels;
 pub(crate) use split::direction;

@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use super::cells::ViewCells;
 use super::tree::{Passed, RayTree};
-use crate::random::Random;
 use crate::rows::{BitRows, ones};
 use crate::threads;
+use cullet_draw::Random;
 
 /// What pictures from random places say of sets.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -4,11 +4,12 @@ use cullet::Scene;
 use glam::DVec3;
 
 use super::SampledSettings;
-use super::cells::{Region, ViewCells};
+use super::cells::ViewCells;
 use super::targets::{Ball, Granularity, Targets};
 use super::tree::RayTree;
-use crate::hash::{hash, mix};
 use crate::rows::{BitRows, ones};
+use cullet_io::baked::Region;
+use cullet_io::baked::{hash, scene_hash};
 
 /// First bytes of [`ScenePvs::rows_bytes`].
 const MAGIC: &[u8; 8] = b"PVSROWS2";
@@ -101,50 +102,6 @@ impl ScenePvs {
     pub fn rows_hash(&self) -> u64 {
         hash(&self.rows_bytes())
     }
-}
-
-/// Hash of what sets of a scene depend on: meshes, sides and alpha modes, and where instances stand. The same on every
-/// machine; the order of slots is none of it. O(triangles of the meshes).
-#[must_use]
-pub fn scene_hash(scene: &Scene) -> u64 {
-    let mut bytes = Vec::new();
-    let meshes: Vec<u64> = scene
-        .meshes()
-        .iter()
-        .map(|mesh| {
-            bytes.clear();
-            mesh.positions().iter().flatten().for_each(|v| bytes.extend(v.to_le_bytes()));
-            mesh.indices().iter().for_each(|i| bytes.extend(i.to_le_bytes()));
-            for c in mesh.clusters() {
-                [c.first_triangle, c.triangle_count, c.part]
-                    .iter()
-                    .for_each(|n| bytes.extend(n.to_le_bytes()));
-            }
-            for p in mesh.parts() {
-                bytes.extend([
-                    u8::from(p.two_sided),
-                    p.alpha as u8,
-                    u8::from(mesh.is_deformable()),
-                ]);
-            }
-            hash(&bytes)
-        })
-        .collect();
-    let mut sum = scene.instance_count().into();
-    for slot in scene.slots() {
-        let Some(handle) = scene.handle(slot) else { continue };
-        let (t, flags) = (scene.transform(slot), scene.flags(slot));
-        bytes.clear();
-        bytes.extend(handle.index.to_le_bytes());
-        bytes.extend(meshes[scene.mesh_id(slot) as usize].to_le_bytes());
-        t.linear.iter().flatten().for_each(|v| bytes.extend(v.to_le_bytes()));
-        t.translation.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
-        bytes.extend(scene.layers(slot).to_le_bytes());
-        bytes.extend([flags.transparent, flags.double_sided, scene.is_rigid(slot)].map(u8::from));
-        // A sum, for slots are in no order of their own.
-        sum = mix(hash(&bytes)).wrapping_add(sum);
-    }
-    mix(sum)
 }
 
 /// Keeps what could appear wider than an angle.

@@ -12,8 +12,8 @@ use glam::{DVec3, IVec3};
 use super::SampledError;
 use super::cells::ViewCells;
 use super::tree::{Body, RayTree};
-use crate::random::Random;
 use crate::rows::BitRows;
+use cullet_draw::Random;
 
 /// Most voxels along an axis.
 const MOST: u32 = 512;

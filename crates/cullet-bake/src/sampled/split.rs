@@ -5,9 +5,10 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 
 use super::SampledError;
-use super::cells::{Region, ViewCells};
+use super::cells::ViewCells;
 use super::tree::RayTree;
-use crate::random::Random;
+use cullet_draw::Random;
+use cullet_io::baked::Region;
 
 /// Rays that look around in a cell before it is cut.
 const LOOKS: u32 = 24;

@@ -9,7 +9,7 @@ use super::SampledError;
 use super::box_tree::BoxTree;
 use super::crossing::{Crossing, crossing, inverse, reaches};
 use super::targets::{Ball, Granularity, Targets};
-use crate::random::Random;
+use cullet_draw::Random;
 
 /// Which instances take part, and what rows are made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

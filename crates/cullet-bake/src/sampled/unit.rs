@@ -14,8 +14,8 @@ use super::line::{Finder, Sighting, Tracer};
 use super::near::NearTargets;
 use super::split::direction;
 use super::tree::RayTree;
-use crate::random::Random;
 use crate::rows::{BitRows, has, ones, set};
+use cullet_draw::Random;
 
 /// Lines of a unit that follows nothing up.
 pub(super) const LINES: u32 = 512;

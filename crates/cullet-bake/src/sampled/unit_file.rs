@@ -1,7 +1,7 @@
 //! What units found, as the bytes of a file.
 
 use super::unit::{Discovery, Findings};
-use crate::hash::hash;
+use cullet_io::baked::hash;
 
 /// First bytes of such a file.
 const MAGIC: &[u8; 8] = b"SAMPUNT1";

@@ -15,7 +15,7 @@ mod split;
 
 use std::ops::Range;
 
-pub use crate::hash::hash as content_hash;
+pub use cullet_io::baked::hash as content_hash;
 pub use folder::UnitFolder;
 pub use one_round::OneRound;
 pub use run::{RunEnd, RunOptions, run};

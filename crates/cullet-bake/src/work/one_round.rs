@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::Rounds;
-use crate::hash::hash;
 use crate::threads;
+use cullet_io::baked::hash;
 
 /// Work of one round, whose items each make some bytes.
 pub struct OneRound<F> {

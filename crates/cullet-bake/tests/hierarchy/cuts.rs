@@ -4,7 +4,9 @@ use std::collections::HashMap;
 
 use cullet::lod::{LevelEye, Levels, Lod, PixelScale, Selection};
 use cullet::{Simd, Transform};
-use cullet_bake::levels::{LevelsData, SurfaceTree, surface_points};
+use cullet_bake::levels::LevelsData;
+use cullet_draw::surface::SurfaceTree;
+use cullet_draw::surface::surface_points;
 use cullet_testkit::Rng;
 
 /// Pixels a radian of a picture of 1080 lines and 60°.

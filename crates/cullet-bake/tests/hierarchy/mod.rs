@@ -11,8 +11,9 @@ use cullet::lod::PixelScale;
 use cullet::mesh::{MeshError, Part, weld};
 use cullet_bake::levels::simplifier::Attributes;
 use cullet_bake::levels::{
-    ErrorSource, HierarchyOptions, LevelsData, LevelsError, NO_GROUP, SurfaceTree, build_hierarchy,
+    ErrorSource, HierarchyOptions, LevelsData, LevelsError, NO_GROUP, build_hierarchy,
 };
+use cullet_draw::surface::SurfaceTree;
 use cullet_testkit::soups::{
     Soup, bumpy_ball, divided_block, join, moved, scattered, terrain, unshared,
 };

@@ -1,18 +1,12 @@
 //! Groups of arguments that several commands take: which scene, which views, which kinds of culling, which share of the work.
 
-mod bake;
 mod cull;
-mod profile;
 mod scene;
-mod simplify;
 mod units;
 mod view;
 
-pub use bake::{BAKE_HELP, BakeArgs, LEVELS_VERSION};
 pub use cull::{CullArgs, OccluderKind, PRESETS, Preset};
-pub use profile::{Already, PROFILE_HELP, ProfileArgs};
 pub use scene::SceneArgs;
-pub use simplify::{LOD_BENCH_HELP, LodBenchArgs, SIMPLIFY_HELP, SimplifyArgs};
 pub use units::UnitArgs;
 pub use view::{PictureViewArgs, ViewArgs};
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use cullet_io::{Up, scenes};
+use cullet_io::Up;
 
 use crate::parse;
 
@@ -46,7 +46,7 @@ impl SceneArgs {
 
     /// Whether this is a built-in scene. A file of that name wins, for a name can be changed with a `./`.
     pub fn builtin(&self) -> bool {
-        !Path::new(&self.scene).exists() && scenes::is_builtin(&self.scene)
+        !Path::new(&self.scene).exists() && cullet_scenes::is_builtin(&self.scene)
     }
 }
 

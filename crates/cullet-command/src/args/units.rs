@@ -3,9 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use cullet_bake::work::UnitFolder;
-
-use crate::exit::Failure;
 
 /// Which share of the work to do, and where units are kept.
 #[derive(Clone, Debug, Default, Args)]
@@ -44,16 +41,6 @@ impl UnitArgs {
             name.into()
         };
         self.are_kept().then(|| self.units.clone().unwrap_or_else(beside))
-    }
-
-    /// The folder of the units of a file, which is made where it is not there; `None` where none are kept.
-    ///
-    /// # Errors
-    /// If it cannot be made.
-    pub fn folder(&self, of: &Path) -> Result<Option<(PathBuf, UnitFolder)>, Failure> {
-        let Some(path) = self.path(of) else { return Ok(None) };
-        let folder = UnitFolder::new(&path).map_err(|e| Failure::write(&path, &e))?;
-        Ok(Some((path, folder)))
     }
 
     /// What is said once a share is done: where it lies, and how it is joined.

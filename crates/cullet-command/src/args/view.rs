@@ -1,7 +1,7 @@
 //! Which views.
 
 use clap::Args;
-use cullet_io::paths;
+use cullet_scenes::paths;
 
 use super::scene::SceneArgs;
 use crate::parse;

@@ -89,7 +89,7 @@ pub enum ModelError {
 /// use cullet::bounds::Plane;
 /// use cullet_cut::{ModelOptions, cut_model};
 ///
-/// let model = cullet_io::scenes::build("solids")?;
+/// let model = cullet_scenes::build("solids")?;
 /// let planes = [Plane::new([0.0, 0.0, 1.0], 0.0)];
 /// let options = ModelOptions { planes: &planes, caps: true, ..ModelOptions::default() };
 /// let half = cut_model(&model, &options, || ControlFlow::Continue(()))?;

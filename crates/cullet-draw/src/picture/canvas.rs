@@ -8,7 +8,7 @@ use super::palette::{INK, PAPER, mix};
 
 impl Picture {
     /// Lays `color` over a pixel, as opaque as `alpha`; outside nothing happens.
-    pub(crate) fn blend(&mut self, x: i64, y: i64, color: [u8; 3], alpha: f64) {
+    pub fn blend(&mut self, x: i64, y: i64, color: [u8; 3], alpha: f64) {
         if x < 0 || y < 0 || x >= i64::from(self.width) || y >= i64::from(self.height) {
             return;
         }
@@ -84,7 +84,7 @@ impl Picture {
     }
 
     /// Draws an arrow from `a` to the tip at `b`; nothing if they are one point.
-    pub(crate) fn arrow(&mut self, a: [f64; 2], b: [f64; 2], width: f64, color: [u8; 3]) {
+    pub fn arrow(&mut self, a: [f64; 2], b: [f64; 2], width: f64, color: [u8; 3]) {
         let d = [b[0] - a[0], b[1] - a[1]];
         let length = d[0].hypot(d[1]);
         if length < 1e-6 {
@@ -99,7 +99,7 @@ impl Picture {
     }
 
     /// Draws the outline of a polygon.
-    pub(crate) fn outline(&mut self, polygon: &[[f64; 2]], width: f64, color: [u8; 3], alpha: f64) {
+    pub fn outline(&mut self, polygon: &[[f64; 2]], width: f64, color: [u8; 3], alpha: f64) {
         for i in 0..polygon.len() {
             self.line(polygon[i], polygon[(i + 1) % polygon.len()], width, color, alpha);
         }
@@ -119,11 +119,11 @@ impl Picture {
 }
 
 /// Lines of a paragraph lie so many ems apart.
-pub(crate) const LINE: f64 = 1.45;
+pub const LINE: f64 = 1.45;
 
 /// Squares in colours and what they mean, from left to right and in as many rows as it takes between `x` and
 /// `right`; `y` is the top of the first. Returns the top of the row after the last.
-pub(crate) fn keys(
+pub fn keys(
     picture: &mut Picture,
     [x, y]: [i64; 2],
     right: i64,
@@ -162,7 +162,7 @@ pub fn key_strip(picture: &mut Picture, entries: &[([u8; 3], String)]) {
 const STRIP_MARGIN: i64 = 10;
 
 /// How high so many keys are: the rows, and what lies between them.
-pub(crate) fn keys_height(room: i64, size: f64, entries: &[([u8; 3], String)]) -> i64 {
+pub fn keys_height(room: i64, size: f64, entries: &[([u8; 3], String)]) -> i64 {
     key_rows(room, size, entries).len() as i64 * (size * LINE).round() as i64
 }
 
@@ -188,7 +188,7 @@ fn key_rows(room: i64, size: f64, entries: &[([u8; 3], String)]) -> Vec<&[([u8; 
 }
 
 /// A number with a comma between thousands.
-pub(crate) fn grouped(n: u64) -> String {
+pub fn grouped(n: u64) -> String {
     let digits = n.to_string();
     let mut out = String::new();
     for (i, c) in digits.chars().enumerate() {
@@ -202,7 +202,7 @@ pub(crate) fn grouped(n: u64) -> String {
 
 /// The convex hull of some points, counter-clockwise (Andrew, *Another Efficient Algorithm for Convex
 /// Hulls in Two Dimensions*, 1979). Points that are not finite are left out.
-pub(crate) fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+pub fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut sorted: Vec<[f64; 2]> =
         points.iter().copied().filter(|p| p.iter().all(|v| v.is_finite())).collect();
     sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
@@ -230,6 +230,17 @@ pub(crate) fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
         out.pop();
     }
     out
+}
+
+/// Writes words on a light ground into the top left corner of a picture.
+pub fn caption(picture: &mut Picture, words: &str) {
+    let size = text_size(picture.width);
+    // In a tiny picture, as large as there is room for.
+    let room = f64::from(picture.width) - 44.0;
+    let size = size.min((size * room / text_width(words, size).max(1) as f64).max(4.0));
+    let (wide, high) = (text_width(words, size), text_height(size));
+    picture.fill([12, 12], [wide + 20, high + 18], PAPER, 0.9);
+    picture.text([22, 21], words, size, INK);
 }
 
 #[cfg(test)]

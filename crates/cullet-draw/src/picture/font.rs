@@ -48,13 +48,13 @@ pub fn text_width(text: &str, size: f64) -> i64 {
 }
 
 /// How many pixels high the capital letters of a text are; rounded.
-pub(crate) fn text_height(size: f64) -> i64 {
+pub fn text_height(size: f64) -> i64 {
     (size * CAPITALS).round() as i64
 }
 
 /// The size of text in a picture of that width, in pixels an em. On a page 1,000 pixels wide that shows the
 /// picture shrunk to its own width, it is 13 at the least.
-pub(crate) fn text_size(width: u32) -> f64 {
+pub fn text_size(width: u32) -> f64 {
     (f64::from(width) / 68.0).clamp(13.0, 20.0)
 }
 

@@ -69,7 +69,6 @@ pub(super) fn from_far(scene: &Scene, from: &View) -> Frame {
 #[cfg(test)]
 mod tests {
     use cullet::{Culler, Output};
-    use cullet_io::scenes;
     use cullet_testkit::answers::cull;
     use cullet_testkit::views::look;
 
@@ -78,7 +77,7 @@ mod tests {
 
     #[test]
     fn who_looks_moves_and_what_was_decided_stays() {
-        let scene = scenes::build("solids:n=20").unwrap().scene;
+        let scene = cullet_scenes::build("solids:n=20").unwrap().scene;
         let view = look([0.0, 1.0, 9.0], [0.0, 0.5, 0.0], [160, 90]);
         let culler =
             Culler { output: Output::Triangles, reasons: true, dropped: true, ..Culler::default() };

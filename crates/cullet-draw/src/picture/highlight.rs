@@ -165,14 +165,13 @@ fn segment(space: &Space, a: DVec3, b: DVec3, size: [u32; 2]) -> Option<[[f64; 2
 
 #[cfg(test)]
 mod tests {
-    use cullet_io::scenes;
     use cullet_testkit::views::look;
 
     use super::*;
 
     #[test]
     fn who_is_told_of_stands_out() {
-        let scene = scenes::build("solids:n=20").unwrap().scene;
+        let scene = cullet_scenes::build("solids:n=20").unwrap().scene;
         let view = look([0.0, 1.0, 9.0], [0.0, 0.5, 0.0], [160, 90]);
         let frame = render(&scene, &view, Selection::All, &RenderOptions::default());
         let slot = frame.ids.iter().map(|id| id.slot).find(|s| *s != u32::MAX).unwrap();

@@ -85,7 +85,6 @@ pub(super) fn explain(
 mod tests {
     use cullet::cull::occlusion::Occlusion;
     use cullet::{Camera, Instance, Mesh, MeshData, Stage, Transform};
-    use cullet_io::scenes;
 
     use super::*;
     use crate::frame::{RenderOptions, Selection};
@@ -112,7 +111,7 @@ mod tests {
     #[test]
     fn a_stage_alone_paints_its_colour_alone_and_as_often_as_it_counts() {
         let all = Culler { occlusion: Some(Occlusion::default()), ..Culler::default() };
-        let scene = scenes::build("city:cells=8,objects=60").unwrap().scene;
+        let scene = cullet_scenes::build("city:cells=8,objects=60").unwrap().scene;
         let view = look([-12.0, 1.7, 12.0], [0.0, 1.0, -6.0]);
         let seen = render(&scene, &view, Selection::All, &RenderOptions::default()).visible();
         let surfaces = Surfaces::of_all(&scene);
@@ -149,7 +148,7 @@ mod tests {
             ("knobs:n=12", [0.5, 1.2, 2.4]),
             ("office:rooms=2,corridors=1,floors=1", [5.0, 1.7, 5.0]),
         ] {
-            let scene = scenes::build(text).unwrap().scene;
+            let scene = cullet_scenes::build(text).unwrap().scene;
             let view = look(eye, [0.0, 1.0, -6.0]);
             let visible = culled(&scene, &view);
             let seen = render(&scene, &view, Selection::All, &RenderOptions::default()).visible();
@@ -199,7 +198,7 @@ mod tests {
 
     #[test]
     fn a_single_model_and_the_frustum_are_in_the_picture() {
-        let scene = scenes::build("knobs:n=12").unwrap().scene;
+        let scene = cullet_scenes::build("knobs:n=12").unwrap().scene;
         let view = look([0.0, 1.6, 5.0], [0.0, 1.1, 0.0]);
         let outlook = Outlook::new(&scene, &view, [320, 200]);
         assert_eq!(outlook.cut_at, None);

@@ -1,8 +1,8 @@
 //! Pictures of frames, of what was culled, and of the cost of drawing.
 
-mod canvas;
+pub mod canvas;
 mod cells;
-mod font;
+pub mod font;
 mod frozen;
 mod hierarchy;
 mod highlight;
@@ -16,11 +16,10 @@ mod opened;
 mod outside;
 pub mod palette;
 mod scene_fates;
-mod shaded;
-pub(crate) mod space;
-mod teach;
+pub mod shaded;
+pub mod space;
 
-pub use canvas::key_strip;
+pub use canvas::{caption, key_strip};
 pub use cells::{
     DoorInView, PairShown, PortalWalk, ShownPortal, cells, depth_color, matrix_order, portals,
     pvs_matrix, shown_portals, shut_doors, walk_order,
@@ -38,11 +37,6 @@ pub use occlusion::{Culled, hidden, occluders, occlusion_buffer};
 pub use opened::{OpenedScene, cut_away, opened};
 pub use outside::Outlook;
 pub use shaded::{even, shaded, shaded_clear, shaded_levels};
-pub use teach::{
-    CullingVolume, VolumeFigure, back_regions, caption, clip_polygon, clip_w, clusters, cones,
-    conservative_set, coverage, culling_volume, normal_mask, normal_partition, outcodes, pipeline,
-    pipeline_costs,
-};
 
 use std::io;
 use std::path::Path;

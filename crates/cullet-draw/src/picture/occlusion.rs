@@ -6,12 +6,13 @@ use cullet::{Depth, Scene, Simd, Stage, TriangleRange, Unit, View, ViewState, Vi
 use glam::DVec4;
 
 use super::Picture;
+use super::canvas::caption;
 use super::canvas::{LINE, grouped, keys, keys_height};
 use super::font::{text_height, text_size};
+use super::palette::NEIGHBOURS;
 use super::palette::{INK, LOST, PAPER, PROVED, UNSEEN, heat, mix, reason_color};
 use super::shaded::shaded;
 use super::space::{Space, pixel_centre};
-use super::teach::{COLORS, caption};
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::render::render;
 
@@ -308,7 +309,7 @@ pub fn occluders(
             let slot = |n: usize| drawn.get(n).map(|d| d.0);
             if let Some(slot) = slot(own) {
                 // Neighbours in the order of slots get colours that are told apart.
-                let color = COLORS[slot.wrapping_mul(2_654_435_761) as usize >> 7 & 7];
+                let color = NEIGHBOURS[slot.wrapping_mul(2_654_435_761) as usize >> 7 & 7];
                 picture.blend(i64::from(x), i64::from(y), color, 0.55);
             }
             let next = [owner((x + 1).min(large[0] - 1), y), owner(x, (y + 1).min(large[1] - 1))];
@@ -427,13 +428,12 @@ fn pale(scene: &Scene, view: &View, colors: &[[f32; 4]], by: f64) -> (Picture, F
 mod tests {
     use cullet::cull::occlusion::Occlusion;
     use cullet::{Culler, Output};
-    use cullet_io::paths::{self, Overrides, PathSpec};
-    use cullet_io::scenes;
+    use cullet_scenes::paths::{self, Overrides, PathSpec};
 
     use super::*;
 
     fn views(scene: &str) -> (Scene, Vec<View>) {
-        let model = scenes::build(scene).unwrap();
+        let model = cullet_scenes::build(scene).unwrap();
         let size = [160, 90];
         let cameras =
             paths::cameras(&model, &PathSpec::Walk, 3, size, &Overrides::default()).unwrap();

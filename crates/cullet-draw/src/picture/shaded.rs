@@ -88,7 +88,7 @@ const HAZE: f64 = 0.42;
 
 /// Lights a frame whose surfaces have these linear colours, with so much haze far away, 0 to 1: none where colours carry the
 /// meaning.
-pub(crate) fn light_through(
+pub fn light_through(
     air: f64,
     scene: &Scene,
     frame: &Frame,
@@ -166,7 +166,7 @@ pub fn even(
 }
 
 /// The same at twice the size; all of the scene where no visible set is given.
-pub(crate) fn even_doubled(
+pub fn even_doubled(
     scene: &Scene,
     view: &View,
     visible: Option<&Visible>,
@@ -183,7 +183,7 @@ pub(crate) fn even_doubled(
 }
 
 /// As [`light_through`], but that a triangle has one shade, by its normal: no haze, no shade of what stands around.
-pub(crate) fn light_evenly(
+pub fn light_evenly(
     frame: &Frame,
     view: &View,
     surfaces: &Surfaces,
@@ -218,7 +218,7 @@ pub(crate) fn light_evenly(
 }
 
 /// Light on a surface: sun, and a sky above a paler ground.
-pub(crate) fn irradiance(n: DVec3, open: f64) -> DVec3 {
+pub fn irradiance(n: DVec3, open: f64) -> DVec3 {
     let up = n.y * 0.5 + 0.5;
     let sky = DVec3::new(0.42, 0.47, 0.58);
     let ground = DVec3::new(0.25, 0.22, 0.19);
@@ -366,7 +366,7 @@ impl SrgbTable {
 }
 
 /// The linear value of a byte in sRGB.
-pub(crate) fn linear(v: u8) -> f64 {
+pub fn linear(v: u8) -> f64 {
     let s = f64::from(v) / 255.0;
     if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
 }

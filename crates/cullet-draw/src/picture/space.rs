@@ -10,29 +10,29 @@ use crate::prepare::part_of;
 
 /// A view, and the way back from its clip space.
 #[derive(Clone, Debug)]
-pub(crate) struct Space {
+pub struct Space {
     to_clip: DMat4,
     to_world: DMat4,
     near: f64,
     /// Where the eye is, or the direction towards it with w = 0.
-    pub(crate) eye: DVec4,
+    pub eye: DVec4,
 }
 
 impl Space {
-    pub(crate) fn new(view: &View) -> Self {
+    pub fn new(view: &View) -> Self {
         let to_clip = DMat4::from_cols_array(&view.clip_from_world());
         let near = if view.depth() == Depth::Standard { 0.0 } else { 1.0 };
         Self { to_clip, to_world: to_clip.inverse(), near, eye: view.eye().into() }
     }
 
     /// The point at a place and depth in normalised device coordinates.
-    pub(crate) fn point(&self, x: f64, y: f64, depth: f64) -> DVec3 {
+    pub fn point(&self, x: f64, y: f64, depth: f64) -> DVec3 {
         let p = self.to_world * DVec4::new(x, y, depth, 1.0);
         p.truncate() / p.w
     }
 
     /// A point of the near plane, and the unit direction of the line of sight through it.
-    pub(crate) fn ray(&self, x: f64, y: f64) -> (DVec3, DVec3) {
+    pub fn ray(&self, x: f64, y: f64) -> (DVec3, DVec3) {
         let from = self.point(x, y, self.near);
         // Half-way in depth is finite in every view.
         let to = self.point(x, y, 0.5);
@@ -40,13 +40,13 @@ impl Space {
     }
 
     /// The unit direction from a point towards the viewer.
-    pub(crate) fn towards_eye(&self, p: DVec3) -> DVec3 {
+    pub fn towards_eye(&self, p: DVec3) -> DVec3 {
         (self.eye.truncate() - p * self.eye.w).normalize_or_zero()
     }
 
     /// Where a point is on a picture of this size, and its depth in normalised device coordinates;
     /// `None` if it is not in front of the eye.
-    pub(crate) fn project(&self, p: DVec3, size: [u32; 2]) -> Option<([f64; 2], f64)> {
+    pub fn project(&self, p: DVec3, size: [u32; 2]) -> Option<([f64; 2], f64)> {
         let c = self.to_clip * p.extend(1.0);
         if c.w <= 1e-9 || c.w.is_nan() {
             return None;
@@ -56,13 +56,13 @@ impl Space {
     }
 
     /// Whether the first depth is nearer.
-    pub(crate) fn nearer(&self, a: f64, b: f64) -> bool {
+    pub fn nearer(&self, a: f64, b: f64) -> bool {
         if self.near == 0.0 { a < b } else { a > b }
     }
 
     /// The point where the line of sight through a place has gone `reach` from the near plane, or has
     /// come to the far plane.
-    pub(crate) fn along(&self, x: f64, y: f64, reach: f64) -> DVec3 {
+    pub fn along(&self, x: f64, y: f64, reach: f64) -> DVec3 {
         let (from, direction) = self.ray(x, y);
         let far = self.to_world * DVec4::new(x, y, 1.0 - self.near, 1.0);
         let length = (far.truncate() / far.w - from).length();
@@ -78,12 +78,7 @@ impl Space {
 
 /// A view that looks against `back` and has all these points in its picture, as near as that allows, with a
 /// margin of a twentieth. `None` if there is no point, or the numbers make no view.
-pub(crate) fn framing(
-    points: &[DVec3],
-    back: DVec3,
-    fov_y_radians: f64,
-    size: [u32; 2],
-) -> Option<View> {
+pub fn framing(points: &[DVec3], back: DVec3, fov_y_radians: f64, size: [u32; 2]) -> Option<View> {
     let aspect = f64::from(size[0]) / f64::from(size[1].max(1));
     let back = back.try_normalize()?;
     let pole = if back.y.abs() > 0.99 { DVec3::NEG_Z } else { DVec3::Y };
@@ -125,20 +120,20 @@ pub(crate) fn framing(
 }
 
 /// The corners of a box of the scene, in the world.
-pub(crate) fn corners(scene: &Scene, bounds: &cullet::bounds::Aabb) -> [DVec3; 8] {
+pub fn corners(scene: &Scene, bounds: &cullet::bounds::Aabb) -> [DVec3; 8] {
     let origin = DVec3::from(scene.origin());
     bounds.corners().map(|c| DVec3::from(c.map(f64::from)) + origin)
 }
 
 /// X and Y of the centre of a pixel in normalised device coordinates.
-pub(crate) fn pixel_centre(x: u32, y: u32, size: [u32; 2]) -> [f64; 2] {
+pub fn pixel_centre(x: u32, y: u32, size: [u32; 2]) -> [f64; 2] {
     let [w, h] = size.map(f64::from);
     [(f64::from(x) + 0.5) * 2.0 / w - 1.0, 1.0 - (f64::from(y) + 0.5) * 2.0 / h]
 }
 
 /// From original triangles to normals and materials.
 #[derive(Debug)]
-pub(crate) struct Surfaces<'a> {
+pub struct Surfaces<'a> {
     scene: &'a Scene,
     /// For each mesh that the frame shows, the place in the mesh's order of each original triangle.
     order: Vec<Vec<u32>>,
@@ -147,7 +142,7 @@ pub(crate) struct Surfaces<'a> {
 }
 
 impl<'a> Surfaces<'a> {
-    pub(crate) fn new(scene: &'a Scene, ids: &[PixelId]) -> Self {
+    pub fn new(scene: &'a Scene, ids: &[PixelId]) -> Self {
         let mut surfaces = Self::empty(scene);
         let mut last = u32::MAX;
         for id in ids {
@@ -160,13 +155,13 @@ impl<'a> Surfaces<'a> {
     }
 
     /// Of all meshes that have an instance, whatever a frame shows. Costs 4 bytes a stored triangle.
-    pub(crate) fn of_all(scene: &'a Scene) -> Self {
+    pub fn of_all(scene: &'a Scene) -> Self {
         let ids: Vec<PixelId> = scene.slots().map(|slot| PixelId { slot, triangle: 0 }).collect();
         Self::new(scene, &ids)
     }
 
     /// Of what a frame of a visible set shows, each instance at its level.
-    pub(crate) fn of_visible(scene: &'a Scene, visible: &Visible) -> Self {
+    pub fn of_visible(scene: &'a Scene, visible: &Visible) -> Self {
         let mut surfaces = Self::empty(scene);
         surfaces.levels.resize(scene.slot_count() as usize, 0);
         for r in visible.triangle_ranges.iter().filter(|r| r.slot < scene.slot_count()) {
@@ -192,7 +187,7 @@ impl<'a> Surfaces<'a> {
     }
 
     /// The level at which a slot is shown.
-    pub(crate) fn level(&self, slot: u32) -> u32 {
+    pub fn level(&self, slot: u32) -> u32 {
         self.levels.get(slot as usize).copied().unwrap_or(0)
     }
 
@@ -202,7 +197,7 @@ impl<'a> Surfaces<'a> {
 
     /// The place of an original triangle in its mesh's order, if the frame that this was made for
     /// shows its mesh.
-    pub(crate) fn triangle(&self, id: PixelId) -> Option<u32> {
+    pub fn triangle(&self, id: PixelId) -> Option<u32> {
         if self.is_impostor(id) {
             // Any of the box: they are of one cluster, and come and go together.
             return Some(0);
@@ -224,17 +219,17 @@ impl<'a> Surfaces<'a> {
     }
 
     /// Whether an owner is shown as an impostor.
-    pub(crate) fn is_impostor(&self, id: PixelId) -> bool {
+    pub fn is_impostor(&self, id: PixelId) -> bool {
         self.texel(id).is_some()
     }
 
     /// The number of the mesh of an owner, at whatever level it is shown.
-    pub(crate) fn mesh(&self, id: PixelId) -> Option<u32> {
+    pub fn mesh(&self, id: PixelId) -> Option<u32> {
         (id.slot < self.scene.slot_count()).then(|| self.scene.mesh_id(id.slot))
     }
 
     /// The part of an original triangle.
-    pub(crate) fn part(&self, id: PixelId) -> Part {
+    pub fn part(&self, id: PixelId) -> Part {
         if let Some(texel) = self.texel(id) {
             let parts = self.scene.mesh(id.slot).parts();
             return parts.get(texel.part as usize).copied().unwrap_or_default();
@@ -244,7 +239,7 @@ impl<'a> Surfaces<'a> {
 
     /// The unit normal of a triangle in the world, towards the side from which its corners are seen
     /// counter-clockwise; zero where there is none.
-    pub(crate) fn normal(&self, id: PixelId) -> DVec3 {
+    pub fn normal(&self, id: PixelId) -> DVec3 {
         if let Some(texel) = self.texel(id) {
             let [x, y, z] =
                 self.scene.transform(id.slot).linear.map(|c| DVec3::from(c.map(f64::from)));

@@ -167,7 +167,7 @@ fn triangle_tests(gpu: &Gpu) -> Result<[Spread; 2], Failure> {
     let (mut lists, mut counts) = (Vec::new(), Vec::new());
     let mut seen = TriangleView::default();
     for n in [40, 80, 160] {
-        let (positions, indices) = cullet_io::scenes::knobbly_ball(n);
+        let (positions, indices) = cullet_scenes::knobbly_ball(n);
         let triangles = Triangles::new(&positions, &indices, &grid)?;
         let mesh = MeshTriangles::new(device, queue, &triangles)?;
         for test in [TriangleTest::Masks, TriangleTest::Planes] {

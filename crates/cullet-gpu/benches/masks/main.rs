@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use cullet::mesh::{MeshData, Part};
 use cullet_gpu::{Gpu, GpuError};
-use cullet_io::scenes::knobbly_ball;
+use cullet_scenes::knobbly_ball;
 use serde_json::json;
 use wgpu::{DeviceType, Features};
 
@@ -80,7 +80,7 @@ fn subjects() -> Result<Vec<(&'static str, Soup)>, Failure> {
 }
 
 fn read_soup(path: &Path) -> Result<Soup, Failure> {
-    let model = cullet_io::load(path, &Default::default())?;
+    let model = cullet_maps::load(path, &Default::default())?;
     let mesh = model.scene.meshes().first().ok_or("a file without a mesh")?;
     Ok((mesh.positions().to_vec(), mesh.original_indices()))
 }

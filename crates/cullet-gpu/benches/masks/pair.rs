@@ -9,7 +9,7 @@ use cullet_gpu::{
     Draw, DrawArguments, Gpu, GpuError, Lanes, MeshTriangles, OffScreen, TriangleList,
     TrianglePass, TriangleTest, TriangleView, Triangles, culled_faces, triangles_ref,
 };
-use cullet_methods::Groups;
+use cullet_lab::methods::Groups;
 use wgpu::*;
 
 use super::Failure;

@@ -1,9 +1,11 @@
-//! Sums of bytes, by which damage is told.
+//! Sums of bytes, by which damage is told, and hashes of what baked files are of.
+
+use cullet::cell::CellGraph;
 
 /// The golden ratio, as a step that meets all words.
 const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// Hash of bytes, the same on every machine: no secret, but no accident keeps it. The one of `cullet_bake`'s files.
+/// Hash of bytes, the same on every machine: no secret, but no accident keeps it. It is that of every baked file.
 #[must_use]
 pub fn hash(bytes: &[u8]) -> u64 {
     let mut sum = Sum::new(bytes.len() as u64);
@@ -19,20 +21,30 @@ pub fn hash(bytes: &[u8]) -> u64 {
 
 /// A hash that grows word by word.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sum(u64);
+pub struct Sum(u64);
 
 impl Sum {
-    /// Of something of a length that tells it from what only begins like it.
-    pub(crate) fn new(length: u64) -> Self {
+    /// The sum of something of a length, which tells it from what only begins like it.
+    #[must_use]
+    pub fn new(length: u64) -> Self {
         Self(STEP ^ length)
     }
 
+    /// Adds a word.
     #[inline]
-    pub(crate) fn add(&mut self, word: u64) {
+    pub fn add(&mut self, word: u64) {
         self.0 = mix(self.0 ^ word).wrapping_add(STEP);
     }
 
-    pub(crate) fn end(self) -> u64 {
+    /// Adds the number of words, and then each.
+    pub fn add_all(&mut self, words: impl ExactSizeIterator<Item = u64>) {
+        self.add(words.len() as u64);
+        words.for_each(|word| self.add(word));
+    }
+
+    /// The hash.
+    #[must_use]
+    pub fn end(self) -> u64 {
         mix(self.0)
     }
 }
@@ -44,12 +56,25 @@ pub(crate) fn root_sum(chunks: &[[u64; 3]]) -> u64 {
     sum.end()
 }
 
-/// Steele, Lea and Flood, *Fast Splittable Pseudorandom Number Generators*, 2014.
+/// Mixes the bits of a word: Steele, Lea and Flood, *Fast Splittable Pseudorandom Number Generators*, 2014.
 #[inline]
-fn mix(mut z: u64) -> u64 {
+#[must_use]
+pub fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
+}
+
+/// Hash of a graph of cells, the same on every machine.
+#[must_use]
+pub fn graph_hash(graph: &CellGraph) -> u64 {
+    let mut bytes = graph.cell_count().to_le_bytes().to_vec();
+    for portal in graph.portals() {
+        portal.cells.iter().for_each(|c| bytes.extend(c.to_le_bytes()));
+        bytes.extend((portal.polygon.len() as u32).to_le_bytes());
+        portal.polygon.iter().flatten().for_each(|v| bytes.extend(v.to_le_bytes()));
+    }
+    hash(&bytes)
 }
 
 #[cfg(test)]

@@ -4,22 +4,31 @@
 //! [`Model::baked`](crate::Model::baked) names. What does not fit the mesh beside it is left out with a warning: the plain
 //! mesh is always right, and levels of another would be a wrong picture.
 
+mod cell_sets;
+mod container;
 mod error;
 mod hash;
 mod impostor;
+mod occluder_bytes;
+mod occluder_shapes;
 mod occluders;
+mod scene_sets;
 mod stand_ins;
 mod tables;
 
 use cullet::{Mesh, MeshData, MeshId};
 
+pub use cell_sets::{CellSets, PvsFileError};
+pub use container::{Container, ContainerError, Tag, write_chunks};
 pub use error::BakedError;
-pub use hash::hash;
 pub(crate) use hash::root_sum;
+pub use hash::{Sum, graph_hash, hash, mix};
 pub(crate) use impostor::impostor_sum;
 pub use impostor::{impostor_from_bytes, impostor_to_bytes};
-pub(crate) use occluders::occluder_sum;
-pub use occluders::{OccluderPolygon, OccluderSheet, OccluderTables};
+pub(crate) use occluder_bytes::occluder_sum;
+pub use occluder_shapes::{BOX_QUADS, box_corners};
+pub use occluders::{OccluderPolygon, OccluderSheet, Occluders, pays};
+pub use scene_sets::{Region, SceneSets, SceneSetsError, scene_hash};
 pub(crate) use stand_ins::{StandInTables, attribute_sum, sum_of as sum_of_stand_ins};
 pub use tables::{ClusterRow, LevelTables};
 pub(crate) use tables::{ROWS, sum_of};
@@ -76,7 +85,7 @@ pub struct BakedMesh {
     /// Its levels, in the order in which the scene has them.
     pub levels: Vec<BakedLevels>,
     /// Its occluders, where they were baked.
-    pub occluders: Option<OccluderTables>,
+    pub occluders: Option<Occluders>,
     /// Bytes of its levels in the file; 0 where it comes from none.
     pub bytes: u64,
     /// Why it was left out, where it was.

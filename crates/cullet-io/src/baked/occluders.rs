@@ -1,205 +1,125 @@
-//! Occluders of a mesh, as a table of a file has them.
+//! Occluders that were baked for a mesh.
 
-use super::error::BakedError;
-use super::hash::{Sum, hash};
+use cullet::OccluderCosts;
+use cullet::bounds::Aabb;
+use cullet::cull::occlusion::Occluder;
+use glam::DVec3;
 
-/// A convex polygon in the surface of a mesh.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct OccluderPolygon {
-    /// Corners, counter-clockwise seen from the front.
-    pub points: Vec<[f32; 3]>,
-    /// Whether it blocks from both sides.
-    pub two_sided: bool,
-    /// How far the surface may be from it, in units of the mesh.
-    pub tolerance: f32,
-}
-
-/// Triangles of a mesh that stand for themselves.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct OccluderSheet {
-    /// Corners, wound as in the mesh.
-    pub triangles: Vec<[[f32; 3]; 3]>,
-    /// Whether they block from both sides.
-    pub two_sided: bool,
-}
-
-/// Occluders that were baked for a mesh, in its space: what `cullet_bake::occluders` makes. None at all where it found none, which
-/// is worth knowing too.
+/// Occluders baked for a mesh, in the space of the mesh: what `cullet_bake::occluders` makes. None at all where it found none,
+/// which is worth knowing too.
 ///
 /// A sum keeps damage out, but no reader can tell in little time whether they lie within what the mesh hides: who takes them
 /// trusts who wrote the file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct OccluderTables {
-    /// Boxes within what the mesh seals off: low and high corner.
-    pub boxes: Vec<[[f32; 3]; 2]>,
-    /// Boxes around what the shells that hold those seal off.
-    pub sealed: Vec<[[f32; 3]; 2]>,
-    /// Polygons in the surface.
+pub struct Occluders {
+    /// Boxes within what the mesh seals off. They overlap each other. They block for every eye outside of
+    /// [`sealed`](Self::sealed), which [`boxes_hold`](Self::boxes_hold) tests.
+    pub boxes: Vec<Aabb>,
+    /// Boxes around all that the shells which hold [`boxes`](Self::boxes) seal off: a room, seen from
+    /// within, hides nothing that is in it.
+    pub sealed: Vec<Aabb>,
+    /// Convex polygons in the surface.
     pub polygons: Vec<OccluderPolygon>,
-    /// Triangles of the mesh.
+    /// Triangles of the mesh, of one side and of two.
     pub sheets: Vec<OccluderSheet>,
-    /// Triangles for eyes that are too near for the boxes.
+    /// Triangles of the mesh for eyes for which the boxes do not [hold](Self::boxes_hold); without boxes, none.
+    /// They take the place of boxes and of [`sheets`](Self::sheets).
     pub near: Vec<OccluderSheet>,
-    /// The share of the mesh's silhouette that they cover, 0 to 1.
+    /// The share of the mesh's silhouette that they cover, 0 to 1; 0 where it was not measured.
     pub efficiency: f64,
 }
 
-/// Words before those of polygons and sheets.
-const HEAD: usize = 8;
+/// Pixels at which costs are compared: those of an instance that pays for its drawing.
+const PIXELS: f32 = 10_000.0;
+/// The share of its mesh's silhouette that occluders must hide to be taken for it.
+const LEAST_EFFICIENCY: f64 = 0.9;
 
-impl OccluderTables {
-    /// Its bytes, in words of four, little-endian: how many boxes, sealed boxes, polygons, sheets and near sheets; the efficiency as
-    /// f64; a zero; for each polygon its corners, its sides, its tolerance; for each sheet its triangles and its sides; then all
-    /// coordinates.
+impl Occluders {
+    /// Whether there is nothing to draw.
     #[must_use]
-    pub fn to_bytes(&self) -> Vec<u8> {
-        let sheets = || self.sheets.iter().chain(&self.near);
-        let counts = [
-            &self.boxes.len(),
-            &self.sealed.len(),
-            &self.polygons.len(),
-            &self.sheets.len(),
-            &self.near.len(),
-        ];
-        let mut words: Vec<u32> = counts.iter().map(|&&n| n as u32).collect();
-        let bits = self.efficiency.to_bits();
-        words.extend([bits as u32, (bits >> 32) as u32, 0]);
-        let sides = |two_sided: bool| 1 + u32::from(two_sided);
-        for p in &self.polygons {
-            words.extend([p.points.len() as u32, sides(p.two_sided), p.tolerance.to_bits()]);
-        }
-        sheets().for_each(|s| words.extend([s.triangles.len() as u32, sides(s.two_sided)]));
-        let boxes = self.boxes.iter().chain(&self.sealed).flatten();
-        let points = self.polygons.iter().flat_map(|p| &p.points);
-        let corners = sheets().flat_map(|s| s.triangles.as_flattened());
-        let all = boxes.chain(points).chain(corners).flatten();
-        words.extend(all.map(|v| v.to_bits()));
-        words.into_iter().flat_map(u32::to_le_bytes).collect()
+    pub fn is_empty(&self) -> bool {
+        self.boxes.is_empty() && self.polygons.is_empty() && self.sheets.is_empty()
     }
 
-    /// Of such bytes. Counts are held against the bytes that there are before anything is made of them.
+    /// Whether the boxes may be used by a view: `near` is a box, in the space of the mesh, around the
+    /// view's eye and its near rectangle (what the near plane cuts away hides nothing), of an orthographic
+    /// view the rectangle alone. Not if it meets [`sealed`](Self::sealed), nor if it is empty or NaN.
     ///
-    /// # Errors
-    /// If they are not as [`to_bytes`](Self::to_bytes) writes them, or a number is not finite.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, BakedError> {
-        let form = |what: &str| BakedError::Form(format!("its occluders: {what}"));
-        let (words, rest) = bytes.as_chunks::<4>();
-        let words: Vec<u32> = words.iter().map(|&w| u32::from_le_bytes(w)).collect();
-        let head = words.first_chunk::<HEAD>().filter(|_| rest.is_empty());
-        let &[boxes, sealed, polygons, sheets, near, low, high, _] =
-            head.ok_or_else(|| form("cut short"))?;
-        let rows = u64::from(polygons) * 3 + (u64::from(sheets) + u64::from(near)) * 2;
-        let numbers = HEAD as u64 + rows;
-        if numbers > words.len() as u64 {
-            return Err(form("has more polygons and sheets than bytes"));
-        }
-        let (rows, numbers) = words[HEAD..].split_at(rows as usize);
-        let (of_polygons, of_sheets) = rows.split_at(polygons as usize * 3);
-        let (of_polygons, of_sheets) =
-            (of_polygons.as_chunks::<3>().0, of_sheets.as_chunks::<2>().0);
-        let expected = (u64::from(boxes) + u64::from(sealed)) * 6
-            + of_polygons.iter().map(|p| u64::from(p[0]) * 3).sum::<u64>()
-            + of_sheets.iter().map(|s| u64::from(s[0]) * 9).sum::<u64>();
-        let found = numbers.len() as u64;
-        if expected != found {
-            return Err(BakedError::Count { what: "numbers of its occluders", found, expected });
-        }
-        let numbers: Vec<f32> = numbers.iter().map(|&w| f32::from_bits(w)).collect();
-        let efficiency = f64::from_bits(u64::from(low) | u64::from(high) << 32);
-        if !numbers.iter().all(|v| v.is_finite()) || !efficiency.is_finite() {
-            return Err(form("a number is not finite"));
-        }
-        let (points, _) = numbers.as_chunks::<3>();
-        let mut left = points;
-        let mut take = |count: usize| {
-            let (taken, rest) = left.split_at(count);
-            left = rest;
-            taken
-        };
-        let sides = |sides: u32| match sides {
-            1 | 2 => Ok(sides == 2),
-            _ => Err(form("sides that are neither one nor two")),
-        };
-        let corners = |points: &[[f32; 3]]| points.as_chunks::<2>().0.to_vec();
-        let mut out = Self {
-            boxes: corners(take(boxes as usize * 2)),
-            sealed: corners(take(sealed as usize * 2)),
-            efficiency,
-            ..Self::default()
-        };
-        for &[count, two_sided, tolerance] in of_polygons {
-            let tolerance = f32::from_bits(tolerance);
-            if !(tolerance >= 0.0 && tolerance.is_finite()) {
-                return Err(form("a tolerance that is none"));
-            }
-            let points = take(count as usize).to_vec();
-            out.polygons.push(OccluderPolygon { points, two_sided: sides(two_sided)?, tolerance });
-        }
-        for (at, &[count, two_sided]) in of_sheets.iter().enumerate() {
-            let triangles = take(count as usize * 3).as_chunks::<3>().0.to_vec();
-            let sheet = OccluderSheet { triangles, two_sided: sides(two_sided)? };
-            if at < sheets as usize { &mut out.sheets } else { &mut out.near }.push(sheet);
-        }
-        Ok(out)
+    /// A view that draws back faces alone ([`CullFace::Front`](cullet::CullFace::Front)), or takes clockwise
+    /// triangles for the front, must use neither boxes nor polygons of a one-sided mesh.
+    #[must_use]
+    pub fn boxes_hold(&self, near: &Aabb) -> bool {
+        let apart = |b: &Aabb| (0..3).any(|a| near.min[a] > b.max[a] || near.max[a] < b.min[a]);
+        !near.is_empty() && self.sealed.iter().all(apart)
+    }
+
+    /// Whether they hide nearly all that their mesh does. Those off the axes count for nothing: the engine leaves them out.
+    #[must_use]
+    pub fn hide_enough(&self) -> bool {
+        self.efficiency >= LEAST_EFFICIENCY && self.polygons.iter().all(|p| p.tolerance == 0.0)
+    }
+
+    /// Triangles of the mesh that stand for themselves, those for near eyes not counted.
+    #[must_use]
+    pub fn own_triangles(&self) -> u64 {
+        self.sheets.iter().map(|s| s.triangles.len() as u64).sum()
     }
 }
 
-/// The sum of the occluders of a mesh, of their bytes and its geometry.
-pub(crate) fn occluder_sum(geometry: u64, bytes: &[u8]) -> u64 {
-    let mut sum = Sum::new(geometry);
-    sum.add(hash(bytes));
-    sum.end()
+/// Whether an occluder costs less than half of what `own`, that of a mesh's own triangles, does.
+#[must_use]
+pub fn pays(occluder: &Occluder, own: &Occluder) -> bool {
+    let costs = OccluderCosts::default();
+    occluder.cost(&costs, PIXELS) * 2.0 < own.cost(&costs, PIXELS)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// A convex polygon in the surface of a mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OccluderPolygon {
+    /// Corners, counter-clockwise seen from the front, as the triangles that it stands for.
+    pub points: Vec<[f32; 3]>,
+    /// Whether those are drawn from both sides, so that it blocks from both; else only from its front.
+    pub two_sided: bool,
+    /// How far the surface may be from the polygon, in units of the mesh: its depth must be taken that much
+    /// farther away, along the normal. 0 where it lies in the surface exactly.
+    pub tolerance: f32,
+}
 
-    fn some() -> OccluderTables {
-        let sheet = |two_sided| OccluderSheet {
-            triangles: vec![[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]; 2],
-            two_sided,
-        };
-        OccluderTables {
-            boxes: vec![[[0.0; 3], [1.0, 2.0, 3.0]]; 2],
-            sealed: vec![[[-1.0; 3], [4.0; 3]]],
-            polygons: vec![OccluderPolygon {
-                points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
-                two_sided: true,
-                tolerance: 0.25,
-            }],
-            sheets: vec![sheet(false), sheet(true)],
-            near: vec![sheet(true)],
-            efficiency: 0.9,
-        }
-    }
+impl OccluderPolygon {
+    /// The least slope, sine of the angle between a ray and the plane, at which a polygon with a
+    /// [`tolerance`](Self::tolerance) is proved to block a ray.
+    pub const LEAST_SLOPE: f64 = 1.0 / 64.0;
 
-    #[test]
-    fn they_come_back_and_none_are_none() {
-        for tables in [some(), OccluderTables::default()] {
-            assert_eq!(OccluderTables::from_bytes(&tables.to_bytes()), Ok(tables));
-        }
+    /// Whether the polygon may be used by an eye: (e, 1), or (direction, 0) of an orthographic view, in the
+    /// space of the mesh. Not from behind if it has one side, and not too near its plane if it has a
+    /// tolerance; never for NaN.
+    #[must_use]
+    pub fn holds_from(&self, eye: [f64; 4]) -> bool {
+        let [x, y, z, w] = eye;
+        let points = || self.points.iter().map(|p| DVec3::from(p.map(f64::from)));
+        let Some(first) = points().next() else { return false };
+        // Newell's sum, which no three corners in line can spoil.
+        let corners: Vec<DVec3> = points().map(|p| p - first).collect();
+        let normal: DVec3 =
+            (0..corners.len()).map(|i| corners[i].cross(corners[(i + 1) % corners.len()])).sum();
+        let normal = normal.normalize_or_zero();
+        let towards = |p: DVec3| DVec3::new(x, y, z) - p * w;
+        points().all(|p| {
+            let way = towards(p);
+            let height = way.dot(normal);
+            let height = if self.two_sided { height.abs() } else { height };
+            let least = if self.tolerance > 0.0 { Self::LEAST_SLOPE * way.length() } else { 0.0 };
+            height > least
+        })
     }
+}
 
-    #[test]
-    fn what_is_none_is_refused_in_words() {
-        let good = some().to_bytes();
-        for end in 0..good.len() {
-            assert!(OccluderTables::from_bytes(&good[..end]).is_err(), "{end}");
-        }
-        let with = |word: usize, value: u32| {
-            let mut bytes = good.clone();
-            bytes[word * 4..][..4].copy_from_slice(&value.to_le_bytes());
-            OccluderTables::from_bytes(&bytes).map_err(|e| e.to_string())
-        };
-        for word in 0..5 {
-            assert!(with(word, u32::MAX).is_err(), "word {word}");
-        }
-        assert!(with(8, u32::MAX).is_err(), "corners");
-        assert!(with(9, 3).unwrap_err().contains("neither one nor two"));
-        assert!(with(10, f32::NAN.to_bits()).unwrap_err().contains("tolerance"));
-        let last = good.len() / 4 - 1;
-        assert!(with(last, f32::INFINITY.to_bits()).unwrap_err().contains("not finite"));
-        assert!(with(6, 0x7ff0_0000).unwrap_err().contains("not finite"));
-    }
+/// Triangles of a mesh that stand for themselves, whatever their slope: exact, but more expensive to draw than a box or
+/// polygon. Where they share an edge they are to be drawn as one surface, or a strict rasteriser leaves a seam.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OccluderSheet {
+    /// Corners, wound as in the mesh.
+    pub triangles: Vec<[[f32; 3]; 3]>,
+    /// Whether they are drawn from both sides, so that they block from both; else only from their front.
+    pub two_sided: bool,
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use cullet::lod::Impostor;
 
-use crate::baked::{BakedError, LevelTables, OccluderTables, ROWS, impostor_from_bytes};
+use crate::baked::{BakedError, LevelTables, Occluders, ROWS, impostor_from_bytes};
 use crate::gltf::ListedGroup;
 
 /// Levels of a mesh: slices of the file's bytes.
@@ -148,8 +148,8 @@ impl<'a> OccluderSlices<'a> {
     ///
     /// # Errors
     /// If a number is not finite, or is none that it can be.
-    pub fn to_tables(&self) -> Result<OccluderTables, BakedError> {
-        OccluderTables::from_bytes(self.bytes)
+    pub fn to_tables(&self) -> Result<Occluders, BakedError> {
+        Occluders::from_bytes(self.bytes)
     }
 }
 

@@ -21,7 +21,7 @@ use super::uri::shorten;
 use crate::Attributes;
 use crate::baked::{
     Baked, BakedError, BakedLevels, BakedMesh, LevelKind, LevelTables, MOST_LEVELS, Measured,
-    OccluderTables, StandInTables, VERSION, geometry_hash_of, occluder_sum, root_sum, sum_of,
+    Occluders, StandInTables, VERSION, geometry_hash_of, occluder_sum, root_sum, sum_of,
 };
 
 #[derive(Derive)]
@@ -237,7 +237,7 @@ fn mesh(
     if let Some(OccludersItem { table: view, hash }) = occluders {
         let bytes = table(buffers, view, left)?;
         check("its occluders", occluder_sum(geometry, bytes), sum(&hash)?)?;
-        out.mesh.occluders = Some(OccluderTables::from_bytes(bytes)?);
+        out.mesh.occluders = Some(Occluders::from_bytes(bytes)?);
     }
     if let Some(raw) = impostor {
         let (measured, impostor, bytes) = super::impostor::read(raw, geometry, buffers, left)?;

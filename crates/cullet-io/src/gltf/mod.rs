@@ -53,8 +53,8 @@ pub(crate) use mapped::{ListError, Listed, list};
 pub use mapped::{ListedImpostor, ListedLevels, ListedMesh, ListedTable};
 pub use mapped_groups::ListedGroup;
 #[cfg(not(target_family = "wasm"))]
-pub(crate) use size::{Counts, counts};
-pub(crate) use uri::{UriSource, read as read_uri};
+pub use size::{Counts, counts};
+pub use uri::{UriSource, read as read_uri};
 
 /// Loads a glTF or GLB from the bytes of its file; its other files are `beside`.
 ///
@@ -69,7 +69,7 @@ pub(crate) use uri::{UriSource, read as read_uri};
 ///
 /// # Errors
 /// If the file is invalid, needs an extension that is not read, or passes a limit of `options`.
-pub(crate) fn load(
+pub fn load(
     path: &Path,
     bytes: Vec<u8>,
     options: &LoadOptions,

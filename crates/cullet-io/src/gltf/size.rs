@@ -8,10 +8,10 @@ use crate::blocks::Source;
 
 /// Counts of a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Counts {
-    pub(crate) instances: u64,
-    pub(crate) vertices: u64,
-    pub(crate) triangles: u64,
+pub struct Counts {
+    pub instances: u64,
+    pub vertices: u64,
+    pub triangles: u64,
 }
 
 /// How much a glTF or GLB takes at the most, by the counts of its accessors: the binary chunk of a GLB is not read. `None` where that
@@ -19,7 +19,7 @@ pub(crate) struct Counts {
 ///
 /// # Errors
 /// If there is no JSON to be read, or what is needed of it is invalid.
-pub(crate) fn counts(source: &Source<'_>) -> Result<Option<Counts>, ErrorKind> {
+pub fn counts(source: &Source<'_>) -> Result<Option<Counts>, ErrorKind> {
     let (bytes, json) = super::json_of(source)?;
     let root = json::parse(bytes.get(json).unwrap_or_default())?;
     let is_baked = root.extensions.is_some_and(|e| e.get().contains(super::BAKED));

@@ -4,7 +4,7 @@ use std::path::{Component, Path, PathBuf};
 
 /// Where the bytes of a buffer are.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) enum UriSource {
+pub enum UriSource {
     /// In the URI itself, decoded.
     Embedded(Vec<u8>),
     /// In a file, relative to the model's folder.
@@ -16,7 +16,7 @@ pub(crate) enum UriSource {
 ///
 /// # Errors
 /// Names the defect, and what to do instead.
-pub(crate) fn read(uri: &str) -> Result<UriSource, String> {
+pub fn read(uri: &str) -> Result<UriSource, String> {
     if uri.len() >= 5 && uri.is_char_boundary(5) && uri[..5].eq_ignore_ascii_case("data:") {
         return embedded(&uri[5..]).map(UriSource::Embedded);
     }

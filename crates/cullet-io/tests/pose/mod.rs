@@ -6,8 +6,8 @@ mod figures;
 use cullet::bounds::Aabb;
 use cullet::{BoundsOverride, Culler, Handle, View, ViewState};
 use cullet_draw::VerifyOptions;
-use cullet_io::paths::{self, Overrides};
-use cullet_io::{LoadOptions, Model, load_bytes, scenes};
+use cullet_io::{LoadOptions, Model, load_bytes};
+use cullet_scenes::paths::{self, Overrides};
 use figures::{figures, twitching};
 
 fn load(bytes: &[u8]) -> Model {
@@ -181,7 +181,7 @@ fn a_bound_of_another_time_costs_pixels() {
 
 #[test]
 fn models_that_stand_still_stay_as_they_are() {
-    let mut model = scenes::build("solids").unwrap();
+    let mut model = cullet_scenes::build("solids").unwrap();
     assert!(model.motion.is_none());
     let version = model.scene.change_version();
     model.pose(3.0).unwrap();
@@ -190,9 +190,9 @@ fn models_that_stand_still_stay_as_they_are() {
 
 #[test]
 fn the_built_in_scene_is_posed_as_it_is_built() {
-    let mut moved = scenes::build("moving:n=24,t=500").unwrap();
+    let mut moved = cullet_scenes::build("moving:n=24,t=500").unwrap();
     moved.pose(1.0).unwrap();
-    let built = scenes::build("moving:n=24,t=1500").unwrap();
+    let built = cullet_scenes::build("moving:n=24,t=1500").unwrap();
     assert!(moved.scene.audit(|_| None).unwrap().is_empty());
     for slot in built.scene.slots() {
         let h = built.scene.handle(slot).unwrap();

@@ -6,11 +6,11 @@ use cullet::{Scene, View};
 use glam::{DVec3, DVec4};
 
 use super::super::Picture;
+use super::super::canvas::caption;
 use super::super::canvas::{LINE, keys, keys_height};
 use super::super::font::{text_height, text_size, text_width};
 use super::super::palette::{CHALK, INK, NIGHT, PAPER, mix};
 use super::super::shaded::shaded;
-use super::super::teach::caption;
 use super::plan::{Plan, draw_eye, lay, write_numbers};
 use super::sight::{DoorInView, ShownPortal, Sight, shown_portals, shut_doors};
 use super::{SHUT, depth_color, depth_words};

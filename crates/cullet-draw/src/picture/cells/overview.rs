@@ -5,10 +5,11 @@ use cullet::{Scene, View};
 use glam::DVec4;
 
 use super::super::Picture;
+use super::super::canvas::caption;
 use super::super::canvas::{LINE, grouped, keys, keys_height};
 use super::super::font::{text_size, text_width};
+use super::super::palette::NEIGHBOURS;
 use super::super::palette::{INK, PAPER, mix};
-use super::super::teach::{COLORS, caption};
 use super::plan::{Plan, draw_eye, lay, write_numbers};
 use super::sight::Sight;
 use super::{OPEN, SHUT};
@@ -42,7 +43,7 @@ pub fn cells(scene: &Scene, view: &View, reached: Option<&Reached>, size: [u32; 
     let mut entries = vec![
         (IN_SIGHT, "in sight, at this height".to_owned()),
         (REACHED, "reached".to_owned()),
-        (faint(COLORS[1]), "not reached".to_owned()),
+        (faint(NEIGHBOURS[1]), "not reached".to_owned()),
         (OPEN, "open portal".to_owned()),
         (SHUT, "shut portal".to_owned()),
     ];
@@ -55,7 +56,7 @@ pub fn cells(scene: &Scene, view: &View, reached: Option<&Reached>, size: [u32; 
     let shown = [room.max(8) as u32, (i64::from(height) - above - below - gap).max(64) as u32];
     let plan = Plan::new(scene, graph, eye, shown);
     let color = |cell: u32, p: [f64; 3]| {
-        let own = COLORS[cell.wrapping_mul(2_654_435_761) as usize >> 13 & 7];
+        let own = NEIGHBOURS[cell.wrapping_mul(2_654_435_761) as usize >> 13 & 7];
         match (sight.depth_of(cell), sight.depth_at(cell, p)) {
             (Some(_), Some(_)) => IN_SIGHT,
             (Some(_), None) => REACHED,

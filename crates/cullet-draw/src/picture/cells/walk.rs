@@ -101,13 +101,12 @@ const GAP: u32 = 10;
 #[cfg(test)]
 mod tests {
     use cullet::{Camera, Culler, Depth, Projection, ViewState, Visible};
-    use cullet_io::scenes;
 
     use super::*;
 
     #[test]
     fn the_plan_stays_and_the_colours_follow_the_eye() {
-        let scene = scenes::build("office").unwrap().scene;
+        let scene = cullet_scenes::build("office").unwrap().scene;
         // In two cells that one looks out of.
         let graph = scene.cell_graph().unwrap();
         let cell_of = |p: &[f64; 3]| scene.cell_of(*p).filter(|&c| graph.portals_of(c).len() > 3);
@@ -141,7 +140,7 @@ mod tests {
             .fold((0, 0), |(same, all), (x, y)| (same + u32::from(dark(&b, x, y)), all + 1));
         assert!(all > 100 && same * 10 > all * 8, "{same} of {all}");
         assert_ne!(a, b);
-        let empty = scenes::build("solids:n=2").unwrap().scene;
+        let empty = cullet_scenes::build("solids:n=2").unwrap().scene;
         assert!(PortalWalk::new(&empty, [0.0; 3], [480, 270]).is_none());
     }
 }

@@ -1,0 +1,42 @@
+//! What the baker adds to the commands that it shares with `cullet`.
+//!
+//! Some options of commands that only read need what bakes: `--cells auto` finds rooms, `--occluders auto` makes occluders,
+//! `--units` keeps results to be joined. Their code is in `cullet-baker`, which runs all of `cullet`'s commands too, once it has
+//! [provided](provide) it. `cullet` itself starts `cullet-baker` where a command line [needs](NEEDS) it.
+
+use std::sync::OnceLock;
+
+use cullet_io::Model;
+
+use crate::args::{CullArgs, SceneArgs};
+use crate::console::Console;
+use crate::exit::Failure;
+use crate::items::{Items, ItemsResult};
+
+/// Work that only a program with the baker does.
+#[derive(Clone, Copy, Debug)]
+pub struct Bakery {
+    /// Gives a model the cells of `--cells`: those found in it, or those that volumes of rooms make.
+    pub cells: fn(&mut Model, &SceneArgs, &Console) -> Result<(), Failure>,
+    /// Gives every mesh the occluder of `--occluders`.
+    pub occluders: fn(&mut Model, &CullArgs, &Console) -> Result<(), Failure>,
+    /// Does a share of a work, and keeps its units.
+    pub units: fn(&Items<'_>, &Console) -> ItemsResult,
+}
+
+static BAKERY: OnceLock<Bakery> = OnceLock::new();
+
+/// Provides the baker's work to the commands of this program; once, before any runs.
+pub fn provide(bakery: Bakery) {
+    let _ = BAKERY.set(bakery);
+}
+
+/// The baker's work.
+///
+/// # Errors
+/// If this program has none.
+pub fn get() -> Result<&'static Bakery, Failure> {
+    BAKERY.get().ok_or_else(|| {
+        Failure::usage("--cells, --occluders and --unit need the baker: run the same command with cullet-baker")
+    })
+}

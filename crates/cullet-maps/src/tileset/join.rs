@@ -1,0 +1,124 @@
+//! Models of tiles as one.
+
+use cullet::mesh::MeshError;
+use cullet::{Instance, Mesh, MeshLevels, Transform};
+use glam::{DMat3, DMat4, DVec3};
+
+use cullet_io::{ErrorKind, LoadOptions, Model, Warning};
+
+/// Models of tiles, joined.
+#[derive(Debug)]
+pub(super) struct Joint<'a> {
+    options: &'a LoadOptions,
+    model: Model,
+    triangles: u64,
+    instances: u64,
+    /// Tiles whose motions, levels or cells are left out.
+    still: usize,
+    /// Whether levels of the first of them are kept: clusters of the others are made anew, and levels are of clusters.
+    keeps_levels: bool,
+}
+
+impl<'a> Joint<'a> {
+    pub(super) fn new(name: &str, options: &'a LoadOptions) -> Self {
+        let model = Model { name: name.to_owned(), ..Model::default() };
+        Self { options, model, triangles: 0, instances: 0, still: 0, keeps_levels: false }
+    }
+
+    /// As [`new`](Self::new), with what was baked of the meshes of what is added first: their levels of detail and occluders.
+    pub(super) fn with_levels(name: &str, options: &'a LoadOptions) -> Self {
+        Self { keeps_levels: true, ..Self::new(name, options) }
+    }
+
+    /// Adds what a tile shows, placed by a transform.
+    pub(super) fn add(&mut self, name: &str, tile: Model, place: &DMat4) -> Result<(), ErrorKind> {
+        let over = |item: &str, count: u64, limit: u64| {
+            let error = || ErrorKind::OverLimit { item: item.to_owned(), count, limit };
+            (count <= limit).then_some(()).ok_or_else(error)
+        };
+        let meshes = tile.scene.meshes().iter();
+        self.triangles += meshes.map(|m| m.indices().len() as u64 / 3).sum::<u64>();
+        over("triangles", self.triangles, self.options.max_triangles)?;
+        self.instances += u64::from(tile.scene.instance_count());
+        over("instances", self.instances, self.options.max_instances)?;
+        let is_kept = self.keeps_levels && self.model.scene.meshes().is_empty();
+        let leaves_out = tile.baked.is_some() && !is_kept;
+        if tile.motion.is_some() || leaves_out || !tile.cells.cells.is_empty() {
+            self.still += 1;
+        }
+        let (first, materials) =
+            (self.model.scene.meshes().len() as u32, self.model.materials.len() as u32);
+        for (k, mesh) in tile.scene.meshes().iter().enumerate() {
+            let mesh = if materials == 0 {
+                mesh.clone()
+            } else {
+                let mut data = mesh.to_data();
+                data.parts.iter_mut().for_each(|part| part.material += materials);
+                let invalid = |e: MeshError| ErrorKind::invalid(format!("mesh {k}"), e.to_string());
+                Mesh::new(data).map_err(invalid)?
+            };
+            self.model.scene.add_mesh(mesh);
+            let own = tile.mesh_names.get(k).map_or("", String::as_str);
+            self.model.mesh_names.push(format!("{name} {own}").trim_end().to_owned());
+        }
+        if is_kept {
+            for mesh in 0..tile.scene.meshes().len() as u32 {
+                for MeshLevels { mesh: held_by, levels, .. } in tile.scene.levels(mesh) {
+                    let added = self.model.scene.add_levels(mesh, *held_by, levels.clone());
+                    added.map_err(|e| {
+                        ErrorKind::invalid(format!("levels of mesh {mesh}"), e.to_string())
+                    })?;
+                }
+            }
+        }
+        for slot in tile.scene.slots() {
+            let transform = composed(place, tile.scene.transform(slot));
+            let instance = Instance {
+                layers: tile.scene.layers(slot),
+                flags: tile.scene.flags(slot),
+                size_weight: tile.scene.size_weight(slot),
+                ..Instance::new(first + tile.scene.mesh_id(slot), transform)
+            };
+            let added = self.model.scene.add(instance);
+            added.map_err(|e| ErrorKind::invalid("instance", e.to_string()))?;
+            let own = tile.scene.handle(slot).map(|handle| tile.instance_name(handle));
+            self.model.instance_names.push(format!("{name} {}", own.unwrap_or_default()));
+        }
+        if is_kept {
+            // Its meshes have the numbers that they had.
+            self.model.baked = tile.baked;
+        }
+        self.model.materials.extend(tile.materials);
+        self.model.warnings.extend(
+            tile.warnings
+                .into_iter()
+                .map(|w| Warning { item: format!("{name}, {}", w.item), message: w.message }),
+        );
+        Ok(())
+    }
+
+    pub(super) fn finish(mut self) -> Model {
+        if self.still > 0 {
+            let message =
+                format!("motions, baked levels and cells of {} tiles are left out", self.still);
+            self.model.warnings.push(Warning { item: "tileset".to_owned(), message });
+        }
+        if self.triangles == 0 {
+            let message = "it has no triangles, so there is nothing to see or cull".to_owned();
+            self.model.warnings.push(Warning { item: "tileset".to_owned(), message });
+        }
+        self.model.scene.sort();
+        self.model
+    }
+}
+
+/// One transform after another.
+fn composed(place: &DMat4, inner: &Transform) -> Transform {
+    let columns = inner.linear.map(|c| DVec3::from(c.map(f64::from)));
+    let linear = DMat3::from_mat4(*place) * DMat3::from_cols(columns[0], columns[1], columns[2]);
+    let translation = place.transform_point3(DVec3::from(inner.translation));
+    Transform {
+        linear: linear.to_cols_array_2d().map(|c| c.map(|v| v as f32)),
+        translation: translation.to_array(),
+    }
+}

@@ -1,0 +1,220 @@
+//! A model as 3D Tiles 1.1.
+
+use std::path::Path;
+
+use cullet::{Instance, Scene, Transform};
+use serde_json::{Value, json};
+
+use super::cut::{Item, Node, cut};
+use super::json::TileSize;
+use super::options::{TileInput, TileStandIn, TilesWritten, WriteTiles};
+use super::part::part;
+use super::sight::{self, Numbered};
+use cullet_io::{Model, SaveError, SaveErrorKind, save};
+
+/// Writes a model as a tileset: `tileset.json` in a folder, which is made where it is not there, and a GLB for each tile that shows
+/// something. Every instance is in one tile: in the smallest box of a tree that has its middle and is not small
+/// beside it. Tiles add to those above them; a tile's geometric error is the diagonal of the largest instance below it. The
+/// same model makes the same bytes. Meshes are written with each tile that draws them, with their levels and occluders where the model was baked;
+/// impostors, cells and motions are left out. `step` is called with the share that is written, and says whether to go on;
+/// `None` where it did not.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_tiles(
+    model: &Model,
+    folder: &Path,
+    options: &WriteTiles,
+    step: impl FnMut(f64) -> bool,
+) -> Result<Option<TilesWritten>, SaveError> {
+    write_tiles_with(model, folder, options, &TileInput::default(), step)
+}
+
+/// As [`write_tiles`], with stand-ins and visible sets.
+///
+/// Where there is what makes stand-ins, tiles replace those above them. An instance is in one of the finest tiles, in full; each tile
+/// that is not one of those shows a stand-in of all instances below it, and its geometric error is that of the stand-in, never below one of a
+/// tile below it. Instances that are large beside their box are a tile of their own there. A stand-in of nothing is left out, and the error is
+/// the diagonal of the largest instance below.
+///
+/// Visible sets are written as `sight.bin`, named by the tileset's root: for each cell a row of bits, one for each tile.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_tiles_with(
+    model: &Model,
+    folder: &Path,
+    options: &WriteTiles,
+    input: &TileInput<'_>,
+    mut step: impl FnMut(f64) -> bool,
+) -> Result<Option<TilesWritten>, SaveError> {
+    let fail = |error: std::io::Error| SaveError {
+        path: folder.to_owned(),
+        kind: SaveErrorKind::from(error),
+    };
+    std::fs::create_dir_all(folder.join("tiles")).map_err(fail)?;
+    let items = Item::all(&model.scene);
+    let all = items.len().max(1) as f64;
+    let root = cut(items, options, input.stand_in.is_some());
+    let mut writer = Writer {
+        model,
+        folder,
+        input,
+        written: TilesWritten::default(),
+        numbered: Numbered::default(),
+        done: 0,
+        all,
+        step: &mut step,
+    };
+    let Some(Tile { mut json, error }) = writer.node(&root, 0, 0)? else { return Ok(None) };
+    if let Some(sets) = &input.sets {
+        json["extras"]["cullet"]["cells"] = sight::FILE.into();
+        writer.write(sight::FILE, &sight::to_bytes(sets, &writer.numbered))?;
+        writer.written.cells = sets.sets.cell_count();
+    }
+    let tileset = json!({
+        "asset": { "version": "1.1", "generator": concat!("cullet ", env!("CARGO_PKG_VERSION")) },
+        "geometricError": error.max(root.diagonal()),
+        "root": json,
+    });
+    writer.write("tileset.json", &serde_json::to_vec(&tileset).unwrap_or_default())?;
+    Ok(Some(writer.written))
+}
+
+struct Writer<'a> {
+    model: &'a Model,
+    folder: &'a Path,
+    input: &'a TileInput<'a>,
+    written: TilesWritten,
+    numbered: Numbered,
+    done: usize,
+    all: f64,
+    step: &'a mut dyn FnMut(f64) -> bool,
+}
+
+/// A tile that is written.
+struct Tile {
+    json: Value,
+    error: f64,
+}
+
+impl Writer<'_> {
+    /// Writes a node, the one below the tile `above`, and all below it; `None` where it is not to go on.
+    fn node(&mut self, node: &Node, above: u32, depth: u32) -> Result<Option<Tile>, SaveError> {
+        let number = self.written.tiles[0];
+        self.written.tiles[0] += 1;
+        self.written.depth = self.written.depth.max(depth);
+        self.number(node, above, number);
+        let mut size = TileSize::default();
+        let mut json = json!({
+            "boundingVolume": { "box": block(node) },
+            "refine": if self.input.stand_in.is_some() { "REPLACE" } else { "ADD" },
+        });
+        if !node.own.is_empty() {
+            let part = part(self.model, &node.own);
+            size = self.content(&part, number, &mut json)?;
+        }
+        self.done += node.own.len();
+        if !(self.step)(self.done as f64 / self.all) {
+            return Ok(None);
+        }
+        let (mut children, mut error) = (Vec::new(), 0.0_f64);
+        for child in &node.children {
+            let Some(child) = self.node(child, number, depth + 1)? else { return Ok(None) };
+            error = error.max(child.error);
+            children.push(child.json);
+        }
+        let stand_in = self.input.stand_in.filter(|_| !children.is_empty());
+        let stand_in = stand_in.and_then(|of| {
+            let mut slots = Vec::new();
+            node.add_slots(&mut slots);
+            of(&slots, error)
+        });
+        match stand_in {
+            Some(stand_in) => {
+                error = error.max(stand_in.error);
+                self.written.stand_ins += 1;
+                self.written.stand_in_triangles += u64::from(stand_in.mesh.triangle_count());
+                self.written.stand_in_error = self.written.stand_in_error.max(error);
+                size = self.content(&alone(self.model, stand_in), number, &mut json)?;
+            }
+            None => error = error.max(node.error),
+        }
+        if !children.is_empty() {
+            json["children"] = Value::Array(children);
+        }
+        json["geometricError"] = error.into();
+        json["extras"] = json!({ "cullet": size });
+        if self.input.sets.is_some() {
+            json["extras"]["cullet"]["number"] = number.into();
+        }
+        Ok(Some(Tile { json, error }))
+    }
+
+    /// Notes where instances are, for the rows of visible sets.
+    fn number(&mut self, node: &Node, above: u32, number: u32) {
+        if self.input.sets.is_none() {
+            return;
+        }
+        self.numbered.above.push(above);
+        let scene = &self.model.scene;
+        let handles = node.own.iter().filter_map(|item| scene.handle(item.slot));
+        self.numbered.instances.extend(handles.map(|handle| (handle.index, number)));
+    }
+
+    /// Writes what a tile shows; what that takes.
+    fn content(
+        &mut self,
+        model: &Model,
+        number: u32,
+        tile: &mut Value,
+    ) -> Result<TileSize, SaveError> {
+        let name = format!("tiles/{number}.glb");
+        let path = self.folder.join(&name);
+        save(model, &path)?;
+        self.written.tiles[1] += 1;
+        self.written.bytes += std::fs::metadata(&path).map_or(0, |m| m.len());
+        tile["content"] = json!({ "uri": name });
+        Ok(size_of(&model.scene))
+    }
+
+    /// Writes a file beside the tiles.
+    fn write(&mut self, name: &str, bytes: &[u8]) -> Result<(), SaveError> {
+        let path = self.folder.join(name);
+        self.written.bytes += bytes.len() as u64;
+        std::fs::write(&path, bytes).map_err(|e| SaveError { path, kind: SaveErrorKind::from(e) })
+    }
+}
+
+/// A stand-in as a model.
+fn alone(model: &Model, stand_in: TileStandIn) -> Model {
+    let mut scene = Scene::new();
+    let mesh = scene.add_mesh(stand_in.mesh);
+    // Its mesh is there, and where it stands is finite, as what it stands for is.
+    let _ = scene.add(Instance::new(mesh, Transform::from_translation(stand_in.origin)));
+    scene.commit();
+    Model {
+        name: model.name.clone(),
+        scene,
+        mesh_names: vec!["stand-in".to_owned()],
+        attributes: vec![stand_in.attributes],
+        instance_names: vec!["stand-in".to_owned()],
+        materials: model.materials.clone(),
+        ..Model::default()
+    }
+}
+
+/// A node's box as tiles have it, z-up: its middle and its half axes.
+fn block(node: &Node) -> [f64; 12] {
+    let (c, h) = ((node.low + node.high) * 0.5, (node.high - node.low) * 0.5);
+    [c.x, -c.z, c.y, h.x, 0.0, 0.0, 0.0, h.z, 0.0, 0.0, 0.0, h.y]
+}
+
+fn size_of(scene: &Scene) -> TileSize {
+    let meshes = scene.meshes();
+    TileSize {
+        instances: scene.instance_count(),
+        vertices: meshes.iter().map(|m| m.positions().len() as u64).sum(),
+        triangles: meshes.iter().map(|m| u64::from(m.triangle_count())).sum(),
+    }
+}

@@ -1,0 +1,192 @@
+//! `cullet cut`: a scene cut open at planes, with caps.
+
+mod defects;
+mod picture;
+mod svg;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use cullet::bounds::Plane;
+use cullet_command::args::{PictureViewArgs, SceneArgs};
+use cullet_command::console::{Console, count, grouped};
+use cullet_command::exit::{Exit, Failure, Outcome};
+use cullet_command::files::write_json;
+use cullet_command::{inputs, parse};
+use cullet_cut::{CutModel, Keep, ModelOptions, ModelReport};
+use cullet_io::{SaveErrorKind, SaveFormat, save};
+use serde::Serialize;
+
+use cullet_cli::cutting;
+use cullet_cli::record::SCHEMA;
+use cullet_cli::shape;
+
+/// End of `cullet cut --help`.
+pub(crate) const HELP: &str = "\
+A plane is nx,ny,nz,d: all points with n.x = d, in world units. What has n.x < d is kept. Several planes
+make a convex region; --keep outside keeps all but that. --cap closes what was closed before the cut:
+each cap is a part of its own, with the material 'cut face'. Instances that no plane touches stay as they
+are and go on sharing their mesh. Normals, texture coordinates and colours of vertices are carried along, and
+in GLB the tree of nodes.
+
+Where the outline at the cut does not close, because the surface has a hole there, there is no cap, and
+it is said of which mesh; --weld DISTANCE first moves vertices as near as that to one position, which closes
+seams that do not quite meet, and --heal DISTANCE joins ends as near as that by a straight line.
+
+Examples
+  cullet cut model.glb --plane 0,0,1,0 --cap -o half.glb
+  cullet cut house.glb --plane 0,1,0,2.4 --cap --section plan.svg --picture plan.png
+  cullet cut engine.glb --box 0,0,0,9,9,9 --keep outside --cap -o open.stl
+  cullet cut scan.ply --plane 1,0,0,0 --cap --weld 0.001 --heal 0.01 -o half.ply";
+
+/// `cullet cut`
+#[derive(Debug, Args)]
+pub(crate) struct CutArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Cut at this plane; may be given several times
+    #[arg(long, value_name = "NX,NY,NZ,D", value_parser = shape::plane, allow_hyphen_values = true, required_unless_present = "cut_box")]
+    plane: Vec<Plane>,
+    /// Cut at the six planes of this box
+    #[arg(long = "box", value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = shape::bounds, allow_hyphen_values = true)]
+    cut_box: Option<[f64; 6]>,
+    /// Which part is kept: what is inside of all planes, or the rest
+    #[arg(long, value_parser = parse::choice(shape::KEPT), default_value = "inside")]
+    keep: Keep,
+    /// Close the cut
+    #[arg(long)]
+    cap: bool,
+    /// With --cap and --section: join ends of an open outline up to this far apart, in world units
+    #[arg(long, value_name = "DISTANCE", value_parser = parse::distance)]
+    heal: Option<f64>,
+    /// With --cap and --section: move vertices of a mesh up to this far apart to one position before the
+    /// cut, in world units
+    #[arg(long, value_name = "DISTANCE", value_parser = parse::distance)]
+    weld: Option<f64>,
+    /// The file to write: .glb, .ply, .obj or .stl
+    #[arg(long, short, value_name = "PATH", value_parser = cullet_command::parse::output)]
+    out: Option<PathBuf>,
+    /// Write the section as filled outlines
+    #[arg(long, value_name = "SVG")]
+    section: Option<PathBuf>,
+    /// Draw what is left, seen from where it was opened
+    #[arg(long, value_name = "PNG")]
+    picture: Option<PathBuf>,
+    #[command(flatten)]
+    aim: PictureViewArgs,
+    /// Write the figures as JSON; - is the standard output
+    #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// The figures of a cut.
+#[derive(Debug, Serialize)]
+struct CutRecord<'a> {
+    schema: u32,
+    #[serde(flatten)]
+    report: &'a ModelReport,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
+    // Known before minutes of work are done.
+    if let Some(out) = args.out.as_deref().filter(|p| SaveFormat::of(p).is_none()) {
+        let kind = SaveErrorKind::Unsupported;
+        return Err(Failure::usage(format!("{}: {kind}", out.display())));
+    }
+    let mut planes = args.plane.clone();
+    if let Some(bounds) = args.cut_box {
+        planes.extend(shape::of_box(bounds));
+    }
+    shape::check(&planes)?;
+    let model = inputs::load_to_save(&args.scene, console)?;
+    let options = ModelOptions {
+        planes: &planes,
+        keep: args.keep,
+        caps: args.cap,
+        outlines: args.section.is_some(),
+        heal: args.heal.unwrap_or(0.0),
+        weld: args.weld.unwrap_or(0.0),
+        ..ModelOptions::default()
+    };
+    let CutModel { model: mut cut, report, sections, cap_material, .. } =
+        cutting::cut(&model, &options, console)?;
+    print(args, console, &report);
+    if let Some(path) = &args.out {
+        save(&cut, path).map_err(Failure::input)?;
+        console.line(format!("{} written", path.display()));
+    }
+    if let Some(path) = &args.section {
+        let text = svg::draw(&model, &planes, &sections);
+        std::fs::write(path, text).map_err(|e| Failure::write(path, &e))?;
+        console.line(format!("{} written", path.display()));
+    }
+    if let Some(path) = &args.picture {
+        let eye = args.aim.line();
+        let whole = model.scene.extent();
+        let picture = picture::draw(&mut cut, &whole, &options, cap_material, eye, args.aim.size)?;
+        std::fs::write(path, picture.to_png()).map_err(|e| Failure::write(path, &e))?;
+        let (w, h) = (picture.width, picture.height);
+        console.line(format!("{} written, {w}x{h}", path.display()));
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &CutRecord { schema: SCHEMA, report: &report })?;
+    }
+    Ok(Exit::Fine)
+}
+
+fn print(args: &CutArgs, console: &Console, r: &ModelReport) {
+    console.line(format!(
+        "{} before, {} after; of {} {} untouched, {} cut, {} dropped",
+        count(r.triangles_before, "triangle", "triangles"),
+        grouped(r.triangles_after),
+        count(r.instances_before, "instance", "instances"),
+        count(r.instances_untouched, "is", "are"),
+        grouped(r.instances_cut),
+        grouped(r.instances_dropped)
+    ));
+    if args.cap {
+        console.line(format!(
+            "caps: {}, {:.6} square units",
+            count(r.cap_triangles, "triangle", "triangles"),
+            r.cap_area
+        ));
+    }
+    let found = [
+        (
+            count(r.duplicates_dropped, "duplicate triangle", "duplicate triangles"),
+            r.duplicates_dropped,
+            "at the cut dropped",
+        ),
+        (count(r.welded, "vertex was", "vertices were"), r.welded, "moved to meet others"),
+        (
+            count(r.healed, "gap in outlines was", "gaps in outlines were"),
+            r.healed,
+            "joined by a straight line",
+        ),
+        (
+            count(r.even_odd_outlines, "outline has", "outlines have"),
+            r.even_odd_outlines,
+            "walls wound both ways: filled by the even-odd rule",
+        ),
+        (
+            count(r.crossings, "point", "points"),
+            r.crossings,
+            "where the surface penetrates itself at the cut",
+        ),
+        (
+            count(r.folded_caps, "cap crosses itself", "caps cross themselves"),
+            r.folded_caps,
+            "so often that the result is closed, but folded",
+        ),
+    ];
+    for (many, _, what) in found.iter().filter(|f| f.1 > 0) {
+        console.note(format!("note: {many} {what}"));
+    }
+    for line in defects::lines(&r.open_meshes, args.weld.is_some(), args.heal.is_some()) {
+        console.note(line);
+    }
+    if r.triangles_after == 0 {
+        console.note("note: nothing is left on the side that is kept");
+    }
+}

@@ -1,0 +1,32 @@
+//! The commands of the program `cullet`, as a library for the programs beside it.
+//!
+//! `cullet-baker` runs these commands too, with what bakes at hand (see [`cullet_command::bakery`]); `cullet-lab` takes parts of
+//! them. A command is a module: its arguments and its `run`.
+#![forbid(unsafe_code)]
+
+mod args;
+mod backfaces;
+pub mod baked;
+mod bounds;
+pub mod cutting;
+mod explain;
+mod info;
+pub mod levels;
+mod meshes;
+pub mod names;
+pub mod neighbours;
+mod opening;
+pub mod picture;
+pub mod record;
+mod recording;
+mod report;
+mod scenes;
+pub mod shape;
+pub mod standpoint;
+mod survey;
+mod verify;
+
+pub use args::Command;
+
+/// Style of the pages of reports.
+pub const STYLE: &str = include_str!("report/style.css");
