@@ -198,6 +198,7 @@ impl fmt::Display for StoreError {
 /// Where costs are kept.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
+    /// The file.
     pub path: PathBuf,
     /// The user named this very file, so that what is wrong with it is an error.
     pub named: bool,

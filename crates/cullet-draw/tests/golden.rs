@@ -8,7 +8,6 @@ use cullet_draw::{
     Outlook, Picture, RenderOptions, Selection, VerifyOptions, depth_complexity, kinds_of, render,
     shaded, top_down, verify_visible,
 };
-use cullet_testkit::meshes;
 use cullet_testkit::oracles::visible::frustum_kept;
 use cullet_testkit::scenes::city;
 use cullet_testkit::views::look;

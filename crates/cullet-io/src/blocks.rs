@@ -121,7 +121,7 @@ impl<'a> Source<'a> {
 
 /// A stretch of a source that is held in memory and moves forward through it.
 #[derive(Debug)]
-pub struct Window<'a> {
+pub(crate) struct Window<'a> {
     source: Source<'a>,
     held: Vec<u8>,
     /// Where the bytes held begin.
@@ -129,47 +129,47 @@ pub struct Window<'a> {
 }
 
 impl<'a> Window<'a> {
-    pub fn new(source: Source<'a>) -> Self {
+    pub(crate) fn new(source: Source<'a>) -> Self {
         Self { source, held: Vec::new(), base: 0 }
     }
 
-    pub fn source(&self) -> &Source<'a> {
+    pub(crate) fn source(&self) -> &Source<'a> {
         &self.source
     }
 
-    pub fn into_source(self) -> Source<'a> {
+    pub(crate) fn into_source(self) -> Source<'a> {
         self.source
     }
 
     #[inline]
-    pub fn held(&self) -> &[u8] {
+    pub(crate) fn held(&self) -> &[u8] {
         &self.held
     }
 
     /// Where the bytes held begin.
     #[inline]
-    pub fn base(&self) -> u64 {
+    pub(crate) fn base(&self) -> u64 {
         self.base
     }
 
     /// Where the bytes held end.
-    pub fn end(&self) -> u64 {
+    pub(crate) fn end(&self) -> u64 {
         self.base + self.held.len() as u64
     }
 
     /// Whether nothing follows the bytes held.
-    pub fn is_last(&self) -> bool {
+    pub(crate) fn is_last(&self) -> bool {
         self.end() >= self.source.size
     }
 
     /// Forgets what is held, and goes to a place.
-    pub fn go_to(&mut self, offset: u64) {
+    pub(crate) fn go_to(&mut self, offset: u64) {
         self.held.clear();
         self.base = offset.min(self.source.size);
     }
 
     /// Forgets the first bytes held.
-    pub fn forget(&mut self, count: usize) {
+    pub(crate) fn forget(&mut self, count: usize) {
         let kept = self.held.len() - count;
         self.held.copy_within(count.., 0);
         self.held.truncate(kept);
@@ -178,7 +178,7 @@ impl<'a> Window<'a> {
 
     /// Holds at least a block more, as far as there is one: as much again as is held, so that what does
     /// not fit a block is read in few steps.
-    pub fn extend(&mut self) -> Result<(), ErrorKind> {
+    pub(crate) fn extend(&mut self) -> Result<(), ErrorKind> {
         let most = self.source.block.max(self.held.len());
         self.source.append(self.end(), most, &mut self.held)
     }
@@ -186,32 +186,32 @@ impl<'a> Window<'a> {
 
 /// A cursor over the records of a binary file.
 #[derive(Debug)]
-pub struct Records<'a> {
+pub(crate) struct Records<'a> {
     window: Window<'a>,
     at: usize,
 }
 
 impl<'a> Records<'a> {
     /// From a place on; one beyond the end is the end.
-    pub fn new(source: Source<'a>, offset: u64) -> Self {
+    pub(crate) fn new(source: Source<'a>, offset: u64) -> Self {
         let mut window = Window::new(source);
         window.go_to(offset);
         Self { window, at: 0 }
     }
 
     /// Where the next record begins.
-    pub fn offset(&self) -> u64 {
+    pub(crate) fn offset(&self) -> u64 {
         self.window.base() + self.at as u64
     }
 
     /// How many bytes are left.
-    pub fn left(&self) -> u64 {
+    pub(crate) fn left(&self) -> u64 {
         self.window.source().size() - self.offset()
     }
 
     /// The next `N` bytes; `None`, and no step, where there are fewer.
     #[inline]
-    pub fn take<const N: usize>(&mut self) -> Result<Option<[u8; N]>, ErrorKind> {
+    pub(crate) fn take<const N: usize>(&mut self) -> Result<Option<[u8; N]>, ErrorKind> {
         if self.window.held().len() - self.at < N && !self.fill(N)? {
             return Ok(None);
         }
@@ -234,7 +234,7 @@ impl<'a> Records<'a> {
     }
 
     /// Skips bytes, to the end at most.
-    pub fn skip(&mut self, count: u64) {
+    pub(crate) fn skip(&mut self, count: u64) {
         let to = self.offset().saturating_add(count);
         if to <= self.window.end() {
             self.at = (to - self.window.base()) as usize;
@@ -248,7 +248,7 @@ impl<'a> Records<'a> {
 /// Makes room for `more` items, growing by a quarter: an array that doubled would take thrice its final
 /// size while it moves.
 #[inline]
-pub fn make_room<T>(list: &mut Vec<T>, more: usize) {
+pub(crate) fn make_room<T>(list: &mut Vec<T>, more: usize) {
     if list.capacity() - list.len() < more {
         let quarter = (list.capacity() / 4).max(64);
         list.reserve_exact(more.max(quarter));
@@ -257,7 +257,7 @@ pub fn make_room<T>(list: &mut Vec<T>, more: usize) {
 
 /// Appends an item as [`make_room`] says.
 #[inline]
-pub fn push<T>(list: &mut Vec<T>, item: T) {
+pub(crate) fn push<T>(list: &mut Vec<T>, item: T) {
     make_room(list, 1);
     list.push(item);
 }

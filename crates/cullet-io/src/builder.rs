@@ -21,6 +21,7 @@ pub struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
+    /// A builder of a model of this name.
     pub fn new(name: &str, options: &'a LoadOptions) -> Self {
         let model = Model { name: name.to_owned(), ..Model::default() };
         Self { options, map: false, triangles: 0, meshes: Vec::new(), instances: Vec::new(), model }

@@ -10,6 +10,7 @@ pub struct Compact {
 }
 
 impl Compact {
+    /// For a list of so many vertices.
     pub fn new(vertices: usize) -> Self {
         Self { used: vec![(0, 0); vertices], mesh: 0 }
     }

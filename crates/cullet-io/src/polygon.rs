@@ -9,7 +9,7 @@ use crate::blocks::make_room;
 const TESTS_PER_CORNER: usize = 512;
 
 /// For a warning, after the count of [`Triangulator::fanned`].
-pub const CONCAVE: &str = "concave polygons that cross themselves or are very large were \
+pub(crate) const CONCAVE: &str = "concave polygons that cross themselves or are very large were \
      cut as fans, which may cover more than they do";
 
 /// Cuts polygons of n corners into n − 2 triangles: a fan from the first corner where the polygon is

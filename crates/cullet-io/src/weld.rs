@@ -17,6 +17,7 @@ pub struct Welder {
 }
 
 impl Welder {
+    /// A welder without positions.
     pub fn new() -> Self {
         Self { positions: Vec::new(), table: vec![EMPTY; 64], seed: RandomState::new().hash_one(0) }
     }

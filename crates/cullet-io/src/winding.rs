@@ -12,6 +12,7 @@ pub const ON: f64 = 0.01;
 pub struct Winding(pub Vec<DVec3>);
 
 /// What a plane leaves of a polygon.
+#[derive(Debug)]
 pub enum Cut {
     /// All is in front.
     Front,

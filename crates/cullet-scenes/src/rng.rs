@@ -16,6 +16,7 @@ impl Rng {
         rng
     }
 
+    /// Returns 64 random bits.
     pub fn next_u64(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -38,6 +39,7 @@ impl Rng {
         ((self.unit() * n as f64) as usize).min(n.saturating_sub(1))
     }
 
+    /// Returns true with a probability.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.unit() < probability
     }
@@ -68,7 +70,7 @@ impl Rng {
 
 /// Sine and cosine of an angle in turns. Exact at quarter turns; elsewhere within 2⁻⁵² or so, by
 /// Taylor's series on an eighth of a turn. (0, 1) for what is not finite.
-pub fn sin_cos(turns: f64) -> (f64, f64) {
+pub(crate) fn sin_cos(turns: f64) -> (f64, f64) {
     let t = turns - turns.floor();
     if !t.is_finite() {
         return (0.0, 1.0);
@@ -94,7 +96,7 @@ pub fn sin_cos(turns: f64) -> (f64, f64) {
 
 /// Every (x, z) of a `side` × `side` grid once, in an order that keeps neighbours near (Morton), so that
 /// what is made cell by cell lands in slots near each other.
-pub fn morton_grid(side: u32) -> impl Iterator<Item = (u32, u32)> {
+pub(crate) fn morton_grid(side: u32) -> impl Iterator<Item = (u32, u32)> {
     let even = |code: u64| {
         let mut v = code & 0x5555_5555_5555_5555;
         for (shift, mask) in [

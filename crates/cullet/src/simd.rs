@@ -43,6 +43,13 @@ impl Simd {
         levels
     }
 
+    /// The level as `fearless_simd` has it, for kernels outside of this crate that are measured or tested beside its own.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn level(self) -> Level {
+        self.0
+    }
+
     /// The level's name: `avx512`, `avx2`, `sse4.2`, `sse2`, `neon`, `simd128` or `scalar`.
     #[must_use]
     pub fn name(self) -> &'static str {

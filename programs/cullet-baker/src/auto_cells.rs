@@ -13,13 +13,13 @@ use cullet_command::console::{Console, count, digits, grouped, interrupted, perc
 use cullet_command::exit::{Exit, Failure};
 
 /// What `--cells` says for cells that are found.
-pub const AUTO: &str = "auto";
+pub(crate) const AUTO: &str = "auto";
 
 /// Gives a model the cells of `--cells`: those found in it, or those that volumes of rooms make.
 ///
 /// # Errors
 /// If none can be made.
-pub fn give(model: &mut Model, args: &SceneArgs, console: &Console) -> Result<(), Failure> {
+pub(crate) fn give(model: &mut Model, args: &SceneArgs, console: &Console) -> Result<(), Failure> {
     match &args.cells {
         Some(word) if word.as_os_str() == AUTO => find(model, args.voxel, console),
         _ if args.voxel.is_some() => {
@@ -56,7 +56,11 @@ fn take_rooms(model: &mut Model, path: &Path, args: &SceneArgs) -> Result<(), Fa
 ///
 /// # Errors
 /// If it moves, for then what hides would not stay where it is; if nothing in it is closed; if there are too many voxels.
-pub fn find(model: &mut Model, voxel: Option<f64>, console: &Console) -> Result<(), Failure> {
+pub(crate) fn find(
+    model: &mut Model,
+    voxel: Option<f64>,
+    console: &Console,
+) -> Result<(), Failure> {
     let failure = |e: &dyn std::fmt::Display| format!("{}: no cells found: {e}", model.name);
     if model.motion.is_some() {
         return Err(Failure::input(failure(&"what moves in it would hide as if it stood still")));

@@ -7,7 +7,7 @@ use clap::Args;
 use cullet_command::args::{SceneArgs, UnitArgs};
 
 /// End of `cullet bake --help`.
-pub const BAKE_HELP: &str = "\
+pub(crate) const BAKE_HELP: &str = "\
 The file is a GLB that any viewer opens. Of a .glb or .gltf it is that file as it was, with its textures,
 animations, skins and extras, and with what lay in other files taken in; any other scene is written as GLB. In
 the extension CULLET_baked beside each mesh are its levels of detail, with how far each of them is off, as

@@ -12,7 +12,7 @@ use cullet_command::inputs;
 use cullet_io::{Model, SaveFormat};
 use serde::Serialize;
 
-use cullet_cli::record::SCHEMA;
+use cullet_cli::SCHEMA;
 
 /// End of `cullet cells --help`.
 pub(crate) const HELP: &str = "\
@@ -28,7 +28,7 @@ Examples
 
 /// `cullet cells`
 #[derive(Debug, Args)]
-pub(crate) struct CellsArgs {
+pub struct CellsArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// Find the rooms of a closed interior: the same as --cells auto

@@ -56,7 +56,7 @@ Exit codes
 
 /// `cullet pvs`
 #[derive(Debug, Args)]
-pub(crate) struct PvsArgs {
+pub struct PvsArgs {
     /// The portal graph, a .prt; or a map, a .bsp; or a scene
     #[arg(value_name = "FILE")]
     file: PathBuf,

@@ -8,7 +8,7 @@ use cullet_command::args::SceneArgs;
 use cullet_command::parse;
 
 /// End of `cullet simplify --help`.
-pub const SIMPLIFY_HELP: &str = "\
+pub(crate) const SIMPLIFY_HELP: &str = "\
 --error is a share of the bounding radius of the whole scene, as it stands. No point of the result is farther
 than that from the original, nor of the original from the result, but for less than one in a thousand, which
 are hardly farther. That is measured while it is made, and then from a million other points each way, which

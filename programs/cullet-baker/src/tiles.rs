@@ -48,7 +48,7 @@ Examples
 
 /// `cullet tiles`
 #[derive(Debug, Args)]
-pub(crate) struct TilesArgs {
+pub struct TilesArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// The folder to write into; made where it is not there

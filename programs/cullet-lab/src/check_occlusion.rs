@@ -35,7 +35,7 @@ Examples
 
 /// `cullet check-occlusion`
 #[derive(Debug, Args)]
-pub(crate) struct CheckArgs {
+pub struct CheckArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     #[command(flatten)]

@@ -45,7 +45,7 @@ struct Kind {
 ///
 /// # Errors
 /// If a scene for comparing cannot be made of the model, or Ctrl-C was pressed.
-pub fn compare(
+pub(crate) fn compare(
     args: &CompareArgs,
     size: [u32; 2],
     model: &mut Model,

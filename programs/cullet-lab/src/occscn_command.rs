@@ -32,7 +32,7 @@ Examples
 
 /// `cullet occscn`
 #[derive(Debug, Args)]
-pub(crate) struct OccscnArgs {
+pub struct OccscnArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// The file to write

@@ -19,7 +19,7 @@ Examples
 
 /// `cullet quiz`
 #[derive(Debug, Args)]
-pub(crate) struct QuizArgs {
+pub struct QuizArgs {
     /// An exercise, or the beginning of its name
     exercise: Option<String>,
     /// Your answer

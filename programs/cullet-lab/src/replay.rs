@@ -29,7 +29,7 @@ const SHOWN: usize = 20;
 
 /// `cullet replay`
 #[derive(Debug, Args)]
-pub(crate) struct ReplayArgs {
+pub struct ReplayArgs {
     /// A recording, made by cullet verify --record
     file: PathBuf,
     /// Play it so often, and tell the best time

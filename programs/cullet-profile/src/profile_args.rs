@@ -8,7 +8,7 @@ use cullet_command::args::InputArgs;
 use cullet_command::parse;
 
 /// End of `cullet profile --help`.
-pub const PROFILE_HELP: &str = "\
+pub(crate) const PROFILE_HELP: &str = "\
 A frame goes from the program over the bus through the transform of its triangles to the filling of its pixels.
 These links work side by side, so that making one faster helps only if the others wait for it. The work of one is
 doubled at a time: by how much frames take longer says how much they wait for it. A link is named where that is at
@@ -38,7 +38,7 @@ Examples
 /// Arguments of `cullet profile`.
 #[derive(Clone, Debug, Args)]
 #[command(mut_arg("views", |arg| arg.default_value("4")))]
-pub struct ProfileArgs {
+pub(crate) struct ProfileArgs {
     /// Which scene, views and culling.
     #[command(flatten)]
     pub input: InputArgs,
@@ -58,7 +58,7 @@ pub struct ProfileArgs {
 
 /// What a program culls by already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Already {
+pub(crate) enum Already {
     /// Nothing.
     Nothing,
     /// The frustum.

@@ -117,9 +117,11 @@ struct LevelsRecord {
 #[derive(Debug, Serialize)]
 pub struct FileRecord {
     schema: u32,
-    /// Of the file.
+    /// Size of the file.
     pub file_bytes: u64,
+    /// Time to open it.
     pub open_seconds: f64,
+    /// What it has.
     pub baked: BakedRecord,
 }
 

@@ -16,7 +16,7 @@ use crate::record::{MeshRecord, SCHEMA, SceneRecord};
 
 /// `cullet info`
 #[derive(Debug, Args)]
-pub(crate) struct InfoArgs {
+pub struct InfoArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// List every mesh and warning, not only the first ones

@@ -17,7 +17,7 @@ pub mod names;
 pub mod neighbours;
 mod opening;
 pub mod picture;
-pub mod record;
+mod record;
 mod recording;
 mod report;
 mod scenes;
@@ -27,6 +27,7 @@ mod survey;
 mod verify;
 
 pub use args::Command;
+pub use record::SCHEMA;
 
 /// Style of the pages of reports.
 pub const STYLE: &str = include_str!("report/style.css");

@@ -11,50 +11,50 @@ use crate::levels::{LevelsRecord, LevelsSummary};
 pub const SCHEMA: u32 = 1;
 
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct SceneRecord {
-    pub name: String,
-    pub meshes: u64,
-    pub instances: u64,
+pub(crate) struct SceneRecord {
+    pub(crate) name: String,
+    pub(crate) meshes: u64,
+    pub(crate) instances: u64,
     /// Triangles of all instances, degenerate ones included.
-    pub triangles: u64,
+    pub(crate) triangles: u64,
     /// Triangles stored, each mesh once.
-    pub unique_triangles: u64,
-    pub polygons: u64,
+    pub(crate) unique_triangles: u64,
+    pub(crate) polygons: u64,
     /// Meshes that are solids.
-    pub solids: u64,
-    pub materials: u64,
-    pub cameras: u64,
-    pub extent: Option<[[f64; 3]; 2]>,
-    pub warnings: Vec<String>,
+    pub(crate) solids: u64,
+    pub(crate) materials: u64,
+    pub(crate) cameras: u64,
+    pub(crate) extent: Option<[[f64; 3]; 2]>,
+    pub(crate) warnings: Vec<String>,
 }
 
 /// Counts of triangles. `visible` is null for a view that was not verified.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub struct Counts {
-    pub all: u64,
-    pub potentially_visible: u64,
-    pub visible: Option<u64>,
+pub(crate) struct Counts {
+    pub(crate) all: u64,
+    pub(crate) potentially_visible: u64,
+    pub(crate) visible: Option<u64>,
 }
 
 /// One stage and unit.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-pub struct StageRecord {
+pub(crate) struct StageRecord {
     #[serde(rename = "name")]
-    pub stage: Stage,
-    pub unit: Unit,
+    pub(crate) stage: Stage,
+    pub(crate) unit: Unit,
     #[serde(rename = "in")]
-    pub entered: u64,
+    pub(crate) entered: u64,
     #[serde(rename = "out")]
-    pub left: u64,
+    pub(crate) left: u64,
     /// In and out, whatever the unit of the stage.
-    pub instances: [u64; 2],
-    pub clusters: [u64; 2],
-    pub triangles: [u64; 2],
-    pub ms: Option<f64>,
+    pub(crate) instances: [u64; 2],
+    pub(crate) clusters: [u64; 2],
+    pub(crate) triangles: [u64; 2],
+    pub(crate) ms: Option<f64>,
 }
 
 impl StageRecord {
-    pub fn new(row: &FunnelRow) -> Self {
+    pub(crate) fn new(row: &FunnelRow) -> Self {
         let (a, b) = (row.entered, row.left);
         Self {
             stage: row.stage,
@@ -79,142 +79,142 @@ impl StageRecord {
     }
 
     /// How many triangles it took.
-    pub fn taken(&self) -> u64 {
+    pub(crate) fn taken(&self) -> u64 {
         self.triangles[0].saturating_sub(self.triangles[1])
     }
 }
 
 /// How many triangles each stage took, in the order of the stages; none that took nothing.
-pub type Removed = BTreeMap<Stage, u64>;
+pub(crate) type Removed = BTreeMap<Stage, u64>;
 
 /// How often pixels were covered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub struct DepthRecord {
-    pub fragments: u64,
-    pub covered_pixels: u64,
+pub(crate) struct DepthRecord {
+    pub(crate) fragments: u64,
+    pub(crate) covered_pixels: u64,
     /// Mean over the pixels that are covered at all.
-    pub mean_layers: f64,
-    pub max_layers: u32,
+    pub(crate) mean_layers: f64,
+    pub(crate) max_layers: u32,
     /// Triangles submitted over pixels of the view.
-    pub primitives_per_pixel: f64,
+    pub(crate) primitives_per_pixel: f64,
 }
 
 /// Boxes against spheres as bounds of instances, in one view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub struct BoundsRecord {
-    pub tested: u64,
-    pub boxes_kept: u64,
-    pub spheres_kept: u64,
+pub(crate) struct BoundsRecord {
+    pub(crate) tested: u64,
+    pub(crate) boxes_kept: u64,
+    pub(crate) spheres_kept: u64,
     /// Instances with a triangle that the frustum's triangle test keeps: what a perfect bound keeps.
-    pub in_frustum: u64,
-    pub box_ns: f64,
-    pub sphere_ns: f64,
+    pub(crate) in_frustum: u64,
+    pub(crate) box_ns: f64,
+    pub(crate) sphere_ns: f64,
 }
 
 /// Back faces of one-sided parts, counted over the clusters that the frustum left.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub struct BackfaceRecord {
+pub(crate) struct BackfaceRecord {
     /// How many views were counted.
-    pub views: u64,
+    pub(crate) views: u64,
     /// Instances with backs that can be culled.
-    pub instances: u64,
+    pub(crate) instances: u64,
     /// Of them, those that only the test from the corners is fine enough for.
-    pub exact_instances: u64,
+    pub(crate) exact_instances: u64,
     /// Triangles with a back.
-    pub one_sided: u64,
+    pub(crate) one_sided: u64,
     /// Of them, those that face away.
-    pub facing_away: u64,
+    pub(crate) facing_away: u64,
     /// Those in clusters of which every triangle faces away: what a perfect bound takes.
-    pub ideal_by_cluster: u64,
+    pub(crate) ideal_by_cluster: u64,
     /// Those in clusters that are culled.
-    pub by_cluster: u64,
+    pub(crate) by_cluster: u64,
     /// Those that are culled with their cluster or by their plane; the others that face away go by the test
     /// from their corners.
-    pub by_plane: u64,
+    pub(crate) by_plane: u64,
 }
 
 /// Something visible that was dropped.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct Loss {
-    pub view: usize,
-    pub instance: String,
-    pub handle: Handle,
+pub(crate) struct Loss {
+    pub(crate) view: usize,
+    pub(crate) instance: String,
+    pub(crate) handle: Handle,
     /// Null for an instance that only the jittered samples see.
-    pub triangle: Option<u32>,
-    pub pixel: [u32; 2],
-    pub stage: Option<Stage>,
-    pub reason: String,
+    pub(crate) triangle: Option<u32>,
+    pub(crate) pixel: [u32; 2],
+    pub(crate) stage: Option<Stage>,
+    pub(crate) reason: String,
 }
 
 /// One view.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct ViewRecord {
-    pub index: usize,
+pub(crate) struct ViewRecord {
+    pub(crate) index: usize,
     /// Null for parallel lines of sight.
-    pub eye: Option<[f64; 3]>,
-    pub direction: [f64; 3],
-    pub near: Option<f64>,
+    pub(crate) eye: Option<[f64; 3]>,
+    pub(crate) direction: [f64; 3],
+    pub(crate) near: Option<f64>,
     /// Null where the far plane is at infinity.
-    pub far: Option<f64>,
-    pub stages: Vec<StageRecord>,
+    pub(crate) far: Option<f64>,
+    pub(crate) stages: Vec<StageRecord>,
     /// Work of the frustum stage on the scene's hierarchy.
-    pub hierarchy: FrustumWork,
+    pub(crate) hierarchy: FrustumWork,
     /// Whole instances and their triangles, kind of culling after kind of culling.
-    pub whole: WholeRecord,
-    pub triangles: Counts,
-    pub instances: Counts,
+    pub(crate) whole: WholeRecord,
+    pub(crate) triangles: Counts,
+    pub(crate) instances: Counts,
     /// Triangles that each stage took, whether alone or with its whole cluster or instance.
-    pub removed: Removed,
-    pub tightness: Option<f64>,
-    pub verified: bool,
-    pub false_culls: u64,
-    pub losses: Vec<Loss>,
-    pub depth_before: Option<DepthRecord>,
-    pub depth_after: Option<DepthRecord>,
-    pub bounds: Option<BoundsRecord>,
+    pub(crate) removed: Removed,
+    pub(crate) tightness: Option<f64>,
+    pub(crate) verified: bool,
+    pub(crate) false_culls: u64,
+    pub(crate) losses: Vec<Loss>,
+    pub(crate) depth_before: Option<DepthRecord>,
+    pub(crate) depth_after: Option<DepthRecord>,
+    pub(crate) bounds: Option<BoundsRecord>,
     /// Null where back faces are not culled, or there was too much to count.
-    pub backfaces: Option<BackfaceRecord>,
+    pub(crate) backfaces: Option<BackfaceRecord>,
     /// Only where levels of detail are on.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub levels: Option<LevelsRecord>,
-    pub seconds: f64,
+    pub(crate) levels: Option<LevelsRecord>,
+    pub(crate) seconds: f64,
 }
 
 /// Sums over the views.
 #[derive(Clone, Debug, Serialize)]
-pub struct Summary {
-    pub views: usize,
-    pub verified_views: Vec<usize>,
-    pub triangles: Counts,
-    pub instances: Counts,
-    pub removed: Removed,
+pub(crate) struct Summary {
+    pub(crate) views: usize,
+    pub(crate) verified_views: Vec<usize>,
+    pub(crate) triangles: Counts,
+    pub(crate) instances: Counts,
+    pub(crate) removed: Removed,
     /// Potentially visible over visible triangles, in the views that were verified.
-    pub tightness: Option<f64>,
-    pub false_culls: u64,
-    pub stages: Vec<StageRecord>,
-    pub hierarchy: FrustumWork,
+    pub(crate) tightness: Option<f64>,
+    pub(crate) false_culls: u64,
+    pub(crate) stages: Vec<StageRecord>,
+    pub(crate) hierarchy: FrustumWork,
     /// Whole instances and their triangles, kind of culling after kind of culling.
-    pub whole: WholeRecord,
-    pub depth_before: Option<DepthRecord>,
-    pub depth_after: Option<DepthRecord>,
-    pub bounds: Option<BoundsRecord>,
-    pub backfaces: Option<BackfaceRecord>,
+    pub(crate) whole: WholeRecord,
+    pub(crate) depth_before: Option<DepthRecord>,
+    pub(crate) depth_after: Option<DepthRecord>,
+    pub(crate) bounds: Option<BoundsRecord>,
+    pub(crate) backfaces: Option<BackfaceRecord>,
     /// Only where levels of detail are on.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub levels: Option<LevelsSummary>,
-    pub advice: Vec<Advice>,
+    pub(crate) levels: Option<LevelsSummary>,
+    pub(crate) advice: Vec<Advice>,
 }
 
 /// Counts where only whole instances are culled, as a renderer that draws instance by instance sees it: the classic
 /// table of the power plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-pub struct WholeRecord {
+pub(crate) struct WholeRecord {
     /// Instances, and the triangles of all of them, that are in the frustum.
-    pub in_frustum: [u64; 2],
+    pub(crate) in_frustum: [u64; 2],
     /// Those that are not hidden either, nor dropped by any stage before.
-    pub not_hidden: [u64; 2],
+    pub(crate) not_hidden: [u64; 2],
     /// How many occluders could have been drawn, and how many were.
-    pub occluders: [u64; 2],
+    pub(crate) occluders: [u64; 2],
 }
 
 impl WholeRecord {
@@ -230,49 +230,49 @@ impl WholeRecord {
 
 /// A suggestion, with the figures it rests on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Advice {
+pub(crate) struct Advice {
     /// Which kind of advice; stable, for scripts.
-    pub kind: &'static str,
+    pub(crate) kind: &'static str,
     /// The finding, in a line.
-    pub title: String,
+    pub(crate) title: String,
     /// The consequence, with figures.
-    pub text: String,
+    pub(crate) text: String,
     /// Triangles a view that it is about, for ordering.
-    pub triangles_per_view: f64,
+    pub(crate) triangles_per_view: f64,
     /// The meshes or instances it names.
-    pub names: Vec<String>,
+    pub(crate) names: Vec<String>,
 }
 
 /// One mesh, over all views.
 #[derive(Clone, Debug, Serialize)]
-pub struct MeshRecord {
-    pub mesh: u32,
-    pub name: String,
-    pub triangles: u64,
-    pub polygons: u64,
-    pub instances: u64,
-    pub solid: bool,
+pub(crate) struct MeshRecord {
+    pub(crate) mesh: u32,
+    pub(crate) name: String,
+    pub(crate) triangles: u64,
+    pub(crate) polygons: u64,
+    pub(crate) instances: u64,
+    pub(crate) solid: bool,
     /// Why it is not a solid.
-    pub defect: Option<String>,
+    pub(crate) defect: Option<String>,
     /// one-sided, two-sided or mixed.
-    pub sides: &'static str,
+    pub(crate) sides: &'static str,
     /// Edges along which its two triangles are wound against each other.
-    pub misoriented: u32,
-    pub degenerate: u64,
-    pub duplicate: u64,
-    pub views_kept: u32,
-    pub views_seen: u32,
+    pub(crate) misoriented: u32,
+    pub(crate) degenerate: u64,
+    pub(crate) duplicate: u64,
+    pub(crate) views_kept: u32,
+    pub(crate) views_seen: u32,
     /// Triangles drawn over all views.
-    pub drawn: u64,
+    pub(crate) drawn: u64,
     /// Of them, those that own a pixel.
-    pub visible: u64,
+    pub(crate) visible: u64,
     /// Triangles drawn though they face away, because both their sides are drawn.
-    pub facing_away: u64,
+    pub(crate) facing_away: u64,
 }
 
 impl Summary {
     /// Sums over `views`; advice is left empty.
-    pub fn of(views: &[ViewRecord]) -> Self {
+    pub(crate) fn of(views: &[ViewRecord]) -> Self {
         let sum = |part: fn(&ViewRecord) -> Counts| {
             views.iter().map(part).fold(Counts { visible: Some(0), ..Counts::default() }, |a, c| {
                 Counts {
@@ -327,7 +327,7 @@ impl Summary {
 }
 
 /// |S'| / |S|; nothing where nothing is visible.
-pub fn tightness(potentially_visible: u64, visible: u64) -> Option<f64> {
+pub(crate) fn tightness(potentially_visible: u64, visible: u64) -> Option<f64> {
     (visible > 0).then(|| potentially_visible as f64 / visible as f64)
 }
 

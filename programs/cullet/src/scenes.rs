@@ -10,7 +10,7 @@ use serde_json::json;
 
 /// `cullet scenes`
 #[derive(Debug, Args)]
-pub(crate) struct ScenesArgs {
+pub struct ScenesArgs {
     /// Write the list as JSON; - is the standard output
     #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
     pub(crate) json: Option<PathBuf>,

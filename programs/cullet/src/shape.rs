@@ -44,6 +44,7 @@ pub fn bounds(text: &str) -> Result<[f64; 6], String> {
 /// A plane of four numbers, or a box of six, and the text that it was.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
+    /// The words that it was given as.
     pub text: String,
     planes: Vec<Plane>,
 }

@@ -53,7 +53,7 @@ Examples
 
 /// `cullet verify`
 #[derive(Debug, Args)]
-pub(crate) struct VerifyArgs {
+pub struct VerifyArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
     /// N x N jittered samples a pixel; 1 is off

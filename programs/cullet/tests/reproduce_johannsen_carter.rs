@@ -94,12 +94,10 @@ fn scanned_models_reach_the_shares_of_the_ideal() {
         let costs = record["probabilities"].as_array().unwrap();
         assert_eq!(costs.len(), 3);
         assert!(costs.iter().all(|r| number(r, "cost") >= number(&costs[0], "cost")), "{file}");
-        if cfg!(feature = "meshopt") {
-            let m = &record["against_meshopt"];
-            let lead = number(m, "ideal_percent") - number(m, "meshopt_ideal_percent");
-            let least = if file.contains("armadillo") { 4.0 } else { 2.0 };
-            assert!(lead >= least, "{file}: {lead}");
-        }
+        let m = &record["against_meshopt"];
+        let lead = number(m, "ideal_percent") - number(m, "meshopt_ideal_percent");
+        let least = if file.contains("armadillo") { 4.0 } else { 2.0 };
+        assert!(lead >= least, "{file}: {lead}");
     }
 }
 
@@ -138,9 +136,6 @@ fn what_cannot_be_measured_is_an_error_that_says_why() {
     };
     says(&["no-such-file.ply"], 3, "no-such-file.ply");
     says(&["--directions", "0"], 2, "--directions");
-    if cfg!(not(feature = "meshopt")) {
-        says(&["--clusters", "meshopt"], 2, "--features meshopt");
-    }
     let line = std::env::temp_dir().join(format!("cullet-line-{}.obj", std::process::id()));
     std::fs::write(&line, "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n").unwrap();
     let output = reproduce(&[&line.to_string_lossy()]);

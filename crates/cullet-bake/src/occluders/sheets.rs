@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::surface::{Surface, Triangle, normal};
-use super::{OccluderPolygon, OccluderSheet, Occluders};
+use super::{OccluderPolygon, OccluderSheet};
 
 /// A triangle of which boxes hide all but this share is left to them.
 const LEAST_OPEN: f64 = 0.05;

@@ -1,6 +1,5 @@
 //! The result: what can be seen from each cell.
 
-use cullet::Scene;
 use glam::DVec3;
 
 use super::SampledSettings;

@@ -19,6 +19,7 @@ pub struct Space {
 }
 
 impl Space {
+    /// The space of a view.
     pub fn new(view: &View) -> Self {
         let to_clip = DMat4::from_cols_array(&view.clip_from_world());
         let near = if view.depth() == Depth::Standard { 0.0 } else { 1.0 };
@@ -142,6 +143,7 @@ pub struct Surfaces<'a> {
 }
 
 impl<'a> Surfaces<'a> {
+    /// Surfaces of the instances that own pixels.
     pub fn new(scene: &'a Scene, ids: &[PixelId]) -> Self {
         let mut surfaces = Self::empty(scene);
         let mut last = u32::MAX;

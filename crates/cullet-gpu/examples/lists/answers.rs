@@ -8,7 +8,7 @@ use super::scenes::{Case, scenes};
 
 /// What is listed of one view, by the CPU.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Answer {
+pub(crate) struct Answer {
     /// The scene's name.
     pub scene: &'static str,
     /// Instances of it.
@@ -25,7 +25,7 @@ pub struct Answer {
 ///
 /// # Errors
 /// If a device listed something else than the CPU: a line for each such answer.
-pub fn report(answers: &[Answer]) -> Result<String, String> {
+pub(crate) fn report(answers: &[Answer]) -> Result<String, String> {
     let line =
         |a: &Answer| format!("{}, {}: {} listed, {:016x}", a.scene, a.instances, a.listed, a.hash);
     let differs = |a: &Answer| Some(format!("{}: {} differs", line(a), a.differs.as_ref()?));
@@ -41,7 +41,7 @@ pub fn report(answers: &[Answer]) -> Result<String, String> {
 ///
 /// # Errors
 /// If the device has no room for a scene, or is lost.
-pub async fn answers(on: Option<(&Gpu, &Passes)>) -> Result<Vec<Answer>, GpuError> {
+pub(crate) async fn answers(on: Option<(&Gpu, &Passes)>) -> Result<Vec<Answer>, GpuError> {
     let mut all = Vec::new();
     for case in scenes() {
         add(&case, on, &mut all).await?;

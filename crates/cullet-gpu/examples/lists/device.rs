@@ -14,7 +14,7 @@ use super::lists::Lists;
 ///
 /// # Errors
 /// If there is none.
-pub async fn least() -> Result<Gpu, GpuError> {
+pub(crate) async fn least() -> Result<Gpu, GpuError> {
     Gpu::request(Features::empty(), Some(Limits::default())).await
 }
 

@@ -162,7 +162,7 @@ pub(crate) fn geometry_hash_of(data: &MeshData) -> u64 {
 }
 
 fn hash_of(positions: &[[f32; 3]], indices: &[u32], parts: impl Iterator<Item = u32>) -> u64 {
-    let mut sum = hash::Sum::new(positions.len() as u64);
+    let mut sum = Sum::new(positions.len() as u64);
     positions.iter().for_each(|&[x, y, z]| {
         sum.add(u64::from(x.to_bits()) | u64::from(y.to_bits()) << 32);
         sum.add(u64::from(z.to_bits()));

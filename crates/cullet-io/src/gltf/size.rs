@@ -9,8 +9,11 @@ use crate::blocks::Source;
 /// Counts of a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
+    /// Instances of meshes.
     pub instances: u64,
+    /// Vertices of the meshes, each once.
     pub vertices: u64,
+    /// Triangles of the meshes, each once.
     pub triangles: u64,
 }
 

@@ -39,8 +39,3 @@ pub use tree::{Child, Node, Tree};
 pub use write::{ClusterRows, clusters_of_leafs, with_visibility};
 
 pub(crate) use scene::read;
-
-/// Whether a file that begins so is a map.
-pub(crate) fn is_map(head: &[u8]) -> bool {
-    Version::of(head).is_some()
-}

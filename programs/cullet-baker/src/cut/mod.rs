@@ -17,8 +17,8 @@ use cullet_cut::{CutModel, Keep, ModelOptions, ModelReport};
 use cullet_io::{SaveErrorKind, SaveFormat, save};
 use serde::Serialize;
 
+use cullet_cli::SCHEMA;
 use cullet_cli::cutting;
-use cullet_cli::record::SCHEMA;
 use cullet_cli::shape;
 
 /// End of `cullet cut --help`.
@@ -41,7 +41,7 @@ Examples
 
 /// `cullet cut`
 #[derive(Debug, Args)]
-pub(crate) struct CutArgs {
+pub struct CutArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Cut at this plane; may be given several times

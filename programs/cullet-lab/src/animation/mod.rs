@@ -14,7 +14,7 @@ use colors::Colors;
 use cullet_draw::Picture;
 
 /// Pixels along a side of a film at the most: what WebP can say.
-pub const MOST_SIDE: u32 = 16_384;
+pub(crate) const MOST_SIDE: u32 = 16_384;
 
 /// The index that stands for "as in the frame before"; it follows the last colour.
 type Index = u8;
@@ -22,7 +22,7 @@ type Index = u8;
 /// Why pictures are no film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
-pub enum AnimationError {
+pub(crate) enum AnimationError {
     /// No picture.
     #[error("a film needs at least one frame")]
     Empty,
@@ -49,7 +49,7 @@ pub enum AnimationError {
 
 /// A film: frames in the colours of one palette, each as long in sight as the next, without end.
 #[derive(Clone, Debug)]
-pub struct Animation {
+pub(crate) struct Animation {
     size: [u32; 2],
     fps: u32,
     palette: Vec<[u8; 3]>,
@@ -63,7 +63,7 @@ impl Animation {
     ///
     /// # Errors
     /// If there is no picture, they are not of one size, or a number is beyond its limits.
-    pub fn new(pictures: &[Picture], fps: u32, colors: u32) -> Result<Self, AnimationError> {
+    pub(crate) fn new(pictures: &[Picture], fps: u32, colors: u32) -> Result<Self, AnimationError> {
         let first = pictures.first().ok_or(AnimationError::Empty)?;
         let size = [first.width, first.height];
         if !size.iter().all(|side| (1..=MOST_SIDE).contains(side)) {
@@ -86,13 +86,13 @@ impl Animation {
 
     /// Width and height in pixels.
     #[must_use]
-    pub fn size(&self) -> [u32; 2] {
+    pub(crate) fn size(&self) -> [u32; 2] {
         self.size
     }
 
     /// How many frames there are.
     #[must_use]
-    pub fn frame_count(&self) -> usize {
+    pub(crate) fn frame_count(&self) -> usize {
         self.frames.len()
     }
 
@@ -101,20 +101,20 @@ impl Animation {
     /// # Panics
     /// If there is no such frame.
     #[must_use]
-    pub fn frame(&self, number: usize) -> Picture {
+    pub(crate) fn frame(&self, number: usize) -> Picture {
         let rgb = self.frames[number].iter().flat_map(|&i| self.palette[usize::from(i)]).collect();
         Picture { width: self.size[0], height: self.size[1], rgb }
     }
 
     /// The bytes of an animated PNG, which programs that know no animation show the first frame of.
     #[must_use]
-    pub fn to_apng(&self) -> Vec<u8> {
+    pub(crate) fn to_apng(&self) -> Vec<u8> {
         apng::write(self)
     }
 
     /// The bytes of an animated WebP, lossless in its colours. Cost: some hundred nanoseconds a pixel.
     #[must_use]
-    pub fn to_webp(&self) -> Vec<u8> {
+    pub(crate) fn to_webp(&self) -> Vec<u8> {
         webp::write(self)
     }
 

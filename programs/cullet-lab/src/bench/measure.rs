@@ -3,7 +3,6 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use crate::methods::level_of;
 use fearless_simd::{dispatch, prelude::*};
 
 /// The fastest pass of each of two workloads, in nanoseconds, taken in turns for `seconds` in all, so that
@@ -50,9 +49,9 @@ pub(super) fn stream(level: cullet::Simd, floats: &[f32], turn: usize) {
         let (a, rest) = floats.split_at(quarter);
         let (b, rest) = rest.split_at(quarter);
         let (c, d) = rest.split_at(quarter);
-        black_box(dispatch!(level_of(level), simd => sum_of_four(simd, [a, b, c, d])));
+        black_box(dispatch!(level.level(), simd => sum_of_four(simd, [a, b, c, d])));
     } else {
-        black_box(dispatch!(level_of(level), simd => sum(simd, floats)));
+        black_box(dispatch!(level.level(), simd => sum(simd, floats)));
     }
 }
 
@@ -105,10 +104,10 @@ mod tests {
     fn the_sum_reads_every_number_once() {
         let floats: Vec<f32> = (0..1000).map(|v| v as f32).collect();
         for (name, level) in cullet_command::machine::levels() {
-            let sum = dispatch!(level_of(level), simd => sum(simd, &floats));
+            let sum = dispatch!(level.level(), simd => sum(simd, &floats));
             assert_eq!(sum, 499_500.0, "{name}");
             let quarters = [&floats[..250], &floats[250..500], &floats[500..750], &floats[750..]];
-            let sum = dispatch!(level_of(level), simd => sum_of_four(simd, quarters));
+            let sum = dispatch!(level.level(), simd => sum_of_four(simd, quarters));
             assert_eq!(sum, 499_500.0, "{name}, four at once");
         }
     }

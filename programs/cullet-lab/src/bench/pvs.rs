@@ -32,7 +32,7 @@ With --scene, scenes without cells are baked by sampled lines, and held against 
 
 /// `cullet bench pvs`
 #[derive(Debug, Args)]
-pub(crate) struct PvsArgs {
+pub(super) struct PvsArgs {
     /// Portal graphs [default: every .prt in the folder portals of `CULLET_DATA`, else of ../shared/data]
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,

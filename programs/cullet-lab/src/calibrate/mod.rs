@@ -13,7 +13,7 @@ use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
 
 pub use clusters::{ClusterArgs, ClusterCosts};
-use cullet_command::stored_costs::{Place, Spread, Stored, VARIABLE};
+use cullet_command::stored_costs::{Place, Stored, VARIABLE};
 
 /// End of the text of `cullet calibrate --help`.
 pub const HELP: &str = "\

@@ -32,7 +32,7 @@ Examples
 
 /// `cullet fetch`
 #[derive(Debug, Args)]
-pub(crate) struct FetchArgs {
+pub struct FetchArgs {
     /// The model; without one all are listed
     name: Option<String>,
     /// Accept its terms

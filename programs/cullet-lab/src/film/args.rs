@@ -26,7 +26,7 @@ Examples
 
 /// `cullet film`
 #[derive(Debug, Args)]
-pub(crate) struct FilmArgs {
+pub struct FilmArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// What happens in it

@@ -38,7 +38,7 @@ Examples
 
 /// `cullet fly`
 #[derive(Debug, Args)]
-pub(crate) struct FlyArgs {
+pub struct FlyArgs {
     /// city:n=NUMBER,seed=NUMBER, or a tileset.json
     #[arg(default_value = "city:n=1e8")]
     world: String,
@@ -75,24 +75,6 @@ const BUDGET: u64 = 1024;
 const PIXELS: f64 = 8.0;
 const SECONDS: f64 = 30.0;
 const CHECKS: u32 = 9;
-
-impl FlyArgs {
-    /// Through a world into a folder, all else as it is where nothing is said.
-    pub(crate) fn through(world: &str, out: &Path) -> Self {
-        Self {
-            world: world.to_owned(),
-            out: out.to_owned(),
-            budget: BUDGET,
-            pixels: PIXELS,
-            seconds: SECONDS,
-            speed: None,
-            lod: None,
-            no_sets: false,
-            check: CHECKS,
-            json: None,
-        }
-    }
-}
 
 /// Frames a second.
 const RATE: f64 = 60.0;

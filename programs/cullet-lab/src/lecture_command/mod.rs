@@ -40,7 +40,7 @@ them built-in scenes stand in.";
 
 /// `cullet lecture`
 #[derive(Debug, Args)]
-pub(crate) struct LectureArgs {
+pub struct LectureArgs {
     /// A text (zachmann, ucsd, kaist, zhang-hoff), an item's number, or a word of its title; a text and an item
     #[arg(value_name = "TEXT | ITEM", num_args = 0..=2)]
     what: Vec<String>,

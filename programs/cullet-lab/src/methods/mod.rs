@@ -48,7 +48,6 @@ mod planes16;
 mod planes32;
 pub mod screen;
 pub mod sectors;
-mod simd;
 
 pub use back_regions::back_regions;
 pub use bulk::Bulk;
@@ -56,5 +55,3 @@ pub use groups::Groups;
 pub use patch::{BezierPatch, PatchError};
 pub use planes16::Planes16;
 pub use planes32::Planes32;
-#[doc(hidden)]
-pub use simd::level_of;

@@ -4,7 +4,6 @@ use fearless_simd::{Simd, dispatch, i16x16, i32x8, prelude::*};
 
 use crate::methods::bulk::Bulk;
 use crate::methods::planes::Frame;
-use crate::methods::simd::level_of;
 
 /// The largest number of a quantised eye: 14 bits and a sign, so that four products with a plane fit into 32 bits.
 const EYE_LIMIT: f64 = 8191.0;
@@ -87,7 +86,7 @@ impl Bulk<[f64; 4]> for Planes16 {
         let Some(eye) = self.eye(eye) else { return culled.fill(0) };
         let range = first * 64..(first + culled.len()) * 64;
         let (xy, zd) = (&self.xy[range.clone()], &self.zd[range]);
-        dispatch!(level_of(level), simd => cull16(simd, xy, zd, eye, error_bound(eye), culled));
+        dispatch!(level.level(), simd => cull16(simd, xy, zd, eye, error_bound(eye), culled));
     }
 }
 

@@ -4,7 +4,6 @@ use fearless_simd::{Simd, dispatch, prelude::*};
 
 use crate::methods::bulk::Bulk;
 use crate::methods::planes::Frame;
-use crate::methods::simd::level_of;
 
 /// Planes of a mesh's triangles in sixteen bytes each.
 #[derive(Clone, Debug)]
@@ -79,7 +78,7 @@ impl Bulk<[f64; 4]> for Planes32 {
     fn cull_words(&self, level: cullet::Simd, eye: [f64; 4], first: usize, culled: &mut [u64]) {
         let Some(eye) = self.relative(eye) else { return culled.fill(0) };
         let blocks = &self.blocks[first * 4..(first + culled.len()) * 4];
-        dispatch!(level_of(level), simd => words(simd, blocks, eye, culled));
+        dispatch!(level.level(), simd => words(simd, blocks, eye, culled));
     }
 }
 

@@ -39,7 +39,7 @@ Examples
 
 /// `cullet picture`
 #[derive(Debug, Args)]
-pub(crate) struct PictureArgs {
+pub struct PictureArgs {
     /// The kind of picture
     #[arg(value_enum)]
     pub(crate) kind: PictureKind,

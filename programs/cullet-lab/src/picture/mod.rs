@@ -11,7 +11,7 @@ use cullet::{Mesh, Scene};
 use cullet_bake::clusters::{ClusterOptions, Progress, build_reported};
 use cullet_cli::levels;
 use cullet_command::args::ViewArgs;
-use cullet_command::console::{Console, count, grouped, interrupted};
+use cullet_command::console::{Console, count, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::inputs;
 use cullet_draw::Picture;

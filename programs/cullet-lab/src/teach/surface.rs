@@ -12,7 +12,6 @@ use cullet_draw::Picture;
 use cullet_draw::caption;
 use cullet_draw::palette::NEIGHBOURS;
 use cullet_draw::picture::canvas::grouped;
-use cullet_draw::picture::font::{text_height, text_size, text_width};
 use cullet_draw::picture::palette::{INK, PAPER, mix};
 use cullet_draw::picture::shaded::{light_through, linear};
 use cullet_draw::picture::space::{Space, Surfaces, corners, framing};

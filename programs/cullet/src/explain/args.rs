@@ -28,7 +28,7 @@ Examples
 /// `cullet explain`
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("what").required(true).args(["pixel", "instance"])))]
-pub(crate) struct ExplainArgs {
+pub struct ExplainArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
     /// Which view of the path, from 0

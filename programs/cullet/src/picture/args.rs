@@ -47,7 +47,7 @@ Examples
 
 /// `cullet picture`
 #[derive(Debug, Args)]
-pub(crate) struct PictureArgs {
+pub struct PictureArgs {
     /// The kind of picture
     #[arg(value_enum)]
     pub(crate) kind: PictureKind,

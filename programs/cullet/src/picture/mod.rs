@@ -2,9 +2,8 @@
 
 mod args;
 
-use cullet::{Mesh, Output, Scene, View, ViewState, Visible};
-use cullet_command::args::ViewArgs;
-use cullet_command::console::{Console, count, grouped, interrupted};
+use cullet::{Output, Scene, View, ViewState, Visible};
+use cullet_command::console::{Console, count, grouped};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::inputs;
 use cullet_draw::{Culled, Picture, RenderOptions, Selection};

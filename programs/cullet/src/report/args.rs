@@ -39,7 +39,7 @@ back faces all have something to cull; anything else is looked at from all aroun
 
 /// `cullet report`
 #[derive(Clone, Debug, Args)]
-pub(crate) struct ReportArgs {
+pub struct ReportArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
     #[command(flatten)]

@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use cullet_command::args::SceneArgs;
 
 /// End of `cullet bench lod --help`.
-pub const LOD_BENCH_HELP: &str = "\
+pub(crate) const LOD_BENCH_HELP: &str = "\
 Makes levels of each model, taken as one mesh, and looks at them from eight sides at six distances: how many triangles
 are drawn where nothing may be off by more than one pixel of 1080 lines over 60 degrees, and how far off they are
 found to be, from points that took no part in making them. Beside them levels by the errors that the simplifier
@@ -26,7 +25,7 @@ Examples
 
 /// Arguments of `cullet bench lod`.
 #[derive(Clone, Debug, Args)]
-pub struct LodBenchArgs {
+pub(crate) struct LodBenchArgs {
     /// A model, a file or a built-in scene; may be given many times [default: four of `CULLET_DATA`]
     #[arg(long, value_name = "SCENE")]
     pub scene: Vec<String>,

@@ -10,7 +10,6 @@ use fearless_simd::{Simd, dispatch, prelude::*};
 use super::lanes::Lanes;
 use super::{Batch, Bound};
 use crate::methods::bulk::Bulk;
-use crate::methods::simd::level_of;
 
 /// The bounds of many clusters: answers as a mask, a count or a list.
 #[derive(Clone, Debug)]
@@ -106,7 +105,7 @@ impl<B: Lanes> Batch<B> for Blocks<B> {
 
     fn cull_words(&self, level: cullet::Simd, eye: &ClusterEye, first: usize, culled: &mut [u64]) {
         let blocks = &self.blocks[first * BLOCKS..(first + culled.len()) * BLOCKS];
-        dispatch!(level_of(level), simd => words::<_, B>(simd, blocks, eye, culled));
+        dispatch!(level.level(), simd => words::<_, B>(simd, blocks, eye, culled));
     }
 }
 

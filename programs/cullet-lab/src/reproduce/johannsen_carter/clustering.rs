@@ -144,7 +144,6 @@ pub(super) fn probabilities(
 }
 
 /// Meshoptimizer's clusters of 64 vertices and 124 triangles, with its usual weight of facing.
-#[cfg(feature = "meshopt")]
 pub(super) fn meshopt(data: &MeshData) -> Result<Made, Failure> {
     let start = Instant::now();
     let clustering = cullet_bake::clusters::build_meshopt(data, 64, 124, 0.5).map_err(failed)?;
@@ -152,23 +151,13 @@ pub(super) fn meshopt(data: &MeshData) -> Result<Made, Failure> {
     Ok(Made { mesh: mesh(data, &clustering)?, report: None, seconds })
 }
 
-/// Where it is not built in.
-#[cfg(not(feature = "meshopt"))]
-pub(super) fn meshopt(_: &MeshData) -> Result<Made, Failure> {
-    Err(Failure::usage(
-        "--clusters meshopt: this program was built without meshoptimizer; build it with \
-         `cargo build --release -p cullet-cli --features meshopt` (needs a C++ compiler)",
-    ))
-}
-
 /// Compares our clusters with as many of meshoptimizer's, whose limit of triangles is lowered until it
 /// makes as many; the better of two weights of facing counts.
-#[cfg(feature = "meshopt")]
 pub(super) fn against_meshopt(
     data: &MeshData,
     ours: &Mesh,
     eyes: &[[f64; 4]],
-) -> Result<Option<MeshoptRow>, Failure> {
+) -> Result<MeshoptRow, Failure> {
     let clusters = ours.clusters().len();
     let mut best: Option<(f64, f32)> = None;
     for weight in [0.5, 1.0] {
@@ -195,20 +184,10 @@ pub(super) fn against_meshopt(
             break;
         }
     }
-    Ok(Some(MeshoptRow {
+    Ok(MeshoptRow {
         clusters,
         ideal_percent: Clusters::new(ours).ideal_percent(eyes),
         meshopt_ideal_percent: best.map(|b| b.0),
         cone_weight: best.map(|b| b.1),
-    }))
-}
-
-/// Where it is not built in there is nothing to compare with.
-#[cfg(not(feature = "meshopt"))]
-pub(super) fn against_meshopt(
-    _: &MeshData,
-    _: &Mesh,
-    _: &[[f64; 4]],
-) -> Result<Option<MeshoptRow>, Failure> {
-    Ok(None)
+    })
 }

@@ -59,10 +59,6 @@ pub(crate) struct JohannsenCarterArgs {
 
 /// Runs the command.
 pub(super) fn run(args: &JohannsenCarterArgs, console: &Console) -> Outcome {
-    if args.clusters == Clusterer::Meshopt && cfg!(not(feature = "meshopt")) {
-        // Before a large file is read.
-        clustering::meshopt(&Default::default())?;
-    }
     let subject = Subject::load(args.model.as_deref(), console)?;
     let data = subject.data();
     let parts = data.parts.iter().filter(|p| p.triangle_count > 0).count();
@@ -165,7 +161,7 @@ fn more(
     let eyes = bounds::eyes(subject, record.directions, DISTANCES[MAIN]);
     record.hierarchy = Some(hierarchy::measure(&made.mesh, &Clusters::new(&made.mesh), &eyes));
     record.probabilities = clustering::probabilities(&data, &eyes, options, console)?;
-    if cfg!(feature = "meshopt") && !interrupted() {
+    if !interrupted() {
         let other = match record.clusters_by {
             Clusterer::Cullet => None,
             Clusterer::Meshopt => {
@@ -174,7 +170,7 @@ fn more(
         };
         let ours = other.as_ref().unwrap_or(made);
         if !interrupted() {
-            record.against_meshopt = clustering::against_meshopt(&data, &ours.mesh, &eyes)?;
+            record.against_meshopt = Some(clustering::against_meshopt(&data, &ours.mesh, &eyes)?);
         }
     }
     Ok(())

@@ -269,9 +269,5 @@ fn clusterings(console: &Console, record: &JohannsenCarterRecord) {
                 m.clusters
             ),
         });
-    } else if cfg!(not(feature = "meshopt")) {
-        console.line(
-            "\nA build with --features meshopt compares these clusters with meshoptimizer's, too.",
-        );
     }
 }

@@ -26,7 +26,7 @@ const READERS: usize = 4;
 /// Limits on clients. The defaults suit browsers, which send headers of one or two kilobytes.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
-pub struct Limits {
+pub(crate) struct Limits {
     /// Bytes of a request's head, at least 8192 (hyper's own least); more is answered with 431.
     pub head_bytes: usize,
     /// Headers of a request; more is answered with 431.
@@ -61,7 +61,7 @@ impl Default for Limits {
 
 /// A server that listens and has yet to be run.
 #[derive(Debug)]
-pub struct Server {
+pub(crate) struct Server {
     runtime: tokio::runtime::Runtime,
     listener: TcpListener,
     address: SocketAddr,
@@ -74,7 +74,7 @@ impl Server {
     ///
     /// # Errors
     /// If the address cannot be listened on.
-    pub fn bind(address: SocketAddr, site: Site, limits: Limits) -> io::Result<Self> {
+    pub(crate) fn bind(address: SocketAddr, site: Site, limits: Limits) -> io::Result<Self> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .max_blocking_threads(READERS)
@@ -85,14 +85,14 @@ impl Server {
     }
 
     /// The address listened on.
-    #[must_use]
-    pub fn address(&self) -> SocketAddr {
+    #[cfg(test)]
+    pub(crate) fn address(&self) -> SocketAddr {
         self.address
     }
 
     /// The page's address, with the scene.
     #[must_use]
-    pub fn url(&self) -> String {
+    pub(crate) fn url(&self) -> String {
         // An address that stands for all of a machine's is none to go to.
         let mut shown = self.address;
         if shown.ip().is_unspecified() {
@@ -107,12 +107,12 @@ impl Server {
 
     /// Serves until Ctrl-C, or a request to terminate, then lets answers that are under way end for a short
     /// while.
-    pub fn run(self) {
+    pub(crate) fn run(self) {
         self.run_until(asked_to_stop());
     }
 
     /// Serves until `stop` is done. A body of a request is never read; see [`Limits`] for the rest.
-    pub fn run_until(self, stop: impl Future<Output = ()>) {
+    pub(crate) fn run_until(self, stop: impl Future<Output = ()>) {
         let Self { runtime, listener, address, site, limits } = self;
         let answers = Answers { site, ip: address.ip(), max_target: limits.target_bytes };
         LocalSet::new().block_on(&runtime, serve(listener, answers, limits, stop));

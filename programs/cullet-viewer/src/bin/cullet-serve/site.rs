@@ -11,10 +11,10 @@ use cullet_io::files_named;
 use thiserror::Error;
 
 /// Where a scene's file is found by the page: `/scene/NAME`; and beside it the files that it names.
-pub const SCENE_FOLDER: &str = "/scene/";
+pub(crate) const SCENE_FOLDER: &str = "/scene/";
 
 /// Help where there is no page.
-pub const PAGE_HELP: &str =
+pub(crate) const PAGE_HELP: &str =
     "build it with 'cargo xtask web --no-serve', or name its folder with --page";
 
 /// A page larger than this is none of ours; it is held in memory.
@@ -44,7 +44,7 @@ const SCENE_TYPES: &[(&str, &str)] = &[
 /// Why nothing can be served.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum SiteError {
+pub(crate) enum SiteError {
     /// The folder of the page has no `index.html`.
     #[error("{}: there is no page (index.html) in this folder; {PAGE_HELP}", .0.display())]
     NoPage(PathBuf),
@@ -103,7 +103,7 @@ pub(crate) struct SceneFile {
 
 /// Files that are served: the page's, read into memory, and at most one scene with the files that it names.
 #[derive(Debug)]
-pub struct Site {
+pub(crate) struct Site {
     pub(crate) page: BTreeMap<String, PageFile>,
     /// By their names in the address, not encoded.
     pub(crate) scene: BTreeMap<String, SceneFile>,
@@ -121,7 +121,7 @@ impl Site {
     ///
     /// # Errors
     /// If the page or the scene is not there or cannot be read.
-    pub fn new(page: &Path, scene: Option<&str>) -> Result<Self, SiteError> {
+    pub(crate) fn new(page: &Path, scene: Option<&str>) -> Result<Self, SiteError> {
         let page = read_page(page)?;
         let mut site =
             Self { page, scene: BTreeMap::new(), warnings: Vec::new(), fragment: String::new() };
@@ -144,14 +144,14 @@ impl Site {
     /// The fragment that follows the address of the page to open the scene: `#scene=city`, `#scene=/scene/model.glb`, or
     /// nothing where no scene was given.
     #[must_use]
-    pub fn fragment(&self) -> &str {
+    pub(crate) fn fragment(&self) -> &str {
         &self.fragment
     }
 
     /// Parts of the scene that the page cannot show: files that it names but that are not in its folder, or
     /// why it cannot be read at all.
     #[must_use]
-    pub fn warnings(&self) -> &[String] {
+    pub(crate) fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
@@ -267,7 +267,7 @@ fn read_page(folder: &Path) -> Result<BTreeMap<String, PageFile>, SiteError> {
 ///
 /// # Errors
 /// If none of them has an `index.html`; the message says where it was looked for and what to do.
-pub fn find_page() -> Result<PathBuf, SiteError> {
+pub(crate) fn find_page() -> Result<PathBuf, SiteError> {
     let mut looked: Vec<PathBuf> = Vec::new();
     if let Some(folder) = std::env::var_os("CULLET_PAGE") {
         looked.push(folder.into());
