@@ -14,6 +14,7 @@
 //! are right as long as nothing overflows and no tail falls below the smallest f64, which products of
 //! up to six f32 numbers cannot do.
 
+
 /// a + b as a rounded sum and its rounding error.
 pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let s = a + b;

@@ -60,6 +60,7 @@
 //! Without any, the crate opens no file, reads no clock and starts no thread.
 #![forbid(unsafe_code)]
 
+mod array;
 mod bits;
 pub mod bounds;
 pub mod cell;

@@ -1,5 +1,7 @@
 //! Matrices as callers have them.
 
+use crate::array;
+
 /// A 4×4 matrix of a caller's, column-major: columns in order, each as x, y, z, w.
 ///
 /// Made of flat arrays and of arrays of columns, in f32 and f64; with the feature `mint`, of its matrices, to and from
@@ -41,7 +43,7 @@ impl From<&[f32; 16]> for Matrix {
 
 impl From<[[f64; 4]; 4]> for Matrix {
     fn from(columns: [[f64; 4]; 4]) -> Self {
-        Self(std::array::from_fn(|i| columns[i / 4][i % 4]))
+        Self(array::from_fn(|i| columns[i / 4][i % 4]))
     }
 }
 
@@ -68,9 +70,8 @@ mod tests {
 
     #[test]
     fn every_form_is_the_same_matrix() {
-        let flat: [f32; 16] = std::array::from_fn(|i| i as f32 * 0.1);
-        let columns: [[f32; 4]; 4] =
-            std::array::from_fn(|c| std::array::from_fn(|r| flat[c * 4 + r]));
+        let flat: [f32; 16] = array::from_fn(|i| i as f32 * 0.1);
+        let columns: [[f32; 4]; 4] = array::from_fn(|c| array::from_fn(|r| flat[c * 4 + r]));
         let expected = Matrix::from(flat);
         assert_eq!(expected.0[6], f64::from(0.6_f32));
         assert_eq!(Matrix::from(&flat), expected);

@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
+use crate::array::Each;
 use crate::bounds::Aabb;
 use crate::exact;
 use crate::matrix::Matrix;
@@ -106,7 +107,7 @@ impl Transform {
         let m = self.linear_f64();
         let columns = [m.x_axis, m.y_axis, m.z_axis];
         // Products of two f32 are exact in f64, and so is the sign of their difference.
-        let minors = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| columns[i].cross(columns[j]));
+        let minors = [(0, 1), (1, 2), (2, 0)].each(|(i, j)| columns[i].cross(columns[j]));
         if minors != [DVec3::ZERO; 3] { 2 } else { u8::from(columns != [DVec3::ZERO; 3]) }
     }
 

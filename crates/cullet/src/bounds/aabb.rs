@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::plane::ROUNDING;
 use super::{Plane, Side};
+use crate::array;
 
 /// An axis-aligned box. Empty when some `min` exceeds its `max`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -93,13 +94,13 @@ impl Aabb {
     /// The middle of the box, in f64 so that nothing is rounded away.
     #[must_use]
     pub fn center(&self) -> [f64; 3] {
-        std::array::from_fn(|a| (f64::from(self.min[a]) + f64::from(self.max[a])) * 0.5)
+        array::from_fn(|a| (f64::from(self.min[a]) + f64::from(self.max[a])) * 0.5)
     }
 
     /// Half the length of each side.
     #[must_use]
     pub fn half_extent(&self) -> [f64; 3] {
-        std::array::from_fn(|a| (f64::from(self.max[a]) - f64::from(self.min[a])) * 0.5)
+        array::from_fn(|a| (f64::from(self.max[a]) - f64::from(self.min[a])) * 0.5)
     }
 
     /// The area of the surface; 0 for an empty box.
@@ -111,8 +112,8 @@ impl Aabb {
     /// The eight corners; bit 0, 1, 2 of the index choose the high x, y, z.
     #[must_use]
     pub fn corners(&self) -> [[f32; 3]; 8] {
-        std::array::from_fn(|i| {
-            std::array::from_fn(|a| if i >> a & 1 == 1 { self.max[a] } else { self.min[a] })
+        array::from_fn(|i| {
+            array::from_fn(|a| if i >> a & 1 == 1 { self.max[a] } else { self.min[a] })
         })
     }
 

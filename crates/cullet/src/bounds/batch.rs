@@ -15,8 +15,9 @@
 //! exact sum of the box that was given, and what is culled is outside. The same growth serves the test
 //! for inside, whose sum takes the other corner.
 
+use crate::array::Each;
+use crate::simd::dispatch_256;
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
 
 use super::{Aabb, Sphere};
@@ -51,7 +52,7 @@ impl Block for BoxBlock {
         };
         // One branch: most boxes are plain.
         let rows = if is_plain(x, p) & is_plain(y, q) & is_plain(z, r) {
-            [-x, -y, -z, p, q, r].map(widen)
+            [-x, -y, -z, p, q, r].each(widen)
         } else {
             rows_of_invalid(b)
         };
@@ -221,7 +222,7 @@ pub(crate) fn gather_into(
     order: &[[u32; LANES]],
     item: impl Fn(u32) -> Aabb,
 ) {
-    dispatch!(level.0, simd => gather_blocks(simd, blocks, order, &item));
+    dispatch_256!(level, simd => gather_blocks(simd, blocks, order, &item));
 }
 
 #[inline(always)]

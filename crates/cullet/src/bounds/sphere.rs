@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::aabb::round_up;
 use super::plane::ROUNDING;
 use super::{Aabb, Plane, Side};
+use crate::array::Each;
 
 /// A ball: all points no farther than `radius` from `center`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -129,8 +130,8 @@ impl Sphere {
         if !(self.is_finite() && other.is_finite()) {
             return Self::EVERYTHING;
         }
-        let [a, b] = [self, other].map(|s| DVec3::from(s.center.map(f64::from)));
-        let [r, s] = [self, other].map(|s| f64::from(s.radius));
+        let [a, b] = [self, other].each(|s| DVec3::from(s.center.map(f64::from)));
+        let [r, s] = [self, other].each(|s| f64::from(s.radius));
         let distance = a.distance(b);
         if distance + s <= r * (1.0 - ROUNDING) {
             return *self;

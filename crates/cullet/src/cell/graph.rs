@@ -1,6 +1,7 @@
 //! Cells joined by portals.
 
 use super::error::{CellError, PortalProblem};
+use crate::array::Each;
 use crate::bits;
 use crate::bounds::Plane;
 
@@ -125,7 +126,7 @@ impl CellGraph {
     /// The portals of a cell, ascending.
     #[must_use]
     pub fn portals_of(&self, cell: u32) -> &[u32] {
-        let [first, end] = [cell, cell + 1].map(|c| self.firsts[c as usize] as usize);
+        let [first, end] = [cell, cell + 1].each(|c| self.firsts[c as usize] as usize);
         &self.around[first..end]
     }
 

@@ -6,6 +6,7 @@ use super::error::{CellError, PieceProblem, PortalProblem};
 use super::graph::{CellGraph, FLAT};
 use super::locate::CellLocator;
 use super::tree::{Bounds, PieceTree};
+use crate::array::Each;
 use crate::bounds::Plane;
 
 /// As many pieces as touch a small box.
@@ -248,7 +249,7 @@ impl CellShapes {
 
     /// Whether a box is in pieces grown by `reach`, with skins or without.
     fn holds(&self, b: &Bounds, reach: f64, skins: bool) -> bool {
-        let grown = [b[0].map(|v| v - reach), b[1].map(|v| v + reach)];
+        let grown = [b[0].each(|v| v - reach), b[1].each(|v| v + reach)];
         // A frame does this for its near plane, and allocates nothing.
         let (mut few, mut count) = ([0; FEW], 0);
         let counts = |number: u32| skins || !self.pieces[number as usize].is_skin;

@@ -4,6 +4,7 @@ use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
 use super::graph::CellGraph;
+use crate::array;
 
 /// A portal that was reached, by the length of the way; the nearest first, and of two as near that of the lower number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,7 +72,7 @@ impl CellGraph {
     fn middle(&self, portal: u32) -> [f64; 3] {
         let polygon = &self.portals()[portal as usize].polygon;
         let sum = |a: usize| polygon.iter().map(|corner| corner[a]).sum::<f64>();
-        std::array::from_fn(|a| sum(a) / polygon.len() as f64)
+        array::from_fn(|a| sum(a) / polygon.len() as f64)
     }
 }
 

@@ -14,6 +14,7 @@ use std::cmp::Ordering;
 
 use super::ClipError;
 use super::region::{HalfSpace, Region, Scalar};
+use crate::array::Each;
 
 /// The point, or any attribute, at a parameter of a line: exactly `a` at 0.
 #[inline]
@@ -199,9 +200,9 @@ pub fn clip_line_ref<const D: usize>(
     let mut ends = [[Exact::from(0.0), Exact::from(1.0)], [Exact::from(1.0), Exact::from(1.0)]];
     let exceeds =
         |p: &[Exact; 2], q: &[Exact; 2]| p[0].times(&q[1]).minus(&q[0].times(&p[1])).sign() > 0;
-    let [p, q] = [a, b].map(ExactPoint::new);
+    let [p, q] = [a, b].each(ExactPoint::new);
     for (_, side) in region.sides() {
-        let [hp, hq] = [&p, &q].map(|p| p.height(side));
+        let [hp, hq] = [&p, &q].each(|p| p.height(side));
         let zero = Exact::from(0.0);
         match (hp.sign() > 0, hq.sign() > 0) {
             (true, true) => return None,

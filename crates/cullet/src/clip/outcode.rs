@@ -12,6 +12,7 @@ use glam::DVec3;
 
 use super::polygon::Clipper;
 use super::region::{HalfSpace, Region, bits};
+use crate::array::Each;
 use crate::bounds::Side;
 use crate::exact::Exact;
 use crate::transform::Transform;
@@ -306,7 +307,7 @@ pub fn outcode_ref(frustum: &Frustum, transform: &Transform, point: [f32; 3]) ->
             code.not_inside |= 1 << i;
             continue;
         }
-        let x = [0, 1, 2].map(|axis| {
+        let x = [0, 1, 2].each(|axis| {
             let row = transform.linear.map(|column| Exact::from(f64::from(column[axis])));
             Exact::dot(&row, &point.map(|v| Exact::from(f64::from(v))))
                 .plus(&Exact::from(transform.translation[axis]))

@@ -8,6 +8,7 @@
 
 use std::ops::Range;
 
+use crate::array::Each;
 use crate::exact::{dot_area_sign, is_collinear, two_sum};
 use crate::transform::Transform;
 
@@ -36,9 +37,9 @@ impl Flattening {
         }
         // Each row of the cofactor matrix that is not zero is the lost direction: it is orthogonal to
         // every row of the linear part, and they span a plane.
-        let row = |i: usize| [0, 1, 2].map(|j| f64::from(columns[j][i]));
+        let row = |i: usize| [0, 1, 2].each(|j| f64::from(columns[j][i]));
         for (a, b) in [(row(0), row(1)), (row(1), row(2)), (row(2), row(0))] {
-            let lost = [0, 1, 2].map(|i| {
+            let lost = [0, 1, 2].each(|i| {
                 let (u, v) = ((i + 1) % 3, (i + 2) % 3);
                 // Both products are exact, of f32 as they are.
                 let (sum, tail) = two_sum(a[u] * b[v], -(a[v] * b[u]));
@@ -116,12 +117,12 @@ pub fn flattens_ref(transform: &Transform, corners: &[[f32; 3]; 3]) -> bool {
         return false;
     }
     let images = corners.map(|p| {
-        [0, 1, 2].map(|i| {
+        [0, 1, 2].each(|i| {
             let row = transform.linear.map(|column| Exact::from(f64::from(column[i])));
             Exact::dot(&row, &p.map(|v| Exact::from(f64::from(v))))
         })
     });
-    let edge = |end: usize| [0, 1, 2].map(|i| images[end][i].minus(&images[0][i]));
+    let edge = |end: usize| [0, 1, 2].each(|i| images[end][i].minus(&images[0][i]));
     let (ab, ac) = (edge(1), edge(2));
     (0..3).all(|i| {
         let (u, v) = ((i + 1) % 3, (i + 2) % 3);
@@ -134,7 +135,7 @@ mod tests {
     use super::*;
 
     fn linear(rows: [[f32; 3]; 3]) -> Transform {
-        let columns = [0, 1, 2].map(|j| [0, 1, 2].map(|i| rows[i][j]));
+        let columns = [0, 1, 2].each(|j| [0, 1, 2].each(|i| rows[i][j]));
         Transform { linear: columns, ..Transform::IDENTITY }
     }
 

@@ -2,8 +2,9 @@
 
 use std::ops::Deref;
 
+use crate::simd::dispatch_256;
 use fearless_simd::prelude::*;
-use fearless_simd::{dispatch, u32x8};
+use fearless_simd::u32x8;
 
 /// A list of indices that keeps its memory from call to call.
 ///
@@ -84,7 +85,7 @@ pub(in crate::cull) fn expand(
     base: u32,
     out: &mut [u32],
 ) -> usize {
-    dispatch!(level.0, simd => expand_with(simd, words, base, out))
+    dispatch_256!(level, simd => expand_with(simd, words, base, out))
 }
 
 /// Appends those of an ascending `list` whose bit in `culled` is not set; bit 0 of the first word is

@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
+use crate::array;
+use crate::simd::dispatch_256;
+use fearless_simd::f32x4;
 use fearless_simd::prelude::*;
-use fearless_simd::{dispatch, f32x4};
 use thiserror::Error;
 
 use super::sizes::{SizeRange, Sizes};
@@ -85,7 +87,7 @@ impl Nodes {
             return;
         }
         let block = &boxes.blocks()[index / LANES].0;
-        let rows: [f32; 6] = std::array::from_fn(|r| block[r][index % LANES]);
+        let rows: [f32; 6] = array::from_fn(|r| block[r][index % LANES]);
         let hole = rows[HOLE_ROW] == -Boxes::LIMIT;
         self.any_holes |= hole;
         bits::set(&mut self.holes, index, hole);
@@ -211,7 +213,7 @@ impl Nodes {
     /// how large they are: all at once, while they are in the cache.
     fn fit_lowest(&mut self, level: crate::Simd, boxes: &Boxes, word: usize, blocks: u64) {
         let Self { levels, leaves, holes, any_holes, sizes } = self;
-        dispatch!(level.0, simd => {
+        dispatch_256!(level, simd => {
             let mut lowest = levels.first_mut();
             for block in bits::ones(blocks).map(|b| word * 64 + b) {
                 find_holes(holes, any_holes, boxes, block);
@@ -326,7 +328,7 @@ fn find_holes(holes: &mut [u64], any: &mut bool, boxes: &Boxes, block: usize) {
 
 /// Fits nodes `nodes` to the boxes below.
 fn fit(level: crate::Simd, below: (&Boxes, usize), here: &mut Boxes, nodes: Range<usize>) {
-    dispatch!(level.0, simd => {
+    dispatch_256!(level, simd => {
         fit_range(simd, below, here, nodes);
     });
     close(here);
@@ -334,7 +336,7 @@ fn fit(level: crate::Simd, below: (&Boxes, usize), here: &mut Boxes, nodes: Rang
 
 /// Fits the nodes `first` + b for each bit b of `word`.
 fn fit_some(level: crate::Simd, below: (&Boxes, usize), here: &mut Boxes, first: usize, word: u64) {
-    dispatch!(level.0, simd => {
+    dispatch_256!(level, simd => {
         fit_bits(simd, below, here, first, word);
     });
 }

@@ -1,5 +1,6 @@
 //! An order of boxes in which neighbours in the list are neighbours in space.
 
+use crate::array;
 use crate::bounds::Aabb;
 
 /// Bits of a key.
@@ -134,7 +135,7 @@ impl Default for Extent {
 /// in particular.
 #[inline(always)]
 fn centre(b: &Aabb) -> ([f32; 3], bool) {
-    let c = std::array::from_fn(|a| b.min[a] * 0.5 + b.max[a] * 0.5);
+    let c = array::from_fn(|a| b.min[a] * 0.5 + b.max[a] * 0.5);
     // Bits and not branches: there are six comparisons.
     let somewhere = (0..3).fold(true, |all, a| all & (b.min[a] <= b.max[a]) & is_finite(c[a]));
     (c, somewhere)
@@ -181,9 +182,8 @@ impl Default for Curve {
 
 impl Curve {
     pub(super) fn new(extent: &Extent) -> Self {
-        let mut side: [f64; 3] = std::array::from_fn(|a| {
-            (f64::from(extent.high[a]) - f64::from(extent.low[a])).max(0.0)
-        });
+        let mut side: [f64; 3] =
+            array::from_fn(|a| (f64::from(extent.high[a]) - f64::from(extent.low[a])).max(0.0));
         let full = side;
         let mut bits = [0; 3];
         // From the top: which axis each bit of the key halves.
@@ -206,7 +206,7 @@ impl Curve {
             }
         }
         let cells = bits.map(|b| f64::from(1u32 << b));
-        let scale = std::array::from_fn(|a| {
+        let scale = array::from_fn(|a| {
             if full[a] > 0.0 { (cells[a] / full[a]).min(f64::from(f32::MAX)) as f32 } else { 0.0 }
         });
         Self { low: extent.low, scale, last: cells.map(|c| c as f32 - 1.0), spread }

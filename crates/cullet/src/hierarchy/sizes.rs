@@ -3,6 +3,7 @@
 use fearless_simd::f32x4;
 use fearless_simd::prelude::*;
 
+use crate::array::{self, Each};
 use crate::bounds::{BoxBlock, Boxes, LANES};
 
 /// The largest and the smallest sizes along each axis of the boxes below a node, apart from empty ones: of such alone from 0 to
@@ -24,8 +25,8 @@ impl SizeRange {
 
     fn union(self, o: &Self) -> Self {
         Self {
-            largest: std::array::from_fn(|a| self.largest[a].max(o.largest[a])),
-            smallest: std::array::from_fn(|a| self.smallest[a].min(o.smallest[a])),
+            largest: array::from_fn(|a| self.largest[a].max(o.largest[a])),
+            smallest: array::from_fn(|a| self.smallest[a].min(o.smallest[a])),
         }
     }
 }
@@ -65,7 +66,7 @@ impl Sizes {
 
     /// Lets the nodes above a box grow to hold its rows, −min and max.
     pub(super) fn grow(&mut self, index: usize, rows: [f32; 6]) {
-        let size = [0, 1, 2].map(|a| rows[a] + rows[a + 3]);
+        let size = [0, 1, 2].each(|a| rows[a] + rows[a + 3]);
         if !size.iter().all(|v| *v >= 0.0) {
             return;
         }
@@ -151,8 +152,7 @@ mod tests {
                         let b = boxes.get(i);
                         if !b.is_empty() {
                             largest = std::array::from_fn(|a| largest[a].max(b.max[a] - b.min[a]));
-                            smallest =
-                                std::array::from_fn(|a| smallest[a].min(b.max[a] - b.min[a]));
+                            smallest = std::array::from_fn(|a| smallest[a].min(b.max[a] - b.min[a]));
                         }
                     }
                     let found = nodes.sizes_below(above)[node];

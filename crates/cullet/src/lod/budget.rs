@@ -1,6 +1,7 @@
 //! A budget of triangles: the least threshold at which no more are drawn.
 
 use super::{LevelEye, Levels, NO_GROUP};
+use crate::array::{self, Each};
 
 /// How many thresholds are tried, each a quarter of an octave above the one before: up to 55,000 times the first.
 const STEPS: usize = 64;
@@ -165,7 +166,7 @@ impl Levels {
 /// The number of the first threshold that a group is within; as many as there are where it is within none.
 fn first_within(eye: &LevelEye, group: &super::Group) -> u8 {
     let error = f64::from(group.error) * OUTWARD;
-    let [nearest, reach] = [eye.nearest, eye.reach].map(f64::from);
+    let [nearest, reach] = [eye.nearest, eye.reach].each(f64::from);
     // Draws everything in full.
     if nearest < 0.0 {
         return STEPS as u8;
@@ -173,7 +174,7 @@ fn first_within(eye: &LevelEye, group: &super::Group) -> u8 {
     if error <= 0.0 {
         return 0;
     }
-    let to: [f64; 3] = std::array::from_fn(|a| f64::from(group.centre[a]) - f64::from(eye.eye[a]));
+    let to: [f64; 3] = array::from_fn(|a| f64::from(group.centre[a]) - f64::from(eye.eye[a]));
     let away = to.iter().map(|v| v * v).sum::<f64>().sqrt() / OUTWARD;
     let free = away - (f64::from(group.radius) + f64::from(eye.ball)) * OUTWARD;
     let by_distance = if free > 0.0 { error * reach / free } else { f64::INFINITY };

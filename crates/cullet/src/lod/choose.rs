@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fearless_simd::dispatch;
+use crate::simd::dispatch_256;
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
@@ -162,7 +162,7 @@ impl Levels {
     fn sweep(&self, simd: Simd, eye: &LevelEye, over: &mut Vec<u64>) {
         over.clear();
         over.resize(self.group_count().div_ceil(64), 0);
-        dispatch!(simd.0, simd => sweep_with(simd, &self.rows, eye, over));
+        dispatch_256!(simd, simd => sweep_with(simd, &self.rows, eye, over));
         for group in self.group_count() / WIDTH * WIDTH..self.group_count() {
             if eye.is_over(&self.group(group)) {
                 over[group / 64] |= 1 << (group % 64);

@@ -1,5 +1,6 @@
 //! Eyes that levels are chosen for, and how large an error looks from there.
 
+use crate::array;
 use crate::transform::Transform;
 use crate::view::{EyeBall, View};
 
@@ -62,7 +63,7 @@ impl PixelScale {
             if !is_parallel {
                 // An image off the centre leans along the axis; that part turns no point aside.
                 let along = dot(side, w) / dot(w, w);
-                side = std::array::from_fn(|i| side[i] - along * w[i]);
+                side = array::from_fn(|i| side[i] - along * w[i]);
                 unit = ahead;
             }
             pixels = pixels.max(f64::from(size) * 0.5 * length(side) / unit);
@@ -77,10 +78,10 @@ impl PixelScale {
         let mut least_cosine: f64 = 1.0;
         for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
             for z in [0.0, 1.0] {
-                let p: [f64; 4] = std::array::from_fn(|r| {
+                let p: [f64; 4] = array::from_fn(|r| {
                     inverse[r] * x + inverse[r + 4] * y + inverse[r + 8] * z + inverse[r + 12]
                 });
-                let to: [f64; 3] = std::array::from_fn(|i| p[i] / p[3] - eye[i]);
+                let to: [f64; 3] = array::from_fn(|i| p[i] / p[3] - eye[i]);
                 let depth = dot(to, w) / ahead;
                 if depth.is_finite() && depth > 0.0 {
                     near = near.min(depth);
@@ -164,7 +165,7 @@ impl LevelEye {
     /// Whether a group is over the threshold.
     #[must_use]
     pub fn is_over(&self, group: &super::Group) -> bool {
-        let to: [f32; 3] = std::array::from_fn(|a| group.centre[a] - self.eye[a]);
+        let to: [f32; 3] = array::from_fn(|a| group.centre[a] - self.eye[a]);
         let far = (group.error * self.reach + group.radius) + self.ball;
         let away = (to[0] * to[0] + to[1] * to[1]) + to[2] * to[2];
         // Not beyond: also where a number is NaN, as 0 times infinity is.
@@ -176,7 +177,7 @@ impl LevelEye {
     /// sphere may be off.
     #[must_use]
     pub fn allowed(&self, centre: [f32; 3], radius: f32) -> f32 {
-        let to: [f64; 3] = std::array::from_fn(|a| f64::from(centre[a]) - f64::from(self.eye[a]));
+        let to: [f64; 3] = array::from_fn(|a| f64::from(centre[a]) - f64::from(self.eye[a]));
         let far = length(to) * (1.0 - ROUNDING_F32);
         let free = far - (f64::from(radius) + f64::from(self.ball)) * (1.0 + ROUNDING_F32);
         let beyond = free / f64::from(self.reach);
@@ -209,11 +210,10 @@ fn stretch(transform: &Transform) -> Option<(f64, f64)> {
 
 /// Squares of the least and the largest singular value of a matrix, a little outward: the eigenvalues of its Gram matrix.
 fn singular(columns: [[f64; 3]; 3]) -> (f64, f64) {
-    let g: [[f64; 3]; 3] =
-        std::array::from_fn(|i| std::array::from_fn(|j| dot(columns[i], columns[j])));
+    let g: [[f64; 3]; 3] = array::from_fn(|i| array::from_fn(|j| dot(columns[i], columns[j])));
     let mean = (g[0][0] + g[1][1] + g[2][2]) / 3.0;
     let b: [[f64; 3]; 3] =
-        std::array::from_fn(|i| std::array::from_fn(|j| g[i][j] - if i == j { mean } else { 0.0 }));
+        array::from_fn(|i| array::from_fn(|j| g[i][j] - if i == j { mean } else { 0.0 }));
     let spread = (b.iter().flatten().map(|v| v * v).sum::<f64>() / 6.0).sqrt();
     let determinant = b[0][0] * (b[1][1] * b[2][2] - b[1][2] * b[2][1])
         - b[0][1] * (b[1][0] * b[2][2] - b[1][2] * b[2][0])

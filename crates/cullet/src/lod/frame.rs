@@ -1,5 +1,6 @@
 //! Frames of impostors: directions on the octahedral square, and what of a mesh a parallel view along one shows.
 
+use crate::array;
 use crate::bounds::Aabb;
 
 /// The least side of what is looked at, as a share of the radius: a flat mesh has a texel's size too.
@@ -76,7 +77,7 @@ pub(crate) fn box_triangles(bounds: &Aabb) -> (Vec<[f32; 3]>, Vec<u32>) {
     let (centre, half) = (bounds.center(), bounds.half_extent());
     let grow = length(half) * LEAST_SIDE;
     let [low, high] = [-1.0, 1.0]
-        .map(|s: f64| -> [f64; 3] { std::array::from_fn(|a| centre[a] + s * (half[a] + grow)) });
+        .map(|s: f64| -> [f64; 3] { array::from_fn(|a| centre[a] + s * (half[a] + grow)) });
     let grown = Aabb::rounded_out(low, high);
     // Each face counter-clockwise from outside.
     let faces =

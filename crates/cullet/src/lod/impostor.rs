@@ -11,6 +11,7 @@ use thiserror::Error;
 
 use super::Group;
 use super::frame::{ImpostorFrame, LEAST_SIDE, length, octahedral, square};
+use crate::array::Each;
 use crate::bounds::Aabb;
 
 /// The most frames along a side of the grid.
@@ -207,7 +208,7 @@ impl Impostor {
     pub fn group(&self) -> Group {
         let centre = self.bounds.center().map(|v| v as f32);
         let reach =
-            |c: [f32; 3]| length([0, 1, 2].map(|a: usize| f64::from(c[a]) - f64::from(centre[a])));
+            |c: [f32; 3]| length([0, 1, 2].each(|a: usize| f64::from(c[a]) - f64::from(centre[a])));
         let radius = self.bounds.corners().map(reach).into_iter().fold(0.0, f64::max);
         // What the box that holds it is grown by, and rounding.
         Group { centre, radius: (radius * (1.0 + 2.0 * LEAST_SIDE)) as f32, error: self.error }
@@ -236,7 +237,7 @@ impl Impostor {
             coverage: f64::from(word >> 12) / 15.0,
             part: u32::from(word >> 8 & 15),
             depth: f64::from(word & 255) / 127.5 - 1.0,
-            normal: octahedral([u, v].map(|v| f64::from(v) / 127.5 - 1.0)),
+            normal: octahedral([u, v].each(|v| f64::from(v) / 127.5 - 1.0)),
         }
     }
 
@@ -257,7 +258,7 @@ impl Impostor {
     pub fn frames(grid: u32, bounds: &Aabb, radius: f32) -> Vec<ImpostorFrame> {
         let step = 2.0 / f64::from(grid.max(2) - 1);
         let frame = |i: u32| {
-            let at = [i % grid, i / grid].map(|k| f64::from(k) * step - 1.0);
+            let at = [i % grid, i / grid].each(|k| f64::from(k) * step - 1.0);
             ImpostorFrame::towards(octahedral(at), bounds, radius)
         };
         (0..grid * grid).map(frame).collect()
@@ -270,9 +271,9 @@ impl Impostor {
     pub fn frames_around(&self, direction: [f64; 3]) -> [(u32, f64); 3] {
         let last = self.grid - 1;
         let [u, v] = square(direction);
-        let [x, y] = [u, v].map(|at| (at + 1.0) * 0.5 * f64::from(last));
+        let [x, y] = [u, v].each(|at| (at + 1.0) * 0.5 * f64::from(last));
         // NaN comes to the first.
-        let [i, j] = [x, y].map(|at| (at as u32).min(last - 1));
+        let [i, j] = [x, y].each(|at| (at as u32).min(last - 1));
         let [x, y] = [x - f64::from(i), y - f64::from(j)];
         let at = |di: u32, dj: u32| (j + dj) * self.grid + i + di;
         // The diagonal that runs along the folds of the octahedron, so that a triangle of frames is one of directions too.
@@ -354,7 +355,7 @@ mod tests {
             }
             let centre = bounds.center();
             for corner in bounds.corners() {
-                let to = [0, 1, 2].map(|a: usize| f64::from(corner[a]) - centre[a]);
+                let to = [0, 1, 2].each(|a: usize| f64::from(corner[a]) - centre[a]);
                 for (axis, half) in frame.axes.iter().zip(frame.half) {
                     assert!(dot(to, *axis).abs() <= half + 1e-12);
                 }

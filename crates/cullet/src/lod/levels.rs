@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::array::Each;
 use crate::mesh::Mesh;
 
 /// In place of the number of a group: there is none.
@@ -215,7 +216,7 @@ impl Levels {
     /// If there are not as many.
     #[must_use]
     pub fn group(&self, group: usize) -> Group {
-        let [x, y, z, radius, error] = [0, 1, 2, 3, 4].map(|row: usize| self.rows[row][group]);
+        let [x, y, z, radius, error] = [0, 1, 2, 3, 4].each(|row: usize| self.rows[row][group]);
         Group { centre: [x, y, z], radius, error }
     }
 

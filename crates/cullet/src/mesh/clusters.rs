@@ -1,6 +1,7 @@
 //! Clusters of a mesh's triangles, and the simple generator: triangles in spatial order.
 
 use super::{Cluster, MeshData, MeshError, is_degenerate};
+use crate::array;
 
 /// The most vertices that a cluster may use: the mesh-shader limit that vendors recommend.
 pub const MAX_CLUSTER_VERTICES: usize = 64;
@@ -55,7 +56,7 @@ impl Clustering {
                 if data.deformable || !is_degenerate(corners, &data.positions) {
                     let [a, b, c] = corners.map(|v| data.positions[v as usize]);
                     // Thirds are taken first: the sum of three large coordinates might overflow.
-                    let centre = std::array::from_fn(|i| a[i] / 3.0 + b[i] / 3.0 + c[i] / 3.0);
+                    let centre = array::from_fn(|i| a[i] / 3.0 + b[i] / 3.0 + c[i] / 3.0);
                     centred.push((centre, t));
                 }
             }

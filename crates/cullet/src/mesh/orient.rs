@@ -4,6 +4,7 @@ use super::Mesh;
 use super::nesting::Nesting;
 use super::surface::Surface;
 use super::topology::{Joined, ShellMap};
+use crate::array::Each;
 
 /// Changes that [`Mesh::oriented`] made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,7 +68,7 @@ pub fn orient_triangles(positions: &[[f32; 3]], indices: &mut [u32]) -> Repair {
         let facts = &mut shell_map.facts[s as usize];
         if facts.misoriented {
             let about = about[s as usize]
-                .get_or_insert_with(|| glam::DVec3::from(surface.points(t)[0].map(f64::from)));
+                .get_or_insert_with(|| glam::DVec3::from(surface.points(t)[0].each(f64::from)));
             facts.volume += surface.volume6(t, *about) / 6.0;
         }
     }

@@ -1,6 +1,7 @@
 //! A triangle list as a surface: corners without degenerate triangles, edges, and shells.
 
 use super::weld::weld;
+use crate::array::Each;
 
 /// Triangles whose three corners differ.
 pub(super) struct Surface<'a> {
@@ -51,7 +52,7 @@ impl<'a> Surface<'a> {
     }
 
     pub(super) fn points(&self, triangle: usize) -> [[f32; 3]; 3] {
-        self.corners[triangle].map(|v| self.positions[v as usize])
+        self.corners[triangle].each(|v| self.positions[v as usize])
     }
 
     /// Six times the signed volume between a triangle and `about`.
@@ -106,7 +107,7 @@ pub(super) fn for_each_edge(surface: &Surface<'_>, visit: impl FnMut(&[HalfEdge]
 fn for_each_edge_within(surface: &Surface<'_>, limit: usize, mut visit: impl FnMut(&[HalfEdge])) {
     let half_edges = || {
         surface.corners.iter().enumerate().flat_map(|(t, &[a, b, c])| {
-            [(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), HalfEdge::new(p.max(q), t, p > q)))
+            [(a, b), (b, c), (c, a)].each(|(p, q)| (p.min(q), HalfEdge::new(p.max(q), t, p > q)))
         })
     };
     // Where the bucket of each vertex begins; once it is full, where it ends.

@@ -5,6 +5,7 @@ use thiserror::Error;
 
 use super::nesting::Nesting;
 use super::surface::{Shells, Surface, for_each_edge};
+use crate::array::Each;
 
 /// Why a mesh is not a solid; the first reason found, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -295,7 +296,7 @@ impl ShellMap {
             f.misoriented |= marks[t] & turned != 0;
             f.one_sided |= marks[t] & twisted != 0;
             let about: &mut Option<DVec3> = &mut about[shell as usize];
-            let about = about.get_or_insert_with(|| surface.points(t)[0].map(f64::from).into());
+            let about = about.get_or_insert_with(|| surface.points(t)[0].each(f64::from).into());
             f.volume += surface.volume6(t, *about) / 6.0;
         }
         Self { counts, shells, shell_of, facts }

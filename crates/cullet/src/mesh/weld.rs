@@ -1,5 +1,6 @@
 //! Welding: which vertices lie in the same place, or nearly so.
 
+use crate::array::Each;
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
@@ -72,17 +73,17 @@ pub fn weld_within(positions: &[[f32; 3]], tolerance: f32) -> Vec<u32> {
     // The vertices that stay, each with the one before it in its cell.
     let mut stayed: Vec<[u32; 2]> = Vec::new();
     let place = |vertex: u32| {
-        let p = positions[vertex as usize].map(f64::from);
+        let p = positions[vertex as usize].each(f64::from);
         let cell = p.map(|v| (v / size).floor());
         if !cell.iter().all(|c| c.is_finite()) {
             return vertex;
         }
-        let next = [0, 1, 2].map(|a| if p[a] / size - cell[a] < 0.5 { -1.0 } else { 1.0 });
+        let next = [0, 1, 2].each(|a| if p[a] / size - cell[a] < 0.5 { -1.0 } else { 1.0 });
         // −0 is 0, as a cell.
         let bits = |c: [f64; 3]| c.map(|v| (v + 0.0).to_bits());
         let mut nearest: Option<(f64, u32)> = None;
         for corner in 0..8 {
-            let at = [0, 1, 2].map(|a| cell[a] + if corner >> a & 1 == 1 { next[a] } else { 0.0 });
+            let at = [0, 1, 2].each(|a| cell[a] + if corner >> a & 1 == 1 { next[a] } else { 0.0 });
             let mut other = cells.get(&bits(at)).copied();
             while let Some([v, before]) = other.and_then(|o| stayed.get(o as usize)) {
                 let q = positions[*v as usize];

@@ -10,6 +10,7 @@
 
 use glam::DVec3;
 
+use crate::array::{self, Each};
 use crate::cull::occlusion::Convex;
 use crate::exact;
 use crate::transform::Transform;
@@ -25,13 +26,13 @@ impl Corners {
     pub(super) fn of(min: DVec3, max: DVec3) -> Self {
         let mut corners = Self { all: [min; 8], count: 0 };
         for i in 0..8 {
-            let high = [i & 1, i >> 1 & 1, i >> 2 & 1].map(|bit| bit == 1);
+            let high = [i & 1, i >> 1 & 1, i >> 2 & 1].each(|bit| bit == 1);
             // Along an axis without extent low and high are one.
             if (0..3).any(|a| high[a] && min[a] == max[a]) {
                 continue;
             }
             corners.all[corners.count] =
-                DVec3::from_array(std::array::from_fn(|a| if high[a] { max[a] } else { min[a] }));
+                DVec3::from_array(array::from_fn(|a| if high[a] { max[a] } else { min[a] }));
             corners.count += 1;
         }
         corners
@@ -125,7 +126,7 @@ pub(super) fn blocks(
         plane.span_of(a)[0] > 0.0
             && plane.span_of(b)[1] < 0.0
             && (0..rim.len()).all(|k| {
-                let [p, q] = [rim[k], rim[(k + 1) % rim.len()]].map(at);
+                let [p, q] = [rim[k], rim[(k + 1) % rim.len()]].each(at);
                 // The plane through the eye and the edge, which points away from the polygon.
                 a.iter().all(|eye| Face::new([eye, p, q], turn, error).span_of(b)[1] < 0.0)
             })

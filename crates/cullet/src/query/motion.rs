@@ -4,6 +4,7 @@
 //! and each box is searched for what may be seen from it and was not found before.
 
 use super::region::{EyeBox, Outlook, RegionCuller, RegionError, RegionState, RegionWork};
+use crate::array;
 use crate::hierarchy::Handle;
 use crate::scene::Scene;
 
@@ -31,7 +32,7 @@ impl<'a> Motion<'a> {
     /// The corners of the way of an eye that goes straight on for some seconds, `velocity` world units in each.
     #[must_use]
     pub fn straight(start: [f64; 3], velocity: [f64; 3], seconds: f64) -> [[f64; 3]; 2] {
-        [start, std::array::from_fn(|a| start[a] + velocity[a] * seconds)]
+        [start, array::from_fn(|a| start[a] + velocity[a] * seconds)]
     }
 }
 
@@ -190,7 +191,7 @@ impl Steps<'_> {
             whole if whole > 0.0 => self.along / whole,
             _ => 0.0,
         };
-        std::array::from_fn(|a| from[a] + (to[a] - from[a]) * share)
+        array::from_fn(|a| from[a] + (to[a] - from[a]) * share)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Segments against boxes, sixteen at a time, and the walk of nodes from near to far that follows one.
 
+use crate::array;
 use crate::bounds::{BoxBlock, Boxes, LANES};
 use crate::hierarchy::Nodes;
 
@@ -43,7 +44,7 @@ impl Span {
                 far[lane] = if leave < far[lane] { leave } else { far[lane] };
             }
         }
-        std::array::from_fn(|lane| {
+        array::from_fn(|lane| {
             let meets = near[lane] <= far[lane] * (1.0 + SHARE_ROUNDING);
             if meets { near[lane] } else { f64::INFINITY }
         })

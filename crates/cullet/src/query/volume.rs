@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::body::{Corners, blocks};
 use super::segment::{Span, walk};
+use crate::array::Each;
 use crate::bounds::Aabb;
 use crate::cull::occlusion::{Occluder, Shape};
 use crate::hierarchy::Handle;
@@ -99,7 +100,7 @@ pub fn box_to_box(scene: &Scene, from: &Aabb, to: &Aabb, options: &VolumeOptions
     if !(from.is_finite() && to.is_finite()) {
         return BoxSight::Visible;
     }
-    let boxes = [from, to].map(|b| [b.min, b.max].map(|p| DVec3::from(p.map(f64::from))));
+    let boxes = [from, to].each(|b| [b.min, b.max].each(|p| DVec3::from(p.map(f64::from))));
     let query = Query { scene, layers: options.layers };
     query.prove(boxes, options.splits.min(MOST_SPLITS)).map_or(BoxSight::Visible, BoxSight::Hidden)
 }

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use glam::DVec3;
 
 use super::{Handle, Scene, SceneError};
+use crate::array::Each;
 
 /// An instance whose geometry leaves its bounds: it may vanish while it is in sight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,11 +59,11 @@ impl Scene {
             let t = self.transform(slot);
             let m = t.linear_f64();
             let shift = DVec3::from(t.translation) - DVec3::from(self.origin);
-            let [min, max] = [bounds.min, bounds.max].map(|v| DVec3::from(v.map(f64::from)));
+            let [min, max] = [bounds.min, bounds.max].each(|v| DVec3::from(v.map(f64::from)));
             let mut worst: Option<BoundsViolation> = None;
             let mut outside = 0;
             for &vertex in used.iter() {
-                let p = m * DVec3::from(positions[vertex as usize].map(f64::from)) + shift;
+                let p = m * DVec3::from(positions[vertex as usize].each(f64::from)) + shift;
                 let excess = match p.is_finite() {
                     true => (min - p).max(p - max).max_element(),
                     false => f64::INFINITY,

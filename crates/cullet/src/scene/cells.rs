@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::Scene;
 use super::order::{gather_bits, rearrange, rearrange_bits};
+use crate::array::{self, Each};
 use crate::bits;
 use crate::bounds::{Aabb, Boxes};
 use crate::cell::{CellGraph, CellLocator};
@@ -302,9 +303,8 @@ impl Scene {
             let mut is_loose = true;
             let b = self.bounds(slot);
             if !self.is_removed(slot) && b.is_finite() && !b.is_empty() {
-                let in_world =
-                    |v: [f32; 3]| std::array::from_fn(|a| f64::from(v[a]) + self.origin[a]);
-                let [min, max] = [b.min, b.max].map(in_world);
+                let in_world = |v: [f32; 3]| array::from_fn(|a| f64::from(v[a]) + self.origin[a]);
+                let [min, max] = [b.min, b.max].each(in_world);
                 cells.place.cells_touching(min, max, &mut cells.all);
                 cells.all[first..].sort_unstable();
                 let mut kept = first;

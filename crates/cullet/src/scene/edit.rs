@@ -1,6 +1,7 @@
 //! Adding, moving and removing instances, and what follows for their slots.
 
 use super::{BoundsOverride, Instance, InstanceFlags, Scene, SceneError};
+use crate::array;
 use crate::bits;
 use crate::bounds::Aabb;
 use crate::hierarchy::Handle;
@@ -145,10 +146,10 @@ impl Scene {
     /// Moves the origin, and with it the point around which f32 bounds are finest. O(instances).
     /// World-space override boxes are relative to the origin, so they are shifted, and grow by their rounding.
     pub fn rebase(&mut self, origin: [f64; 3]) {
-        let shift: [f64; 3] = std::array::from_fn(|a| self.origin[a] - origin[a]);
+        let shift: [f64; 3] = array::from_fn(|a| self.origin[a] - origin[a]);
         for o in self.overrides.each_mut() {
             if let BoundsOverride::World(b) = o {
-                let moved = |v: [f32; 3]| std::array::from_fn(|a| f64::from(v[a]) + shift[a]);
+                let moved = |v: [f32; 3]| array::from_fn(|a| f64::from(v[a]) + shift[a]);
                 *b = Aabb::rounded_out(moved(b.min), moved(b.max));
             }
         }

@@ -1,5 +1,7 @@
 //! Balls of eyes.
 
+use crate::array;
+
 /// A ball of eyes that levels are chosen for at once: none of them sees an error above the threshold.
 ///
 /// With a ball that is kept while the eye stays in it nothing flips, whatever the eye does in there, and nothing is
@@ -25,7 +27,7 @@ impl EyeBall {
     /// The smallest ball around two eyes.
     #[must_use]
     pub fn around(a: [f64; 3], b: [f64; 3]) -> Self {
-        let centre = std::array::from_fn(|i| a[i] * 0.5 + b[i] * 0.5);
+        let centre = array::from_fn(|i| a[i] * 0.5 + b[i] * 0.5);
         Self { centre, radius: distance(a, b) * 0.5 }
     }
 }

@@ -20,6 +20,7 @@ pub(crate) use size::SizeBounds;
 use glam::{DMat4, DVec3, DVec4};
 use thiserror::Error;
 
+use crate::array::Each;
 use crate::bounds::{Plane, ROUNDING};
 use crate::matrix::Matrix;
 
@@ -303,7 +304,7 @@ fn homogeneous_eye(m: &DMat4, depth: Depth) -> Option<(DVec4, bool)> {
     let (x, y, z, w) = (row(0), row(1), row(2), row(3));
     // A minor, and the sum of its terms' sizes, which its rounding error is relative to.
     let minor = |i: usize, j: usize, k: usize| {
-        let [a, b, c] = [x, y, w].map(|r| DVec3::new(r[i], r[j], r[k]));
+        let [a, b, c] = [x, y, w].each(|r| DVec3::new(r[i], r[j], r[k]));
         let sizes = DVec3::new(
             (b.y * c.z).abs() + (b.z * c.y).abs(),
             (b.z * c.x).abs() + (b.x * c.z).abs(),

@@ -3,6 +3,7 @@
 use glam::{DMat4, DVec3, DVec4};
 
 use super::{Depth, View};
+use crate::array::{self, Each};
 use crate::bounds::{Aabb, ROUNDING};
 
 /// A rectangle on the screen, in pixels from the top left corner; it may reach beyond the viewport.
@@ -37,7 +38,7 @@ impl ScreenRect {
     #[must_use]
     pub fn clipped(&self, viewport: [u32; 2]) -> Option<Self> {
         let min = self.min.map(|v| v.max(0.0));
-        let max = std::array::from_fn(|a| self.max[a].min(f64::from(viewport[a])));
+        let max = array::from_fn(|a| self.max[a].min(f64::from(viewport[a])));
         (min[0] <= max[0] && min[1] <= max[1]).then_some(Self { min, max })
     }
 }
@@ -111,7 +112,7 @@ impl View {
                 take(c);
             }
             // Where the edges to the three corners above it cross the near plane.
-            for other in [1, 2, 4].map(|axis| i | axis).into_iter().filter(|&o| o != i) {
+            for other in [1, 2, 4].each(|axis| i | axis).into_iter().filter(|&o| o != i) {
                 let end = corners[other];
                 let far = depth(end);
                 if (near < 0.0) != (far < 0.0) {

@@ -3,6 +3,7 @@
 use glam::{DMat4, DVec3, DVec4};
 
 use super::{Depth, View};
+use crate::array::{self, Each};
 use crate::bounds::{Aabb, ROUNDING};
 use crate::transform::Transform;
 
@@ -82,7 +83,7 @@ impl SizeBounds {
             return None;
         }
         let deep = self.rows[3].abs().dot(size);
-        let sizes = [0, 1].map(|r| {
+        let sizes = [0, 1].each(|r| {
             // |x/w − x'/w'| ≤ (|x − x'| + |x'/w'| |w − w'|) / w.
             let off = (middle(r).abs() + self.rows[r].abs().dot(reach) + error(r)) / nearest;
             let wide = self.rows[r].abs().dot(size) + off * deep;
@@ -94,7 +95,7 @@ impl SizeBounds {
 
     /// As [`of`](Self::of), of one box.
     pub(crate) fn of_box(&self, b: &Aabb) -> Option<[f64; 2]> {
-        self.of(b, std::array::from_fn(|a| b.max[a] - b.min[a]))
+        self.of(b, array::from_fn(|a| b.max[a] - b.min[a]))
     }
 }
 
@@ -144,10 +145,10 @@ mod tests {
             let camera = Camera::look_at(eye, target, projection);
             let Ok(view) = View::new(&camera, depth, [640, 360]) else { continue };
             let origin = [r(-9.0, 9.0), 0.0, r(-1e3, 1e3)];
-            let min: [f32; 3] = std::array::from_fn(|a| (r(-60.0, 60.0) - origin[a]) as f32);
-            let max: [f32; 3] = std::array::from_fn(|a| min[a] + r(0.0, 20.0) as f32);
+            let min: [f32; 3] = array::from_fn(|a| (r(-60.0, 60.0) - origin[a]) as f32);
+            let max: [f32; 3] = array::from_fn(|a| min[a] + r(0.0, 20.0) as f32);
             let within = Aabb { min, max };
-            let size: [f32; 3] = std::array::from_fn(|a| (max[a] - min[a]) * r(0.0, 0.3) as f32);
+            let size: [f32; 3] = array::from_fn(|a| (max[a] - min[a]) * r(0.0, 0.3) as f32);
             let sizes = SizeBounds::of_world(&view, origin);
             if sizes.of(&within, size).is_none() {
                 continue;
@@ -155,12 +156,12 @@ mod tests {
             bounded += 1;
             let mut largest: f64 = 0.0;
             for _ in 0..12 {
-                let low: [f32; 3] = std::array::from_fn(|a| {
+                let low: [f32; 3] = array::from_fn(|a| {
                     min[a] + (max[a] - size[a] - min[a]).max(0.0) * next(&mut state) as f32
                 });
-                let high: [f32; 3] = std::array::from_fn(|a| (low[a] + size[a]).min(max[a]));
+                let high: [f32; 3] = array::from_fn(|a| (low[a] + size[a]).min(max[a]));
                 // Its corners are rounded, so that it may be a little larger than was meant.
-                let size = std::array::from_fn(|a| size[a].max(high[a] - low[a]));
+                let size = array::from_fn(|a| size[a].max(high[a] - low[a]));
                 let [width, height] = sizes.of(&within, size).expect("as before");
                 let seen = view.project_box(&Aabb { min: low, max: high }, origin);
                 let seen = seen.expect("beyond the near plane");

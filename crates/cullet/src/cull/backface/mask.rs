@@ -11,8 +11,9 @@
 
 use std::ops::Range;
 
+use crate::simd::dispatch_256;
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::{dispatch, prelude::*};
+use fearless_simd::prelude::*;
 use glam::{DVec3, DVec4};
 
 use crate::bounds::Sphere;
@@ -296,7 +297,7 @@ impl MaskGrid {
         // Rounded up, so that less is culled.
         let threshold = (cone.sine as f32).next_up() + MARGIN;
         let mut bits = [0; CORNER_WORDS];
-        dispatch!(level.0, simd => corner_bits(simd, &self.corners, axis, threshold, &mut bits));
+        dispatch_256!(level, simd => corner_bits(simd, &self.corners, axis, threshold, &mut bits));
         self.cells_of_corners(&bits)
     }
 

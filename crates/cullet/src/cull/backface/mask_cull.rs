@@ -5,7 +5,9 @@
 //! 16-byte rows of the table that are not zero: a row is looked up by the low four bits of the offset
 //! where its high four bits name the row.
 
-use fearless_simd::{Simd, dispatch, prelude::*, u8x16};
+use crate::array::{self, Each};
+use crate::simd::dispatch_256;
+use fearless_simd::{Simd, prelude::*, u8x16};
 
 use super::{BackfaceMask, NormalMasks};
 
@@ -63,9 +65,9 @@ fn fill(
     let shuffles = !level.0.is_fallback();
     if shuffles {
         let table = Table::new(table);
-        dispatch!(level.0, simd => fill_rows(simd, offsets, bits, &table, out));
+        dispatch_256!(level, simd => fill_rows(simd, offsets, bits, &table, out));
     } else {
-        dispatch!(level.0, simd => fill_bytes(simd, offsets, bits, table, out));
+        dispatch_256!(level, simd => fill_bytes(simd, offsets, bits, table, out));
     }
 }
 
@@ -102,7 +104,7 @@ fearless_simd::kernel!(
         use core::arch::x86_64::*;
         use fearless_simd::u8x64;
         let load = |bytes: &[u8]| -> __m512i { u8x64::from_slice(avx512, bytes).into() };
-        let rows: [__m512i; 4] = std::array::from_fn(|i| load(&table[i * 64..i * 64 + 64]));
+        let rows: [__m512i; 4] = array::from_fn(|i| load(&table[i * 64..i * 64 + 64]));
         for ((offset, bit), out) in offsets.iter().zip(bits).zip(out) {
             let offset = load(offset);
             let low = _mm512_permutex2var_epi8(rows[0], offset, rows[1]);
@@ -161,7 +163,7 @@ fn fill_rows<S: Simd>(
 ) {
     for ((offset, bit), out) in offsets.iter().zip(bits).zip(out) {
         let at = |i: usize| i * 16..i * 16 + 16;
-        let offset = [0, 1, 2, 3].map(|i| u8x16::from_slice(simd, &offset[at(i)]));
+        let offset = [0, 1, 2, 3].each(|i| u8x16::from_slice(simd, &offset[at(i)]));
         let mut found = [u8x16::splat(simd, 0); 4];
         for (row, start) in table.rows[..table.len].iter().zip(&table.starts) {
             let row = u8x16::from_slice(simd, row);

@@ -10,7 +10,9 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Simd, dispatch, i16x16, i32x8, prelude::*, u8x32, u16x16};
+use crate::array::{self, Each};
+use crate::simd::dispatch_256;
+use fearless_simd::{Simd, i16x16, i32x8, prelude::*, u8x32, u16x16};
 use glam::{DVec3, DVec4};
 
 use super::Facing;
@@ -250,9 +252,9 @@ impl Planes8 {
             return test_avx512(avx512, bytes, eye, bound, culled, doubt);
         }
         if doubt.is_empty() {
-            dispatch!(level.0, simd => test::<_, false>(simd, bytes, eye, bound, culled, doubt));
+            dispatch_256!(level, simd => test::<_, false>(simd, bytes, eye, bound, culled, doubt));
         } else {
-            dispatch!(level.0, simd => test::<_, true>(simd, bytes, eye, bound, culled, doubt));
+            dispatch_256!(level, simd => test::<_, true>(simd, bytes, eye, bound, culled, doubt));
         }
     }
 
@@ -261,7 +263,7 @@ impl Planes8 {
     pub fn cull_ref(&self, &PlaneEye { eye, bound }: &PlaneEye) -> Vec<u64> {
         let mut culled = vec![0; self.len.div_ceil(64)];
         for i in 0..self.len {
-            let p = self.bytes[i].map(|v| i32::from(v) - 128);
+            let p = self.bytes[i].each(|v| i32::from(v) - 128);
             let value: i32 = (0..4).map(|k| p[k] * eye[k]).sum();
             culled[i / 64] |= u64::from(value + bound < 0) << (i % 64);
         }
@@ -283,7 +285,7 @@ fearless_simd::kernel!(
         // The eye as high·128 + low, each a signed byte; low in −64..64.
         let low = eye.map(|v| (v + 64).rem_euclid(128) - 64);
         let packed = |v: [i32; 4]| _mm512_set1_epi32(i32::from_le_bytes(v.map(|b| b as i8 as u8)));
-        let high: [i32; 4] = std::array::from_fn(|k| (eye[k] - low[k]) / 128);
+        let high: [i32; 4] = array::from_fn(|k| (eye[k] - low[k]) / 128);
         let (eye_high, eye_low) = (packed(high), packed(low));
         // Planes are biased by 128, which adds 128 times the sum of the eye to every product. What is
         // a multiple of 128 goes in before the high half is shifted, the rest into the comparison.
@@ -293,7 +295,7 @@ fearless_simd::kernel!(
         let start = _mm512_set1_epi32(start.div_euclid(128));
         for (i, (planes, culled)) in planes.as_chunks::<64>().0.iter().zip(culled).enumerate() {
             let bytes: &[u8] = planes.as_flattened();
-            let values: [__m512i; 4] = std::array::from_fn(|quarter| {
+            let values: [__m512i; 4] = array::from_fn(|quarter| {
                 let p: __m512i = u8x64::from_slice(avx512, &bytes[quarter * 64..][..64]).into();
                 let high = _mm512_slli_epi32::<7>(_mm512_dpbusd_epi32(start, p, eye_high));
                 _mm512_dpbusd_epi32(high, p, eye_low)

@@ -15,6 +15,7 @@ use super::cluster::{ClusterEye, ClusterPlanes, EllipticCone, EllipticCones};
 use super::planes::Frame;
 use super::{BackfaceMask, Facing, MaskGrid, NormalMasks, ObjectEye, PlaneEye, Planes8, ViewCone};
 use crate::Simd;
+use crate::array::Each;
 use crate::bounds::Sphere;
 
 /// A triangle less high than this share of the mesh's size is left to the test from its corners: one
@@ -51,7 +52,7 @@ fn shape(corners: [[f32; 3]; 3]) -> (f64, f64) {
 
 fn corners(positions: &[[f32; 3]], indices: &[u32], t: u32) -> [[f32; 3]; 3] {
     let t = t as usize * 3;
-    [0, 1, 2].map(|k| positions[indices[t + k] as usize])
+    [0, 1, 2].each(|k| positions[indices[t + k] as usize])
 }
 
 impl Backfaces {

@@ -10,6 +10,7 @@ use std::ops::Range;
 use glam::{DMat4, DVec3};
 
 use super::Facing;
+use crate::array::Each;
 use crate::exact::{Exact, determinant_sign};
 use crate::transform::Transform;
 use crate::view::{CullFace, FrontFace, View};
@@ -335,7 +336,7 @@ pub fn facing_ref(view: &View, transform: &Transform, corners: &[[f32; 3]; 3]) -
             })
             .chain([exact(1.0)])
             .collect();
-        [0, 1, 3].map(|row| Exact::dot(&[0, 4, 8, 12].map(|c| exact(m[c + row])), &world))
+        [0, 1, 3].each(|row| Exact::dot(&[0, 4, 8, 12].each(|c| exact(m[c + row])), &world))
     });
     let [[ax, ay, aw], [bx, by, bw], [cx, cy, cw]] = clip;
     let minor = |p: &Exact, q: &Exact, r: &Exact, s: &Exact| p.times(s).minus(&q.times(r));

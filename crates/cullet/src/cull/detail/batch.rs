@@ -8,8 +8,9 @@
 //! Of boxes anywhere in a node q is not known but to be in a range, by which |g| may be off. With the sizes of the largest and
 //! the smallest of them the node is decided as a whole, sixteen nodes at once.
 
+use crate::simd::dispatch_256;
+use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
-use fearless_simd::{dispatch, f32x16};
 
 use super::{Detail, Measure};
 use crate::bounds::{BoxBlock, LANES};
@@ -56,7 +57,7 @@ impl BatchSizes {
         wanted: u8,
         weights: Option<&[[f32; LANES]; 4]>,
     ) -> (u64, u64) {
-        dispatch!(level.0, simd => self.decide_some(simd, blocks, wanted, weights))
+        dispatch_256!(level, simd => self.decide_some(simd, blocks, wanted, weights))
     }
 
     /// One bit each for the nodes of a block below which all boxes are surely small, and surely none is. `sizes` are of the
@@ -75,7 +76,7 @@ impl BatchSizes {
                 halves[1][a][lane] = own.largest[a] * 0.5;
             }
         }
-        dispatch!(level.0, simd => self.decide_within(simd, block, &halves, weights))
+        dispatch_256!(level, simd => self.decide_within(simd, block, &halves, weights))
     }
 
     #[inline(always)]

@@ -30,8 +30,6 @@
 
 mod boxes;
 pub(in crate::cull::frustum) mod planes;
-#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-mod six;
 mod spheres;
 pub(in crate::cull::frustum) mod words;
 

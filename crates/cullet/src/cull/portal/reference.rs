@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::array::Each;
 use crate::cell::{CellGraph, CellShapes};
 
 /// Where a ray ends.
@@ -104,7 +105,7 @@ fn inset(polygon: &[[f64; 3]], plane: &crate::bounds::Plane, p: DVec3) -> f64 {
     let normal = DVec3::from(plane.normal);
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
     let insets = edges.filter_map(|(a, b)| {
-        let [a, b] = [a, b].map(|c| DVec3::from(*c));
+        let [a, b] = [a, b].each(|c| DVec3::from(*c));
         Some(normal.cross(b - a).try_normalize()?.dot(p - a))
     });
     insets.fold(f64::INFINITY, f64::min)

@@ -2,6 +2,7 @@
 
 use glam::{DMat4, DVec3};
 
+use crate::array::Each;
 use crate::bounds::ROUNDING;
 use crate::view::{FrustumPlane, View};
 
@@ -27,7 +28,7 @@ impl PortalView {
             return None;
         }
         let frustum = view.frustum();
-        let sides = [0, 1, 2, 3].map(|which| {
+        let sides = [0, 1, 2, 3].each(|which| {
             let plane = frustum.plane(FrustumPlane::ALL[which])?;
             let n = DVec3::from(plane.normal);
             // They go through the eye, but for the rounding of the matrix.
@@ -35,7 +36,7 @@ impl PortalView {
             Some((n, (plane.d - n.dot(eye)).max(0.0) + slack))
         });
         let m = DMat4::from_cols_array(&view.clip_from_world());
-        let rows = [0, 1, 3].map(|row| m.row(row).truncate());
+        let rows = [0, 1, 3].each(|row| m.row(row).truncate());
         let rows = rows.map(|row| row / row.abs().max_element().max(f64::MIN_POSITIVE));
         let near = near_box(&frustum, eye);
         Some(Self { eye, sides, rows, near, door_reach: 0.0 })

@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::polygon::{Corner, SLACK, cut, rectangle, side};
 use super::view::PortalView;
 use super::{PortalClip, PortalOptions};
+use crate::array::Each;
 use crate::bounds::Plane;
 use crate::cell::CellGraph;
 use crate::view::Frustum;
@@ -383,7 +384,7 @@ impl Reached {
                     }
                     let i = (label & !OWN) as usize;
                     let next = opening.polygon[(i + 1) % opening.polygon.len()];
-                    let [a, b] = [opening.polygon[i], next].map(|p| DVec3::from(p) - eye);
+                    let [a, b] = [opening.polygon[i], next].each(|p| DVec3::from(p) - eye);
                     let normal = if opening.is_front { side(a, b) } else { side(b, a) };
                     self.planes.extend(normal.map(|n| (n, 0.0)));
                 }

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::array;
 use crate::bounds::{Plane, ROUNDING, unit};
 
 /// A light that casts shadows, in the coordinates of the view's frustum and of the casters.
@@ -89,7 +90,7 @@ impl Light {
 
     /// The same light in coordinates relative to `origin`.
     pub(crate) fn relative_to(self, origin: [f64; 3]) -> Self {
-        let moved = |p: [f64; 3]| std::array::from_fn(|a| p[a] - origin[a]);
+        let moved = |p: [f64; 3]| array::from_fn(|a| p[a] - origin[a]);
         match self {
             Self::Directional { .. } => self,
             Self::Point { position, range } => Self::Point { position: moved(position), range },
@@ -140,7 +141,7 @@ impl Lit {
         let (axis, half_angle) = self.cone?;
         let (tip, (u, v)) = (self.apex.point, axis.any_orthonormal_pair());
         let (sine, cosine) = half_angle.sin_cos();
-        Some(std::array::from_fn(|side| {
+        Some(array::from_fn(|side| {
             let turn = std::f64::consts::TAU * side as f64 / Light::CONE_SIDES as f64;
             let across = u * turn.cos() + v * turn.sin();
             let n = across * cosine - axis * sine;

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::body::{Body, Vertex};
 use super::light::{Apex, Light, Reach};
+use crate::array;
 use crate::bounds::{Aabb, Plane, ROUNDING, unit};
 use crate::view::corners;
 use crate::view::{Frustum, FrustumPlane};
@@ -152,7 +153,7 @@ impl CasterRegion {
 
     fn of(sweep: &Sweep, sphere: Option<(DVec3, f64)>) -> Self {
         let planes = sweep.planes();
-        let first: [Option<Plane>; 6] = std::array::from_fn(|i| planes.get(i).copied());
+        let first: [Option<Plane>; 6] = array::from_fn(|i| planes.get(i).copied());
         let mut frustum = Frustum::from_planes(first);
         for plane in planes.iter().skip(6) {
             // A plane that is refused is one fewer to reject by.

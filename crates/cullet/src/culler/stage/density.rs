@@ -4,6 +4,7 @@
 //! a trunk at eye level has all of a forest behind it. So the value of a shape is not how many pixels it
 //! covers, but how many instances may be behind them, of those that are [sampled](super::samples).
 
+use crate::array::Each;
 use crate::cull::occlusion::{BoxTests, ScreenBounds};
 use crate::scene::Scene;
 
@@ -67,7 +68,7 @@ impl Density {
             }
         }
         let pixels: f32 = size.map(|s| s as f32).iter().product();
-        let total = self.at([0, 1].map(|a| u64::from(size[a])));
+        let total = self.at([0, 1].each(|a| u64::from(size[a])));
         self.scale = pixels / total as f32;
         // A pixel of a cell has its weight times CELL² over as many pixels.
         self.densest = most as f32 * self.scale;
@@ -109,7 +110,7 @@ impl Density {
     /// weight spread evenly.
     fn at(&self, [x, y]: [u64; 2]) -> u64 {
         let stride = self.cells[0] + 1;
-        let ([i, j], [u, v]) = ([x / CELL, y / CELL].map(|c| c as usize), [x % CELL, y % CELL]);
+        let ([i, j], [u, v]) = ([x / CELL, y / CELL].each(|c| c as usize), [x % CELL, y % CELL]);
         // Where a coordinate is that of a corner, what lies beyond has no weight in the sum.
         let (right, below) = ((i + 1).min(self.cells[0]), (j + 1).min(self.cells[1]));
         let sum = |i: usize, j: usize| self.sums[j * stride + i];

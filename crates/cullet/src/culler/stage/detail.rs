@@ -5,6 +5,7 @@ use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::run::is_parted;
 use super::super::sets::{Clusters, Instances, Sets, slots};
+use crate::array;
 use crate::bits;
 use crate::bounds::{Aabb, LANES};
 use crate::cull::detail::samples::SampleTest;
@@ -94,7 +95,7 @@ impl Sizes<'_> {
         // Slots that came since the nodes were made are below none.
         let covered = (nodes.len() / slots).saturating_sub(first).min(LANES);
         let weights = scene.size_weights(0).map(|_| {
-            std::array::from_fn(|lane| {
+            array::from_fn(|lane| {
                 let from = (first + lane) * slots;
                 scene.largest_size_weight(from..from + slots)
             })

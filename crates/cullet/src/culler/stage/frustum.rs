@@ -8,6 +8,7 @@ use super::super::run::{Run, is_parted, triangles_of};
 use super::super::sets::{self, Coarse, GROUP, Instances, Sets, slots};
 use super::backface::Backs;
 use super::{detail, occlusion, portal};
+use crate::array::{self, Each};
 use crate::bits;
 use crate::bounds::{Aabb, Plane, Side};
 use crate::clip::outcode::ObjectRegion;
@@ -97,7 +98,7 @@ fn take_visible(
     // Where all is in view, a group of words at once.
     let are_plain = all_in && scene.stand_ins().is_none();
     for group in 0..exempt.len().max(touched.len()) {
-        let [touched, exempt] = [touched, exempt].map(|w| w.get(group).copied().unwrap_or(0));
+        let [touched, exempt] = [touched, exempt].each(|w| w.get(group).copied().unwrap_or(0));
         if touched == u64::MAX && exempt == 0 && are_plain {
             let words = group * GROUP..(group + 1) * GROUP;
             set.take_group(scene, group, &cut.visible()[words.clone()], &cut.inside()[words]);
@@ -489,6 +490,6 @@ fn plane_name(number: usize) -> String {
 /// How far the box reaches to the inner side of a plane; negative when it is outside.
 fn depth_inside(plane: &Plane, b: &Aabb) -> f64 {
     let inner =
-        std::array::from_fn(|a| f64::from(if plane.normal[a] > 0.0 { b.min[a] } else { b.max[a] }));
+        array::from_fn(|a| f64::from(if plane.normal[a] > 0.0 { b.min[a] } else { b.max[a] }));
     -plane.distance(inner)
 }

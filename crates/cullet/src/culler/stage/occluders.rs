@@ -11,6 +11,7 @@ use std::collections::BinaryHeap;
 
 use super::super::sets::{GROUP, groups};
 use super::density::Density;
+use crate::array::{self, Each};
 use crate::bits;
 use crate::bounds::{Aabb, Block, BoxBlock, LANES};
 use crate::cull::occlusion::{
@@ -285,7 +286,7 @@ impl Search<'_> {
             let v = v * f64::from(size[a]);
             v.clamp(0.0, f64::from(size[a] - 1)) as u32
         };
-        Some([min, max].map(|p| std::array::from_fn(|a| pixel(p[a], a))))
+        Some([min, max].each(|p| array::from_fn(|a| pixel(p[a], a))))
     }
 
     /// Considers the shapes of an instance that are for a view which begins within what it seals off, or does not.

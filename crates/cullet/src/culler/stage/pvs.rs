@@ -5,6 +5,7 @@ use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::sets::Instances;
 use super::stand::{Idle, detail, list, place_of, stand};
+use crate::array::Each;
 use crate::bits;
 use crate::cull::pvs::{Targets, VisibleSets};
 use crate::funnel::{Reason, Stage};
@@ -121,7 +122,7 @@ impl Cache {
         for &word in &set.live {
             let at = word as usize;
             // Words that are not there are of slots that came since.
-            let kept = [&*self.seen, everywhere].map(|w| w.get(at).copied().unwrap_or(u64::MAX));
+            let kept = [&*self.seen, everywhere].each(|w| w.get(at).copied().unwrap_or(u64::MAX));
             let dropped = set.alive[at] & !(kept[0] | kept[1] | scene.exempt()[at]);
             set.alive[at] &= !dropped;
             sum += scene.tally_of_bits(at, dropped);

@@ -5,6 +5,7 @@
 //! spent on more. A frame in which nothing is hidden is slower by the first share alone, and one that costs next to
 //! nothing to draw is left alone.
 
+use crate::array::Each;
 use crate::costs::Costs;
 use crate::cull::occlusion::Occlusion;
 
@@ -34,7 +35,7 @@ impl Stake {
         [look_ns, test_ns]: [f64; 2],
     ) -> Self {
         let ns = costs.draw_ns * instances + costs.opaque_triangle_ns * triangles;
-        let [draw, look, tests] = [ns, look_ns, test_ns].map(|ns| (ns * 1e-3) as f32);
+        let [draw, look, tests] = [ns, look_ns, test_ns].each(|ns| (ns * 1e-3) as f32);
         let first = settings.risk.map_or(f32::INFINITY, |risk| draw * risk - look);
         Self { limit: settings.budget, first, draw, tests }
     }

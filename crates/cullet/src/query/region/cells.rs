@@ -1,5 +1,6 @@
 //! Boxes of eyes, cut into cells that are looked at from one point each.
 
+use crate::array::{self, Each};
 use crate::bounds::{Aabb, Boxes, Plane};
 use crate::view::{Frustum, FrustumPlane, View};
 
@@ -98,7 +99,7 @@ impl Cells {
     pub(super) fn new(eyes: &EyeBox, origin: [f64; 3], side: f64, most: u32) -> Option<Self> {
         let mut all = Cell { center: [0.0; 3], half: [0.0; 3] };
         for a in 0..3 {
-            let [low, high] = [eyes.min[a], eyes.max[a]].map(|v| v - origin[a]);
+            let [low, high] = [eyes.min[a], eyes.max[a]].each(|v| v - origin[a]);
             let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
             // Rounding of these lines. A single point stays one.
             let far = eyes.min[a].abs().max(eyes.max[a].abs()) + origin[a].abs();
@@ -129,7 +130,7 @@ impl Cells {
 
     /// Half the sides of each.
     pub(super) fn half(&self) -> [f64; 3] {
-        std::array::from_fn(|a| {
+        array::from_fn(|a| {
             // They overlap by more than their centres round.
             self.all.half[a] / f64::from(self.counts[a])
                 + if self.counts[a] > 1 { self.all.center[a].abs() * 1e-15 } else { 0.0 }
@@ -141,7 +142,7 @@ impl Cells {
         let half = self.half();
         (0..z).flat_map(move |k| (0..y).flat_map(move |j| (0..x).map(move |i| [i, j, k]))).map(
             move |place| {
-                let center = std::array::from_fn(|a| {
+                let center = array::from_fn(|a| {
                     let share = (2.0 * f64::from(place[a]) + 1.0) / f64::from(self.counts[a]);
                     self.all.center[a] + self.all.half[a] * (share - 1.0)
                 });

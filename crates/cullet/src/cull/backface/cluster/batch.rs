@@ -4,7 +4,8 @@
 //! wide. The arithmetic is that of [`EllipticCone::is_behind_eye`], product by product, so the answers are
 //! the same at every level.
 
-use fearless_simd::{Simd, dispatch, prelude::*};
+use crate::simd::dispatch_256;
+use fearless_simd::{Simd, prelude::*};
 
 use super::{ClusterEye, EllipticCone};
 
@@ -87,7 +88,7 @@ impl EllipticCones {
         culled: &mut [u64],
     ) {
         let blocks = &self.blocks[first * BLOCKS..(first + culled.len()) * BLOCKS];
-        dispatch!(level.0, simd => words(simd, blocks, eye, culled));
+        dispatch_256!(level, simd => words(simd, blocks, eye, culled));
     }
 }
 

@@ -4,6 +4,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::ellipse::best_ellipse;
 use super::{Apex, ClusterEye, ClusterPlanes};
+use crate::array::Each;
 
 /// The region {e : z < 0 and z² > (s·w)² + (t·w)²} with w = e − apex and z = axis·w: no square root, 48
 /// bytes.
@@ -59,7 +60,7 @@ impl EllipticCone {
     pub fn is_behind_eye(&self, eye: &ClusterEye) -> bool {
         let w = eye.way_from(self.apex);
         let [z, s, t] =
-            [self.axis, self.s, self.t].map(|v| v[0] * w[0] + v[1] * w[1] + v[2] * w[2]);
+            [self.axis, self.s, self.t].each(|v| v[0] * w[0] + v[1] * w[1] + v[2] * w[2]);
         z < 0.0 && z * z - (s * s + t * t) > ClusterEye::LEAST_SQUARE
     }
 
@@ -72,7 +73,7 @@ impl EllipticCone {
     #[must_use]
     pub fn holds(&self, fit: &Apex) -> bool {
         const ROUNDING: f64 = 2e-6;
-        let [axis, s, t] = [self.axis, self.s, self.t].map(|v| DVec3::from(v.map(f64::from)));
+        let [axis, s, t] = [self.axis, self.s, self.t].each(|v| DVec3::from(v.map(f64::from)));
         let inverse = DMat3::from_cols(axis, s, t).inverse();
         let norm = inverse.to_cols_array().iter().map(|v| v * v).sum::<f64>().sqrt();
         let keep = 1.0 - ROUNDING * norm * (axis.length() + s.length() + t.length());

@@ -1,6 +1,7 @@
 //! The eye as the bounds of clusters take it.
 
 use super::ClusterPlanes;
+use crate::array::{self, Each};
 
 /// A homogeneous eye prepared for the bounds of clusters: a position or a direction, in f32.
 ///
@@ -22,7 +23,7 @@ impl ClusterEye {
     pub fn new(eye: [f64; 4]) -> Option<Self> {
         let [x, y, z, w] = eye;
         let scale = if w > 0.0 { w } else { x.abs().max(y.abs()).max(z.abs()) };
-        let xyz = [x, y, z].map(|v| v / scale);
+        let xyz = [x, y, z].each(|v| v / scale);
         // Written so that NaN is not an eye. A direction has 1 for its largest number here.
         (w >= 0.0
             && w.is_finite()
@@ -53,6 +54,6 @@ impl ClusterEye {
     #[inline(always)]
     #[must_use]
     pub fn way_from(&self, apex: [f32; 3]) -> [f32; 3] {
-        std::array::from_fn(|k| self.xyz[k] - apex[k] * self.w)
+        array::from_fn(|k| self.xyz[k] - apex[k] * self.w)
     }
 }

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::array::Each;
 use crate::exact::is_collinear;
 
 /// The planes of a cluster's triangles. Triangles without area, and slivers whose normal is not
@@ -254,7 +255,7 @@ impl Apex {
     /// With a hull around squares of twice this side in place of the points; `by` is not negative.
     #[must_use]
     pub fn widened(&self, by: f64) -> Self {
-        let corners = [[by, by], [-by, by], [-by, -by], [by, -by]].map(DVec2::from);
+        let corners = [[by, by], [-by, by], [-by, -by], [by, -by]].each(DVec2::from);
         let moved = |p: &[f64; 2]| corners.map(|c| DVec2::from(*p) + c);
         let hull = convex_hull(self.hull.iter().flat_map(moved).collect());
         Self { hull: hull.into_iter().map(Into::into).collect(), ..self.clone() }

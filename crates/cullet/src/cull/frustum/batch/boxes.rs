@@ -1,6 +1,6 @@
 //! The box tests, in SIMD of any width.
 
-use fearless_simd::dispatch;
+use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 
 use super::planes::{BoxPlane, Planes};
@@ -15,12 +15,7 @@ pub(super) fn visible(
     first: usize,
     visible: &mut [u64],
 ) {
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    if let (Some(simd), Some(six)) = (level.0.as_avx512(), &planes.six) {
-        super::six::visible(simd, six, (blocks, len), first, visible);
-        return;
-    }
-    dispatch!(level.0, simd => {
+    dispatch!(level, simd => {
         let mut test = Outside { planes: planes.box_planes() };
         run(simd, &mut test, (blocks, len), first, visible);
     });
@@ -36,7 +31,7 @@ pub(super) fn inside(
     visible: &[u64],
     inside: &mut [u64],
 ) {
-    dispatch!(level.0, simd => {
+    dispatch!(level, simd => {
         let mut test = Inside { planes: planes.box_planes(), visible, first };
         run(simd, &mut test, (blocks, len), first, inside);
     });

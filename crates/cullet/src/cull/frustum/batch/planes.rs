@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::array::Each;
 use crate::bounds::{Aabb, Block, Boxes, Plane, Side, Sphere};
 use crate::view::{Frustum, FrustumPlane};
 
@@ -50,25 +51,21 @@ fn offsets(d: f64, slack: f64) -> (f32, f32) {
 }
 
 impl BoxPlane {
-    /// A plane that rejects nothing: the filler of the fast path.
-    pub(super) fn never(rows: [usize; 3]) -> Self {
+    /// A plane that rejects nothing.
+    fn never() -> Self {
         let (d, inside) = (f32::INFINITY, f32::INFINITY);
-        Self { rows, b: 0.0, c: 0.0, d, inside, number: u8::MAX }
+        Self { rows: [0, 1, 2], b: 0.0, c: 0.0, d, inside, number: u8::MAX }
     }
 
-    /// `axes` gives the order of the sum; `row_of` the row of an axis whose coefficient is zero.
-    fn new(number: usize, plane: &Plane, axes: [usize; 3], zero_rows: [usize; 3]) -> Self {
-        let unit = plane.normal[axes[0]].abs();
+    fn new(number: usize, plane: &Plane) -> Self {
         let n = plane.normal;
-        let rows = axes.map(|a| match n[a] {
-            v if v > 0.0 => a,
-            v if v < 0.0 => a + 3,
-            _ => zero_rows[a],
-        });
+        let axes = axes_by_size(plane);
+        let unit = n[axes[0]].abs();
+        let rows = axes.map(|a| if n[a] < 0.0 { a + 3 } else { a });
         let usable = plane.normal.iter().all(|v| v.is_finite()) && unit > 0.0;
         if !usable || plane.d.is_nan() {
             let inside = f32::NEG_INFINITY;
-            return Self { number: number as u8, inside, ..Self::never(axes) };
+            return Self { number: number as u8, inside, ..Self::never() };
         }
         let mut slack = 0.0;
         let mut coefficient = |axis: usize| {
@@ -95,23 +92,6 @@ impl BoxPlane {
         let z = self.rows.map(|r| block[(r + 3) % 6][lane]);
         z[0] + (z[1] * self.b + z[2] * self.c) <= self.inside
     }
-}
-
-/// Six planes of which two are opposite, for the path that loads each row once.
-///
-/// `planes` 0 and 1 use complementary rows; 2 and 3 use, on each axis, the row of one or the other,
-/// as the bits of `pattern` say; 4 and 5 use any rows.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Six {
-    pub(super) planes: [BoxPlane; 6],
-    #[cfg_attr(
-        not(target_arch = "x86_64"),
-        expect(
-            dead_code,
-            reason = "only registers of 512 bits pay for a loop of its own for each pattern"
-        )
-    )]
-    pub(super) pattern: usize,
 }
 
 /// The six planes of a view in the form that shares work between opposite sides, for spheres.
@@ -148,7 +128,6 @@ pub struct Planes {
     pub(super) for_boxes: [BoxPlane; Frustum::MAX_PLANES],
     pub(super) for_spheres: [SpherePlane; Frustum::MAX_PLANES],
     pub(super) count: usize,
-    pub(super) six: Option<Six>,
     pub(super) shared: Option<SharedSides>,
     frustum: Frustum,
 }
@@ -157,35 +136,20 @@ impl Planes {
     /// Prepares the planes of `frustum`. Cost: about a microsecond.
     #[must_use]
     pub fn new(frustum: &Frustum) -> Self {
-        let mut for_boxes = [BoxPlane::never([0, 1, 2]); Frustum::MAX_PLANES];
+        let mut for_boxes = [BoxPlane::never(); Frustum::MAX_PLANES];
         let zero =
             SpherePlane { n: [0.0; 3], d: f32::INFINITY, inside: f32::INFINITY, number: u8::MAX };
         let mut for_spheres = [zero; Frustum::MAX_PLANES];
         let mut count = 0;
         for (number, plane) in frustum.planes() {
-            for_boxes[count] = BoxPlane::new(number, plane, axes_by_size(plane), [0, 1, 2]);
+            for_boxes[count] = BoxPlane::new(number, plane);
             for_spheres[count] = sphere_plane(number, plane);
             count += 1;
         }
-        let mut planes = Self {
-            for_boxes,
-            for_spheres,
-            count,
-            six: None,
-            shared: None,
-            frustum: frustum.clone(),
-        };
+        let mut planes =
+            Self { for_boxes, for_spheres, count, shared: None, frustum: frustum.clone() };
         if frustum.present() >> 6 == 0 && count > 0 {
-            planes.six = six(frustum);
             planes.shared = shared(frustum);
-        }
-        // The order of a sum decides its last bit, so every path takes the fast path's planes.
-        if let Some(six) = &planes.six {
-            for plane in &mut planes.for_boxes[..count] {
-                if let Some(p) = six.planes.iter().find(|p| p.number == plane.number) {
-                    *plane = *p;
-                }
-            }
         }
         planes
     }
@@ -265,7 +229,7 @@ impl Planes {
 
     /// Where the sphere in `lane` of a block lies.
     pub(super) fn spheres(&self, block: &[[f32; 16]; 4], lane: usize) -> Side {
-        let [x, y, z, r] = [0, 1, 2, 3].map(|row: usize| block[row][lane]);
+        let [x, y, z, r] = [0, 1, 2, 3].each(|row: usize| block[row][lane]);
         let dot = |n: &[f32; 3]| x * n[0] + (y * n[1] + z * n[2]);
         let outside = match &self.shared {
             Some(s) => {
@@ -294,7 +258,7 @@ impl Planes {
     /// The number of the first plane that rejects the sphere in `lane`, which some plane does. In f64:
     /// the test knows only that one of two opposite planes rejects.
     pub(super) fn rejecting_sphere(&self, block: &[[f32; 16]; 4], lane: usize) -> u8 {
-        let [x, y, z, r] = [0, 1, 2, 3].map(|row: usize| f64::from(block[row][lane]));
+        let [x, y, z, r] = [0, 1, 2, 3].each(|row: usize| f64::from(block[row][lane]));
         let excess =
             |p: &Plane| p.normalized().map_or(f64::NEG_INFINITY, |p| p.distance([x, y, z])) - r;
         let first = self.frustum.planes().find(|(_, p)| excess(p) > 0.0);
@@ -307,10 +271,6 @@ impl Planes {
 fn axes_by_size(plane: &Plane) -> [usize; 3] {
     let size = |a: usize| plane.normal[a].abs();
     let unit = (0..3).fold(0, |best, a| if size(a) > size(best) { a } else { best });
-    axes_from(unit)
-}
-
-fn axes_from(unit: usize) -> [usize; 3] {
     [[0, 1, 2], [1, 0, 2], [2, 0, 1]][unit]
 }
 
@@ -332,67 +292,13 @@ fn good(frustum: &Frustum, which: FrustumPlane) -> Option<Plane> {
     frustum.plane(which).and_then(|p| p.normalized()).filter(|p| p.d.is_finite())
 }
 
-fn six(frustum: &Frustum) -> Option<Six> {
-    use FrustumPlane::{Bottom, Far, Left, Near, Right, Top};
-    let plane = |which| frustum.plane(which);
-    let all = [Far, Near, Left, Right, Bottom, Top];
-    // Every plane that is there must be usable; one of the front pair may be missing.
-    if all.iter().any(|&w| plane(w).is_some() && good(frustum, w).is_none()) {
-        return None;
-    }
-    let lead = plane(Far).or(plane(Near))?;
-    let turned = plane(Far).is_none();
-    // Smaller than this, scaling to 1 would bring offsets near the limits of f32.
-    const SMALLEST: f64 = 1e-6;
-    let shared = [Far, Near, Left, Right];
-    let size = |axis: usize| {
-        shared.iter().filter_map(|&w| plane(w)).map(|p| p.normal[axis].abs()).fold(1.0, f64::min)
-    };
-    let unit = (0..3).fold(0, |best, a| if size(a) > size(best) { a } else { best });
-    if size(unit) < SMALLEST {
-        return None;
-    }
-    let axes = axes_from(unit);
-    // Rows of the first plane (far), by axis; where its normal is zero, the near plane chooses.
-    let mut first = [0; 3];
-    for axis in 0..3 {
-        let toward = |p: &Plane, sign: f64| p.normal[axis] * sign;
-        let mut v = toward(lead, if turned { -1.0 } else { 1.0 });
-        if let (Some(f), Some(n)) = (plane(Far), plane(Near)) {
-            if f.normal[axis] * n.normal[axis] > 0.0 {
-                return None;
-            }
-            if v == 0.0 {
-                v = -n.normal[axis];
-            }
-        }
-        first[axis] = if v < 0.0 { axis + 3 } else { axis };
-    }
-    let second = first.map(|r| (r + 3) % 6);
-    let make = |which: FrustumPlane, axes: [usize; 3], zero_rows: [usize; 3]| match plane(which) {
-        Some(p) => BoxPlane::new(which as usize, p, axes, zero_rows),
-        None => BoxPlane::never(axes.map(|a| zero_rows[a])),
-    };
-    let own = |which| make(which, plane(which).map_or([0, 1, 2], axes_by_size), [0, 1, 2]);
-    let pattern_of = |p: &BoxPlane| {
-        (0..3).fold(0, |bits, j| bits | usize::from(p.rows[j] != first[axes[j]]) << j)
-    };
-    let mut sides = [make(Left, axes, first), make(Right, axes, first)];
-    sides.sort_by_key(|p| pattern_of(p));
-    let pattern = pattern_of(&sides[0]) | pattern_of(&sides[1]) << 3;
-    let [left, right] = sides;
-    let planes =
-        [make(Far, axes, first), make(Near, axes, second), left, right, own(Bottom), own(Top)];
-    Some(Six { planes, pattern })
-}
-
 /// How far a direction of the shared form may be from that of the frustum: 2u.
 const SAME: f64 = 2.0 / (1 << 24) as f64;
 
 fn shared(frustum: &Frustum) -> Option<SharedSides> {
     use FrustumPlane::{Bottom, Far, Left, Near, Right, Top};
     let [left, right, bottom, top, near] =
-        [Left, Right, Bottom, Top, Near].map(|w| good(frustum, w));
+        [Left, Right, Bottom, Top, Near].each(|w| good(frustum, w));
     let far = good(frustum, Far);
     if far.is_none() && frustum.plane(Far).is_some() {
         return None;

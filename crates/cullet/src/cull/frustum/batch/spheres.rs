@@ -1,6 +1,6 @@
 //! The sphere tests, in SIMD of any width.
 
-use fearless_simd::dispatch;
+use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 
 use super::planes::{Planes, SharedSides, SidePair, SpherePlane};
@@ -16,10 +16,10 @@ pub(super) fn visible(
     visible: &mut [u64],
 ) {
     match &planes.shared {
-        Some(sides) => dispatch!(level.0, simd => {
+        Some(sides) => dispatch!(level, simd => {
             run(simd, &Shared::new(simd, sides), (blocks, len), first, visible);
         }),
-        None => dispatch!(level.0, simd => {
+        None => dispatch!(level, simd => {
             let test = Each { planes: planes.sphere_planes(), inside: false };
             run(simd, &test, (blocks, len), first, visible);
         }),
@@ -35,7 +35,7 @@ pub(super) fn inside(
     visible: &[u64],
     inside: &mut [u64],
 ) {
-    dispatch!(level.0, simd => {
+    dispatch!(level, simd => {
         let test = Each { planes: planes.sphere_planes(), inside: true };
         run(simd, &test, (blocks, len), first, inside);
     });

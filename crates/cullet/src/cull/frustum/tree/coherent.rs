@@ -33,7 +33,8 @@
 //! 34 % at 0.1°, 10 % seen), but to look at it costs two thirds of the cold test of the block: nearly
 //! everywhere slower than a cold walk.
 
-use fearless_simd::dispatch;
+use crate::array::Each;
+use crate::simd::dispatch_256;
 use fearless_simd::prelude::*;
 
 use super::super::batch::planes::{BoxPlane, Planes};
@@ -287,7 +288,7 @@ impl Margin {
     fn holds(&self, plane: &BoxPlane) -> bool {
         let (dd, di) = (plane.d - self.d, plane.inside - self.inside);
         let [m, n] = self.middle;
-        let [reach_b, reach_c] = [0, 1].map(|i: usize| self.middle[i].abs() + self.half[i]);
+        let [reach_b, reach_c] = [0, 1].each(|i: usize| self.middle[i].abs() + self.half[i]);
         let mut shifts = [(plane.b - self.b) * m, (plane.c - self.c) * n];
         let mut around =
             [(plane.b - self.b).abs() * self.half[0], (plane.c - self.c).abs() * self.half[1]];
@@ -364,7 +365,7 @@ impl Recall<'_> {
         }
         front.truncate(left);
         let Self { memory, again, generation, .. } = self;
-        dispatch!(walk.level.0, simd => test_groups(simd, walk, again, memory, generation, target));
+        dispatch_256!(walk.level, simd => test_groups(simd, walk, again, memory, generation, target));
         found
     }
 }
@@ -419,7 +420,7 @@ fn test_groups<S: Simd>(
         };
         let memory = &mut memory[at];
         for (i, number) in bits::ones(u64::from(open)).enumerate().take(PLANES) {
-            let least = nearest[i].map(S::f32s::reduce_min);
+            let least = nearest[i].each(S::f32s::reduce_min);
             memory.margins[i] = Margin::new(&planes[number], least, &around);
         }
         (memory.visible, memory.inside) = target.group(at);

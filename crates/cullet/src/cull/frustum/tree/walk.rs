@@ -6,7 +6,8 @@
 
 use std::ops::Range;
 
-use fearless_simd::dispatch;
+use crate::array;
+use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 
 use super::super::batch::planes::{BoxPlane, Planes};
@@ -119,7 +120,7 @@ impl<'a> Target<'a> {
     /// Results for the 256 boxes of a block of nodes.
     pub(super) fn group(&self, group: usize) -> ([u64; 4], [u64; 4]) {
         let word = group * 4;
-        let four = |words: &[u64]| std::array::from_fn(|i| words[word + i]);
+        let four = |words: &[u64]| array::from_fn(|i| words[word + i]);
         (four(self.visible), four(self.inside))
     }
 }
@@ -177,7 +178,7 @@ impl Walk<'_> {
             let below = &self.nodes.levels()[at];
             let unit = LANES.pow(at as u32);
             next.reserve((front.len * LANES).min(below.len()));
-            dispatch!(self.level.0, simd => inner(simd, planes, below, unit, front, next, target));
+            dispatch!(self.level, simd => inner(simd, planes, below, unit, front, next, target));
             std::mem::swap(front, next);
         }
     }
@@ -185,7 +186,7 @@ impl Walk<'_> {
     /// Tests the boxes of a front.
     fn leaves(&self, front: &Front, target: &mut Target<'_>) {
         let planes = self.planes.box_planes();
-        dispatch!(self.level.0, simd => leaves(simd, planes, self.boxes, front, target));
+        dispatch!(self.level, simd => leaves(simd, planes, self.boxes, front, target));
     }
 }
 

@@ -7,6 +7,7 @@ use std::collections::HashMap;
 
 use super::super::OcclusionError;
 use super::super::raster::reach;
+use crate::array::{self, Each};
 use crate::bounds::Aabb;
 use crate::exact;
 use crate::mesh::weld;
@@ -108,11 +109,11 @@ impl Convex {
         }
         let (positions, first) = (&used, weld(&used));
         let triangles: Vec<[u32; 3]> =
-            local.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|v| first[v])).collect();
+            local.chunks_exact(3).map(|t| [t[0], t[1], t[2]].each(|v| first[v])).collect();
         if triangles.len() < 4 {
             return None;
         }
-        let corners = |t: usize| triangles[t].map(|v| positions[v as usize]);
+        let corners = |t: usize| triangles[t].each(|v| positions[v as usize]);
         let mut half_edges = HashMap::with_capacity(triangles.len() * 3);
         for (t, v) in triangles.iter().enumerate() {
             for k in 0..3 {
@@ -238,7 +239,7 @@ impl Convex {
         let bounds = vertices.iter().fold(Aabb::EMPTY, |b, &p| b.union(&Aabb { min: p, max: p }));
         let mut eights = vertices
             .chunks(8)
-            .map(|c| [0, 1, 2].map(|axis| std::array::from_fn(|i| c[i.min(c.len() - 1)][axis])));
+            .map(|c| [0, 1, 2].each(|axis| array::from_fn(|i| c[i.min(c.len() - 1)][axis])));
         let points = eights.next().ok_or(OcclusionError::Empty)?;
         let more = eights.collect();
         let reach = reach(&vertices);
@@ -286,7 +287,7 @@ impl Convex {
 
 /// Three corners of a loop that span a large triangle, in the loop's order.
 fn spread(vertices: &[[f32; 3]], corners: &[u32]) -> [u32; 3] {
-    let at = |k: usize| glam::DVec3::from(vertices[corners[k] as usize].map(f64::from));
+    let at = |k: usize| glam::DVec3::from(vertices[corners[k] as usize].each(f64::from));
     let area = |k: [usize; 3]| (at(k[1]) - at(k[0])).cross(at(k[2]) - at(k[0])).length_squared();
     let n = corners.len();
     let mut best = [0, n / 3, (2 * n).div_ceil(3).min(n - 1)];

@@ -4,7 +4,7 @@
 //! once more, by the pixels alone that the convex hull of the corners touches, was tried: in four views of a
 //! city of 100,000 boxes it took twenty times as long a box and found none of 1,476 to be hidden, so it is not done.
 
-use fearless_simd::dispatch;
+use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 
 use super::super::raster::{OcclusionBuffer, Rectangles, ScreenBounds};
@@ -115,7 +115,7 @@ impl OcclusionBuffer {
 
     /// Whether every pixel of some screen bounds is covered by what is nearer.
     pub(crate) fn covers(&self, level: crate::Simd, bounds: &ScreenBounds) -> bool {
-        dispatch!(level.0, simd => self.read().covers(simd, bounds))
+        dispatch!(level, simd => self.read().covers(simd, bounds))
     }
 }
 
@@ -215,10 +215,10 @@ impl<'a> BoxTests<'a> {
         least: f32,
         mut each: impl FnMut(usize, Option<ScreenBounds>),
     ) {
-        let mut r = Rectangles::NONE;
-        if let Some(projector) = &self.projector {
-            dispatch!(self.level.0, simd => projector.project(simd, block, slack, &mut r));
-        }
+        let r = match &self.projector {
+            Some(projector) => projector.project(self.level, block, slack),
+            None => Rectangles::NONE,
+        };
         for lane in bits::ones(wanted & !u64::from(r.outside)) {
             if r.bounded >> lane & 1 == 0 {
                 each(lane, None);
@@ -250,8 +250,10 @@ impl<'a> BoxTests<'a> {
     /// Tests the wanted of sixteen boxes.
     fn block(&self, block: &BoxBlock, wanted: u64, kind: Kind) -> Found {
         let (Some(projector), 1..) = (&self.projector, wanted) else { return Found::default() };
-        dispatch!(self.level.0, simd => {
-            test_block(simd, self.buffer, projector, self.nearest, block, wanted, kind)
+        let slack = if kind == Kind::Nodes { NODE_SLACK } else { 1.0 };
+        let r = projector.project(self.level, block, slack);
+        dispatch!(self.level, simd => {
+            test_rectangles(simd, self.buffer, self.nearest, &r, wanted, kind)
         })
     }
 
@@ -355,18 +357,14 @@ fn below(len: usize, word: usize) -> u64 {
 }
 
 #[inline(always)]
-fn test_block<S: Simd>(
+fn test_rectangles<S: Simd>(
     simd: S,
     buffer: &OcclusionBuffer,
-    projector: &BoxProjector,
     nearest: Option<&Nearest>,
-    block: &BoxBlock,
+    r: &Rectangles,
     wanted: u64,
     kind: Kind,
 ) -> Found {
-    let mut r = Rectangles::NONE;
-    let slack = if kind == Kind::Nodes { NODE_SLACK } else { 1.0 };
-    projector.project(simd, block, slack, &mut r);
     let (mut hidden, mut whole) = (0, 0);
     for lane in bits::ones(wanted & u64::from(r.bounded)) {
         let bounds = r.bounds(lane);

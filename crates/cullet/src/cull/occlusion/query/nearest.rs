@@ -1,6 +1,6 @@
 //! Greatest nearness of tiles: what is before everything that was drawn.
 
-use fearless_simd::dispatch;
+use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 
 use super::super::raster::{OcclusionBuffer, ScreenBounds};
@@ -18,7 +18,7 @@ pub(crate) struct Nearest {
 impl Nearest {
     /// Reads a buffer: costs a look at the pixels of each tile that is covered in part.
     pub(crate) fn read(&mut self, level: crate::Simd, buffer: &OcclusionBuffer) {
-        dispatch!(level.0, simd => buffer.read().most(simd, &mut self.blocks));
+        dispatch!(level, simd => buffer.read().most(simd, &mut self.blocks));
     }
 
     /// Whether a rectangle lies within the screen, none of its sides along an edge, and all its pixels are as
@@ -70,7 +70,7 @@ mod tests {
                 let min = [i * 7 % 190, i * 13 % 120];
                 let max = [(min[0] + i % 31).min(202), (min[1] + i % 23).min(124)];
                 let farthest = [0.02, 0.09, 0.1, 0.11][i as usize % 4];
-                let found = dispatch!(level.0, simd => {
+                let found = dispatch!(level, simd => {
                     let bounds = ScreenBounds { min, max, nearness: 0.0 };
                     nearest.is_before(simd, &buffer, &bounds, farthest)
                 });

@@ -9,7 +9,9 @@
 use fearless_simd::prelude::*;
 
 use super::super::raster::{ObjectScreen, Rectangles, Row, Screen, ScreenBounds, meet};
+use crate::array::Each;
 use crate::bounds::{BoxBlock, Boxes, LANES};
+use crate::simd::dispatch;
 
 /// The least w that has a reciprocal whose products do not overflow, and the largest pixel.
 const LEAST_W: f32 = 1e-18;
@@ -46,7 +48,7 @@ impl BoxProjector {
         }
         // x, y, w or nearness, near.
         let order = [0, 1, if perspective { 4 } else { 2 }, 3];
-        let base = meet([0, 1, 2].map(|i| rows[order[i]])).unwrap_or_default();
+        let base = meet([0, 1, 2].each(|i| rows[order[i]])).unwrap_or_default();
         let row = |i: usize| Row::new(rows[order[i]], sizes[order[i]], base);
         let rows = [row(0)?, row(1)?, row(2)?, row(3)?];
         Some(Self { base, rows, size: screen.size.map(|s| s as f32), perspective })
@@ -78,14 +80,14 @@ impl BoxProjector {
     /// A box within another has its rectangle within, and is neither nearer nor farther, if the other is
     /// projected with four times the doubt or more: each number is off by less than its own doubt, and that of
     /// the smaller box is the smaller.
+    pub(crate) fn project(&self, level: crate::Simd, block: &BoxBlock, slack: f32) -> Rectangles {
+        let mut all = Rectangles::NONE;
+        dispatch!(level, simd => self.project_with(simd, block, slack, &mut all));
+        all
+    }
+
     #[inline(always)]
-    pub(crate) fn project<S: Simd>(
-        &self,
-        simd: S,
-        block: &BoxBlock,
-        slack: f32,
-        out: &mut Rectangles,
-    ) {
+    fn project_with<S: Simd>(&self, simd: S, block: &BoxBlock, slack: f32, out: &mut Rectangles) {
         (out.bounded, out.outside) = (0, 0);
         let mut at = 0;
         while at < LANES {

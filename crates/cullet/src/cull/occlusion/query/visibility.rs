@@ -1,6 +1,7 @@
 //! Test of one box, in f64: the oracle of [batches](super::batch).
 
 use super::super::raster::{OcclusionBuffer, ScreenBounds};
+use crate::array::{self, Each};
 use crate::bounds::Aabb;
 
 /// Result of a test against a buffer.
@@ -45,7 +46,7 @@ impl OcclusionBuffer {
         if (0..2).any(|a| min[a] > last[a] || min[a] > max[a]) {
             return Visibility::Outside;
         }
-        let within = ScreenBounds { max: [0, 1].map(|a| max[a].min(last[a])), ..*bounds };
+        let within = ScreenBounds { max: [0, 1].each(|a| max[a].min(last[a])), ..*bounds };
         let is_open = self.screen().is_none() || nearness.is_nan() || nearness <= 0.0;
         if is_open || !self.covers(level, &within) {
             return Visibility::Visible;
@@ -102,8 +103,8 @@ impl OcclusionBuffer {
         }
         let pixel = |v: f64, a: usize| v.floor().clamp(0.0, size[a] - 1.0) as u32;
         Ok(Some(ScreenBounds {
-            min: std::array::from_fn(|a| pixel(min[a], a)),
-            max: std::array::from_fn(|a| pixel(max[a], a)),
+            min: array::from_fn(|a| pixel(min[a], a)),
+            max: array::from_fn(|a| pixel(max[a], a)),
             nearness: (nearest as f32).next_up(),
         }))
     }

@@ -4,7 +4,7 @@
 //! with the same result to the last bit; and what is hidden in its band need not be drawn there, which threads
 //! with a buffer each would not know of one another.
 
-use fearless_simd::dispatch;
+use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 
 use super::blocks::BlocksMut;
@@ -91,12 +91,12 @@ impl Band<'_> {
         let surface = surface.get_or_insert_with(|| Surface::new(*columns, *rows));
         surface.removal = removal;
         let target = &mut self.target;
-        dispatch!(level.0, simd => surface.draw(simd, patch, &screen, projection, target));
+        dispatch!(level, simd => surface.draw(simd, patch, &screen, projection, target));
     }
 
     /// Covers what lies wholly within the outline of its pen.
     pub(crate) fn fill(&mut self, level: crate::Simd) {
-        dispatch!(level.0, simd => self.fill_with(simd));
+        dispatch!(level, simd => self.fill_with(simd));
     }
 
     /// As [`fill`](Self::fill), where the level is known.

@@ -6,6 +6,7 @@ use super::blocks::{BLOCK, Block, Blocks, BlocksMut, Pixels};
 use super::bounds::Rectangles;
 use super::screen::Screen;
 use super::steps::Scale;
+use crate::array::Each;
 use crate::view::View;
 
 /// Proof of what is hidden, pixel by pixel.
@@ -47,7 +48,7 @@ impl OcclusionBuffer {
         if size.iter().any(|&s| s == 0 || s > Self::LIMIT) {
             return Err(OcclusionError::Size(size[0], size[1], Self::LIMIT));
         }
-        let [columns, rows] = [0, 1].map(|a| (size[a] as usize).div_ceil(BLOCK[a]));
+        let [columns, rows] = [0, 1].each(|a| (size[a] as usize).div_ceil(BLOCK[a]));
         Ok(Self {
             size,
             columns,
@@ -88,9 +89,9 @@ impl OcclusionBuffer {
     /// Has the pixels of a block that lie beyond the buffer's edge be infinitely near.
     fn fill_beyond(&mut self, [column, row]: [usize; 2]) {
         let block = row * self.columns + column;
-        let size = [0, 1].map(|a| self.size[a] as usize);
+        let size = [0, 1].each(|a| self.size[a] as usize);
         let place = [column * BLOCK[0], row * BLOCK[1]];
-        let left = [0, 1].map(|a| size[a].saturating_sub(place[a]).min(BLOCK[a]));
+        let left = [0, 1].each(|a| size[a].saturating_sub(place[a]).min(BLOCK[a]));
         self.parted[block] =
             self.blocks[block].fill_beyond(&mut self.pixels[block * 8..][..8], left);
     }

@@ -7,6 +7,7 @@
 //! |k||p − e| + |c|). [`Row`] takes 9 u, of which the rest pays for the rounding of the bound itself, and adds
 //! what f64 did to the rows.
 
+use crate::array::Each;
 use crate::bounds::Boxes;
 
 /// Error of rounding a row, as a share of the sizes of its terms: 9 u.
@@ -43,7 +44,7 @@ impl Row {
         Some(Self {
             k: [r[0] as f32, r[1] as f32, r[2] as f32],
             c: c as f32,
-            k_error: [0, 1, 2].map(|a| up(r[a].abs() * SHARE + of[a] * SHARE64)),
+            k_error: [0, 1, 2].each(|a| up(r[a].abs() * SHARE + of[a] * SHARE64)),
             c_error: up(c.abs() * SHARE + size * SHARE64),
         })
     }

@@ -3,6 +3,7 @@
 use glam::{DMat4, DVec4};
 
 use super::steps::Scale;
+use crate::array;
 use crate::transform::Transform;
 use crate::view::{Depth, View};
 
@@ -102,7 +103,7 @@ impl Screen {
         let perspective = !view.is_orthographic();
         // So that w is the distance along the line of view, or 1: a matrix may be times any factor.
         let unit = if perspective { m.row(3).truncate().length() } else { m.row(3).w };
-        let [x, y, z, w] = std::array::from_fn(|i| m.row(i) / unit);
+        let [x, y, z, w] = array::from_fn(|i| m.row(i) / unit);
         let [width, height] = size.map(f64::from);
         let (near, nearness) = match view.depth() {
             Depth::Standard => (z, w - z),
@@ -128,7 +129,7 @@ impl Screen {
     /// The same screen for the points of an object.
     pub(crate) fn of_object(&self, transform: &Transform, origin: [f64; 3]) -> ObjectScreen {
         let [x, y, z] = transform.linear.map(|c| c.map(f64::from));
-        let t: [f64; 3] = std::array::from_fn(|a| transform.translation[a] - origin[a]);
+        let t: [f64; 3] = array::from_fn(|a| transform.translation[a] - origin[a]);
         // Row vectors times the matrix.
         let dot = |r: &DVec4, c: [f64; 3]| r.x * c[0] + r.y * c[1] + r.z * c[2];
         let of = |r: DVec4, [x, y, z, t]: [[f64; 3]; 4]| {
@@ -201,7 +202,7 @@ impl ObjectScreen {
 
 /// Largest absolute coordinate along each axis, which bounds what rounding does to any of the points.
 pub(crate) fn reach(points: &[[f32; 3]]) -> [f32; 3] {
-    points.iter().fold([0.0; 3], |r, p| std::array::from_fn(|a| r[a].max(p[a].abs())))
+    points.iter().fold([0.0; 3], |r, p| array::from_fn(|a| r[a].max(p[a].abs())))
 }
 
 /// How far corners on the screen may be off.

@@ -75,7 +75,7 @@ impl Scale {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::simd::dispatch;
 
     use super::*;
 
@@ -111,7 +111,7 @@ mod tests {
         let values = [0.0, -3.0, 1e-12, 0.013, 0.7, 0.999_999, 4.0, f32::INFINITY];
         for scale in [Scale::perspective(0.1), Scale::parallel()] {
             for level in crate::Simd::all() {
-                let found: [u16; 8] = dispatch!(level.0, simd => {
+                let found: [u16; 8] = dispatch!(level, simd => {
                     scale.of_eight_drawn(simd, f32x8::from_slice(simd, &values)).into()
                 });
                 assert_eq!(found, values.map(|v| scale.of_drawn(v)));

@@ -6,6 +6,7 @@ use super::super::query::BoxProjector;
 use super::super::raster::OcclusionBuffer;
 use super::list::rectangles;
 use crate::Simd;
+use crate::array;
 use crate::bits;
 use crate::bounds::{Boxes, LANES};
 use crate::transform::Transform;
@@ -81,7 +82,7 @@ impl DynamicSurface {
         let Some((screen, origin)) = buffer.screen() else { return };
         let projector = BoxProjector::of_object(screen, &screen.of_object(transform, origin));
         self.order.clear();
-        let some: [u32; LANES] = std::array::from_fn(|i| i as u32);
+        let some: [u32; LANES] = array::from_fn(|i| i as u32);
         for first in (0..self.boxes.len()).step_by(LANES) {
             let numbers = some.map(|i| i + first as u32);
             let numbers = &numbers[..LANES.min(self.boxes.len() - first)];

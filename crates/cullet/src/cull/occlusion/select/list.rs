@@ -10,7 +10,7 @@
 //! more twice. Boxes of a sorted list read from a plain slice, one or two cache lines each, took as long to
 //! project as those of a batch, six.
 
-use fearless_simd::dispatch;
+use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 
 use super::super::query::BoxProjector;
@@ -107,7 +107,6 @@ impl OcclusionBuffer {
 
 impl Band<'_> {
     /// Draws those of up to sixteen occluders that are not hidden by then; gives how many those are.
-    #[inline(always)]
     fn draw_open(
         &mut self,
         level: crate::Simd,
@@ -117,18 +116,20 @@ impl Band<'_> {
     ) -> usize {
         let mut left = u64::MAX >> (64 - some.len()) & !u64::from(r.outside);
         let mut drawn = 0;
-        while let Some(lane) =
-            dispatch!(level.0, simd => first_open(simd, self.target.read(), r, left))
-        {
+        while let Some(lane) = self.first_open(level, r, left) {
             draw(self, some[lane]);
             drawn += 1;
             left &= !1 << lane;
         }
         drawn
     }
+
+    /// The first of some rectangles that is not hidden by now, or that has no bounds.
+    fn first_open(&mut self, level: crate::Simd, r: &Rectangles, left: u64) -> Option<usize> {
+        dispatch!(level, simd => first_open(simd, self.target.read(), r, left))
+    }
 }
 
-/// The first of some rectangles that is not hidden in some blocks, or that has no bounds.
 #[inline(always)]
 fn first_open<S: Simd>(simd: S, of: Blocks<'_>, r: &Rectangles, left: u64) -> Option<usize> {
     let [first, last] = of.pixel_rows().map(|v| v as i32);
@@ -149,7 +150,6 @@ fn first_open<S: Simd>(simd: S, of: Blocks<'_>, r: &Rectangles, left: u64) -> Op
 }
 
 /// Where up to sixteen boxes lie on the screen.
-#[inline(always)]
 pub(super) fn rectangles(
     level: crate::Simd,
     projector: Option<&BoxProjector>,
@@ -164,11 +164,7 @@ pub(super) fn rectangles(
             row[lane] = from[i as usize % LANES];
         }
     }
-    let mut r = Rectangles::NONE;
-    if let Some(projector) = projector {
-        dispatch!(level.0, simd => projector.project(simd, &block, 1.0, &mut r));
-    }
-    r
+    projector.map_or(Rectangles::NONE, |projector| projector.project(level, &block, 1.0))
 }
 
 /// Cost of looking at an occluder, in units of what it costs to cover a block: fitted to the bands of 32 views of a city,

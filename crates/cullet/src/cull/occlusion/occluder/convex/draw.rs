@@ -1,7 +1,8 @@
 //! Drawing convex bodies: one that lies wholly in front of the near plane by its silhouette, eight corners, and eight
 //! edges, at a time; any other face by face.
 
-use fearless_simd::dispatch;
+use crate::array::Each;
+use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 use glam::DVec4;
 
@@ -29,7 +30,7 @@ impl Convex {
     /// [`OcclusionBuffer::begin`](super::super::super::OcclusionBuffer::begin).
     pub fn draw(&self, level: crate::Simd, band: &mut Band<'_>, transform: &Transform) {
         let Some(screen) = band.object_screen(transform) else { return };
-        if dispatch!(level.0, simd => self.draw_whole(simd, &screen, band)) {
+        if dispatch!(level, simd => self.draw_whole(simd, &screen, band)) {
             return;
         }
         let mut clips = std::mem::take(&mut band.pen.clips);
@@ -106,7 +107,7 @@ impl Convex {
             }
             seen[word] = bits;
             for face in bits::ones(bits) {
-                let corners = faces[face].map(spot);
+                let corners = faces[face].each(spot);
                 outline.plane(Plane::through(corners, span, size, &doubt));
             }
         }

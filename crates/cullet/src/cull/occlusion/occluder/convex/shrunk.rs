@@ -8,6 +8,7 @@
 use glam::{DMat3, DVec3};
 
 use super::Convex;
+use crate::array::Each;
 use crate::transform::Transform;
 
 /// A face whose three corners span less, as a share of the square of the body's size, has a normal of which rounding
@@ -49,7 +50,7 @@ impl<'a> Faces<'a> {
     }
 
     fn corner(&self, vertex: u32) -> DVec3 {
-        DVec3::from(self.body.vertices[vertex as usize].map(f64::from)) - self.middle
+        DVec3::from(self.body.vertices[vertex as usize].each(f64::from)) - self.middle
     }
 
     /// All corners from the middle, not transformed.

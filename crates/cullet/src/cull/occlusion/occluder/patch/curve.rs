@@ -1,6 +1,7 @@
 //! Sorting facets by place, fast enough to be done in a frame: one pass of counting.
 
 use super::facet::Facet;
+use crate::array::Each;
 use crate::bounds::Aabb;
 
 /// Facets of a cell on average: some cells make a chunk.
@@ -32,7 +33,7 @@ impl Curve {
         let all = bounds(positions);
         self.begin(&all, bits);
         // A quarter, for the sum of four corners. What has no extent has one cell.
-        let scale = [0, 1, 2].map(|a| {
+        let scale = [0, 1, 2].each(|a| {
             let extent = all.max[a] - all.min[a];
             if extent > 0.0 { self.spread[a].len() as f32 / extent * 0.25 } else { 0.0 }
         });
@@ -67,7 +68,7 @@ impl Curve {
 
     /// Divides a box into 2^bits cells.
     fn begin(&mut self, all: &Aabb, bits: usize) {
-        let mut extent = [0, 1, 2].map(|a| f64::from(all.max[a]) - f64::from(all.min[a]));
+        let mut extent = [0, 1, 2].each(|a| f64::from(all.max[a]) - f64::from(all.min[a]));
         let mut axes = [0; BITS];
         for axis in &mut axes[..bits] {
             *axis = (0..3).fold(0, |best, a| if extent[a] > extent[best] { a } else { best });
@@ -114,7 +115,7 @@ mod tests {
         for row in numbers.chunks(16) {
             let places: Vec<_> = row.iter().map(|&i| place(i)).collect();
             let b = Aabb::from_points(&places);
-            let [x, y] = [0, 1].map(|a| b.max[a] - b.min[a]);
+            let [x, y] = [0, 1].each(|a| b.max[a] - b.min[a]);
             assert!(x <= 4.0 && y <= 4.0, "{row:?}");
         }
         numbers.sort_unstable();

@@ -1,5 +1,6 @@
 //! Facets: triangles of a surface, and pairs of them that make a convex quad.
 
+use crate::array::Each;
 use glam::{DVec3, Vec3};
 
 /// The cosine of the angle between the normals of two triangles below which they make no quad.
@@ -120,7 +121,7 @@ pub(super) fn edges(facets: &[Facet]) -> Vec<Edge> {
 }
 
 fn place(positions: &[[f32; 3]], vertex: u32) -> DVec3 {
-    DVec3::from(positions[vertex as usize].map(f64::from))
+    DVec3::from(positions[vertex as usize].each(f64::from))
 }
 
 /// The normal of a triangle, as long as twice its area.
@@ -186,10 +187,10 @@ mod tests {
 
     #[test]
     fn three_triangles_at_an_edge_leave_one_open() {
-        let facets = [[0, 1, 2], [1, 0, 3], [0, 1, 4]].map(Facet::triangle);
+        let facets = [[0, 1, 2], [1, 0, 3], [0, 1, 4]].each(Facet::triangle);
         let at: Vec<_> = edges(&facets).into_iter().filter(|e| e.vertices == [0, 1]).collect();
         assert_eq!(at.iter().map(|e| e.facets).collect::<Vec<_>>(), [[0, 1], [2, NONE]]);
-        let facets = [[0, 1, 2], [0, 1, 3]].map(Facet::triangle);
+        let facets = [[0, 1, 2], [0, 1, 3]].each(Facet::triangle);
         let open = edges(&facets).into_iter().filter(|e| e.facets[1] == NONE).count();
         assert_eq!(open, 6, "two that wind differently have none in common");
     }
@@ -197,7 +198,7 @@ mod tests {
     #[test]
     fn a_bent_pair_stays_two_triangles_and_a_flat_one_is_a_quad() {
         let mut positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.5], [0.0, 1.0, 0.0]];
-        let pair = || [[0, 1, 2], [0, 2, 3]].map(Facet::triangle).to_vec();
+        let pair = || [[0, 1, 2], [0, 2, 3]].each(Facet::triangle).to_vec();
         assert_eq!(paired(&positions, pair()).len(), 2);
         positions[2][2] = 0.0;
         let flat = paired(&positions, pair());

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::super::super::raster::{Connected, FACETS as LANES, MOST_VERTICES, NEVER};
 use super::facet::{Facet, normal};
+use crate::array::Each;
 
 /// The end of a list of half-edges.
 const END: u16 = u16::MAX;
@@ -145,7 +146,7 @@ impl Layout {
         let corners = facet.corners();
         for k in 0..corners.len() {
             let [from, to] =
-                [corners[k], corners[(k + 1) % corners.len()]].map(|v| self.number_of[v as usize]);
+                [corners[k], corners[(k + 1) % corners.len()]].each(|v| self.number_of[v as usize]);
             let list = usize::from(from.min(to));
             let (mut before, mut at) = (END, self.lists[list]);
             while at != END {

@@ -21,6 +21,7 @@ use split::Split;
 use super::super::OcclusionError;
 use super::super::raster::{Band, Connected};
 use crate::Simd;
+use crate::array::Each;
 use crate::bounds::Aabb;
 use crate::mesh::weld;
 use crate::transform::Transform;
@@ -116,7 +117,7 @@ impl Patch {
             for group in rows.chunks(corners_of(kind)) {
                 for lane in 0..group[0].len() {
                     let at = |k: usize| u32::from(group[k.min(group.len() - 1)][lane]);
-                    let facet = Facet { corners: [0, 1, 2, 3].map(at) };
+                    let facet = Facet { corners: [0, 1, 2, 3].each(at) };
                     if facet.is_whole() {
                         lists[kind / 2].push(facet.corners);
                     }
@@ -140,7 +141,7 @@ impl Patch {
             let end = count as u32;
             return Err(OcclusionError::Range { start: 0, end, count: Self::FACETS });
         }
-        let [own, around] = [own, around].map(|list| -> Vec<Facet> {
+        let [own, around] = [own, around].each(|list| -> Vec<Facet> {
             let facets = list.iter().map(|&corners| Facet { corners });
             facets.filter(Facet::is_whole).collect()
         });

@@ -6,6 +6,7 @@
 //! with 32; in 2.4, 2.8 and 3.7 ms.
 
 use super::facet::{Edge, Facet, NONE, edges};
+use crate::array::Each;
 
 /// Facets of a surface in patches.
 pub(super) struct Split<'a> {
@@ -66,7 +67,7 @@ impl<'a> Split<'a> {
         }
         for (number, own) in (0..).zip(lists) {
             let around = self.around(number, &own);
-            let [own, around] = [own, around].map(|list| self.sorted(list));
+            let [own, around] = [own, around].each(|list| self.sorted(list));
             each(&own, &around);
         }
     }
@@ -106,7 +107,7 @@ impl<'a> Split<'a> {
         let mut around = Vec::new();
         for &f in own {
             for &v in self.facets[f as usize].corners() {
-                let [first, end] = [v, v + 1].map(|v| self.ends[v as usize] as usize);
+                let [first, end] = [v, v + 1].each(|v| self.ends[v as usize] as usize);
                 for &g in &self.around[first..end] {
                     let is_same = self.part[g as usize] == self.part[f as usize];
                     if is_same && self.patch[g as usize] != number {

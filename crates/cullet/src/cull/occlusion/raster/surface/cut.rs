@@ -7,6 +7,7 @@ use super::super::connected::{Connected, MOST_VERTICES, NUMBERS};
 use super::super::screen::{Clip, ObjectScreen};
 use super::Surface;
 use super::projection::{GUARD, PLANES, Projection, UNUSABLE};
+use crate::array::Each;
 use crate::bits;
 
 /// The most corners of what is left of a triangle.
@@ -104,7 +105,7 @@ impl Projection {
         let corners = polygon.corners();
         for (i, (a, is_along)) in corners.iter().enumerate() {
             let b = &corners[(i + 1) % corners.len()].0;
-            let [a_in, b_in] = [a, b].map(|c| self.height(c, plane) >= 0.0);
+            let [a_in, b_in] = [a, b].each(|c| self.height(c, plane) >= 0.0);
             match (a_in, b_in) {
                 (true, true) => left.push(*a, *is_along),
                 (true, false) => {
@@ -123,7 +124,7 @@ impl Projection {
             return None;
         }
         for plane in 0..PLANES {
-            match [a, b].map(|c| self.height(&c, plane) >= 0.0) {
+            match [a, b].each(|c| self.height(&c, plane) >= 0.0) {
                 [true, true] => {}
                 [true, false] => b = self.meet(&a, &b, plane),
                 [false, true] => a = self.meet(&b, &a, plane),
@@ -191,7 +192,7 @@ impl Surface {
         let mut counts = [0; 2];
         let mut shown = None;
         for half in 0..corners.len() - 2 {
-            let triangle = [0, 1 + half, 2 + half].map(|k| corners[k]);
+            let triangle = [0, 1 + half, 2 + half].each(|k| corners[k]);
             let [some, all] = projection.beyond(triangle.iter());
             if all != 0 {
                 continue;
@@ -252,7 +253,7 @@ impl Surface {
     fn side_of(&self, vertices: &[u16]) -> Option<bool> {
         let place = |i: usize| {
             let v = usize::from(vertices[i % vertices.len()]) % NUMBERS;
-            [self.x[v], self.y[v]].map(f64::from)
+            [self.x[v], self.y[v]].each(f64::from)
         };
         let (mut area, mut around) = (0.0, 0.0);
         let [ox, oy] = place(0);

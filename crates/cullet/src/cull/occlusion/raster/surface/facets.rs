@@ -8,6 +8,7 @@ use super::super::blocks::{BLOCK, BlocksMut};
 use super::super::connected::{LANES, NUMBERS};
 use super::super::span::{ROWS, Span};
 use super::{Numbers, Surface, Window};
+use crate::array::Each;
 use crate::bits;
 
 /// A side that is more level than this is given this slope, through its first end.
@@ -163,7 +164,7 @@ impl Surface {
                 & turn(&x, &y, [1, 2, N - 1]).simd_gt(slack);
             let halved = lanes & !convex.to_bitmask();
             for lane in bits::ones(halved) {
-                let [a, b, c, d] = [0, 1, 2, N - 1].map(|k| rows[k][lane]);
+                let [a, b, c, d] = [0, 1, 2, N - 1].each(|k| rows[k][lane]);
                 self.halves.extend([[a, b, c], [a, c, d]]);
             }
             lanes &= !halved;

@@ -14,6 +14,7 @@ use super::super::connected::{Connected, LANES};
 use super::super::row::{Row, meet};
 use super::super::screen::ObjectScreen;
 use super::{Surface, Window};
+use crate::array::Each;
 use crate::bounds::Aabb;
 
 /// Pixels beyond each edge of the screen up to which vertices keep their digits; what reaches farther is clipped.
@@ -55,17 +56,17 @@ impl Projection {
         let of = order.map(|i| screen.sizes[i].to_array());
         let base = meet([rows[0], rows[1], rows[2]]).unwrap_or_default();
         let row = |i: usize| Row::new(rows[i], of[i], base);
-        let [x, y, third] = [0, 1, 2].map(|i| DVec3::new(rows[i][0], rows[i][1], rows[i][2]));
+        let [x, y, third] = [0, 1, 2].each(|i| DVec3::new(rows[i][0], rows[i][1], rows[i][2]));
         let inverse = DMat3::from_cols(x, y, third).transpose().inverse();
         let rows = [row(0)?, row(1)?, row(2)?, row(3)?];
-        let shares = [0, 1, 2].map(|i: usize| {
-            [0, 1, 2].map(|j: usize| {
+        let shares = [0, 1, 2].each(|i: usize| {
+            [0, 1, 2].each(|j: usize| {
                 let each = |a: usize| f64::from(rows[i].k_error[a]) * inverse.col(j)[a].abs();
                 each(0) + each(1) + each(2)
             })
         });
         let eye = if perspective {
-            let c = [0, 1, 2].map(|i| screen.rows()[order[i]].w);
+            let c = [0, 1, 2].each(|i| screen.rows()[order[i]].w);
             (inverse * -DVec3::from(c)).extend(1.0)
         } else {
             let along = x.cross(y);
@@ -111,7 +112,7 @@ impl Projection {
     /// The largest distance from the base along each axis.
     fn reach(&self, b: &Aabb) -> [f64; 3] {
         let base = self.base.map(f64::from);
-        [0, 1, 2].map(|a: usize| {
+        [0, 1, 2].each(|a: usize| {
             (f64::from(b.min[a]) - base[a]).abs().max((f64::from(b.max[a]) - base[a]).abs())
         })
     }
@@ -143,12 +144,12 @@ impl Projection {
     fn doubt(&self, g: [f64; 2], w: f64, reach: [f64; 3]) -> VertexDoubt {
         let far = g[0].max(g[1]);
         if !self.perspective {
-            let [x, y, n] = [0, 1, 2].map(|row| QUOTIENT * self.error(row, reach));
+            let [x, y, n] = [0, 1, 2].each(|row| QUOTIENT * self.error(row, reach));
             let pixels = x.max(y) + far * 2.0_f64.powi(-22);
             return VertexDoubt { pixels, share: 2.0_f64.powi(-22), nearness: n };
         }
         let places = [g[0], g[1], 1.0];
-        let at = [0, 1, 2].map(|j: usize| places[j] + f64::from(self.rows[j].c.abs()) / w);
+        let at = [0, 1, 2].each(|j: usize| places[j] + f64::from(self.rows[j].c.abs()) / w);
         let of = |i: usize| {
             let each = |j: usize| self.shares[i][j] * at[j];
             each(0) + each(1) + each(2) + f64::from(self.rows[i].c_error) / w
@@ -232,7 +233,7 @@ impl Surface {
             if i < patch.own_vertices {
                 // The last of its own share their eight with some around.
                 let is_own = lanes.simd_lt(splat((patch.own_vertices - i) as f32));
-                own = grown(before, [x, y].map(|v| is_own.select(v, nan)));
+                own = grown(before, [x, y].each(|v| is_own.select(v, nan)));
                 nearest = nearest.max(is_own.select(n, -infinite));
                 all_codes &= codes;
             }
@@ -253,10 +254,10 @@ impl Surface {
         }
         // Where no vertex is usable there are no bounds.
         let far = |a: usize| if low[a] <= high[a] { low[a].abs().max(high[a].abs()) } else { 0.0 };
-        let g = [far(0), far(1)].map(|g| f64::from(g) * 1.01 + 2.0);
+        let g = [far(0), far(1)].each(|g| f64::from(g) * 1.01 + 2.0);
         let w = f64::from(smallest_w.reduce_min());
         let doubt = projection.doubt(g, w, reach);
-        let padded = [self.columns * BLOCK[0], self.used.len() * BLOCK[1]].map(|s| s as f64);
+        let padded = [self.columns * BLOCK[0], self.used.len() * BLOCK[1]].each(|s| s as f64);
         let mut span = g[0].max(g[1]).max(padded[0]).max(padded[1]);
         if is_clipped {
             span = span.max(projection.size[0].max(projection.size[1]) + GUARD + 1.0);
@@ -270,7 +271,7 @@ impl Surface {
         let end = [padded[0] as f32, (rows[1] * BLOCK[1]) as f32];
         // The pixels that its own facets touch for certain. What they may touch beside those is of the patches around it; so it
         // draws nothing beyond its box, by which it may be passed over.
-        let low = [0, 1].map(|a| (own_low[a] + margin).floor().max(first[a]));
+        let low = [0, 1].each(|a| (own_low[a] + margin).floor().max(first[a]));
         let high = [
             ((own_high[0] - margin).floor() + 1.0).min(end[0]),
             (own_high[1] - margin).floor().min(end[1] - 1.0),
