@@ -14,6 +14,7 @@
 //! are right as long as nothing overflows and no tail falls below the smallest f64, which products of
 //! up to six f32 numbers cannot do.
 
+use crate::array::Each;
 
 /// a + b as a rounded sum and its rounding error.
 pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
@@ -76,14 +77,14 @@ fn sign_of(v: f64) -> i32 {
 }
 
 fn wide(p: [f32; 3]) -> [f64; 3] {
-    p.map(f64::from)
+    p.each(f64::from)
 }
 
 /// Twice the signed area of (a, b, c) seen along `axis`, that is component `axis` of
 /// (b − a) × (c − a), as six exact terms.
 fn area_terms(corners: &[[f32; 3]; 3], axis: usize) -> [f64; 6] {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    let [a, b, c] = corners.map(wide);
+    let [a, b, c] = corners.each(wide);
     [a[u] * b[v], -a[v] * b[u], b[u] * c[v], -b[v] * c[u], c[u] * a[v], -c[v] * a[u]]
 }
 
@@ -115,7 +116,7 @@ pub fn plane_sign(normal: [f64; 3], d: f64, point: [f64; 3]) -> i32 {
 
 /// Whether three points lie on one line, two or all of them perhaps in one place.
 pub(crate) fn is_collinear(corners: &[[f32; 3]; 3]) -> bool {
-    let [a, b, c] = corners.map(wide);
+    let [a, b, c] = corners.each(wide);
     for axis in 0..3 {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let p = (b[u] - a[u]) * (c[v] - a[v]);
@@ -143,7 +144,7 @@ pub(crate) fn dot_area_sign(k: &[[f64; 2]; 3], corners: &[[f32; 3]; 3]) -> i32 {
 
 /// The sign of the determinant of three columns. Exact arithmetic only where f64 cannot tell.
 pub(crate) fn determinant_sign(columns: &[[f32; 3]; 3]) -> i32 {
-    let [x, y, z] = columns.map(wide);
+    let [x, y, z] = columns.each(wide);
     let (mut value, mut size) = (0.0, 0.0);
     for axis in 0..3 {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -160,7 +161,7 @@ pub(crate) fn determinant_sign(columns: &[[f32; 3]; 3]) -> i32 {
 }
 
 fn exact_determinant_sign(columns: &[[f32; 3]; 3]) -> i32 {
-    let [x, y, z] = columns.map(wide);
+    let [x, y, z] = columns.each(wide);
     let mut sum = Sum::<12>::new();
     for axis in 0..3 {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -177,7 +178,7 @@ pub(crate) fn side_sign(corners: &[[f32; 3]; 3], point: [f32; 3]) -> i32 {
     let mut sum = Sum::<48>::new();
     let faces =
         [([a, b, c], -1.0), ([a, b, point], 1.0), ([a, c, point], -1.0), ([b, c, point], 1.0)];
-    for ([x, y, z], sign) in faces.map(|(f, s)| (f.map(wide), s)) {
+    for ([x, y, z], sign) in faces.each(|(f, s)| (f.each(wide), s)) {
         for axis in 0..3 {
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
             sum.add_product(sign * y[u] * z[v], x[axis]);

@@ -1,6 +1,6 @@
 //! Matrices as callers have them.
 
-use crate::array;
+use crate::array::{self, Each};
 
 /// A 4×4 matrix of a caller's, column-major: columns in order, each as x, y, z, w.
 ///
@@ -31,13 +31,13 @@ impl From<&[f64; 16]> for Matrix {
 
 impl From<[f32; 16]> for Matrix {
     fn from(m: [f32; 16]) -> Self {
-        Self(m.map(f64::from))
+        Self(m.each(f64::from))
     }
 }
 
 impl From<&[f32; 16]> for Matrix {
     fn from(m: &[f32; 16]) -> Self {
-        Self(m.map(f64::from))
+        Self(m.each(f64::from))
     }
 }
 
@@ -49,7 +49,7 @@ impl From<[[f64; 4]; 4]> for Matrix {
 
 impl From<[[f32; 4]; 4]> for Matrix {
     fn from(columns: [[f32; 4]; 4]) -> Self {
-        columns.map(|c| c.map(f64::from)).into()
+        columns.each(|c| c.each(f64::from)).into()
     }
 }
 

@@ -71,7 +71,7 @@ impl Transform {
     /// The column-major 4×4 matrix.
     #[must_use]
     pub fn to_matrix(&self) -> [f64; 16] {
-        let [x, y, z] = self.linear.map(|c| c.map(f64::from));
+        let [x, y, z] = self.linear.each(|c| c.each(f64::from));
         let t = self.translation;
         [x[0], x[1], x[2], 0.0, y[0], y[1], y[2], 0.0, z[0], z[1], z[2], 0.0, t[0], t[1], t[2], 1.0]
     }
@@ -112,7 +112,7 @@ impl Transform {
     }
 
     pub(crate) fn linear_f64(&self) -> DMat3 {
-        let [x, y, z] = self.linear.map(|c| DVec3::from(c.map(f64::from)));
+        let [x, y, z] = self.linear.each(|c| DVec3::from(c.each(f64::from)));
         DMat3::from_cols(x, y, z)
     }
 

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::plane::ROUNDING;
 use super::{Plane, Side};
-use crate::array;
+use crate::array::{self, Each};
 
 /// An axis-aligned box. Empty when some `min` exceeds its `max`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -48,7 +48,7 @@ impl Aabb {
     /// The smallest f32 box that holds the f64 box `min`..`max`: rounded outward.
     #[must_use]
     pub fn rounded_out(min: [f64; 3], max: [f64; 3]) -> Self {
-        Self { min: min.map(round_down), max: max.map(round_up) }
+        Self { min: min.each(round_down), max: max.each(round_up) }
     }
 
     /// Whether there is no point in the box. One with a NaN coordinate is not empty: what it holds is

@@ -1,6 +1,7 @@
 //! Bounds of one kind around those of another.
 
 use super::{Aabb, Sphere};
+use crate::array::Each;
 
 impl From<&Sphere> for Aabb {
     /// The box around a sphere, rounded outward; [`Aabb::EVERYTHING`] where the sphere is not finite.
@@ -13,7 +14,7 @@ impl From<&Sphere> for Aabb {
         }
         let r = f64::from(s.radius);
         let edge = |sign: f64| {
-            s.center.map(|c| {
+            s.center.each(|c| {
                 let (c, r) = (f64::from(c), sign * r);
                 c + r + sign * (c.abs() + r.abs()) * f64::EPSILON
             })

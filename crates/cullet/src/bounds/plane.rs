@@ -1,5 +1,6 @@
 //! Planes n·x = d and the side of them that a point, box or sphere is on.
 
+use crate::array::Each;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
@@ -87,7 +88,7 @@ impl Plane {
     /// The same plane seen from its other side.
     #[must_use]
     pub fn flipped(self) -> Self {
-        Self { normal: self.normal.map(|n| -n), d: -self.d }
+        Self { normal: self.normal.each(|n| -n), d: -self.d }
     }
 
     /// Whether all four numbers are finite.

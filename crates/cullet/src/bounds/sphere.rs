@@ -52,7 +52,7 @@ impl Sphere {
         if unit == 0.0 {
             return Self { center: points[0], radius: 0.0 };
         }
-        let at = |p: &[f32; 3]| (DVec3::from(p.map(f64::from)) - middle) / unit;
+        let at = |p: &[f32; 3]| (DVec3::from(p.each(f64::from)) - middle) / unit;
         // Smaller than any ball of a point, which grows it.
         let mut ball = Ball { center: DVec3::ZERO, square: -1.0 };
         let mut basis = Vec::with_capacity(5);
@@ -84,11 +84,11 @@ impl Sphere {
 
     /// The sphere around `points` with its centre at `center`, rounded to f32.
     pub(super) fn at_center(center: DVec3, points: &[[f32; 3]]) -> Self {
-        let center = center.to_array().map(|v| v as f32);
-        let c = DVec3::from(center.map(f64::from));
+        let center = center.to_array().each(|v| v as f32);
+        let c = DVec3::from(center.each(f64::from));
         let square = points
             .iter()
-            .map(|p| DVec3::from(p.map(f64::from)).distance_squared(c))
+            .map(|p| DVec3::from(p.each(f64::from)).distance_squared(c))
             .fold(0.0, f64::max);
         Self { center, radius: grown(square.sqrt()) }
     }
@@ -112,9 +112,9 @@ impl Sphere {
     /// Whether `point` is in the sphere, its surface included, by f64 arithmetic.
     #[must_use]
     pub fn contains(&self, point: [f32; 3]) -> bool {
-        let c = DVec3::from(self.center.map(f64::from));
+        let c = DVec3::from(self.center.each(f64::from));
         let r = f64::from(self.radius);
-        r >= 0.0 && DVec3::from(point.map(f64::from)).distance_squared(c) <= r * r
+        r >= 0.0 && DVec3::from(point.each(f64::from)).distance_squared(c) <= r * r
     }
 
     /// The smallest sphere around both, rounded outward; [`Sphere::EVERYTHING`] where either is not
@@ -130,7 +130,7 @@ impl Sphere {
         if !(self.is_finite() && other.is_finite()) {
             return Self::EVERYTHING;
         }
-        let [a, b] = [self, other].each(|s| DVec3::from(s.center.map(f64::from)));
+        let [a, b] = [self, other].each(|s| DVec3::from(s.center.each(f64::from)));
         let [r, s] = [self, other].each(|s| f64::from(s.radius));
         let distance = a.distance(b);
         if distance + s <= r * (1.0 - ROUNDING) {
@@ -145,8 +145,8 @@ impl Sphere {
         } else {
             0.0
         };
-        let center = (a + (b - a) * t).to_array().map(|v| v as f32);
-        let c = DVec3::from(center.map(f64::from));
+        let center = (a + (b - a) * t).to_array().each(|v| v as f32);
+        let c = DVec3::from(center.each(f64::from));
         Self { center, radius: grown((c.distance(a) + r).max(c.distance(b) + s)) }
     }
 
@@ -163,7 +163,7 @@ impl Sphere {
             return [f64::NEG_INFINITY, f64::INFINITY];
         }
         let n = DVec3::from(plane.normal);
-        let c = DVec3::from(self.center.map(f64::from));
+        let c = DVec3::from(self.center.each(f64::from));
         let middle = n.dot(c) - plane.d;
         let reach = f64::from(self.radius) * n.length();
         let size = n.abs().dot(c.abs()) + plane.d.abs() + reach;

@@ -321,7 +321,7 @@ impl CellLocator for CellShapes {
 
     fn cells_touching(&self, min: [f64; 3], max: [f64; 3], cells: &mut Vec<u32>) {
         let half = self.walls * 0.5;
-        let grown = [min.map(|v| v - half), max.map(|v| v + half)];
+        let grown = [min.each(|v| v - half), max.each(|v| v + half)];
         self.tree.visit(&grown, |number| {
             let piece = &self.pieces[number as usize];
             let touches = self.planes_of(piece).iter().all(|plane| {

@@ -3,6 +3,7 @@
 //! Eight boxes a node, compared side by side: with two a node, whether each was met could not be predicted, and finding
 //! a point among 10,000 took three times as long.
 
+use crate::array::Each;
 use crate::bounds::{round_down, round_up};
 
 /// Boxes of a node.
@@ -83,7 +84,7 @@ impl PieceTree {
     #[inline]
     pub(super) fn visit(&self, [min, max]: &Bounds, mut each: impl FnMut(u32)) {
         // Rounded outward, as the nodes are: compared in f32.
-        let (min, max) = (min.map(round_down), max.map(round_up));
+        let (min, max) = (min.each(round_down), max.each(round_up));
         let (mut stack, mut left) = ([0_u32; DEEPEST], usize::from(!self.nodes.is_empty()));
         while left > 0 {
             left -= 1;

@@ -121,10 +121,10 @@ impl ObjectRegion {
             let columns = [l.x_axis, l.y_axis, l.z_axis];
             let size = n.abs().dot(t.abs()) + plane.d.abs();
             planes[i] = ObjectPlane {
-                normal: columns.map(|c| c.dot(n)).into(),
+                normal: columns.each(|c| c.dot(n)).into(),
                 d: plane.d - n.dot(t),
                 error: size * ROUNDING + f64::MIN_POSITIVE,
-                error_per: DVec3::from(columns.map(|c| c.abs().dot(n.abs()))) * ROUNDING,
+                error_per: DVec3::from(columns.each(|c| c.abs().dot(n.abs()))) * ROUNDING,
             };
         }
         Self { planes, present: frustum.present() }
@@ -139,7 +139,7 @@ impl ObjectRegion {
     /// Where a point lies. One that is not finite is neither outside nor inside of anything.
     #[must_use]
     pub fn outcode(&self, point: [f32; 3]) -> Outcode {
-        let p = DVec3::from(point.map(f64::from));
+        let p = DVec3::from(point.each(f64::from));
         let mut code = Outcode::default();
         for i in bits(self.present) {
             let (value, error) = self.planes[i].value(p);
@@ -181,7 +181,7 @@ impl ObjectRegion {
         /// Wider by this part of what a plane's terms amount to; cutting by 32 planes rounds some hundred
         /// times, by 1.1e-16 each.
         const WIDER: f64 = 1e-12;
-        let corners = corners.map(|p| p.map(f64::from));
+        let corners = corners.each(|p| p.each(f64::from));
         if !corners.iter().flatten().all(|v| v.is_finite()) {
             return false;
         }
@@ -220,7 +220,7 @@ impl ObjectRegion {
         let unknown = Outcode { outside: 0, not_inside: self.present };
         each_triangle(indices, range, |t, corners| {
             let code = |v: u32| sorted.codes.get(v as usize).copied().unwrap_or(unknown);
-            match OutcodeResult::of(corners.map(code)) {
+            match OutcodeResult::of(corners.each(code)) {
                 OutcodeResult::Accepted => sorted.accepted.push(t),
                 OutcodeResult::Candidate(_) => sorted.candidates.push(t),
                 OutcodeResult::Rejected(_) => sorted.rejected += 1,
@@ -251,7 +251,7 @@ impl ObjectRegion {
     #[inline]
     #[must_use]
     pub fn rejects(&self, corners: &[[f32; 3]; 3], active: u32) -> Option<u8> {
-        let corners = corners.map(|p| DVec3::from(p.map(f64::from)));
+        let corners = corners.each(|p| DVec3::from(p.each(f64::from)));
         bits(active & self.present)
             .find(|&i| corners.iter().all(|&p| self.planes[i].is_outside(p)))
             .map(|i| i as u8)
@@ -308,11 +308,11 @@ pub fn outcode_ref(frustum: &Frustum, transform: &Transform, point: [f32; 3]) ->
             continue;
         }
         let x = [0, 1, 2].each(|axis| {
-            let row = transform.linear.map(|column| Exact::from(f64::from(column[axis])));
-            Exact::dot(&row, &point.map(|v| Exact::from(f64::from(v))))
+            let row = transform.linear.each(|column| Exact::from(f64::from(column[axis])));
+            Exact::dot(&row, &point.each(|v| Exact::from(f64::from(v))))
                 .plus(&Exact::from(transform.translation[axis]))
         });
-        let distance = Exact::dot(&plane.normal.map(Exact::from), &x).minus(&plane.d.into());
+        let distance = Exact::dot(&plane.normal.each(Exact::from), &x).minus(&plane.d.into());
         code.outside |= u32::from(distance.sign() > 0) << i;
         code.not_inside |= u32::from(distance.sign() >= 0) << i;
     }

@@ -9,6 +9,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use thiserror::Error;
 
+use crate::array::Each;
 use crate::bounds::Plane;
 use crate::view::{Frustum, FrustumPlane};
 
@@ -288,7 +289,7 @@ impl<T: Scalar> From<&Frustum> for Region<T, 3> {
     fn from(frustum: &Frustum) -> Self {
         let mut region = Self::everything();
         for (i, plane) in frustum.planes() {
-            let normal = plane.normal.map(T::from_f64);
+            let normal = plane.normal.each(T::from_f64);
             region.set(i, HalfSpace { normal, d: T::from_f64(plane.d) });
         }
         region.cut_first(FrustumPlane::Near as usize);

@@ -70,9 +70,9 @@ impl Flattening {
     }
 
     fn loses_area(&self, corners: &[[f32; 3]; 3]) -> bool {
-        let [a, b, c] = corners.map(|p| glam::DVec3::from(p.map(f64::from)));
+        let [a, b, c] = corners.each(|p| glam::DVec3::from(p.each(f64::from)));
         let (ab, ac) = (b - a, c - a);
-        let lost = glam::DVec3::from(self.lost.map(|c| c[0]));
+        let lost = glam::DVec3::from(self.lost.each(|c| c[0]));
         let value = ab.cross(ac).dot(lost);
         let size = ab.abs().element_sum() * ac.abs().element_sum() * lost.abs().element_sum();
         // Below a dozen roundings, each of at most half an epsilon of the size.
@@ -116,10 +116,10 @@ pub fn flattens_ref(transform: &Transform, corners: &[[f32; 3]; 3]) -> bool {
     if !(transform.is_finite() && corners.iter().flatten().all(|v| v.is_finite())) {
         return false;
     }
-    let images = corners.map(|p| {
+    let images = corners.each(|p| {
         [0, 1, 2].each(|i| {
-            let row = transform.linear.map(|column| Exact::from(f64::from(column[i])));
-            Exact::dot(&row, &p.map(|v| Exact::from(f64::from(v))))
+            let row = transform.linear.each(|column| Exact::from(f64::from(column[i])));
+            Exact::dot(&row, &p.each(|v| Exact::from(f64::from(v))))
         })
     });
     let edge = |end: usize| [0, 1, 2].each(|i| images[end][i].minus(&images[0][i]));

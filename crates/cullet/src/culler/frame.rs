@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use super::shadow::ShadowView;
 use super::{Backface, Culler, Output};
+use crate::array::Each;
 use crate::bounds::{Plane, ROUNDING};
 use crate::cull::frustum::batch::{Planes, VISIBLE};
 use crate::cull::shadow::{CasterReason, CasterRegion};
@@ -145,10 +146,10 @@ fn region(shadows: &ShadowView, origin: [f64; 3]) -> CasterRegion {
 /// Planes relative to an origin, in world space, moved out by more than that rounds.
 fn in_world(frustum: &Frustum, origin: [f64; 3]) -> Frustum {
     let out = |plane: &Plane| {
-        let moved = plane.relative_to(origin.map(|v| -v));
+        let moved = plane.relative_to(origin.each(|v| -v));
         Plane { d: moved.d + moved.d.abs() * ROUNDING, ..moved }
     };
-    let mut world = Frustum::from_planes(FrustumPlane::ALL.map(|p| frustum.plane(p).map(out)));
+    let mut world = Frustum::from_planes(FrustumPlane::ALL.each(|p| frustum.plane(p).map(out)));
     for (_, plane) in frustum.planes().filter(|(number, _)| *number >= FrustumPlane::ALL.len()) {
         // One that is refused is one fewer to reject by.
         let _ = world.push(out(plane));

@@ -1,6 +1,6 @@
 //! An order of boxes in which neighbours in the list are neighbours in space.
 
-use crate::array;
+use crate::array::{self, Each};
 use crate::bounds::Aabb;
 
 /// Bits of a key.
@@ -205,11 +205,11 @@ impl Curve {
                 *to |= (value as u32 >> bit & 1) << (KEY_BITS - 1 - i);
             }
         }
-        let cells = bits.map(|b| f64::from(1u32 << b));
+        let cells = bits.each(|b| f64::from(1u32 << b));
         let scale = array::from_fn(|a| {
             if full[a] > 0.0 { (cells[a] / full[a]).min(f64::from(f32::MAX)) as f32 } else { 0.0 }
         });
-        Self { low: extent.low, scale, last: cells.map(|c| c as f32 - 1.0), spread }
+        Self { low: extent.low, scale, last: cells.each(|c| c as f32 - 1.0), spread }
     }
 
     #[inline(always)]

@@ -152,7 +152,8 @@ mod tests {
                         let b = boxes.get(i);
                         if !b.is_empty() {
                             largest = std::array::from_fn(|a| largest[a].max(b.max[a] - b.min[a]));
-                            smallest = std::array::from_fn(|a| smallest[a].min(b.max[a] - b.min[a]));
+                            smallest =
+                                std::array::from_fn(|a| smallest[a].min(b.max[a] - b.min[a]));
                         }
                     }
                     let found = nodes.sizes_below(above)[node];

@@ -1,6 +1,6 @@
 //! Eyes that levels are chosen for, and how large an error looks from there.
 
-use crate::array;
+use crate::array::{self, Each};
 use crate::transform::Transform;
 use crate::view::{EyeBall, View};
 
@@ -151,7 +151,7 @@ impl LevelEye {
         let ball = ball.radius.max(0.0) / least + shift;
         let nearest = scale.near * lod.pixels / (scale.pixels * largest) * (1.0 - ROUNDING_F32);
         let made = Self {
-            eye: own.map(|v| v as f32),
+            eye: own.each(|v| v as f32),
             reach: reach as f32,
             ball: ball as f32,
             nearest: nearest as f32,
@@ -190,7 +190,7 @@ impl LevelEye {
 fn stretch(transform: &Transform) -> Option<(f64, f64)> {
     let m = transform.to_matrix();
     let columns = [[m[0], m[1], m[2]], [m[4], m[5], m[6]], [m[8], m[9], m[10]]];
-    let lengths = columns.map(|c| dot(c, c));
+    let lengths = columns.each(|c| dot(c, c));
     let (least, largest) = (
         lengths.into_iter().fold(f64::INFINITY, f64::min),
         lengths.into_iter().fold(0.0, f64::max),

@@ -1,6 +1,6 @@
 //! Frames of impostors: directions on the octahedral square, and what of a mesh a parallel view along one shows.
 
-use crate::array;
+use crate::array::{self, Each};
 use crate::bounds::Aabb;
 
 /// The least side of what is looked at, as a share of the radius: a flat mesh has a texel's size too.
@@ -24,9 +24,9 @@ impl ImpostorFrame {
         let box_half = bounds.half_extent();
         let least = length(box_half) * LEAST_SIDE;
         let size = length(direction);
-        let axes = axes(direction.map(|v| v / size));
+        let axes = axes(direction.each(|v| v / size));
         let reach = |a: [f64; 3]| -> f64 { (0..3).map(|k| a[k].abs() * box_half[k]).sum() };
-        Self { axes, half: axes.map(|a| reach(a).min(radius.into()).max(least)) }
+        Self { axes, half: axes.each(|a| reach(a).min(radius.into()).max(least)) }
     }
 }
 
@@ -63,7 +63,7 @@ fn axes(towards: [f64; 3]) -> [[f64; 3]; 3] {
     };
     let right = cross(pole, towards);
     let size = length(right);
-    let right = right.map(|v| v / size);
+    let right = right.each(|v| v / size);
     [right, cross(towards, right), towards]
 }
 
@@ -77,7 +77,7 @@ pub(crate) fn box_triangles(bounds: &Aabb) -> (Vec<[f32; 3]>, Vec<u32>) {
     let (centre, half) = (bounds.center(), bounds.half_extent());
     let grow = length(half) * LEAST_SIDE;
     let [low, high] = [-1.0, 1.0]
-        .map(|s: f64| -> [f64; 3] { array::from_fn(|a| centre[a] + s * (half[a] + grow)) });
+        .each(|s: f64| -> [f64; 3] { array::from_fn(|a| centre[a] + s * (half[a] + grow)) });
     let grown = Aabb::rounded_out(low, high);
     // Each face counter-clockwise from outside.
     let faces =

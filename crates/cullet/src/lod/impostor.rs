@@ -206,10 +206,10 @@ impl Impostor {
     /// The group of its level: a sphere around its box, and its error.
     #[must_use]
     pub fn group(&self) -> Group {
-        let centre = self.bounds.center().map(|v| v as f32);
+        let centre = self.bounds.center().each(|v| v as f32);
         let reach =
             |c: [f32; 3]| length([0, 1, 2].each(|a: usize| f64::from(c[a]) - f64::from(centre[a])));
-        let radius = self.bounds.corners().map(reach).into_iter().fold(0.0, f64::max);
+        let radius = self.bounds.corners().each(reach).into_iter().fold(0.0, f64::max);
         // What the box that holds it is grown by, and rounding.
         Group { centre, radius: (radius * (1.0 + 2.0 * LEAST_SIDE)) as f32, error: self.error }
     }
@@ -249,7 +249,7 @@ impl Impostor {
         let least = if texel.coverage > 0.0 { 1.0 } else { 0.0 };
         let coverage = (texel.coverage * 15.0).round().clamp(least, 15.0) as u16;
         let part = texel.part.min(IMPOSTOR_PARTS as u32 - 1) as u16;
-        let [u, v] = square(texel.normal).map(byte);
+        let [u, v] = square(texel.normal).each(byte);
         [coverage << 12 | part << 8 | byte(texel.depth), u << 8 | v]
     }
 

@@ -1,7 +1,7 @@
 //! Clusters of a mesh's triangles, and the simple generator: triangles in spatial order.
 
 use super::{Cluster, MeshData, MeshError, is_degenerate};
-use crate::array;
+use crate::array::{self, Each};
 
 /// The most vertices that a cluster may use: the mesh-shader limit that vendors recommend.
 pub const MAX_CLUSTER_VERTICES: usize = 64;
@@ -54,7 +54,7 @@ impl Clustering {
             for t in part.first_triangle..part.first_triangle + part.triangle_count {
                 let corners = builder.triangle(t);
                 if data.deformable || !is_degenerate(corners, &data.positions) {
-                    let [a, b, c] = corners.map(|v| data.positions[v as usize]);
+                    let [a, b, c] = corners.each(|v| data.positions[v as usize]);
                     // Thirds are taken first: the sum of three large coordinates might overflow.
                     let centre = array::from_fn(|i| a[i] / 3.0 + b[i] / 3.0 + c[i] / 3.0);
                     centred.push((centre, t));

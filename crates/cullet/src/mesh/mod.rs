@@ -16,6 +16,7 @@ pub use weld::{weld, weld_within};
 
 use thiserror::Error;
 
+use crate::array::Each;
 use crate::bounds::{Aabb, Boxes};
 use crate::hierarchy::Nodes;
 
@@ -328,7 +329,7 @@ impl Mesh {
     /// The corners of triangle `t` of the mesh's order.
     #[must_use]
     pub fn corners(&self, t: u32) -> [[f32; 3]; 3] {
-        self.triangle(t).map(|v| self.positions[v as usize])
+        self.triangle(t).each(|v| self.positions[v as usize])
     }
 
     /// Parts; their ranges are of original triangle numbers.
@@ -471,7 +472,7 @@ pub fn is_degenerate(triangle: [u32; 3], positions: &[[f32; 3]]) -> bool {
     a == b
         || b == c
         || c == a
-        || crate::exact::is_collinear(&triangle.map(|v| positions[v as usize]))
+        || crate::exact::is_collinear(&triangle.each(|v| positions[v as usize]))
 }
 
 /// A mesh without parts has one, opaque and two-sided.

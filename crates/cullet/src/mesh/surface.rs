@@ -57,7 +57,8 @@ impl<'a> Surface<'a> {
 
     /// Six times the signed volume between a triangle and `about`.
     pub(super) fn volume6(&self, triangle: usize, about: glam::DVec3) -> f64 {
-        let [a, b, c] = self.points(triangle).map(|p| glam::DVec3::from(p.map(f64::from)) - about);
+        let [a, b, c] =
+            self.points(triangle).each(|p| glam::DVec3::from(p.each(f64::from)) - about);
         a.dot(b.cross(c))
     }
 }

@@ -19,7 +19,7 @@ pub fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
     let shift = 64 - slots.trailing_zeros();
     let mut table = vec![FREE; slots];
     // Adding 0 turns −0 into 0. Bits, so that even a NaN equals itself.
-    let key = |p: &[f32; 3]| p.map(|v| (v + 0.0).to_bits());
+    let key = |p: &[f32; 3]| p.each(|v| (v + 0.0).to_bits());
     let mut first = Vec::with_capacity(positions.len());
     for (v, p) in positions.iter().enumerate() {
         let k = key(p);
@@ -74,13 +74,13 @@ pub fn weld_within(positions: &[[f32; 3]], tolerance: f32) -> Vec<u32> {
     let mut stayed: Vec<[u32; 2]> = Vec::new();
     let place = |vertex: u32| {
         let p = positions[vertex as usize].each(f64::from);
-        let cell = p.map(|v| (v / size).floor());
+        let cell = p.each(|v| (v / size).floor());
         if !cell.iter().all(|c| c.is_finite()) {
             return vertex;
         }
         let next = [0, 1, 2].each(|a| if p[a] / size - cell[a] < 0.5 { -1.0 } else { 1.0 });
         // −0 is 0, as a cell.
-        let bits = |c: [f64; 3]| c.map(|v| (v + 0.0).to_bits());
+        let bits = |c: [f64; 3]| c.each(|v| (v + 0.0).to_bits());
         let mut nearest: Option<(f64, u32)> = None;
         for corner in 0..8 {
             let at = [0, 1, 2].each(|a| cell[a] + if corner >> a & 1 == 1 { next[a] } else { 0.0 });

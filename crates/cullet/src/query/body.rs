@@ -103,7 +103,7 @@ pub(super) fn blocks(
     let mut size = 0.0_f64;
     let mut vertices = Vec::with_capacity(convex.vertices().len());
     for &p in convex.vertices() {
-        let p = DVec3::from(p.map(f64::from));
+        let p = DVec3::from(p.each(f64::from));
         let reach =
             m.x_axis.abs() * p.x.abs() + m.y_axis.abs() * p.y.abs() + m.z_axis.abs() * p.z.abs();
         size = size.max((reach + translation.abs() + origin.abs()).max_element());
@@ -117,12 +117,12 @@ pub(super) fn blocks(
     }
     let mut faces = convex.faces();
     if convex.face_count() > 2 {
-        let mut planes = faces.map(|(spread, _)| Face::new(spread.map(at), turn, error));
+        let mut planes = faces.map(|(spread, _)| Face::new(spread.each(at), turn, error));
         return passes_solid(&mut planes, a, b);
     }
     // A polygon is passed from its front, or from the back that it may have.
     faces.any(|(spread, rim)| {
-        let plane = Face::new(spread.map(at), turn, error);
+        let plane = Face::new(spread.each(at), turn, error);
         plane.span_of(a)[0] > 0.0
             && plane.span_of(b)[1] < 0.0
             && (0..rim.len()).all(|k| {

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::array::Each;
 use crate::bits;
 use crate::bounds::{Aabb, Side};
 use crate::cull::Indices;
@@ -282,7 +283,7 @@ fn reach_of(light: &Light) -> Aabb {
                 // The angle from the cone's axis to that of space, less what the cone spreads.
                 let share =
                     |v: f64| ((v * sign).clamp(-1.0, 1.0).acos() - half_angle).max(0.0).cos();
-                shares[side] = DVec3::from(axis.to_array().map(share)).max(DVec3::ZERO);
+                shares[side] = DVec3::from(axis.to_array().each(share)).max(DVec3::ZERO);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Segments against boxes, sixteen at a time, and the walk of nodes from near to far that follows one.
 
-use crate::array;
+use crate::array::{self, Each};
 use crate::bounds::{BoxBlock, Boxes, LANES};
 use crate::hierarchy::Nodes;
 
@@ -21,8 +21,8 @@ impl Span {
     /// Boxes are met where they come within `slack` of the segment, along each axis. A slack of zero becomes the
     /// smallest number above it: a box that is merely touched is met.
     pub(super) fn new(start: [f64; 3], along: [f64; 3], slack: [f64; 3]) -> Self {
-        let slack = slack.map(|s| s + f64::MIN_POSITIVE);
-        Self { start, inverse: along.map(|v| 1.0 / v), slack }
+        let slack = slack.each(|s| s + f64::MIN_POSITIVE);
+        Self { start, inverse: along.each(|v| 1.0 / v), slack }
     }
 
     /// The share of the way at which the segment enters each of sixteen boxes: 0 where it starts within, infinite

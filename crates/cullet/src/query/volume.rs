@@ -100,7 +100,7 @@ pub fn box_to_box(scene: &Scene, from: &Aabb, to: &Aabb, options: &VolumeOptions
     if !(from.is_finite() && to.is_finite()) {
         return BoxSight::Visible;
     }
-    let boxes = [from, to].each(|b| [b.min, b.max].each(|p| DVec3::from(p.map(f64::from))));
+    let boxes = [from, to].each(|b| [b.min, b.max].each(|p| DVec3::from(p.each(f64::from))));
     let query = Query { scene, layers: options.layers };
     query.prove(boxes, options.splits.min(MOST_SPLITS)).map_or(BoxSight::Visible, BoxSight::Hidden)
 }
@@ -139,9 +139,9 @@ impl Query<'_> {
 
     /// What hides all of one box from all of the other.
     fn prove_whole(&self, boxes: [[DVec3; 2]; 2]) -> Option<HiddenBy> {
-        let corners = boxes.map(|[min, max]| Corners::of(min, max));
+        let corners = boxes.each(|[min, max]| Corners::of(min, max));
         // An occluder that all segments pass is passed by that between the middles.
-        let [from, to] = boxes.map(|[min, max]| (min + max) * 0.5);
+        let [from, to] = boxes.each(|[min, max]| (min + max) * 0.5);
         let slack = (from.abs() + to.abs()) * (16.0 * f64::EPSILON);
         let span = Span::new(from.into(), (to - from).into(), slack.into());
         let (hierarchy, mut found) = (self.scene.hierarchy(), None);

@@ -59,7 +59,7 @@ impl Scene {
             let t = self.transform(slot);
             let m = t.linear_f64();
             let shift = DVec3::from(t.translation) - DVec3::from(self.origin);
-            let [min, max] = [bounds.min, bounds.max].each(|v| DVec3::from(v.map(f64::from)));
+            let [min, max] = [bounds.min, bounds.max].each(|v| DVec3::from(v.each(f64::from)));
             let mut worst: Option<BoundsViolation> = None;
             let mut outside = 0;
             for &vertex in used.iter() {

@@ -1,7 +1,7 @@
 //! Adding, moving and removing instances, and what follows for their slots.
 
 use super::{BoundsOverride, Instance, InstanceFlags, Scene, SceneError};
-use crate::array;
+use crate::array::{self, Each};
 use crate::bits;
 use crate::bounds::Aabb;
 use crate::hierarchy::Handle;
@@ -179,7 +179,7 @@ impl Scene {
             BoundsOverride::Margin(m) => {
                 let b = mesh();
                 let m = f64::from(m);
-                let grow = |v: [f32; 3], by: f64| v.map(|v| f64::from(v) + by);
+                let grow = |v: [f32; 3], by: f64| v.each(|v| f64::from(v) + by);
                 Aabb::rounded_out(grow(b.min, -m), grow(b.max, m))
             }
         }

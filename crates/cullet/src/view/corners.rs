@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
+use crate::array::Each;
 use crate::bounds::{Plane, ROUNDING, meet_homogeneous, unit};
 
 /// A corner of a frustum, or the direction in which it has none.
@@ -56,17 +57,17 @@ fn point(a: &Plane, b: &Plane, c: &Plane) -> Option<Corner> {
     let (p, w) = meet_homogeneous(a, b, c);
     let mut point = p / w;
     let planes = [a, b, c];
-    let [x, y, z] = planes.map(|p| DVec3::from(p.normal));
+    let [x, y, z] = planes.each(|p| DVec3::from(p.normal));
     let inverse = DMat3::from_cols(x, y, z).transpose().inverse();
     let condition = inverse.x_axis.length() + inverse.y_axis.length() + inverse.z_axis.length();
     if !(point.is_finite() && condition < MAX_CONDITION) {
         return None;
     }
     // One step of Newton's, then what the planes are still missed by, carried back to coordinates.
-    let residual = |point: DVec3| DVec3::from(planes.map(|p| p.distance(point)));
+    let residual = |point: DVec3| DVec3::from(planes.each(|p| p.distance(point)));
     point -= inverse * residual(point);
     let size = planes
-        .map(|p| DVec3::from(p.normal).abs().dot(point.abs()) + p.d.abs())
+        .each(|p| DVec3::from(p.normal).abs().dot(point.abs()) + p.d.abs())
         .into_iter()
         .fold(0.0, f64::max);
     let missed = residual(point).abs().max_element() + size * ROUNDING;

@@ -4,6 +4,7 @@ use glam::{DMat4, DVec3, DVec4};
 
 use super::corners::{self, Corner};
 use super::{Depth, ViewError};
+use crate::array::Each;
 use crate::bounds::{Plane, ROUNDING, dot2};
 use crate::transform::Transform;
 
@@ -104,7 +105,7 @@ impl Frustum {
             Depth::Standard => [(w, x), (w, -x), (w, y), (w, -y), (z, zero), (w, -z)],
             Depth::Reversed => [(w, x), (w, -x), (w, y), (w, -y), (w, -z), (z, zero)],
         };
-        let mut f = Self::from_planes(rows.map(|(a, b)| {
+        let mut f = Self::from_planes(rows.each(|(a, b)| {
             let inside = a + b;
             let n = -inside.truncate();
             // Where nothing but the rounding of the two rows is left of the normal, the plane is at
@@ -170,12 +171,12 @@ impl Frustum {
     #[must_use]
     pub fn corners(&self) -> Option<[[f64; 4]; 8]> {
         self.corners_with_error()
-            .map(|all| all.map(|c| c.point.extend(if c.at_infinity { 0.0 } else { 1.0 }).into()))
+            .map(|all| all.each(|c| c.point.extend(if c.at_infinity { 0.0 } else { 1.0 }).into()))
     }
 
     /// [`corners`](Self::corners), with what rounding may have done to each.
     pub(crate) fn corners_with_error(&self) -> Option<[Corner; 8]> {
-        corners::of(FrustumPlane::ALL.map(|which| self.plane(which)))
+        corners::of(FrustumPlane::ALL.each(|which| self.plane(which)))
     }
 
     /// The same region for coordinates relative to `origin`. Each d is rounded once, however large the
@@ -205,8 +206,8 @@ impl Frustum {
             return f;
         }
         for (i, plane) in self.planes() {
-            let columns = transform.linear.map(|c| dot2(plane.normal, c.map(f64::from), 0.0));
-            let normal = DVec3::from(columns.map(|c| c.0));
+            let columns = transform.linear.each(|c| dot2(plane.normal, c.each(f64::from), 0.0));
+            let normal = DVec3::from(columns.each(|c| c.0));
             let error = columns.iter().map(|c| c.1).fold(0.0, f64::max);
             let length = normal.length();
             if error > length * ROUNDING {

@@ -288,7 +288,7 @@ fn check_viewport(viewport: [u32; 2]) -> Result<[f64; 2], ViewError> {
     if viewport.iter().any(|&v| v == 0 || v > 65536) {
         return Err(ViewError::Viewport(viewport[0], viewport[1]));
     }
-    Ok(viewport.map(f64::from))
+    Ok(viewport.each(f64::from))
 }
 
 /// The point that the rows x, y and w of the matrix send to zero, and whether the projection mirrors.
@@ -313,10 +313,10 @@ fn homogeneous_eye(m: &DMat4, depth: Depth) -> Option<(DVec4, bool)> {
         (a.dot(b.cross(c)), a.abs().dot(sizes))
     };
     let minors = [minor(1, 2, 3), minor(0, 2, 3), minor(0, 1, 3), minor(0, 1, 2)];
-    let [p, q, r, s] = minors.map(|m| m.0);
+    let [p, q, r, s] = minors.each(|m| m.0);
     let e = DVec4::new(p, -q, r, -s);
     // z·E is the determinant up to sign: where it is only rounding, the matrix flattens space.
-    let rounding = z.abs().dot(DVec4::from(minors.map(|m| m.1))) * (ROUNDING * 0.5);
+    let rounding = z.abs().dot(DVec4::from(minors.each(|m| m.1))) * (ROUNDING * 0.5);
     let certain = z.dot(e).abs() > rounding;
     if !(e.is_finite() && certain) {
         return None;

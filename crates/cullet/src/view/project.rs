@@ -37,7 +37,7 @@ impl ScreenRect {
     /// The part of the rectangle that is on a viewport; `None` if there is none.
     #[must_use]
     pub fn clipped(&self, viewport: [u32; 2]) -> Option<Self> {
-        let min = self.min.map(|v| v.max(0.0));
+        let min = self.min.each(|v| v.max(0.0));
         let max = array::from_fn(|a| self.max[a].min(f64::from(viewport[a])));
         (min[0] <= max[0] && min[1] <= max[1]).then_some(Self { min, max })
     }
@@ -58,7 +58,7 @@ impl View {
         let sizes = absolute(m);
         let mut rect = ScreenRect { min: [f64::INFINITY; 2], max: [f64::NEG_INFINITY; 2] };
         for c in b.corners() {
-            let p = DVec3::from(c.map(f64::from));
+            let p = DVec3::from(c.each(f64::from));
             let clip: DVec4 = *m * (p + DVec3::from(origin)).extend(1.0);
             // Error bound of each number of `clip`.
             let error = sizes * (p.abs() + DVec3::from(origin).abs()).extend(1.0) * ROUNDING;
@@ -92,13 +92,14 @@ impl View {
             return None;
         }
         let clip = |p: [f32; 3]| {
-            self.clip_from_world * (DVec3::from(p.map(f64::from)) + DVec3::from(origin)).extend(1.0)
+            self.clip_from_world
+                * (DVec3::from(p.each(f64::from)) + DVec3::from(origin)).extend(1.0)
         };
         let depth = |c: DVec4| match self.depth {
             Depth::Standard => c.z,
             Depth::Reversed => c.w - c.z,
         };
-        let corners = b.corners().map(clip);
+        let corners = b.corners().each(clip);
         let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         let mut take = |c: DVec4| {
             for a in 0..2 {
@@ -121,7 +122,7 @@ impl View {
             }
         }
         let on = (0..2).all(|a| min[a] <= 1.0 && max[a] >= 0.0 && (max[a] - min[a]).is_finite());
-        on.then(|| [min.map(|v| v.max(0.0)), max.map(|v| v.min(1.0))])
+        on.then(|| [min.each(|v| v.max(0.0)), max.each(|v| v.min(1.0))])
     }
 
     /// Stretches `rect` along an axis over `low`..`high` in device coordinates, rounding outward.

@@ -3,6 +3,7 @@
 use glam::{DVec3, DVec4};
 
 use super::{Depth, View};
+use crate::array::Each;
 use crate::bounds::{Plane, unit};
 
 /// A line of sight.
@@ -46,7 +47,7 @@ impl View {
     #[must_use]
     pub fn project_point(&self, point: impl Into<[f64; 3]>) -> Option<[f64; 3]> {
         let clip = self.clip_from_world * DVec3::from(point.into()).extend(1.0);
-        let [width, height] = self.viewport.map(f64::from);
+        let [width, height] = self.viewport.each(f64::from);
         let p = clip.truncate() / clip.w;
         (clip.w > 0.0 && p.is_finite()).then_some([
             (p.x * 0.5 + 0.5) * width,
@@ -57,7 +58,7 @@ impl View {
 
     /// The planes that a column and a row of the screen come from: x = k·w and y = l·w in clip space.
     fn planes_of_sight(&self, pixel: [f64; 2]) -> [Plane; 2] {
-        let [width, height] = self.viewport.map(f64::from);
+        let [width, height] = self.viewport.each(f64::from);
         let (k, l) = (pixel[0] / width * 2.0 - 1.0, 1.0 - pixel[1] / height * 2.0);
         let (m, w) = (&self.clip_from_world, self.clip_from_world.row(3));
         [plane(m.row(0) - w * k), plane(m.row(1) - w * l)]

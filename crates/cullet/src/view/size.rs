@@ -35,7 +35,7 @@ impl View {
     /// Rows of clip x, y, of the depth beyond the near plane, and of w, for points relative to `origin`.
     pub(crate) fn depth_rows(&self, origin: [f64; 3]) -> [[f64; 4]; 4] {
         let clip = self.clip_from_world * DMat4::from_translation(origin.into());
-        depth_rows(self, &clip).map(Into::into)
+        depth_rows(self, &clip).each(Into::into)
     }
 }
 
@@ -54,9 +54,9 @@ impl SizeBounds {
     fn new(view: &View, clip: &DMat4) -> Self {
         let all = depth_rows(view, clip);
         Self {
-            rows: all.map(DVec4::truncate),
-            at_zero: all.map(|r| r.w),
-            half: view.viewport.map(|size| f64::from(size) * 0.5),
+            rows: all.each(DVec4::truncate),
+            at_zero: all.each(|r| r.w),
+            half: view.viewport.each(|size| f64::from(size) * 0.5),
         }
     }
 
@@ -68,10 +68,10 @@ impl SizeBounds {
             return None;
         }
         let (min, max) =
-            (DVec3::from(within.min.map(f64::from)), DVec3::from(within.max.map(f64::from)));
+            (DVec3::from(within.min.each(f64::from)), DVec3::from(within.max.each(f64::from)));
         let (centre, reach) = ((min + max) * 0.5, (max - min) * 0.5);
         // f32 rounds the size of a box to either side.
-        let size = DVec3::from(size.map(f64::from)) * (1.0 + 4.0 * f64::from(f32::EPSILON));
+        let size = DVec3::from(size.each(f64::from)) * (1.0 + 4.0 * f64::from(f32::EPSILON));
         let farthest = min.abs().max(max.abs());
         let middle = |r: usize| self.rows[r].dot(centre) + self.at_zero[r];
         // More than all that f64 rounds here and where a box is projected by its corners.

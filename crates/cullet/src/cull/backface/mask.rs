@@ -11,6 +11,7 @@
 
 use std::ops::Range;
 
+use crate::array::Each;
 use crate::simd::dispatch_256;
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::prelude::*;
@@ -121,7 +122,7 @@ impl ViewCone {
         if eye.w == 0.0 {
             return Self::parallel((-eye.truncate()).into());
         }
-        let to = DVec3::from(sphere.center.map(f64::from)) - eye.truncate() / eye.w;
+        let to = DVec3::from(sphere.center.each(f64::from)) - eye.truncate() / eye.w;
         let distance = to.length();
         let radius = f64::from(sphere.radius);
         // sin α = r/d: the tangent from the eye, not the angle at which the radius is seen.
@@ -223,7 +224,7 @@ impl MaskGrid {
     /// normal is taken as certain: see [`encode_triangle`](Self::encode_triangle) for one that is not.
     #[must_use]
     pub fn encode(&self, normal: [f64; 3]) -> NormalMask {
-        let m = normal.map(f64::abs);
+        let m = normal.each(f64::abs);
         let major = usize::from(m[1] > m[0]);
         let major = if m[2] > m[major] { 2 } else { major };
         if !(m[major] > 0.0 && normal.iter().all(|v| v.is_finite())) {
@@ -243,7 +244,7 @@ impl MaskGrid {
     /// thin that rounding leaves its normal in doubt, has no area, or is not finite.
     #[must_use]
     pub fn encode_triangle(&self, corners: [[f32; 3]; 3]) -> NormalMask {
-        let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));
+        let [a, b, c] = corners.each(|p| DVec3::from(p.each(f64::from)));
         let (u, v) = (b - a, c - a);
         let normal = u.cross(v);
         // Written so that NaN is a sliver.
@@ -283,7 +284,7 @@ impl MaskGrid {
     ) {
         let triangles = &indices[range.start * 3..range.end * 3];
         for (i, t) in range.zip(triangles.as_chunks::<3>().0) {
-            masks.set(i, self.encode_triangle(t.map(|v| positions[v as usize])));
+            masks.set(i, self.encode_triangle(t.each(|v| positions[v as usize])));
         }
     }
 
@@ -293,7 +294,7 @@ impl MaskGrid {
     #[must_use]
     pub fn mask(&self, level: crate::Simd, cone: Option<&ViewCone>) -> BackfaceMask {
         let Some(cone) = cone else { return BackfaceMask::NOTHING };
-        let axis = cone.axis.map(|v| v as f32);
+        let axis = cone.axis.each(|v| v as f32);
         // Rounded up, so that less is culled.
         let threshold = (cone.sine as f32).next_up() + MARGIN;
         let mut bits = [0; CORNER_WORDS];
@@ -349,7 +350,7 @@ fn corner_bits<S: Simd>(
     threshold: f32,
     bits: &mut [u64; CORNER_WORDS],
 ) {
-    let [ax, ay, az] = axis.map(|v| fearless_simd::f32x16::splat(simd, v));
+    let [ax, ay, az] = axis.each(|v| fearless_simd::f32x16::splat(simd, v));
     let threshold = fearless_simd::f32x16::splat(simd, threshold);
     let [xs, ys, zs] = corners;
     let words = xs.chunks_exact(PAD).zip(ys.chunks_exact(PAD)).zip(zs.chunks_exact(PAD));

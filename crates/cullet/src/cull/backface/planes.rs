@@ -46,7 +46,7 @@ impl Frame {
 
     /// (n, −d) of a triangle with its largest number ±1; zeros for a sliver.
     pub(super) fn plane(&self, corners: [[f32; 3]; 3]) -> DVec4 {
-        let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));
+        let [a, b, c] = corners.each(|p| DVec3::from(p.each(f64::from)));
         let (u, v) = (b - a, c - a);
         let n = u.cross(v);
         // Squares, and one scaling at the end: with roots, unit normals and calls of `round`, planes of a
@@ -62,7 +62,7 @@ impl Frame {
     /// The eye in units of the frame, its largest number ±[`EYE_LIMIT`]; `None` where it is not finite.
     fn eye(&self, eye: [f64; 4]) -> Option<[i32; 4]> {
         let e = self.relative(eye)?;
-        Some((e * EYE_LIMIT).to_array().map(|v| v.round() as i32))
+        Some((e * EYE_LIMIT).to_array().each(|v| v.round() as i32))
     }
 
     /// The eye in units of the frame, its largest number ±1; `None` where it is not finite, zero, or of
@@ -117,7 +117,7 @@ impl PlaneEye {
 
     /// The eye for the other side of the triangles: what it culls, this one can never.
     fn turned(self) -> Self {
-        Self { eye: self.eye.map(|v| -v), ..self }
+        Self { eye: self.eye.each(|v| -v), ..self }
     }
 }
 
@@ -154,8 +154,8 @@ impl Planes8 {
         assert!(index < self.len, "triangle {index} of {}", self.len);
         let p = self.frame.plane(corners) * 127.0;
         // To the nearest: a cast rounds down, in one instruction where `round` is a call.
-        let bytes = p.to_array().map(|v| (v + 128.5) as u8);
-        let stored = DVec4::from(bytes.map(f64::from)) - 128.0;
+        let bytes = p.to_array().each(|v| (v + 128.5) as u8);
+        let stored = DVec4::from(bytes.each(f64::from)) - 128.0;
         self.rounded = self.rounded.max((p - stored).abs());
         self.bytes[index] = bytes;
     }
@@ -168,7 +168,7 @@ impl Planes8 {
     pub fn update(&mut self, positions: &[[f32; 3]], indices: &[u32], range: Range<usize>) {
         let triangles = &indices[range.start * 3..range.end * 3];
         for (i, t) in range.zip(triangles.as_chunks::<3>().0) {
-            self.set(i, t.map(|v| positions[v as usize]));
+            self.set(i, t.each(|v| positions[v as usize]));
         }
     }
 
@@ -215,7 +215,7 @@ impl Planes8 {
         // Written so that NaN is too much.
         let extra = (0.0..=1.0 / 512.0).contains(&doubt).then_some(doubt * 127.0 * EYE_LIMIT)?;
         // Error of each factor times its partner, and the product of both.
-        let eye_size = DVec4::from(eye.map(|v| f64::from(v.abs()) + 0.5));
+        let eye_size = DVec4::from(eye.each(|v| f64::from(v.abs()) + 0.5));
         let lost = self.rounded.dot(eye_size) + 2.0 * 127.0 + SLACK + extra;
         let bound = lost.ceil() as i32 + 1;
         // To see a triangle from the front is to see it from behind with every sign turned.
@@ -283,8 +283,8 @@ fearless_simd::kernel!(
         use core::arch::x86_64::*;
         use fearless_simd::u8x64;
         // The eye as high·128 + low, each a signed byte; low in −64..64.
-        let low = eye.map(|v| (v + 64).rem_euclid(128) - 64);
-        let packed = |v: [i32; 4]| _mm512_set1_epi32(i32::from_le_bytes(v.map(|b| b as i8 as u8)));
+        let low = eye.each(|v| (v + 64).rem_euclid(128) - 64);
+        let packed = |v: [i32; 4]| _mm512_set1_epi32(i32::from_le_bytes(v.each(|b| b as i8 as u8)));
         let high: [i32; 4] = array::from_fn(|k| (eye[k] - low[k]) / 128);
         let (eye_high, eye_low) = (packed(high), packed(low));
         // Planes are biased by 128, which adds 128 times the sum of the eye to every product. What is
@@ -327,7 +327,7 @@ fn test<S: Simd, const DOUBT: bool>(
     culled: &mut [u64],
     doubt: &mut [u64],
 ) {
-    let [x, y, z, w] = eye.map(|v| v as i16);
+    let [x, y, z, w] = eye.each(|v| v as i16);
     let pairs = |a, b| i16x16::simd_from(simd, [a, b, a, b, a, b, a, b, a, b, a, b, a, b, a, b]);
     let (mut low, mut high) = (pairs(x, z), pairs(y, w));
     if cfg!(target_endian = "big") {

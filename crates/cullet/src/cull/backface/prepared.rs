@@ -44,7 +44,7 @@ pub struct Backfaces {
 
 /// How high a triangle is over its two edges, and the length of those.
 fn shape(corners: [[f32; 3]; 3]) -> (f64, f64) {
-    let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));
+    let [a, b, c] = corners.each(|p| DVec3::from(p.each(f64::from)));
     let (u, v) = (b - a, c - a);
     let edges = u.abs().element_sum() + v.abs().element_sum();
     (u.cross(v).length() / edges, edges)
@@ -128,7 +128,7 @@ impl Backfaces {
         let (_, sphere) = self.masks.as_ref()?;
         let facing = eye.culled_side();
         let mut cone = ViewCone::to_sphere(eye.eye.extend(eye.weight).to_array(), sphere)?;
-        let centre = DVec3::from(sphere.center.map(f64::from));
+        let centre = DVec3::from(sphere.center.each(f64::from));
         let nearest =
             (eye.eye - centre * eye.weight).length() - eye.weight * f64::from(sphere.radius);
         let reach = eye.reach[0] + eye.reach[1] * self.size;
@@ -139,7 +139,7 @@ impl Backfaces {
         cone.sine += CONE_DOUBT;
         if facing == Facing::Front {
             // Front faces for the eye are back faces for lines of sight that go the other way.
-            cone.axis = cone.axis.map(|v| -v);
+            cone.axis = cone.axis.each(|v| -v);
         }
         Some(grid.mask(level, Some(&cone)))
     }

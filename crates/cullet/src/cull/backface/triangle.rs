@@ -56,7 +56,7 @@ impl ViewEye {
         // Each entry a determinant of three columns: its value, and the same with all signs positive,
         // which bounds its error.
         let minor = |i: usize, j: usize, k: usize| {
-            let [x, y, w] = rows.map(|r| DVec3::new(r[i], r[j], r[k]));
+            let [x, y, w] = rows.each(|r| DVec3::new(r[i], r[j], r[k]));
             let size = |a: DVec3, b: DVec3| {
                 let (a, b) = (a.abs(), b.abs());
                 DVec3::new(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)
@@ -162,16 +162,16 @@ impl ObjectEye {
         let v = eye - weight * t;
         let v_error =
             eye_error + weight_error * t.abs() + (eye.abs() + (weight * t).abs()) * (2.0 * U);
-        let p = DVec3::from(rows.map(|r| r.dot(v)));
+        let p = DVec3::from(rows.each(|r| r.dot(v)));
         let p_error = rows
-            .map(|r| r.abs().dot(v_error + v.abs() * (4.0 * U)))
+            .each(|r| r.abs().dot(v_error + v.abs() * (4.0 * U)))
             .into_iter()
             .fold(f64::MIN_POSITIVE, f64::max);
         let w = det * weight;
         let w_error = det_error * weight.abs() + det.abs() * weight_error + w.abs() * U;
         // How far a move of world space can reach in object space.
         let inverse =
-            rows.map(|r| r.abs().element_sum()).into_iter().fold(0.0, f64::max) / det.abs();
+            rows.each(|r| r.abs().element_sum()).into_iter().fold(0.0, f64::max) / det.abs();
         let size = (l.x_axis.abs() + l.y_axis.abs() + l.z_axis.abs()).max_element();
         let distance = if weight == 0.0 { 0.0 } else { (eye / weight).abs().element_sum() };
         let world = t.abs().element_sum() + far.max(distance);
@@ -245,7 +245,7 @@ impl ObjectEye {
     /// function is below that of moving the vertices, since `reach` holds 32 epsilon of their size.
     #[inline]
     fn value(&self, corners: &[[f32; 3]; 3]) -> (f64, f64) {
-        let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));
+        let [a, b, c] = corners.each(|p| DVec3::from(p.each(f64::from)));
         let (ab, ac) = (b - a, c - a);
         let to_eye = self.eye - self.weight * a;
         let value = ab.cross(ac).dot(to_eye);
@@ -326,12 +326,12 @@ pub fn facing_ref(view: &View, transform: &Transform, corners: &[[f32; 3]; 3]) -
     }
     let exact = |v: f64| Exact::from(v);
     let m = view.clip_from_world();
-    let clip = corners.map(|p| {
+    let clip = corners.each(|p| {
         let world: Vec<Exact> = (0..3)
             .map(|i| {
-                let [x, y, z] = transform.linear.map(|column| exact(f64::from(column[i])));
+                let [x, y, z] = transform.linear.each(|column| exact(f64::from(column[i])));
                 let t = exact(transform.translation[i]);
-                let [px, py, pz] = p.map(|v| exact(f64::from(v)));
+                let [px, py, pz] = p.each(|v| exact(f64::from(v)));
                 Exact::dot(&[x, y, z, t], &[px, py, pz, exact(1.0)])
             })
             .chain([exact(1.0)])

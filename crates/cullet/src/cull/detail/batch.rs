@@ -8,6 +8,7 @@
 //! Of boxes anywhere in a node q is not known but to be in a range, by which |g| may be off. With the sizes of the largest and
 //! the smallest of them the node is decided as a whole, sixteen nodes at once.
 
+use crate::array::Each;
 use crate::simd::dispatch_256;
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
@@ -35,13 +36,13 @@ pub(crate) struct BatchSizes {
 impl BatchSizes {
     /// Of boxes given relative to `origin`.
     pub(crate) fn new(view: &View, origin: [f64; 3], detail: &Detail) -> Self {
-        let rows = view.depth_rows(origin).map(|row| row.map(|v| v as f32));
+        let rows = view.depth_rows(origin).each(|row| row.each(|v| v as f32));
         let threshold = match detail.measure {
             // Squares are compared.
             Measure::Diameter => detail.threshold_px * detail.threshold_px.abs(),
             _ => detail.threshold_px,
         };
-        let size = view.viewport().map(|v| v as f32);
+        let size = view.viewport().each(|v| v as f32);
         Self { rows, size, measure: detail.measure, threshold: threshold as f32 }
     }
 

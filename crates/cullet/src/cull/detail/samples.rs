@@ -4,6 +4,7 @@
 //! nothing. Which samples there are is the renderer's: one in the middle of each pixel, or several with multisampling.
 //! For the pattern that is stated, what is dropped here is not lossy.
 
+use crate::array::Each;
 use crate::view::View;
 
 /// The most samples a pixel.
@@ -72,7 +73,7 @@ impl SampleTest {
     pub fn new(view: &View, transform: [f64; 16], pattern: SamplePattern) -> Self {
         let own = glam::DMat4::from_cols_array(&transform);
         let clip = glam::DMat4::from_cols_array(&view.clip_from_world()) * own;
-        Self { clip, viewport: view.viewport().map(f64::from), samples: pattern.samples() }
+        Self { clip, viewport: view.viewport().each(f64::from), samples: pattern.samples() }
     }
 
     /// Whether a triangle covers no sample, wherever a renderer rounds its corners to. Never true of one that reaches
@@ -81,7 +82,7 @@ impl SampleTest {
     pub fn covers_none(&self, corners: &[[f32; 3]; 3]) -> bool {
         let mut points = [[0.0; 2]; 3];
         for (point, corner) in points.iter_mut().zip(corners) {
-            let p = self.clip * glam::DVec3::from(corner.map(f64::from)).extend(1.0);
+            let p = self.clip * glam::DVec3::from(corner.each(f64::from)).extend(1.0);
             if p.w.is_nan() || p.w <= 0.0 {
                 return false;
             }
@@ -91,7 +92,7 @@ impl SampleTest {
             ];
         }
         let bound = |a: usize| {
-            let v = points.map(|p| p[a]);
+            let v = points.each(|p| p[a]);
             let (low, high) = (v[0].min(v[1]).min(v[2]), v[0].max(v[1]).max(v[2]));
             // Far off the screen f32 is coarser.
             let off = OFF + low.abs().max(high.abs()) * 4.0 * f64::from(f32::EPSILON);
@@ -131,7 +132,7 @@ impl SampleTest {
 fn may_cover(points: &[[f64; 2]; 3], sample: [f64; 2], off: f64) -> bool {
     let parts = |normal: [f64; 2]| {
         let along = |p: [f64; 2]| normal[0] * p[0] + normal[1] * p[1];
-        let (all, at) = (points.map(along), along(sample));
+        let (all, at) = (points.each(along), along(sample));
         let off = off * (normal[0].abs() + normal[1].abs());
         at < all[0].min(all[1]).min(all[2]) - off || at > all[0].max(all[1]).max(all[2]) + off
     };

@@ -37,7 +37,7 @@ impl PortalView {
         });
         let m = DMat4::from_cols_array(&view.clip_from_world());
         let rows = [0, 1, 3].each(|row| m.row(row).truncate());
-        let rows = rows.map(|row| row / row.abs().max_element().max(f64::MIN_POSITIVE));
+        let rows = rows.each(|row| row / row.abs().max_element().max(f64::MIN_POSITIVE));
         let near = near_box(&frustum, eye);
         Some(Self { eye, sides, rows, near, door_reach: 0.0 })
     }

@@ -321,7 +321,7 @@ impl Reached {
             eye: seen_from.into(),
             is_limited: false,
             mirrors: mirrors + 1,
-            rows: rows.map(reflected),
+            rows: rows.each(reflected),
             planes,
             polygon,
         });
@@ -392,7 +392,7 @@ impl Reached {
             }
         }
         match rectangle(&self.polygon, rows) {
-            Some(sides) => self.planes.extend(sides.map(|n| (n, 0.0))),
+            Some(sides) => self.planes.extend(sides.each(|n| (n, 0.0))),
             None => return planes,
         }
         first..self.planes.len() as u32

@@ -3,6 +3,7 @@
 use glam::{DMat4, DVec4};
 
 use super::light::{Light, Reach};
+use crate::array::Each;
 use crate::bounds::{Aabb, Plane};
 use crate::view::Frustum;
 
@@ -50,7 +51,7 @@ pub fn casts_into_ref(
     let mut lit: Vec<Plane> = frustum.planes().map(|(_, p)| *p).collect();
     lit.extend(cone.iter().flatten());
     if let Some(b) = receivers {
-        lit.extend(faces(b.min.map(f64::from), b.max.map(f64::from)));
+        lit.extend(faces(b.min.each(f64::from), b.max.each(f64::from)));
     }
     if range.is_finite() {
         lit.extend(faces((apex.point - range).into(), (apex.point + range).into()));
@@ -66,7 +67,7 @@ pub fn casts_into_ref(
     // Unknowns: z = y and t ≥ 0 for a direction; z = (1 − t) y and 0 ≤ t ≤ 1 for a point.
     let mut all: Vec<_> =
         lit.iter().map(|p| with(p, if apex.at_infinity { 0.0 } else { p.d })).collect();
-    for plane in faces(caster.min.map(f64::from), caster.max.map(f64::from)) {
+    for plane in faces(caster.min.each(f64::from), caster.max.each(f64::from)) {
         all.push(with(&plane, apex.point.dot(plane.normal.into())));
     }
     all.push(start);
@@ -95,12 +96,12 @@ fn solvable(all: &[Condition]) -> bool {
             for k in j + 1..n {
                 for l in k + 1..n {
                     let four = [&all[i], &all[j], &all[k], &all[l]];
-                    let [a, b, c, d] = four.map(|k| k.a);
+                    let [a, b, c, d] = four.each(|k| k.a);
                     let rows = DMat4::from_cols(a, b, c, d).transpose();
                     if rows.determinant().abs() < 1e-12 {
                         continue;
                     }
-                    let [a, b, c, d] = four.map(|k| k.c);
+                    let [a, b, c, d] = four.each(|k| k.c);
                     if holds(rows.inverse() * DVec4::new(a, b, c, d)) {
                         return true;
                     }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::body::{Body, Vertex};
 use super::light::{Apex, Light, Reach};
-use crate::array;
+use crate::array::{self, Each};
 use crate::bounds::{Aabb, Plane, ROUNDING, unit};
 use crate::view::corners;
 use crate::view::{Frustum, FrustumPlane};
@@ -111,7 +111,7 @@ impl CasterRegion {
         };
         let sphere = (!apex.at_infinity && range.is_finite()).then_some((apex.point, range));
         let corners = frustum.corners_with_error();
-        let own = FrustumPlane::ALL.map(|which| frustum.plane(which).copied());
+        let own = FrustumPlane::ALL.each(|which| frustum.plane(which).copied());
         let mut body;
         let mut of_range = 0;
         if let Some(start) = finite_box(corners.as_ref(), receivers, sphere) {
@@ -293,8 +293,8 @@ fn finite_box(
     let (low, high) = (DVec3::splat(f64::NEG_INFINITY), DVec3::splat(f64::INFINITY));
     let mut start = Start { min: low, max: high, of_range: 0 };
     if let Some(b) = receivers.filter(|b| b.is_finite()) {
-        start.min = DVec3::from(b.min.map(f64::from));
-        start.max = DVec3::from(b.max.map(f64::from));
+        start.min = DVec3::from(b.min.each(f64::from));
+        start.max = DVec3::from(b.max.each(f64::from));
     }
     if let Some(corners) = corners.filter(|c| c.iter().all(|c| !c.at_infinity)) {
         let slack = |c: &corners::Corner| DVec3::splat(c.error) + c.point.abs() * ROUNDING;

@@ -37,7 +37,7 @@ impl Density {
         size: [u32; 2],
         slots: &[u32],
     ) {
-        self.cells = size.map(|s| (s as usize).div_ceil(CELL as usize));
+        self.cells = size.each(|s| (s as usize).div_ceil(CELL as usize));
         let [columns, rows] = self.cells;
         let stride = columns + 1;
         self.sums.clear();
@@ -67,18 +67,18 @@ impl Density {
                 self.sums[row * stride + column] = self.sums[(row - 1) * stride + column] + sum;
             }
         }
-        let pixels: f32 = size.map(|s| s as f32).iter().product();
+        let pixels: f32 = size.each(|s| s as f32).iter().product();
         let total = self.at([0, 1].each(|a| u64::from(size[a])));
         self.scale = pixels / total as f32;
         // A pixel of a cell has its weight times CELL² over as many pixels.
         self.densest = most as f32 * self.scale;
-        self.all = self.of([0; 2], size.map(|s| s - 1));
+        self.all = self.of([0; 2], size.each(|s| s - 1));
     }
 
     /// Weight of pixels, the first and the last columns and rows inclusive. No part of them has more.
     pub(super) fn of(&self, min: [u32; 2], max: [u32; 2]) -> f32 {
-        let [x0, y0] = min.map(u64::from);
-        let [x1, y1] = max.map(|v| u64::from(v) + 1);
+        let [x0, y0] = min.each(u64::from);
+        let [x1, y1] = max.each(|v| u64::from(v) + 1);
         // Whole numbers: exact, so that a part is never more than the whole.
         let weight = self.at([x1, y1]) + self.at([x0, y0]) - self.at([x0, y1]) - self.at([x1, y0]);
         weight as f32 * self.scale
@@ -91,8 +91,8 @@ impl Density {
 
     /// Most weight of a pixel of some, or of all, where they lie in many cells.
     pub(super) fn densest_of(&self, min: [u32; 2], max: [u32; 2]) -> f32 {
-        let [x0, y0] = min.map(|v| v as usize / CELL as usize);
-        let [x1, y1] = max.map(|v| v as usize / CELL as usize);
+        let [x0, y0] = min.each(|v| v as usize / CELL as usize);
+        let [x1, y1] = max.each(|v| v as usize / CELL as usize);
         if (x1 - x0 + 1) * (y1 - y0 + 1) > FEW_CELLS {
             return self.densest;
         }

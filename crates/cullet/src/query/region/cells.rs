@@ -37,7 +37,7 @@ impl EyeBox {
                 (b.min[a], b.max[a]) = (b.min[a].min(p[a]), b.max[a].max(p[a]));
             }
         }
-        Self { min: b.min.map(|v| v - radius), max: b.max.map(|v| v + radius) }
+        Self { min: b.min.each(|v| v - radius), max: b.max.each(|v| v + radius) }
     }
 
     /// Whether there is no eye in it. One with a NaN is not empty: what it holds is not known.
@@ -112,7 +112,7 @@ impl Cells {
         }
         let counts = |side: f64| {
             // Slack of a point is no reason for a second cell.
-            all.half.map(|h| ((2.0 * h / side * (1.0 - 1e-9)).ceil()).clamp(1.0, 1e6) as u32)
+            all.half.each(|h| ((2.0 * h / side * (1.0 - 1e-9)).ceil()).clamp(1.0, 1e6) as u32)
         };
         let number = |c: [u32; 3]| c.iter().map(|&c| f64::from(c)).product::<f64>();
         let (mut side, mut best) = (side, counts(side));
@@ -169,7 +169,7 @@ impl Carried {
         }
         let eye = [x / w, y / w, z / w];
         let frustum = view.frustum();
-        let planes = FrustumPlane::ALL.map(|which| {
+        let planes = FrustumPlane::ALL.each(|which| {
             let plane = frustum.plane(which)?;
             let slack = eye.iter().map(|v| v.abs()).sum::<f64>() + plane.d.abs();
             let d = -plane.distance(eye) + slack * 2e-15;
@@ -187,7 +187,7 @@ impl Carried {
     /// The half-spaces that hold the frusta of all eyes of a cell: each plane moved outward by the cell's extent along
     /// its normal.
     pub(super) fn to(&self, cell: &Cell) -> Frustum {
-        Frustum::from_planes(self.planes.map(|plane| {
+        Frustum::from_planes(self.planes.each(|plane| {
             let plane = plane?;
             let (mut d, mut size) = (plane.d, plane.d.abs());
             for a in 0..3 {

@@ -4,6 +4,7 @@
 //! wide. The arithmetic is that of [`EllipticCone::is_behind_eye`], product by product, so the answers are
 //! the same at every level.
 
+use crate::array::Each;
 use crate::simd::dispatch_256;
 use fearless_simd::{Simd, prelude::*};
 
@@ -71,7 +72,7 @@ impl EllipticCones {
     pub fn get(&self, cluster: usize) -> Option<EllipticCone> {
         assert!(cluster < self.len, "cluster {cluster} of {}", self.len);
         let block = &self.blocks[cluster / 16].0;
-        let [apex, axis, s, t] = block.map(|rows| rows.map(|row| row[cluster % 16]));
+        let [apex, axis, s, t] = block.each(|rows| rows.each(|row| row[cluster % 16]));
         (axis != [0.0; 3]).then_some(EllipticCone { apex, axis, s, t })
     }
 

@@ -73,7 +73,7 @@ impl EllipticCone {
     #[must_use]
     pub fn holds(&self, fit: &Apex) -> bool {
         const ROUNDING: f64 = 2e-6;
-        let [axis, s, t] = [self.axis, self.s, self.t].each(|v| DVec3::from(v.map(f64::from)));
+        let [axis, s, t] = [self.axis, self.s, self.t].each(|v| DVec3::from(v.each(f64::from)));
         let inverse = DMat3::from_cols(axis, s, t).inverse();
         let norm = inverse.to_cols_array().iter().map(|v| v * v).sum::<f64>().sqrt();
         let keep = 1.0 - ROUNDING * norm * (axis.length() + s.length() + t.length());
@@ -101,13 +101,13 @@ impl Shape {
         const NARROWEST: f64 = 1e-3;
         let hull: Vec<DVec2> = fit.hull.iter().map(|p| DVec2::from(*p)).collect();
         let (centre, half) = best_ellipse(&hull);
-        let [u, v] = fit.across.map(DVec3::from);
+        let [u, v] = fit.across.each(DVec3::from);
         let flat = |p: DVec2| u * p.x + v * p.y;
         let axis = DVec3::from(fit.lift(centre.into()));
         let floor = axis.length().max(half[0].length()) * NARROWEST;
         let along = half[0].normalize_or(DVec2::X);
         let [s, t] = [(half[0], along), (half[1], along.perp())]
-            .map(|(v, d)| flat(d * v.length().max(floor)));
+            .each(|(v, d)| flat(d * v.length().max(floor)));
         Self { axis, s, t }
     }
 

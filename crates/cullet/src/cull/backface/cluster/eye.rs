@@ -29,7 +29,7 @@ impl ClusterEye {
             && w.is_finite()
             && scale > 0.0
             && xyz.iter().all(|v| v.abs() <= ClusterPlanes::LARGEST))
-        .then(|| Self { xyz: xyz.map(|v| v as f32), w: f32::from(w > 0.0) })
+        .then(|| Self { xyz: xyz.each(|v| v as f32), w: f32::from(w > 0.0) })
     }
 
     /// Bound that a difference of squares must exceed: squares smaller than f32's normal numbers are off by 1e-45

@@ -38,7 +38,7 @@ impl ClusterPlanes {
         let mut planes = Self { complete: true, ..Self::default() };
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for corners in triangles {
-            let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));
+            let [a, b, c] = corners.each(|p| DVec3::from(p.each(f64::from)));
             let (u, v) = (b - a, c - a);
             let n = u.cross(v);
             // A product that rounds to zero is no proof of having no area.
@@ -226,7 +226,7 @@ impl ClusterPlanes {
             self.slack(highest.into()) + doubt * (self.radius + highest.distance(self.centre));
         let point = highest - axis * (slack * longest);
         let hull = convex_hull(points).into_iter().map(Into::into).collect();
-        Some(Apex { axis: axis.into(), across: across.map(Into::into), point: point.into(), hull })
+        Some(Apex { axis: axis.into(), across: across.each(Into::into), point: point.into(), hull })
     }
 }
 
@@ -248,7 +248,7 @@ impl Apex {
     /// The normal, not of unit length, of a point of the plane at distance 1 along the axis.
     #[must_use]
     pub fn lift(&self, p: [f64; 2]) -> [f64; 3] {
-        let [u, v] = self.across.map(DVec3::from);
+        let [u, v] = self.across.each(DVec3::from);
         (DVec3::from(self.axis) + u * p[0] + v * p[1]).into()
     }
 
@@ -256,7 +256,7 @@ impl Apex {
     #[must_use]
     pub fn widened(&self, by: f64) -> Self {
         let corners = [[by, by], [-by, by], [-by, -by], [by, -by]].each(DVec2::from);
-        let moved = |p: &[f64; 2]| corners.map(|c| DVec2::from(*p) + c);
+        let moved = |p: &[f64; 2]| corners.each(|c| DVec2::from(*p) + c);
         let hull = convex_hull(self.hull.iter().flat_map(moved).collect());
         Self { hull: hull.into_iter().map(Into::into).collect(), ..self.clone() }
     }

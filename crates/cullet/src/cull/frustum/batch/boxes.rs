@@ -1,5 +1,6 @@
 //! The box tests, in SIMD of any width.
 
+use crate::array::Each;
 use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 
@@ -115,7 +116,7 @@ fn signs<S: Simd, const INSIDE: bool, const V: usize>(
     while start < 64 {
         let mut negative = [S::i32s::splat(simd, 0); V];
         for plane in planes {
-            let [p, q, r] = if INSIDE { plane.rows.map(|r| (r + 3) % 6) } else { plane.rows };
+            let [p, q, r] = if INSIDE { plane.rows.each(|r| (r + 3) % 6) } else { plane.rows };
             // Once a plane, so that the loads below need no check of their own.
             assert!(p < 6 && q < 6 && r < 6);
             let b = S::f32s::splat(simd, plane.b);

@@ -61,7 +61,7 @@ impl BoxPlane {
         let n = plane.normal;
         let axes = axes_by_size(plane);
         let unit = n[axes[0]].abs();
-        let rows = axes.map(|a| if n[a] < 0.0 { a + 3 } else { a });
+        let rows = axes.each(|a| if n[a] < 0.0 { a + 3 } else { a });
         let usable = plane.normal.iter().all(|v| v.is_finite()) && unit > 0.0;
         if !usable || plane.d.is_nan() {
             let inside = f32::NEG_INFINITY;
@@ -83,13 +83,13 @@ impl BoxPlane {
 
     /// Whether the plane rejects the box in `lane` of a block: the very arithmetic of the fast paths.
     pub(super) fn rejects(&self, block: &[[f32; 16]; 6], lane: usize) -> bool {
-        let y = self.rows.map(|r| block[r][lane]);
+        let y = self.rows.each(|r| block[r][lane]);
         y[0] + (y[1] * self.b + y[2] * self.c) + self.d < 0.0
     }
 
     /// Whether the box is on the inner side of the plane.
     pub(super) fn contains(&self, block: &[[f32; 16]; 6], lane: usize) -> bool {
-        let z = self.rows.map(|r| block[(r + 3) % 6][lane]);
+        let z = self.rows.each(|r| block[(r + 3) % 6][lane]);
         z[0] + (z[1] * self.b + z[2] * self.c) <= self.inside
     }
 }
@@ -284,7 +284,7 @@ fn sphere_plane(number: usize, plane: &Plane) -> SpherePlane {
     let Some(p) = plane.normalized().filter(|p| !p.d.is_nan()) else { return never };
     // Tiny coefficients may round to zero or lose digits: their contribution is in FLUSHED.
     let (d, inside) = offsets(p.d, FLUSHED);
-    SpherePlane { n: p.normal.map(|v| v as f32), d, inside, number: number as u8 }
+    SpherePlane { n: p.normal.each(|v| v as f32), d, inside, number: number as u8 }
 }
 
 /// A plane with finite numbers and a direction.
@@ -306,8 +306,8 @@ fn shared(frustum: &Frustum) -> Option<SharedSides> {
     let near = near?;
     let reach = |p: &Plane| p.d.abs() < FAR_OFF / 16.0;
     let f = DVec3::from(far.map_or((-DVec3::from(near.normal)).into(), |p| p.normal));
-    let f32s = |v: DVec3| v.to_array().map(|x| x as f32);
-    let back = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    let f32s = |v: DVec3| v.to_array().each(|x| x as f32);
+    let back = |v: [f32; 3]| DVec3::from(v.each(f64::from));
     let f_rounded = f32s(f);
     if (back(f_rounded) + DVec3::from(near.normal)).abs().max_element() > SAME {
         return None;

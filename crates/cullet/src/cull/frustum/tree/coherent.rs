@@ -265,9 +265,9 @@ impl Margin {
     fn new(plane: &BoxPlane, [low, high]: [f32; 2], around: &[f32; 6]) -> Self {
         // The term of row q lies in −(row q + 3) ..= row q: at the near corners it is −min or max of
         // a box, at the far ones the other of the two, with its sign turned.
-        let [p, q, r] = plane.rows.map(|row| (-around[(row + 3) % 6], around[row]));
+        let [p, q, r] = plane.rows.each(|row| (-around[(row + 3) % 6], around[row]));
         Self {
-            rows: plane.rows.map(|row| row as u8),
+            rows: plane.rows.each(|row| row as u8),
             low,
             high,
             b: plane.b,
@@ -292,7 +292,7 @@ impl Margin {
         let mut shifts = [(plane.b - self.b) * m, (plane.c - self.c) * n];
         let mut around =
             [(plane.b - self.b).abs() * self.half[0], (plane.c - self.c).abs() * self.half[1]];
-        let rows = plane.rows.map(|row| row as u8);
+        let rows = plane.rows.each(|row| row as u8);
         if self.rows != rows {
             if self.rows[0] != rows[0] {
                 return false;
@@ -415,8 +415,8 @@ fn test_groups<S: Simd>(
         target.counts.planes += u64::from(open.count_ones());
         target.counts.leaves += u64::from(part.count_ones());
         let around = match walk.nodes.levels().get(1) {
-            Some(above) => above.blocks()[at / LANES].0.map(|row| row[at % LANES]),
-            None => block.0.map(|row| row.into_iter().fold(f32::NEG_INFINITY, larger)),
+            Some(above) => above.blocks()[at / LANES].0.each(|row| row[at % LANES]),
+            None => block.0.each(|row| row.into_iter().fold(f32::NEG_INFINITY, larger)),
         };
         let memory = &mut memory[at];
         for (i, number) in bits::ones(u64::from(open)).enumerate().take(PLANES) {

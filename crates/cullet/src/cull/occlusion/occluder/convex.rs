@@ -56,7 +56,7 @@ impl Convex {
         // Corner i has the upper x, y, z where bits 0, 1, 2 are set.
         let faces: [[u32; 4]; 6] =
             [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-        Self::from_loops(vertices, &faces.map(|f| f.to_vec()))
+        Self::from_loops(vertices, &faces.each(|f| f.to_vec()))
     }
 
     /// A flat convex polygon, which hides from both sides. Its corners are taken to lie in one plane: what
@@ -303,7 +303,7 @@ fn spread(vertices: &[[f32; 3]], corners: &[u32]) -> [u32; 3] {
             }
         }
     }
-    best.map(|k| corners[k])
+    best.each(|k| corners[k])
 }
 
 #[cfg(test)]

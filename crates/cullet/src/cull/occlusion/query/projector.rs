@@ -33,12 +33,12 @@ impl BoxProjector {
     /// boxes are visible.
     pub(crate) fn new(screen: &Screen) -> Option<Self> {
         let rows = screen.rows();
-        Self::of_rows(screen, rows, rows.map(|r| r.map(f64::abs)))
+        Self::of_rows(screen, rows, rows.each(|r| r.each(f64::abs)))
     }
 
     /// For boxes in the space of an object.
     pub(crate) fn of_object(screen: &Screen, object: &ObjectScreen) -> Option<Self> {
-        Self::of_rows(screen, object.rows().map(Into::into), object.sizes.map(Into::into))
+        Self::of_rows(screen, object.rows().each(Into::into), object.sizes.each(Into::into))
     }
 
     fn of_rows(screen: &Screen, rows: [[f64; 4]; 5], sizes: [[f64; 4]; 5]) -> Option<Self> {
@@ -51,7 +51,7 @@ impl BoxProjector {
         let base = meet([0, 1, 2].each(|i| rows[order[i]])).unwrap_or_default();
         let row = |i: usize| Row::new(rows[order[i]], sizes[order[i]], base);
         let rows = [row(0)?, row(1)?, row(2)?, row(3)?];
-        Some(Self { base, rows, size: screen.size.map(|s| s as f32), perspective })
+        Some(Self { base, rows, size: screen.size.each(|s| s as f32), perspective })
     }
 
     /// No box has more pixels that lies within a box of such screen bounds, and is no larger than `sizes` along each

@@ -42,7 +42,7 @@ impl OcclusionBuffer {
     #[must_use]
     pub fn test_bounds(&self, level: crate::Simd, bounds: &ScreenBounds) -> Visibility {
         let ScreenBounds { min, max, nearness } = *bounds;
-        let last = self.size().map(|s| s - 1);
+        let last = self.size().each(|s| s - 1);
         if (0..2).any(|a| min[a] > last[a] || min[a] > max[a]) {
             return Visibility::Outside;
         }
@@ -64,15 +64,15 @@ impl OcclusionBuffer {
         let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         let mut nearest = f64::NEG_INFINITY;
         let (mut crosses, mut behind) = (false, true);
-        for p in b.corners().map(|c| c.map(f64::from)) {
+        for p in b.corners().each(|c| c.each(f64::from)) {
             let sum = |r: [f64; 4]| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3];
             let error = |r: [f64; 4]| {
                 let size =
                     (r[0] * p[0]).abs() + (r[1] * p[1]).abs() + (r[2] * p[2]).abs() + r[3].abs();
                 size * 32.0 * f64::EPSILON
             };
-            let [x, y, nearness, near, w] = rows.map(sum);
-            let [ex, ey, en, enear, ew] = rows.map(error);
+            let [x, y, nearness, near, w] = rows.each(sum);
+            let [ex, ey, en, enear, ew] = rows.each(error);
             // A NaN fails both.
             if !(near >= -enear && w > 2.0 * ew) {
                 crosses = true;
@@ -97,7 +97,7 @@ impl OcclusionBuffer {
         if !(min.iter().chain(&max).all(|v| v.is_finite()) && nearest.is_finite()) {
             return Err(Unbounded);
         }
-        let size = self.size().map(f64::from);
+        let size = self.size().each(f64::from);
         if (0..2).any(|a| max[a] < 0.0 || min[a] > size[a]) {
             return Ok(None);
         }

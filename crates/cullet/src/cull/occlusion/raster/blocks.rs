@@ -9,6 +9,7 @@ use fearless_simd::{f32x8, mask16x8, mask16x32, u16x8, u16x32, u32x8};
 
 use super::bounds::ScreenBounds;
 use super::steps::Scale;
+use crate::array::Each;
 use crate::bits;
 
 /// Pixels of a block across and down.
@@ -86,7 +87,7 @@ impl Blocks<'_> {
         let ScreenBounds { min, max, nearness } = *bounds;
         let steps = self.scale.of_tested(nearness);
         let limit = u16x8::splat(simd, steps);
-        let ([x0, y0], [x1, y1]) = (min.map(|v| v as usize), max.map(|v| v as usize));
+        let ([x0, y0], [x1, y1]) = (min.each(|v| v as usize), max.each(|v| v as usize));
         let [width, height] = BLOCK;
         for row in (y0 / height).max(self.rows[0])..=(y1 / height).min(self.rows[1] - 1) {
             let (top, bottom) =
@@ -155,7 +156,7 @@ impl Blocks<'_> {
             return false;
         }
         let steps = self.scale.of_drawn(farthest);
-        let (first, last) = (bounds.min.map(|v| v as usize), bounds.max.map(|v| v as usize));
+        let (first, last) = (bounds.min.each(|v| v as usize), bounds.max.each(|v| v as usize));
         let limit = u16x8::splat(simd, steps);
         for row in first[1] / BLOCK[1]..=last[1] / BLOCK[1] {
             let top = first[1].saturating_sub(row * BLOCK[1]);

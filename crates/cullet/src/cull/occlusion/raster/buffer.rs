@@ -73,7 +73,7 @@ impl OcclusionBuffer {
         self.blocks.fill(Block::default());
         self.parted.fill(0);
         let rows = self.blocks.len() / self.columns;
-        let ([width, height], [across, down]) = (self.size.map(|s| s as usize), BLOCK);
+        let ([width, height], [across, down]) = (self.size.each(|s| s as usize), BLOCK);
         // What is not there never counts as open.
         if width % across != 0 {
             (0..rows).for_each(|row| self.fill_beyond([self.columns - 1, row]));

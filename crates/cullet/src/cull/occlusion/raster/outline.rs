@@ -7,6 +7,7 @@ use super::blocks::{BLOCK, BlocksMut, TILE};
 use super::plane::Plane;
 use super::screen::Spot;
 use super::span::{ROWS, Span};
+use crate::array::Each;
 use crate::bits;
 
 /// Pixels by which every edge moves inward beyond what is exact: more than anything here is off by.
@@ -57,7 +58,7 @@ impl Outline {
         self.left.clear();
         self.right.clear();
         self.planes.clear();
-        self.size = size.map(|s| s as i32);
+        self.size = size.each(|s| s as i32);
         self.doubt = doubt + SLACK;
         let first = |v: f64| (v + self.doubt).ceil().max(0.0) as i32;
         // Where a corner is off by more than an i32 holds, no pixel is certain.
@@ -214,7 +215,7 @@ struct TilePlane {
 
 impl TilePlane {
     fn of(plane: &Plane) -> Self {
-        let [width, height] = TILE.map(|t| (t - 1) as f32);
+        let [width, height] = TILE.each(|t| (t - 1) as f32);
         // A tile may begin seven pixels before what the plane was made for, and rounds by as much more.
         let pixel = plane.value - (plane.dx.abs() + plane.dy.abs()) * (1.0 / (1 << 17) as f32);
         let value = pixel + (plane.dx * width).min(0.0) + (plane.dy * height).min(0.0);

@@ -1,6 +1,7 @@
 //! Planes over the screen: how near a face is at a pixel, at least.
 
 use super::screen::{Doubt, Spot};
+use crate::array::Each;
 
 /// An affine lower bound of nearness: over the whole pixel in column x and row y, a face that covers the
 /// pixel is at least as near as `at(x, y)`.
@@ -30,7 +31,7 @@ impl Plane {
         let (cx, cy, cn) = (c.x - a.x, c.y - a.y, c.nearness - a.nearness);
         let area = bx * cy - cx * by;
         let (gx, gy) = ((bn * cy - cn * by) / area, (bx * cn - cx * bn) / area);
-        let [width, height] = size.map(f64::from);
+        let [width, height] = size.each(f64::from);
         let (column, row) = (a.x.floor().clamp(0.0, width), a.y.floor().clamp(0.0, height));
         let (to_x, to_y) = (column + 0.5 - a.x, row + 0.5 - a.y);
         let middle = a.nearness + gx * to_x + gy * to_y - 0.5 * (gx.abs() + gy.abs());

@@ -52,10 +52,10 @@ impl Row {
 
 /// The point where three rows are zero, the eye where they are those of a perspective view, as near as f32 has it.
 pub(crate) fn meet(rows: [[f64; 4]; 3]) -> Option<[f32; 3]> {
-    let [a, b, c] = rows.map(|r| glam::DVec3::new(r[0], r[1], r[2]));
+    let [a, b, c] = rows.each(|r| glam::DVec3::new(r[0], r[1], r[2]));
     let d = [rows[0][3], rows[1][3], rows[2][3]];
     let determinant = a.dot(b.cross(c));
     let p = -(b.cross(c) * d[0] + c.cross(a) * d[1] + a.cross(b) * d[2]) / determinant;
-    let p = p.to_array().map(|v| v as f32);
+    let p = p.to_array().each(|v| v as f32);
     p.iter().all(|v| v.abs() < Boxes::LIMIT).then_some(p)
 }

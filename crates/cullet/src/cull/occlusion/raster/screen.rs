@@ -3,7 +3,7 @@
 use glam::{DMat4, DVec4};
 
 use super::steps::Scale;
-use crate::array;
+use crate::array::{self, Each};
 use crate::transform::Transform;
 use crate::view::{Depth, View};
 
@@ -104,7 +104,7 @@ impl Screen {
         // So that w is the distance along the line of view, or 1: a matrix may be times any factor.
         let unit = if perspective { m.row(3).truncate().length() } else { m.row(3).w };
         let [x, y, z, w] = array::from_fn(|i| m.row(i) / unit);
-        let [width, height] = size.map(f64::from);
+        let [width, height] = size.each(f64::from);
         let (near, nearness) = match view.depth() {
             Depth::Standard => (z, w - z),
             Depth::Reversed => (w - z, z),
@@ -128,7 +128,7 @@ impl Screen {
 
     /// The same screen for the points of an object.
     pub(crate) fn of_object(&self, transform: &Transform, origin: [f64; 3]) -> ObjectScreen {
-        let [x, y, z] = transform.linear.map(|c| c.map(f64::from));
+        let [x, y, z] = transform.linear.each(|c| c.each(f64::from));
         let t: [f64; 3] = array::from_fn(|a| transform.translation[a] - origin[a]);
         // Row vectors times the matrix.
         let dot = |r: &DVec4, c: [f64; 3]| r.x * c[0] + r.y * c[1] + r.z * c[2];
@@ -136,10 +136,10 @@ impl Screen {
             DVec4::new(dot(&r, x), dot(&r, y), dot(&r, z), dot(&r, t) + r.w)
         };
         let columns = [x, y, z, t];
-        let sizes = columns.map(|c| c.map(f64::abs));
+        let sizes = columns.each(|c| c.each(f64::abs));
         ObjectScreen {
-            rows: self.rows.map(|r| of(r, columns)),
-            sizes: self.rows.map(|r| of(r.abs(), sizes)),
+            rows: self.rows.each(|r| of(r, columns)),
+            sizes: self.rows.each(|r| of(r.abs(), sizes)),
             mirrored: self.mirrored ^ (transform.determinant() < 0.0),
             perspective: self.perspective,
         }
@@ -147,7 +147,7 @@ impl Screen {
 
     /// The rows that take a point to x·w, y·w, nearness·w, height over the near plane and w.
     pub(crate) fn rows(&self) -> [[f64; 4]; 5] {
-        self.rows.map(Into::into)
+        self.rows.each(Into::into)
     }
 }
 
@@ -178,8 +178,8 @@ impl ObjectScreen {
     }
 
     pub(crate) fn clip(&self, p: [f32; 3]) -> Clip {
-        let [x, y, z] = p.map(f64::from);
-        let [x, y, nearness, near, w] = self.rows.map(|r| r.x * x + r.y * y + r.z * z + r.w);
+        let [x, y, z] = p.each(f64::from);
+        let [x, y, nearness, near, w] = self.rows.each(|r| r.x * x + r.y * y + r.z * z + r.w);
         Clip { x, y, nearness, near, w }
     }
 

@@ -6,7 +6,7 @@ use super::super::query::BoxProjector;
 use super::super::raster::OcclusionBuffer;
 use super::list::rectangles;
 use crate::Simd;
-use crate::array;
+use crate::array::{self, Each};
 use crate::bits;
 use crate::bounds::{Boxes, LANES};
 use crate::transform::Transform;
@@ -84,7 +84,7 @@ impl DynamicSurface {
         self.order.clear();
         let some: [u32; LANES] = array::from_fn(|i| i as u32);
         for first in (0..self.boxes.len()).step_by(LANES) {
-            let numbers = some.map(|i| i + first as u32);
+            let numbers = some.each(|i| i + first as u32);
             let numbers = &numbers[..LANES.min(self.boxes.len() - first)];
             let r = rectangles(level, projector.as_ref(), &self.boxes, numbers);
             let inside = ((1 << numbers.len()) - 1) & !u64::from(r.outside);

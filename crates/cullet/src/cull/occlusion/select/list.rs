@@ -10,6 +10,7 @@
 //! more twice. Boxes of a sorted list read from a plain slice, one or two cache lines each, took as long to
 //! project as those of a batch, six.
 
+use crate::array::Each;
 use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 
@@ -132,7 +133,7 @@ impl Band<'_> {
 
 #[inline(always)]
 fn first_open<S: Simd>(simd: S, of: Blocks<'_>, r: &Rectangles, left: u64) -> Option<usize> {
-    let [first, last] = of.pixel_rows().map(|v| v as i32);
+    let [first, last] = of.pixel_rows().each(|v| v as i32);
     let mut touching = !r.bounded;
     for lane in 0..LANES {
         let touches = r.max[1][lane] >= first && r.min[1][lane] <= last;

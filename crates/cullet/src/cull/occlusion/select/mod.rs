@@ -9,6 +9,7 @@ pub use dynamic::DynamicSurface;
 pub use list::DrawJob;
 
 use super::raster::OcclusionBuffer;
+use crate::array::Each;
 
 /// Settings of occlusion culling.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +41,7 @@ impl Default for Occlusion {
 impl Occlusion {
     /// The size of the buffer for a viewport.
     pub(crate) fn size(&self, viewport: [u32; 2]) -> [u32; 2] {
-        let [width, height] = viewport.map(|v| v.clamp(1, OcclusionBuffer::LIMIT));
+        let [width, height] = viewport.each(|v| v.clamp(1, OcclusionBuffer::LIMIT));
         let columns = self.width.clamp(1, width);
         let rows = (u64::from(height) * u64::from(columns)).div_ceil(u64::from(width));
         [columns, (rows as u32).clamp(1, OcclusionBuffer::LIMIT)]

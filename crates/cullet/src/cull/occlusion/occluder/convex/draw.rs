@@ -66,7 +66,7 @@ impl Convex {
     ) {
         let Extent { min, max, nearest, w } = *extent;
         let size = band.target.size;
-        let last = size.map(|s| f64::from(s) - 1.0);
+        let last = size.each(|s| f64::from(s) - 1.0);
         if (0..2).any(|a| max[a] < 0.0 || min[a] > last[a] + 1.0) {
             return;
         }
@@ -101,7 +101,7 @@ impl Convex {
         for (word, faces) in self.spread.chunks(64).enumerate() {
             let mut bits = 0;
             for (face, corners) in faces.iter().enumerate() {
-                let [a, b, c] = corners.map(spot);
+                let [a, b, c] = corners.each(spot);
                 let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
                 bits |= u64::from(area * orient > slack) << face;
             }
@@ -121,7 +121,7 @@ impl Convex {
             for edge in bits::ones(bits) {
                 let [from, to, winds, _] = edges[edge];
                 let ends = if is_seen(winds) == 1 { [from, to] } else { [to, from] };
-                chunk.push(ends.map(spot));
+                chunk.push(ends.each(spot));
                 if chunk.is_full() {
                     outline.edges(simd, &chunk, orient);
                     chunk.clear();
@@ -199,7 +199,7 @@ fn on_screen(spots: &[Spot], size: [u32; 2]) -> Option<([f64; 2], [f64; 2])> {
             return None;
         }
     }
-    let [width, height] = size.map(f64::from);
+    let [width, height] = size.each(f64::from);
     let on = max[0] >= -1.0 && max[1] >= -1.0 && min[0] <= width + 1.0 && min[1] <= height + 1.0;
     on.then_some((min, max))
 }

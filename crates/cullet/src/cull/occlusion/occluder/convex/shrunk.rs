@@ -42,7 +42,7 @@ impl<'a> Faces<'a> {
         if !body.is_closed() || !transform.is_finite() {
             return None;
         }
-        let sum: DVec3 = body.vertices.iter().map(|v| DVec3::from(v.map(f64::from))).sum();
+        let sum: DVec3 = body.vertices.iter().map(|v| DVec3::from(v.each(f64::from))).sum();
         let middle = sum / body.vertices.len() as f64;
         let mut faces = Self { body, linear: transform.linear_f64(), middle, size: 0.0 };
         faces.size = faces.corners().map(|v| (faces.linear * v).length()).fold(0.0, f64::max);
@@ -61,7 +61,7 @@ impl<'a> Faces<'a> {
     /// The unit normal of each face, outward, and its distance from the middle; `None` for a face that rounding hides.
     fn planes(&self) -> impl Iterator<Item = Option<(DVec3, f64)>> + '_ {
         self.body.spread.iter().map(|corners| {
-            let [a, b, c] = corners.map(|v| self.linear * self.corner(v));
+            let [a, b, c] = corners.each(|v| self.linear * self.corner(v));
             let normal = (b - a).cross(c - a);
             let area = normal.length();
             if area.is_nan() || area < LEAST_AREA * self.size * self.size {

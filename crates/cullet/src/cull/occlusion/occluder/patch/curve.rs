@@ -42,7 +42,7 @@ impl Curve {
         self.cells.clear();
         let (spread, next) = (&self.spread, &mut self.next);
         self.cells.extend(facets.iter().map(|facet| {
-            let places = facet.corners.map(|v| positions[v as usize]);
+            let places = facet.corners.each(|v| positions[v as usize]);
             let mut cell = 0;
             for a in 0..3 {
                 let sum: f32 = places.iter().map(|p| p[a] - all.min[a]).sum();

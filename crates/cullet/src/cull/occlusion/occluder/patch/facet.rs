@@ -61,7 +61,7 @@ impl Facet {
     /// Whether the triangles of a quad are nearly flat together, and it is convex. Roughly, in f32: it is drawn right in any
     /// case, but worse and at more cost where not.
     pub(super) fn is_flat(&self, positions: &[[f32; 3]]) -> bool {
-        let [a, b, c, d] = self.corners.map(|v| Vec3::from(positions[v as usize]));
+        let [a, b, c, d] = self.corners.each(|v| Vec3::from(positions[v as usize]));
         let (u, v, w) = (b - a, c - a, d - a);
         let (n, m) = (u.cross(v), v.cross(w));
         let (along, size) = (n.dot(m), n.length_squared() * m.length_squared());
@@ -151,14 +151,14 @@ pub(super) fn paired(positions: &[[f32; 3]], triangles: Vec<Facet>) -> Vec<Facet
         if facets[1] == NONE {
             continue;
         }
-        let [f, g] = facets.map(|f| f as usize);
+        let [f, g] = facets.each(|f| f as usize);
         let flatness = normals[f].dot(normals[g]);
         if flatness < FLAT {
             continue;
         }
         let Some(quad) = quad(&triangles[f], &triangles[g], vertices) else { continue };
         let up = normals[f] + normals[g];
-        let at = quad.corners.map(|v| place(positions, v));
+        let at = quad.corners.each(|v| place(positions, v));
         let corner = |k: usize| {
             let (u, v) = (at[(k + 1) % 4] - at[k], at[(k + 2) % 4] - at[(k + 1) % 4]);
             u.cross(v).dot(up) / (u.length_squared() * v.length_squared()).sqrt()

@@ -61,7 +61,7 @@ impl Patch {
         check_finite(positions)?;
         let same = weld(positions);
         let triangles = indices.as_chunks::<3>().0.iter();
-        let triangles = triangles.map(|t| Facet::triangle(t.map(|v| same[v as usize])));
+        let triangles = triangles.map(|t| Facet::triangle(t.each(|v| same[v as usize])));
         let facets = paired(positions, triangles.filter(Facet::is_whole).collect());
         let mut layout = Layout::new(positions.len());
         let mut patches = Vec::new();

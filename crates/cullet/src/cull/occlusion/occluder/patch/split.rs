@@ -28,7 +28,7 @@ impl<'a> Split<'a> {
         let mut part: Vec<u32> = (0..facets.len() as u32).collect();
         for Edge { facets, .. } in edges(facets) {
             if facets[1] != NONE {
-                let [f, g] = facets.map(|f| root(&mut part, f));
+                let [f, g] = facets.each(|f| root(&mut part, f));
                 part[f.max(g) as usize] = f.min(g);
             }
         }

@@ -312,7 +312,7 @@ impl Surface {
             if ends.iter().all(|&v| !self.x[usize::from(v) % NUMBERS].is_nan()) {
                 return true;
             }
-            let clips = ends.map(|v| clip(screen, patch, v));
+            let clips = ends.each(|v| clip(screen, patch, v));
             let Some(clips) = projection.cut_edge(clips) else { return false };
             let [Some(a), Some(b)] = [self.put(&clips[0]), self.put(&clips[1])] else {
                 return false;

@@ -52,8 +52,8 @@ impl Projection {
     pub(crate) fn new(screen: &ObjectScreen, size: [u32; 2]) -> Option<Self> {
         let perspective = screen.perspective;
         let order = [0, 1, if perspective { 4 } else { 2 }, 3];
-        let rows = order.map(|i| screen.rows()[i].to_array());
-        let of = order.map(|i| screen.sizes[i].to_array());
+        let rows = order.each(|i| screen.rows()[i].to_array());
+        let of = order.each(|i| screen.sizes[i].to_array());
         let base = meet([rows[0], rows[1], rows[2]]).unwrap_or_default();
         let row = |i: usize| Row::new(rows[i], of[i], base);
         let [x, y, third] = [0, 1, 2].each(|i| DVec3::new(rows[i][0], rows[i][1], rows[i][2]));
@@ -81,7 +81,7 @@ impl Projection {
             shares,
             eye: eye.into(),
             mirrored: screen.mirrored,
-            size: size.map(f64::from),
+            size: size.each(f64::from),
         })
     }
 
@@ -97,21 +97,21 @@ impl Projection {
     /// Whether all own triangles of a patch show their backs; or with `sign` −1, their fronts.
     pub(super) fn faces_away(&self, patch: &Connected, sign: f64) -> bool {
         let [ex, ey, ez, one] = self.eye;
-        let axis = DVec3::from(patch.axis.map(f64::from)) * sign;
+        let axis = DVec3::from(patch.axis.each(f64::from)) * sign;
         let sine = f64::from(patch.sine);
         let eye = DVec3::new(ex, ey, ez);
         if one == 0.0 {
             return eye.dot(axis) > sine;
         }
-        let (min, max) = (DVec3::from(patch.bounds.min.map(f64::from)), patch.bounds.max);
-        let max = DVec3::from(max.map(f64::from));
+        let (min, max) = (DVec3::from(patch.bounds.min.each(f64::from)), patch.bounds.max);
+        let max = DVec3::from(max.each(f64::from));
         let (to, radius) = ((min + max) * 0.5 - eye, (max - min).length() * 0.5);
         to.dot(axis) >= sine * to.length() + radius * 1.0001
     }
 
     /// The largest distance from the base along each axis.
     fn reach(&self, b: &Aabb) -> [f64; 3] {
-        let base = self.base.map(f64::from);
+        let base = self.base.each(f64::from);
         [0, 1, 2].each(|a: usize| {
             (f64::from(b.min[a]) - base[a]).abs().max((f64::from(b.max[a]) - base[a]).abs())
         })
@@ -191,7 +191,7 @@ impl Surface {
         let least_w = if projection.perspective { 16.0 * projection.error(2, reach) } else { 0.0 };
         let least_w = splat((least_w as f32).next_up().max(1e-18));
         let near_error = splat((near_error as f32).next_up());
-        let guard = projection.size.map(|s| splat((s + GUARD) as f32));
+        let guard = projection.size.each(|s| splat((s + GUARD) as f32));
         let (infinite, nan) = (splat(f32::INFINITY), splat(f32::NAN));
         let lanes = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
         let (mut low, mut high) = ([infinite; 2], [-infinite; 2]);
