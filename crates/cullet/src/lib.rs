@@ -78,6 +78,7 @@ mod prepared;
 pub mod query;
 mod scene;
 mod simd;
+mod sort;
 mod transform;
 pub mod view;
 mod visible;

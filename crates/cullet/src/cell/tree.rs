@@ -5,6 +5,7 @@
 
 use crate::array::Each;
 use crate::bounds::{round_down, round_up};
+use crate::sort::{Sorter, of_f64};
 
 /// Boxes of a node.
 const WIDE: usize = 8;
@@ -133,6 +134,7 @@ fn halve<'a>(boxes: &[Bounds], part: &'a mut [u32]) -> (&'a mut [u32], &'a mut [
     let axis = (1..3).fold(0, |longest, a| if side(a) > side(longest) { a } else { longest });
     let middle = |piece: u32| boxes[piece as usize][0][axis] + boxes[piece as usize][1][axis];
     let half = part.len() / 2;
-    part.select_nth_unstable_by(half, |a, b| middle(*a).total_cmp(&middle(*b)).then(a.cmp(b)));
+    Sorter::default()
+        .split(part, half, |&piece| u128::from(of_f64(middle(piece))) << 32 | u128::from(piece));
     part.split_at_mut(half)
 }

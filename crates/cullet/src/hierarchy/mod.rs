@@ -285,17 +285,23 @@ impl Hierarchy {
         let slots_of = |w: usize| start + w * WINDOW..(start + (w + 1) * WINDOW).min(end);
         let wanted = |slot: usize| {
             let key = self.orderer.key(&self.boxes.get(slot));
-            self.windows.partition_point(|&first| first <= key).saturating_sub(1)
+            self.windows.partition_point(|&first| first <= key).saturating_sub(1) as u32
         };
-        let mut away: Vec<usize> = slots_of(home).map(wanted).filter(|&w| w != home).collect();
+        let mut away: Vec<u32> =
+            slots_of(home).map(wanted).filter(|&w| w as usize != home).collect();
         away.sort_unstable();
-        let mut partners: Vec<(usize, usize)> =
-            away.chunk_by(|a, b| a == b).map(|run| (run.len(), run[0])).collect();
-        partners.sort_unstable_by(|a, b| b.cmp(a));
-        let mut windows: Vec<_> = partners.iter().take(EXCHANGE - 1).map(|p| p.1).collect();
-        windows.push(home);
+        // How many want to go where.
+        let mut partners: Vec<u64> = away
+            .chunk_by(|a, b| a == b)
+            .map(|run| (run.len() as u64) << 32 | u64::from(run[0]))
+            .collect();
+        partners.sort_unstable();
+        let most = partners.iter().rev().take(EXCHANGE - 1);
+        let mut windows: Vec<_> = most.map(|&partner| partner as u32).collect();
+        windows.push(home as u32);
         windows.sort_unstable();
-        let to: Vec<_> = windows.iter().flat_map(|&w| slots_of(w)).map(|s| s as u32).collect();
+        let to: Vec<_> =
+            windows.iter().flat_map(|&w| slots_of(w as usize)).map(|s| s as u32).collect();
         let staged: Vec<_> = to.iter().map(|&s| self.boxes.get(s as usize)).collect();
         let mut order = Vec::new();
         self.orderer.order_again(to.len(), |i| staged[i], &mut order);
@@ -303,7 +309,7 @@ impl Hierarchy {
         self.slots.rearrange(&from, &to);
         self.boxes.scatter_stored(&staged, &order, &to);
         for &w in &windows {
-            self.nodes.refit_range(self.level, &self.boxes, slots_of(w));
+            self.nodes.refit_range(self.level, &self.boxes, slots_of(w as usize));
         }
         self.order_version += 1;
         self.change_version += 1;

@@ -2,6 +2,7 @@
 
 use super::{Cluster, MeshData, MeshError, is_degenerate};
 use crate::array::{self, Each};
+use crate::sort::{Sorter, of_f32, pair};
 
 /// The most vertices that a cluster may use: the mesh-shader limit that vendors recommend.
 pub const MAX_CLUSTER_VERTICES: usize = 64;
@@ -45,6 +46,7 @@ impl Clustering {
                 clusters: Vec::new(),
             },
             used_by: vec![0; data.positions.len()],
+            sorter: Sorter::default(),
             stamp: 0,
         };
         let largest = parts.iter().map(|p| p.triangle_count as usize).max();
@@ -136,6 +138,7 @@ struct Builder<'a> {
     /// The stamp of the range that last used a vertex.
     used_by: Vec<u32>,
     stamp: u32,
+    sorter: Sorter,
 }
 
 impl Builder<'_> {
@@ -163,10 +166,7 @@ impl Builder<'_> {
         let clusters = range.len().div_ceil(TARGET).max(2);
         let middle = clusters / 2 * range.len() / clusters;
         // Ties by number, so that the two halves are the same sets whatever the selection does inside.
-        let order = |x: &([f32; 3], u32), y: &([f32; 3], u32)| {
-            x.0[axis].total_cmp(&y.0[axis]).then(x.1.cmp(&y.1))
-        };
-        range.select_nth_unstable_by(middle, order);
+        self.sorter.split(range, middle, |&(c, t)| pair(of_f32(c[axis]), t));
         let (low, high) = range.split_at_mut(middle);
         self.split(part, low);
         self.split(part, high);
@@ -189,7 +189,7 @@ impl Builder<'_> {
         if vertices > MAX_CLUSTER_VERTICES {
             return false;
         }
-        range.sort_unstable_by_key(|p| p.1);
+        self.sorter.sort(range, |p| p.1.into());
         if !range.is_empty() {
             self.result.clusters.push(Cluster {
                 first_triangle: self.result.order.len() as u32,

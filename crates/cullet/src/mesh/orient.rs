@@ -5,6 +5,7 @@ use super::nesting::Nesting;
 use super::surface::Surface;
 use super::topology::{Joined, ShellMap};
 use crate::array::Each;
+use crate::sort::{of_f64, sort_by_key};
 
 /// Changes that [`Mesh::oriented`] made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -77,7 +78,7 @@ pub fn orient_triangles(positions: &[[f32; 3]], indices: &mut [u32]) -> Repair {
     let volume = |s: usize| shell_map.facts[s].volume;
     let mut inward: Vec<u32> =
         (0..shells as u32).filter(|&s| closed(s as usize) && volume(s as usize) < 0.0).collect();
-    inward.sort_by(|&a, &b| volume(a as usize).total_cmp(&volume(b as usize)));
+    sort_by_key(&mut inward, |&s| of_f64(volume(s as usize)).into());
     let mut turned = vec![false; shells];
     if !inward.is_empty() {
         let nesting = Nesting::new(&surface, &shell_map.shell_of, shells);

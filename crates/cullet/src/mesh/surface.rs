@@ -64,7 +64,8 @@ impl<'a> Surface<'a> {
 }
 
 /// One use of an edge by a triangle.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
 pub(super) struct HalfEdge(u64);
 
 impl HalfEdge {
@@ -145,7 +146,7 @@ fn for_each_edge_within(surface: &Surface<'_>, limit: usize, mut visit: impl FnM
         let mut rest = buckets.as_mut_slice();
         for &p in &place[first..after] {
             let (bucket, behind) = std::mem::take(&mut rest).split_at_mut((p - begin) as usize);
-            bucket.sort_unstable();
+            bytemuck::cast_slice_mut::<_, u64>(bucket).sort_unstable();
             bucket.chunk_by(|a, b| a.high() == b.high()).for_each(&mut visit);
             (rest, begin) = (behind, p);
         }

@@ -6,6 +6,7 @@ use thiserror::Error;
 use super::nesting::Nesting;
 use super::surface::{Shells, Surface, for_each_edge};
 use crate::array::Each;
+use crate::sort::sort_by_key;
 
 /// Why a mesh is not a solid; the first reason found, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -279,7 +280,9 @@ impl ShellMap {
                     let t = u.triangle();
                     (shell_of[t], if u.falling() == shells.find(t).1 { 1 } else { -1 }, t)
                 }));
-                of_shell.sort_unstable();
+                sort_by_key(&mut of_shell, |&(shell, direction, t)| {
+                    u128::from(shell) << 64 | u128::from(direction > 0) << 63 | t as u128
+                });
                 for own in of_shell.chunk_by(|a, b| a.0 == b.0) {
                     if own.iter().map(|&(_, direction, _)| direction).sum::<i32>() != 0 {
                         marks[own[0].2] |= open;

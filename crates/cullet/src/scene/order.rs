@@ -91,11 +91,14 @@ impl Scene {
             cells.rearrange(&moves);
         }
         self.assign_moved();
-        let mut words: Vec<usize> =
-            moves.iter().flatten().map(|&slot| slot as usize / 64).collect();
+        let mut words: Vec<u32> = moves.iter().flatten().map(|&slot| slot / 64).collect();
         words.sort_unstable();
         words.dedup();
-        self.tallies.recount(words.into_iter(), &self.mesh, self.hierarchy.present());
+        self.tallies.recount(
+            words.into_iter().map(|word| word as usize),
+            &self.mesh,
+            self.hierarchy.present(),
+        );
         for &[_, slot] in &moves {
             if bits::get(&self.exempt, slot as usize) {
                 bits::set(&mut self.exempt_words, slot as usize / 64, true);

@@ -1,7 +1,7 @@
 //! How many clusters and triangles the instances of a scene have, kept so that culling can count without visiting
 //! every instance.
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 use std::ops::{Add, AddAssign, SubAssign};
 
 use crate::bits;
@@ -63,7 +63,7 @@ pub(super) struct Tallies {
     /// Those of each 64 words.
     by_group: Vec<Tally>,
     /// The instances of each mask of layers.
-    by_layers: BTreeMap<u32, Tally>,
+    by_layers: HashMap<u32, Tally>,
 }
 
 impl Tallies {

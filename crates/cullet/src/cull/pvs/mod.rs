@@ -16,7 +16,6 @@
 //! assert!(sets.seeing(0).eq([0, 1]));
 //! ```
 
-
 mod bytes;
 mod sets;
 

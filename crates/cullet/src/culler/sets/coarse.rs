@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::super::run::Run;
 use crate::bits;
 use crate::scene::{MeshId, Tally};
+use crate::sort::Sorter;
 
 /// Levels that are drawn in place of an instance's mesh.
 #[derive(Clone, Debug)]
@@ -30,6 +31,7 @@ pub(in super::super) struct Coarse {
     /// What all cuts hold, and the meshes in whose place they are.
     drawn: Tally,
     replaced: Tally,
+    sorter: Sorter,
 }
 
 impl Coarse {
@@ -70,7 +72,7 @@ impl Coarse {
 
     /// Brings cuts into the order of their slots, after some were added that are not above all others.
     pub(in super::super) fn sort(&mut self) {
-        self.cuts.sort_unstable_by_key(|cut| cut.slot);
+        self.sorter.sort(&mut self.cuts, |cut| cut.slot.into());
     }
 
     /// What they hold.

@@ -241,16 +241,19 @@ impl Search<'_> {
         let wanted = (0..LANES).fold(0_u64, |wanted, n| wanted | u64::from(alive(n)) << n);
         let none = Group { score: 0.0, level: 0, number: 0 };
         let (mut blocks, mut count) = ([none; LANES], 0);
+        // The best first: what they hold rules out the others.
         self.bounds_of_nodes((0, group), wanted, |number, bounds| {
             if let Some(block) = self.group(0, number, bounds, limits) {
-                blocks[count] = block;
+                let mut at = count;
+                while at > 0 && blocks[at - 1] < block {
+                    blocks[at] = blocks[at - 1];
+                    at -= 1;
+                }
+                blocks[at] = block;
                 count += 1;
             }
         });
-        // The best first: what they hold rules out the others.
-        let blocks = &mut blocks[..count];
-        blocks.sort_unstable_by(|a, b| b.cmp(a));
-        for block in blocks {
+        for block in &blocks[..count] {
             if choice.may_take(block.score) {
                 self.look_at(block.number as usize, limits.least_value, choice);
             }

@@ -26,6 +26,7 @@ use crate::cull::occlusion::{
 };
 use crate::funnel::{OcclusionTimes, OcclusionWork, Reason, Stage};
 use crate::scene::{MeshId, Tally};
+use crate::sort::{Sorter, pair};
 use crate::view::View;
 
 /// How often occluders are chosen at the most.
@@ -54,6 +55,7 @@ pub(in super::super) struct Cache {
     pub(in super::super) drawn: Vec<(u32, u32)>,
     /// The same ascending, as of the last round.
     sorted: Vec<(u32, u32)>,
+    sorter: Sorter,
 }
 
 impl Cache {
@@ -253,7 +255,7 @@ fn search(
     cache.choice.begin(budget);
     cache.sorted.clear();
     cache.sorted.extend_from_slice(&cache.drawn);
-    cache.sorted.sort_unstable();
+    cache.sorter.sort(&mut cache.sorted, |&(slot, shape)| pair(slot, shape));
     let search = Search {
         scene: frame.scene,
         buffer,
@@ -297,7 +299,7 @@ fn choose(
 
 /// Draws the chosen, front to back; one that is hidden by then adds nothing. Its answer is what those drawn cost.
 fn draw_chosen(frame: &Frame<'_>, cache: &mut Cache, buffer: &mut OcclusionBuffer) -> f32 {
-    cache.chosen.sort_unstable_by(Candidate::by_nearness);
+    cache.sorter.sort(&mut cache.chosen, Candidate::by_nearness);
     let mut cost = 0.0;
     for c in &cache.chosen {
         if c.bounds.is_some_and(|b| buffer.covers(frame.culler.level, &b)) {

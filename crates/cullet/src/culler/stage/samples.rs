@@ -14,6 +14,7 @@ use crate::cull::frustum::batch::{Planes, VISIBLE};
 use crate::cull::occlusion::{BoxTests, OcclusionBuffer, Visibility};
 use crate::funnel::Counts;
 use crate::mesh::Mesh;
+use crate::sort::Sorter;
 
 /// Instances that are sampled, and clusters; and the most handles that are looked at for it.
 const SAMPLES: usize = 128;
@@ -50,6 +51,7 @@ pub(super) struct Samples {
     /// Shapes of occluders.
     shapes: f64,
     culled: Vec<u64>,
+    sorter: Sorter,
 }
 
 /// A sample of the triangles that are likely to be drawn.
@@ -172,7 +174,9 @@ impl Samples {
                 }
             }
         }
-        self.slots[self.evenly..].sort_unstable_by_key(|&slot| scene.handle(slot).map(|h| h.index));
+        self.sorter.sort(&mut self.slots[self.evenly..], |&slot| {
+            scene.handle(slot).map_or(0, |handle| u128::from(handle.index) + 1)
+        });
     }
 
     /// Adds an instance that stands for so many triangles: all of it, or some of its clusters, without those that the

@@ -7,6 +7,7 @@ use crate::bounds::{Aabb, Boxes};
 use crate::cull::frustum::batch::{Planes, mask_boxes};
 use crate::cull::occlusion::{Convex, OcclusionBuffer, Shape};
 use crate::scene::Scene;
+use crate::sort::{Sorter, of_f64, pair};
 use crate::transform::Transform;
 
 /// Bodies of fewer pixels of a square, seen from the middle of the box, hide next to nothing.
@@ -41,6 +42,7 @@ pub(super) struct Bodies {
     /// By distance from the cell: the nearest first.
     order: Vec<(f64, u32)>,
     boxes: Boxes,
+    sorter: Sorter,
 }
 
 /// Limits within which bodies are chosen.
@@ -91,14 +93,12 @@ impl Bodies {
             }
         }
         let most = limits.most as usize;
-        let rank = |a: &Candidate, b: &Candidate| {
-            b.score.total_cmp(&a.score).then((a.slot, a.shape).cmp(&(b.slot, b.shape)))
-        };
         if self.candidates.len() > most {
-            self.candidates.select_nth_unstable_by(most, rank);
+            // Of one score those of the first slots, for so they come.
+            self.sorter.split(&mut self.candidates, most, |c| (!of_f64(c.score)).into());
             self.candidates.truncate(most);
+            self.sorter.sort(&mut self.candidates, |c| pair(c.slot, c.shape));
         }
-        self.candidates.sort_unstable_by_key(|c| (c.slot, c.shape));
         self.all.clear();
         for c in &self.candidates {
             let Some(convex) = body_of(scene, c.slot, c.shape) else { continue };
@@ -131,7 +131,7 @@ impl Bodies {
                 self.order.push((point.distance(&body.bounds), number));
             }
         }
-        self.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        self.sorter.sort(&mut self.order, |&(distance, _)| of_f64(distance).into());
         self.boxes.resize(self.order.len());
         for (i, (_, number)) in self.order.iter().enumerate() {
             self.boxes.set(i, &self.all[*number as usize].bounds);

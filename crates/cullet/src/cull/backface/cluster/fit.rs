@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 use crate::array::Each;
 use crate::exact::is_collinear;
+use crate::sort::{of_f64, sort_by_key};
 
 /// The planes of a cluster's triangles. Triangles without area, and slivers whose normal is not
 /// certain, have none: see [`ClusterPlanes::is_complete`].
@@ -373,7 +374,8 @@ fn convex_hull(points: Vec<DVec2>) -> Vec<DVec2> {
     // total_cmp puts −0 before 0, which no product of differences would agree with: points between two
     // ends of one x were lost.
     let mut sorted: Vec<DVec2> = points.into_iter().map(|p| p + DVec2::ZERO).collect();
-    sorted.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    sort_by_key(&mut sorted, |p| of_f64(p.y).into());
+    sort_by_key(&mut sorted, |p| of_f64(p.x).into());
     sorted.dedup();
     if sorted.len() < 3 {
         return sorted;

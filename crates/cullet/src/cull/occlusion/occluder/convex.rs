@@ -11,6 +11,7 @@ use crate::array::{self, Each};
 use crate::bounds::Aabb;
 use crate::exact;
 use crate::mesh::weld;
+use crate::sort::{pair, sort_by_key};
 
 /// Eight points, an array for each axis.
 type Points = [[f32; 8]; 3];
@@ -226,7 +227,7 @@ impl Convex {
             .filter(|&(&(a, b), _)| a < b)
             .filter_map(|(&(a, b), &f)| Some([a, b, f, *half_edges.get(&(b, a))?]))
             .collect();
-        edges.sort_unstable();
+        sort_by_key(&mut edges, |&[a, b, ..]| pair(a, b));
         if edges.len() * 2 != half_edges.len() {
             return Err(OcclusionError::Open);
         }

@@ -1,8 +1,7 @@
 //! Choice of the candidates that cover most for their cost, within a budget.
 
-use std::cmp::Ordering;
-
 use super::super::raster::ScreenBounds;
+use crate::sort::{Sorter, of_f32, pair};
 
 /// Candidate shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,16 +19,14 @@ pub(crate) struct Candidate {
 }
 
 impl Candidate {
-    /// The nearer one first; ties go by slot and shape.
-    pub(crate) fn by_nearness(&self, other: &Self) -> Ordering {
-        let ties = || (self.slot, self.shape).cmp(&(other.slot, other.shape));
-        other.nearness.total_cmp(&self.nearness).then_with(ties)
+    /// Key to sort by: the nearer one first; ties go by slot and shape.
+    pub(crate) fn by_nearness(&self) -> u128 {
+        u128::from(!of_f32(self.nearness)) << 64 | pair(self.slot, self.shape)
     }
 
-    /// The better one first; ties go by slot and shape.
-    fn rank(&self, other: &Self) -> Ordering {
-        let ties = || (self.slot, self.shape).cmp(&(other.slot, other.shape));
-        other.score.total_cmp(&self.score).then_with(ties)
+    /// Key to sort by: the better one first; ties go by slot and shape.
+    fn by_score(&self) -> u128 {
+        u128::from(!of_f32(self.score)) << 64 | pair(self.slot, self.shape)
     }
 }
 
@@ -50,6 +47,7 @@ pub(crate) struct Choice {
     considered: u64,
     /// Not all that was found is within the budget.
     is_short: bool,
+    sorter: Sorter,
 }
 
 impl Choice {
@@ -99,7 +97,7 @@ impl Choice {
 
     /// Sorts, and drops what is over the budget.
     fn cut(&mut self) {
-        self.found.sort_unstable_by(Candidate::rank);
+        self.sorter.sort(&mut self.found, Candidate::by_score);
         let (budget, mut sum) = (self.budget, 0.0);
         let count = self.found.iter().take_while(|c| {
             sum += c.cost;
@@ -182,7 +180,9 @@ mod tests {
                 })
                 .collect();
             let mut sorted = all.clone();
-            sorted.sort_by(Candidate::rank);
+            sorted.sort_by(|a, b| {
+                b.score.total_cmp(&a.score).then((a.slot, a.shape).cmp(&(b.slot, b.shape)))
+            });
             let mut sum = 0.0;
             let expected = sorted.iter().take_while(|c| {
                 sum += c.cost;

@@ -9,6 +9,7 @@ use crate::Simd;
 use crate::array::{self, Each};
 use crate::bits;
 use crate::bounds::{Boxes, LANES};
+use crate::sort::of_f32;
 use crate::transform::Transform;
 
 /// A surface whose triangles are given anew whenever they change, without allocating once its memory has grown.
@@ -29,7 +30,8 @@ pub struct DynamicSurface {
     patches: Vec<Laid>,
     /// How often the indices have changed, and the positions.
     versions: [u64; 2],
-    order: Vec<(f32, u32)>,
+    /// Complement of the nearness and number of each patch.
+    order: Vec<u64>,
 }
 
 /// The patch of a chunk, as it was when it was drawn last.
@@ -90,14 +92,15 @@ impl DynamicSurface {
             let inside = ((1 << numbers.len()) - 1) & !u64::from(r.outside);
             self.order.extend(bits::ones(inside).map(|lane| {
                 let is_bounded = r.bounded >> lane & 1 == 1;
-                (if is_bounded { r.nearness[lane] } else { f32::INFINITY }, numbers[lane])
+                let nearness = if is_bounded { r.nearness[lane] } else { f32::INFINITY };
+                u64::from(!of_f32(nearness)) << 32 | u64::from(numbers[lane])
             }));
         }
-        self.order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        self.order.sort_unstable();
         let order = std::mem::take(&mut self.order);
         for some in order.chunks(LANES) {
             let mut numbers = [0; LANES];
-            numbers.iter_mut().zip(some).for_each(|(to, (_, number))| *to = *number);
+            numbers.iter_mut().zip(some).for_each(|(to, &key)| *to = key as u32);
             let numbers = &numbers[..some.len()];
             let r = rectangles(level, projector.as_ref(), &self.boxes, numbers);
             for (lane, &number) in numbers.iter().enumerate() {

@@ -1,6 +1,7 @@
 //! Facets: triangles of a surface, and pairs of them that make a convex quad.
 
 use crate::array::Each;
+use crate::sort::{Sorter, of_f64, pair};
 use glam::{DVec3, Vec3};
 
 /// The cosine of the angle between the normals of two triangles below which they make no quad.
@@ -96,20 +97,21 @@ pub(super) struct Edge {
 /// wind differently both.
 pub(super) fn edges(facets: &[Facet]) -> Vec<Edge> {
     // Least vertex and the other; direction and facet.
-    let mut halves: Vec<(u64, u64)> = Vec::with_capacity(facets.len() * 4);
-    for (number, facet) in (0_u64..).zip(facets) {
-        halves.extend(facet.sides().map(|[a, b]| {
-            let key = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
-            (key, u64::from(a > b) << 32 | number)
-        }));
+    let mut halves: Vec<u128> = Vec::with_capacity(facets.len() * 4);
+    for (number, facet) in (0_u32..).zip(facets) {
+        halves.extend(
+            facet
+                .sides()
+                .map(|[a, b]| pair(a.min(b), a.max(b)) << 64 | pair(u32::from(a > b), number)),
+        );
     }
     halves.sort_unstable();
     let mut edges = Vec::with_capacity(halves.len() / 2);
-    for same in halves.chunk_by(|p, q| p.0 == q.0) {
-        let vertices = [(same[0].0 >> 32) as u32, same[0].0 as u32];
-        let (along, against) = same.split_at(same.partition_point(|h| h.1 >> 32 == 0));
+    for same in halves.chunk_by(|p, q| p >> 64 == q >> 64) {
+        let vertices = [(same[0] >> 96) as u32, (same[0] >> 64) as u32];
+        let (along, against) = same.split_at(same.partition_point(|h| (h >> 32) as u32 == 0));
         for k in 0..along.len().max(against.len()) {
-            let facet = |of: &[(u64, u64)]| of.get(k).map_or(NONE, |h| h.1 as u32);
+            let facet = |of: &[u128]| of.get(k).map_or(NONE, |&h| h as u32);
             let facets = match [facet(along), facet(against)] {
                 [NONE, g] => [g, NONE],
                 both => both,
@@ -168,7 +170,9 @@ pub(super) fn paired(positions: &[[f32; 3]], triangles: Vec<Facet>) -> Vec<Facet
             candidates.push(((flatness * 1e4).floor() + least, quad, facets));
         }
     }
-    candidates.sort_unstable_by(|p, q| q.0.total_cmp(&p.0).then(p.2.cmp(&q.2)));
+    let mut sorter = Sorter::default();
+    sorter.sort(&mut candidates, |&(_, _, [f, g])| pair(f, g));
+    sorter.sort(&mut candidates, |&(score, ..)| (!of_f64(score)).into());
     let mut used = vec![false; triangles.len()];
     let mut facets = Vec::with_capacity(triangles.len());
     for (_, quad, of) in candidates {

@@ -7,6 +7,7 @@
 
 use super::facet::{Edge, Facet, NONE, edges};
 use crate::array::Each;
+use crate::sort::{Sorter, of_f32, pair, sort_by_key};
 
 /// Facets of a surface in patches.
 pub(super) struct Split<'a> {
@@ -56,7 +57,7 @@ impl<'a> Split<'a> {
     /// Calls back with the own facets of each patch, and those around it, both so sorted that whole groups face away.
     pub(super) fn for_patches(mut self, mut each: impl FnMut(&[Facet], &[Facet])) {
         let mut order: Vec<u32> = (0..self.facets.len() as u32).collect();
-        order.sort_by_key(|&f| self.part[f as usize]);
+        sort_by_key(&mut order, |&f| self.part[f as usize].into());
         let mut lists = Vec::new();
         // A small surface is one patch, whatever its parts: each costs as much as drawing some ten facets.
         let is_small = order.len() <= self.most;
@@ -87,9 +88,7 @@ impl<'a> Split<'a> {
         let extent = |a: usize| high[a] - low[a];
         let axis = (0..3).fold(0, |best, a| if extent(a) > extent(best) { a } else { best });
         let half = facets.len() / 2;
-        facets.select_nth_unstable_by(half, |&f, &g| {
-            self.middle(f, axis).total_cmp(&self.middle(g, axis)).then(f.cmp(&g))
-        });
+        Sorter::default().split(facets, half, |&f| pair(of_f32(self.middle(f, axis)), f));
         let (low, high) = facets.split_at_mut(half);
         self.split(low, lists);
         self.split(high, lists);
@@ -121,7 +120,7 @@ impl<'a> Split<'a> {
     }
 
     fn sorted(&self, mut list: Vec<u32>) -> Vec<Facet> {
-        list.sort_by_cached_key(|&f| (self.direction(f), f));
+        sort_by_key(&mut list, |&f| pair(self.direction(f), f));
         list.into_iter().map(|f| self.facets[f as usize]).collect()
     }
 
