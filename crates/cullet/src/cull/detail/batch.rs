@@ -58,7 +58,8 @@ impl BatchSizes {
         wanted: u8,
         weights: Option<&[[f32; LANES]; 4]>,
     ) -> (u64, u64) {
-        dispatch_256!(level, simd => self.decide_some(simd, blocks, wanted, weights))
+        let weights = weights.map(|weights| &weights[..]);
+        dispatch_256!(level, simd => self.decide_some(simd, blocks, wanted, None, weights))
     }
 
     /// One bit each for the nodes of a block below which all boxes are surely small, and surely none is. `sizes` are of the
@@ -77,30 +78,11 @@ impl BatchSizes {
                 halves[1][a][lane] = own.largest[a] * 0.5;
             }
         }
-        dispatch_256!(level, simd => self.decide_within(simd, block, &halves, weights))
-    }
-
-    #[inline(always)]
-    fn decide_within<S: fearless_simd::Simd>(
-        &self,
-        simd: S,
-        block: &BoxBlock,
-        [smallest, largest]: &[[[f32; LANES]; 3]; 2],
-        weights: Option<&[f32; LANES]>,
-    ) -> (u16, u16) {
-        let lanes = Lanes::new(simd, block);
-        let least = [
-            f32x16::from_slice(simd, &smallest[0]),
-            f32x16::from_slice(simd, &smallest[1]),
-            f32x16::from_slice(simd, &smallest[2]),
-        ];
-        let most = [
-            f32x16::from_slice(simd, &largest[0]),
-            f32x16::from_slice(simd, &largest[1]),
-            f32x16::from_slice(simd, &largest[2]),
-        ];
-        let (small, large) = self.decide_lanes(&lanes, [&least, &most], true, weights);
-        (small, if weights.is_some() { 0 } else { large })
+        let (blocks, halves) = (std::slice::from_ref(block), Some(&halves));
+        let own = weights.map(std::slice::from_ref);
+        let (small, large) =
+            dispatch_256!(level, simd => self.decide_some(simd, blocks, 1, halves, own));
+        (small as u16, if weights.is_some() { 0 } else { large as u16 })
     }
 
     // Plain functions and loops all through: a closure that is not inlined has no vector instructions, and made this six
@@ -111,7 +93,8 @@ impl BatchSizes {
         simd: S,
         blocks: &[BoxBlock],
         wanted: u8,
-        weights: Option<&[[f32; LANES]; 4]>,
+        halves: Option<&[[[f32; LANES]; 3]; 2]>,
+        weights: Option<&[[f32; LANES]]>,
     ) -> (u64, u64) {
         let (mut small, mut large) = (0, 0);
         let mut rest = wanted;
@@ -120,22 +103,21 @@ impl BatchSizes {
             rest &= rest - 1;
             let Some(block) = blocks.get(part) else { break };
             let own = weights.map(|weights| &weights[part]);
-            let (own_small, own_large) = self.decide_with(simd, block, own);
+            let lanes = Lanes::new(simd, block);
+            let (mut smallest, mut largest) = (lanes.reach, lanes.reach);
+            if let Some(halves) = halves {
+                for a in 0..3 {
+                    smallest[a] = f32x16::from_slice(simd, &halves[0][a]);
+                    largest[a] = f32x16::from_slice(simd, &halves[1][a]);
+                }
+            }
+            let within = halves.is_some();
+            let (own_small, own_large) =
+                self.decide_lanes(&lanes, [&smallest, &largest], within, own);
             small |= u64::from(own_small) << (part * LANES);
             large |= u64::from(own_large) << (part * LANES);
         }
         (small, large)
-    }
-
-    #[inline(always)]
-    fn decide_with<S: fearless_simd::Simd>(
-        &self,
-        simd: S,
-        block: &BoxBlock,
-        weights: Option<&[f32; LANES]>,
-    ) -> (u16, u16) {
-        let lanes = Lanes::new(simd, block);
-        self.decide_lanes(&lanes, [&lanes.reach, &lanes.reach], false, weights)
     }
 
     /// Of boxes with halves between two; the lanes are those boxes, or where `within` hold them.

@@ -4,8 +4,7 @@
 //! with the same result to the last bit; and what is hidden in its band need not be drawn there, which threads
 //! with a buffer each would not know of one another.
 
-use crate::simd::dispatch;
-use fearless_simd::prelude::*;
+use crate::simd::dispatch_256;
 
 use super::blocks::BlocksMut;
 use super::connected::Connected;
@@ -91,17 +90,11 @@ impl Band<'_> {
         let surface = surface.get_or_insert_with(|| Surface::new(*columns, *rows));
         surface.removal = removal;
         let target = &mut self.target;
-        dispatch!(level, simd => surface.draw(simd, patch, &screen, projection, target));
+        dispatch_256!(level, simd => surface.draw(simd, patch, &screen, projection, target));
     }
 
     /// Covers what lies wholly within the outline of its pen.
     pub(crate) fn fill(&mut self, level: crate::Simd) {
-        dispatch!(level, simd => self.fill_with(simd));
-    }
-
-    /// As [`fill`](Self::fill), where the level is known.
-    #[inline(always)]
-    pub(crate) fn fill_with<S: Simd>(&mut self, simd: S) {
-        self.pen.outline.fill(simd, &mut self.target);
+        dispatch_256!(level, simd => self.pen.outline.fill(simd, &mut self.target));
     }
 }

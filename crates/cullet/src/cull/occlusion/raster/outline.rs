@@ -45,6 +45,13 @@ pub(crate) struct Outline {
 }
 
 impl Outline {
+    /// Empties it: it covers nothing.
+    pub(crate) fn clear(&mut self) {
+        self.left.clear();
+        self.right.clear();
+        self.planes.clear();
+    }
+
     /// Begins an outline within the box `min`..`max` of pixels on a screen of `size`, of which these `rows`,
     /// from the first to the last, are to be filled; its corners are off by `doubt` pixels at most.
     pub(crate) fn begin(
@@ -55,9 +62,7 @@ impl Outline {
         max: [f64; 2],
         doubt: f64,
     ) {
-        self.left.clear();
-        self.right.clear();
-        self.planes.clear();
+        self.clear();
         self.size = size.each(|s| s as i32);
         self.doubt = doubt + SLACK;
         let first = |v: f64| (v + self.doubt).ceil().max(0.0) as i32;
@@ -194,11 +199,6 @@ impl Edges {
     #[inline(always)]
     pub(crate) fn is_full(&self) -> bool {
         self.count == 8
-    }
-
-    #[inline(always)]
-    pub(crate) fn clear(&mut self) {
-        self.count = 0;
     }
 }
 

@@ -2,7 +2,7 @@
 //! edges, at a time; any other face by face.
 
 use crate::array::Each;
-use crate::simd::dispatch;
+use crate::simd::dispatch_256;
 use fearless_simd::prelude::*;
 use glam::DVec4;
 
@@ -30,8 +30,8 @@ impl Convex {
     /// [`OcclusionBuffer::begin`](super::super::super::OcclusionBuffer::begin).
     pub fn draw(&self, level: crate::Simd, band: &mut Band<'_>, transform: &Transform) {
         let Some(screen) = band.object_screen(transform) else { return };
-        if dispatch!(level, simd => self.draw_whole(simd, &screen, band)) {
-            return;
+        if dispatch_256!(level, simd => self.outline(simd, &screen, band)) {
+            return band.fill(level);
         }
         let mut clips = std::mem::take(&mut band.pen.clips);
         clips.clear();
@@ -43,20 +43,21 @@ impl Convex {
         band.pen.clips = clips;
     }
 
-    /// Draws a body; `false`, and nothing, where a corner is not in front or a number is not finite.
+    /// Outlines a body with the band's pen; `false`, and nothing, where a corner is not in front or a number is not finite.
     #[inline(always)]
-    fn draw_whole<S: Simd>(&self, simd: S, screen: &ObjectScreen, band: &mut Band<'_>) -> bool {
+    fn outline<S: Simd>(&self, simd: S, screen: &ObjectScreen, band: &mut Band<'_>) -> bool {
         let mut places = std::mem::take(&mut band.pen.places);
         let extent = place(simd, screen, self, &mut places);
+        band.pen.outline.clear();
         if let Some(extent) = &extent {
-            self.draw_placed(simd, screen, &places, extent, band);
+            self.outline_placed(simd, screen, &places, extent, band);
         }
         band.pen.places = places;
         extent.is_some()
     }
 
     #[inline(always)]
-    fn draw_placed<S: Simd>(
+    fn outline_placed<S: Simd>(
         &self,
         simd: S,
         screen: &ObjectScreen,
@@ -117,19 +118,17 @@ impl Convex {
             for (i, &[_, _, winds, other]) in edges.iter().enumerate() {
                 bits |= (is_seen(winds) ^ is_seen(other)) << i;
             }
-            let mut chunk = Edges::default();
-            for edge in bits::ones(bits) {
-                let [from, to, winds, _] = edges[edge];
-                let ends = if is_seen(winds) == 1 { [from, to] } else { [to, from] };
-                chunk.push(ends.each(spot));
-                if chunk.is_full() {
-                    outline.edges(simd, &chunk, orient);
-                    chunk.clear();
+            while bits != 0 {
+                let mut chunk = Edges::default();
+                while bits != 0 && !chunk.is_full() {
+                    let [from, to, winds, _] = edges[bits.trailing_zeros() as usize];
+                    bits &= bits - 1;
+                    let ends = if is_seen(winds) == 1 { [from, to] } else { [to, from] };
+                    chunk.push(ends.each(spot));
                 }
+                outline.edges(simd, &chunk, orient);
             }
-            outline.edges(simd, &chunk, orient);
         }
-        band.fill_with(simd);
     }
 
     /// One that crosses the near plane: each face by itself, since where the plane opens the body one looks

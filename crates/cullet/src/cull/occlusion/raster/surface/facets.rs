@@ -135,41 +135,42 @@ impl Surface {
             y[k] = gather(simd, &self.y, &rows[k]);
         }
         let (low, high) = ([least(&x), least(&y)], [most(&x), most(&y)]);
-        let Some(number) = number else {
-            // What is left of a facet may have no area: it covers nothing.
-            let flat = turn(&x, &y, [0, 1, 2]).simd_eq(zero).to_bitmask();
-            self.cover_group(simd, window, &rows, (&x, &y), (low, high), !flat & 0xff, target);
-            return;
-        };
-        let margin = splat(window.margin);
-        let size = (high[0] - low[0] + (high[1] - low[1])) * 2.0;
-        // Twice an area of corners that are off by the margin is off by no more.
-        let slack = size * (size * splat(1.0 / 2_097_152.0) + margin * 2.0) + margin * margin * 8.0;
-        let mut drawn = turn(&x, &y, [0, 1, 2]).simd_gt(slack);
-        if N == 4 {
-            drawn &= turn(&x, &y, [0, 2, N - 1]).simd_gt(slack);
-        }
-        let mut lanes = drawn.to_bitmask();
-        let mut words = [0; LANES];
-        for (lane, word) in words.iter_mut().enumerate() {
-            *word = 0_u32.wrapping_sub((lanes >> lane & 1) as u32);
-        }
-        self.drawn[number..number + LANES].copy_from_slice(&words);
-        if lanes == 0 {
-            return;
-        }
-        if N == 4 {
-            // Both triangles show, and together they are a quad on the screen.
-            let convex = turn(&x, &y, [N - 1, 0, 1]).simd_gt(slack)
-                & turn(&x, &y, [1, 2, N - 1]).simd_gt(slack);
-            let halved = lanes & !convex.to_bitmask();
-            for lane in bits::ones(halved) {
-                let [a, b, c, d] = [0, 1, 2, N - 1].each(|k| rows[k][lane]);
-                self.halves.extend([[a, b, c], [a, c, d]]);
+        let mut lanes;
+        if let Some(number) = number {
+            let margin = splat(window.margin);
+            let size = (high[0] - low[0] + (high[1] - low[1])) * 2.0;
+            // Twice an area of corners that are off by the margin is off by no more.
+            let slack =
+                size * (size * splat(1.0 / 2_097_152.0) + margin * 2.0) + margin * margin * 8.0;
+            let mut drawn = turn(&x, &y, [0, 1, 2]).simd_gt(slack);
+            if N == 4 {
+                drawn &= turn(&x, &y, [0, 2, N - 1]).simd_gt(slack);
             }
-            lanes &= !halved;
+            lanes = drawn.to_bitmask();
+            let mut words = [0; LANES];
+            for (lane, word) in words.iter_mut().enumerate() {
+                *word = 0_u32.wrapping_sub((lanes >> lane & 1) as u32);
+            }
+            self.drawn[number..number + LANES].copy_from_slice(&words);
+            if N == 4 && lanes != 0 {
+                // Both triangles show, and together they are a quad on the screen.
+                let convex = turn(&x, &y, [N - 1, 0, 1]).simd_gt(slack)
+                    & turn(&x, &y, [1, 2, N - 1]).simd_gt(slack);
+                let halved = lanes & !convex.to_bitmask();
+                for lane in bits::ones(halved) {
+                    let [a, b, c, d] = [0, 1, 2, N - 1].each(|k| rows[k][lane]);
+                    self.halves.push([a, b, c]);
+                    self.halves.push([a, c, d]);
+                }
+                lanes &= !halved;
+            }
+        } else {
+            // What is left of a facet may have no area: it covers nothing.
+            lanes = !turn(&x, &y, [0, 1, 2]).simd_eq(zero).to_bitmask() & 0xff;
         }
-        self.cover_group(simd, window, &rows, (&x, &y), (low, high), lanes, target);
+        if lanes != 0 {
+            self.cover_group(simd, window, &rows, (&x, &y), (low, high), lanes, target);
+        }
     }
 
     /// Covers what some of eight facets touch.
