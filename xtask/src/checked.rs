@@ -4,8 +4,8 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::graphics;
-use crate::runner::{End, Ended, Skip, all, skipped_tests};
+use crate::graphics::{self, Machine};
+use crate::runner::{End, Ended, Skip, Step, all, skipped_tests};
 use crate::tools::{
     Done, cargo_program, command, cpp_compiler, install_words, is_ci, output, run, target,
 };
@@ -64,19 +64,48 @@ pub(crate) fn build() -> Ended {
 /// The step that runs all tests, whichever fail. Where there is a graphics device, in software or not, and CI runs
 /// this, those that need it must find it.
 pub(crate) fn tests() -> Ended {
+    let must = graphics::is_there() && is_ci();
+    tested(vec![cargo(&["test", "--no-fail-fast"])], must.then_some(Machine::Vulkan))
+}
+
+/// The tests that draw or compute on a device, as each machine runs them.
+pub(crate) const MACHINES: &[Step] = &[
+    Step { name: "nothing", run: || tests_on(Machine::Nothing) },
+    Step { name: "opengl", run: || tests_on(Machine::OpenGl) },
+    Step { name: "vulkan", run: || tests_on(Machine::Vulkan) },
+    Step { name: "both", run: || tests_on(Machine::Both) },
+];
+
+/// Runs the tests and examples that use a graphics device as a machine would that has less than this one.
+pub(crate) fn tests_on(machine: Machine) -> Ended {
+    let of_passes = ["--lib", "--test", "all", "--", "gpu_", "checked::tests"];
+    let mut programs = vec!["--test", "profile"];
+    if !excluded().contains(&VIEWER) {
+        programs.extend(["--test", "draw", "--test", "fading", "--test", "window"]);
+    }
+    let test = |more: &[&str]| cargo(&[&["test", "--no-fail-fast"], more].concat());
+    let mut commands = vec![test(&of_passes), test(&programs)];
+    let folder = program("examples")?;
+    let example = |name| command(&folder.join(name).to_string_lossy(), &[]);
+    commands.extend(["own_program", "lists"].map(example));
+    tested(commands, Some(machine))
+}
+
+/// Runs all of some commands, whichever fail, and tells what their tests skipped.
+fn tested(commands: Vec<Command>, machine: Option<Machine>) -> Ended {
     let skipped = target().join(SKIPPED);
     let fail = |e: std::io::Error| format!("{}: {e}", skipped.display());
     std::fs::create_dir_all(target()).map_err(fail)?;
     // There already, so that none is no error; empty, so that the last run's are not told again.
     std::fs::write(&skipped, "").map_err(fail)?;
-    let mut test = cargo(&["test", "--no-fail-fast"]);
-    test.env("CULLET_SKIPPED", &skipped);
-    if graphics::is_there() && is_ci() {
-        test.env("CULLET_REQUIRE_GPU", "1").env("WGPU_BACKEND", "vulkan");
+    let mut all = Ok(());
+    for mut test in commands {
+        test.env("CULLET_SKIPPED", &skipped);
+        test.envs(machine.into_iter().flat_map(Machine::environment));
+        all = all.and(run(test));
     }
-    let tested = run(test);
     let skips = skipped_tests(&std::fs::read_to_string(&skipped).map_err(fail)?);
-    Ok(match tested {
+    Ok(match all {
         Err(why) => End::Failed(why, skips),
         Ok(()) if skips.is_empty() => End::Passed,
         Ok(()) => End::Partly(skips),

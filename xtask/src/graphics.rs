@@ -8,6 +8,7 @@ pub(crate) const DEBIAN: &[&str] = &[
     "mesa-vulkan-drivers",
     "libvulkan1",
     "libegl1",
+    "libgl1-mesa-dri",
     "xvfb",
     "xauth",
     "libxkbcommon-x11-0",
@@ -16,12 +17,47 @@ pub(crate) const DEBIAN: &[&str] = &[
     "libxrandr2",
 ];
 
-/// Whether a driver of Vulkan and a virtual screen are there.
+/// What a machine has of graphics. One that has all is any of them by its [environment](Self::environment).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Machine {
+    Nothing,
+    OpenGl,
+    Vulkan,
+    Both,
+}
+
+impl Machine {
+    /// The backends that wgpu may look for, and the highest tier that must be found: tests that need more are skipped, and
+    /// no others.
+    pub(crate) fn environment(self) -> [(&'static str, &'static str); 2] {
+        let [backends, required] = match self {
+            Self::Nothing => ["none", ""],
+            Self::OpenGl => ["gl", "compute"],
+            Self::Vulkan => ["vulkan", "1"],
+            Self::Both => ["vulkan,gl", "1"],
+        };
+        [("WGPU_BACKEND", backends), ("CULLET_REQUIRE_GPU", required)]
+    }
+}
+
+/// Whether there is what every test of a device needs: Vulkan, and a virtual screen.
 pub(crate) fn is_there() -> bool {
-    let drivers = ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d"];
-    let has_driver =
-        |folder: &&str| std::fs::read_dir(folder).is_ok_and(|mut files| files.next().is_some());
-    drivers.iter().any(has_driver) && optional("sh", &["-c", "command -v xvfb-run"]).is_some()
+    has_vulkan() && optional("sh", &["-c", "command -v xvfb-run"]).is_some()
+}
+
+/// Whether wgpu may look for Vulkan, and there is a driver: where the environment says, or else where drivers lie.
+fn has_vulkan() -> bool {
+    let variable = |name: &str| std::env::var(name).ok().filter(|value| !value.is_empty());
+    let is_wanted = variable("WGPU_BACKEND").is_none_or(|own| {
+        own.split(',').any(|name| ["vulkan", "vk"].contains(&name.trim().to_lowercase().as_str()))
+    });
+    let is_driver = |path: &str| {
+        let is_named = std::path::Path::new(path).is_file();
+        is_named || std::fs::read_dir(path).is_ok_and(|mut files| files.next().is_some())
+    };
+    let named = variable("VK_DRIVER_FILES").or_else(|| variable("VK_ICD_FILENAMES"));
+    let drivers = named.unwrap_or_else(|| "/usr/share/vulkan/icd.d:/etc/vulkan/icd.d".to_owned());
+    is_wanted && drivers.split(':').any(is_driver)
 }
 
 /// The step that installs what is missing where CI runs and may; elsewhere it names it. What cannot be had is no

@@ -27,6 +27,8 @@ const HELP: &str = "\
 cargo xtask test       everything that can be checked here: format, lints, docs, tests at every SIMD level,
                        examples and more; ends with what was skipped, and what gets it
 cargo xtask test NAME  only the step of that name, or those whose name contains NAME
+cargo xtask machines [nothing | opengl | vulkan | both]
+                       the tests that use a graphics device, as a machine with no more than that runs them; or as each of the four
 cargo xtask web        builds the viewer's page, then serves it on localhost
 cargo xtask web SCENE  the same with a scene: a file, or a built-in one
 cargo xtask web --no-serve
@@ -63,6 +65,8 @@ fn main() -> ExitCode {
     let done = match args[..] {
         ["test"] => steps::test(""),
         ["test", name] => steps::test(name),
+        ["machines"] => runner::run(checked::MACHINES, ""),
+        ["machines", name] => runner::run(checked::MACHINES, name),
         ["web"] => web::serve(None),
         ["web", "--no-serve"] => web::build(),
         ["web", scene] if !scene.starts_with('-') => web::serve(Some(scene)),

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use cullet::{Depth, Instance, Mesh, Projection, Scene, Transform, View};
-use cullet_gpu::{Gpu, GpuError, OffScreen, Phase, Settings, Tier};
+use cullet_gpu::{DrawMode, Gpu, GpuError, OffScreen, Phase, Settings, Tier};
 use cullet_scenes::paths::{Overrides, PathSpec, views};
 use cullet_testkit::steps::Balls;
 use wgpu::*;
@@ -17,9 +17,9 @@ type Failure = Box<dyn std::error::Error>;
 const FRAMES: usize = 9;
 
 fn main() -> Result<(), Failure> {
-    let gpu = match Gpu::open() {
+    let gpu = match Gpu::open(Tier::Pyramid) {
         Ok(gpu) => gpu,
-        Err(why @ GpuError::NoAdapter(_)) => {
+        Err(why @ GpuError::NoAdapter { .. }) => {
             println!("not measured: {why}");
             return Ok(());
         }
@@ -29,13 +29,13 @@ fn main() -> Result<(), Failure> {
     println!("{} ({:?})", info.name, info.backend);
     println!("{:44} {:>9} {:>7}", "what", "found", "goal");
     let city = cullet_scenes::build("city")?;
-    frames(&gpu, "city, street", &city, Tier::of(&gpu.device, &city.scene))?;
+    frames(&gpu, "city, street", &city, DrawMode::of(&gpu.device, &city.scene))?;
     match castle() {
         Some(path) => {
             let castle = cullet_maps::load(&path, &Default::default())?;
-            for tier in [Tier::Clusters, Tier::Counted] {
-                if tier.is_offered(&gpu.device) {
-                    frames(&gpu, &format!("castle, {tier:?}"), &castle, tier)?;
+            for mode in [DrawMode::Clusters, DrawMode::Counted] {
+                if mode.is_offered(&gpu.device) {
+                    frames(&gpu, &format!("castle, {mode:?}"), &castle, mode)?;
                 }
             }
         }
@@ -80,14 +80,14 @@ fn fastest<const N: usize>(
 }
 
 /// Frames of a walk with occlusion culling over the same without, and the share of the late phase where nothing is new.
-fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model, tier: Tier) -> Result<(), Failure> {
+fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model, mode: DrawMode) -> Result<(), Failure> {
     let size = [1280, 720];
     let (device, queue, scene) = (&gpu.device, &gpu.queue, &model.scene);
     let all = views(model, &PathSpec::Walk, 8, size, &Overrides::default())?;
-    let mut stage = OffScreen::with_tier(device, queue, scene, size, tier)?;
-    let mut without = OffScreen::with_tier(device, queue, scene, size, tier)?;
+    let mut stage = OffScreen::with_mode(device, queue, scene, size, mode)?;
+    let mut without = OffScreen::with_mode(device, queue, scene, size, mode)?;
     without.culling.settings.backfaces = false;
-    let mut with_backs = OffScreen::with_tier(device, queue, scene, size, tier)?;
+    let mut with_backs = OffScreen::with_mode(device, queue, scene, size, mode)?;
     with_backs.culling.settings.backfaces = false;
     let (mut sum, mut late, mut same) = ([0.0; 3], [0.0; 2], true);
     for view in &all {
@@ -117,9 +117,9 @@ fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model, tier: Tier) -> Result
     }
     assert!(same, "{name}: the pictures differ");
     let took = sum[1] / all.len() as f64;
-    println!("{name}: {took:.2} ms a frame without occlusion culling; {tier:?}");
+    println!("{name}: {took:.2} ms a frame without occlusion culling; {mode:?}");
     row(&format!("{name}: frame with over without"), sum[0] / sum[1], "0.33");
-    if tier == Tier::Clusters {
+    if mode == DrawMode::Clusters {
         row(&format!("{name}: the same with clusters' backs"), sum[2] / sum[1], "");
     }
     row(&format!("{name}: late phase over frame"), 1.0 - late[1] / late[0], "0.05");
@@ -129,7 +129,7 @@ fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model, tier: Tier) -> Result
 /// Frames by levels of detail over those of everything in full.
 fn levels(gpu: &Gpu) -> Result<(), Failure> {
     let (device, queue, size) = (&gpu.device, &gpu.queue, [1280, 720]);
-    if !device.features().contains(Features::INDIRECT_FIRST_INSTANCE) {
+    if gpu.tier() < Tier::MultiDraw {
         println!("levels: the device does not draw clusters");
         return Ok(());
     }
@@ -144,7 +144,7 @@ fn levels(gpu: &Gpu) -> Result<(), Failure> {
         Projection::Perspective { fov_y_radians: 1.0, aspect: 1.78, near: 0.1, far: f64::INFINITY };
     let camera = cullet::Camera::look_at([0.0, 15.0, 30.0], [0.0, 0.0, -15.0], projection);
     let view = View::new(&camera, Depth::Reversed, size)?;
-    let stage = || OffScreen::with_tier(device, queue, &scene, size, Tier::Clusters);
+    let stage = || OffScreen::with_mode(device, queue, &scene, size, DrawMode::Clusters);
     let (mut coarse, mut full) = (stage()?, stage()?);
     coarse.culling.settings = Settings { level_px: 1.0, ..Settings::default() };
     let mut coarse = || coarse.draw(device, queue, (&scene, &view), true);
@@ -293,22 +293,22 @@ impl Stream {
     }
 }
 
-/// A hundred thousand things of which one in a hundred is alive, drawn by each tier.
+/// A hundred thousand things of which one in a hundred is alive, drawn by each mode.
 fn many_draws(gpu: &Gpu) -> Result<(), Failure> {
     let (device, queue) = (&gpu.device, &gpu.queue);
     let (scene, view) = rows(316)?;
     // One in a hundred is in the second layer.
     let view = view.with_layers(2);
-    if !Tier::Counted.is_offered(device) {
+    if !DrawMode::Counted.is_offered(device) {
         println!("many draws: the device has neither counted draws nor first instances");
         return Ok(());
     }
-    let stage = |tier| {
-        let mut made = OffScreen::with_tier(device, queue, &scene, view.viewport(), tier)?;
+    let stage = |mode| {
+        let mut made = OffScreen::with_mode(device, queue, &scene, view.viewport(), mode)?;
         made.draw(device, queue, (&scene, &view), false)?;
         Ok::<_, GpuError>(made)
     };
-    let stages = [stage(Tier::Each)?, stage(Tier::Clusters)?, stage(Tier::Counted)?];
+    let stages = [stage(DrawMode::Each)?, stage(DrawMode::Clusters)?, stage(DrawMode::Counted)?];
     let pictures = stages.each_ref().map(|own| picture(gpu, own.target.ids(), view.viewport()));
     let [one, each, counted] = pictures;
     assert!(one? == each? && counted? == picture(gpu, stages[0].target.ids(), view.viewport())?);

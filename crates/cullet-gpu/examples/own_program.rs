@@ -4,7 +4,7 @@
 
 use cullet::mesh::MeshData;
 use cullet::{Instance, Mesh, Scene, Transform, View};
-use cullet_gpu::{Culling, Gpu, IdPass, IdTarget, Passes, Phase, Pyramid};
+use cullet_gpu::{Culling, Gpu, IdPass, IdTarget, Passes, Phase, Pyramid, Tier};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A wall, four hundred things behind it, and one before it.
@@ -26,8 +26,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let size = [640, 360];
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 1.0, 0.1, 100.0, size)?;
 
-    // The program's own: whatever wgpu gave it.
-    let gpu = match Gpu::open() {
+    // The program's own. Of what wgpu finds, one that can read depth in compute passes.
+    let gpu = match Gpu::open(Tier::Pyramid) {
         Ok(gpu) => gpu,
         Err(why) => {
             println!("{why}");
@@ -41,9 +41,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let passes = Passes::new(device)?;
     let mut culling = Culling::new(device, queue, &passes, &scene)?;
     // Its own pipelines would stand here; what they draw into has a depth texture that is reversed.
-    let ids = IdPass::new(device);
+    let ids = IdPass::new(device)?;
     let target = IdTarget::new(device, &ids, &culling, size)?;
-    let pyramid = Pyramid::new(device, &passes.pyramid, target.depth());
+    let pyramid = Pyramid::new(device, &passes.pyramid, target.depth())?;
 
     for frame in 0..2 {
         // Each frame: numbers first, then everything in one encoder.

@@ -8,6 +8,7 @@ use wgpu::{
     ShaderSource, ShaderStages,
 };
 
+use super::checked::checked;
 use super::error::GpuError;
 
 /// Workgroups in a row of a dispatch, in all shaders too: 65,535 are the most along one dimension.
@@ -19,7 +20,7 @@ pub(crate) const GROUP: u32 = 256;
 /// A buffer of some items, none of which is written; at least 16 bytes.
 ///
 /// # Errors
-/// If it would be larger than a buffer, or what a shader may see of one, is on the device.
+/// If it would be larger than a buffer, or what a shader may see of one, is on the device; or if there is no memory left for it.
 pub(crate) fn buffer(
     device: &Device,
     what: &'static str,
@@ -36,12 +37,9 @@ pub(crate) fn buffer(
     if bytes > limit {
         return Err(GpuError::TooLarge { what, bytes, limit });
     }
-    Ok(device.create_buffer(&BufferDescriptor {
-        label: Some(what),
-        size: bytes,
-        usage,
-        mapped_at_creation: false,
-    }))
+    let wanted =
+        BufferDescriptor { label: Some(what), size: bytes, usage, mapped_at_creation: false };
+    checked(device, || device.create_buffer(&wanted))
 }
 
 /// What a shader sees of a buffer.

@@ -29,12 +29,20 @@ pub(crate) async fn checked_later<T>(
     // Without memory what is made of it is not valid either: the cause is told.
     let found = [memory.await, validation.await, internal.await];
     let Some(error) = found.into_iter().flatten().next() else { return Ok(made) };
-    let why = innermost(&error);
-    Err(match error {
-        Error::OutOfMemory { .. } => GpuError::OutOfMemory(why),
-        _ if is_lost(device).await => GpuError::Lost(why),
-        _ => GpuError::Passes(why),
+    Err(match refusal(&error) {
+        GpuError::Refused(why) if is_lost(device).await => GpuError::Lost(why),
+        GpuError::Refused(why) => GpuError::Passes(why),
+        other => other,
     })
+}
+
+/// What an error of wgpu is here.
+pub(crate) fn refusal(error: &Error) -> GpuError {
+    let why = innermost(error);
+    match error {
+        Error::OutOfMemory { .. } => GpuError::OutOfMemory(why),
+        _ => GpuError::Refused(why),
+    }
 }
 
 /// Whether not even four bytes can be made any more: a lost device says nothing when it makes a buffer, only when that is used.
@@ -75,22 +83,22 @@ mod tests {
     use super::*;
     use crate::buffers::{buffers_layout, pipelines};
     use crate::device::Gpu;
-
-    fn gpu() -> Option<Gpu> {
-        let gpu = Gpu::open().ok();
-        if gpu.is_none() {
-            let cure = "apt-get install mesa-vulkan-drivers libvulkan1 (software Vulkan will do)";
-            cullet_testkit::skip("no graphics adapter", cure);
-        }
-        gpu
-    }
+    use crate::testing;
+    use crate::tier::Tier;
 
     #[test]
     fn what_there_is_no_memory_for_is_an_error() {
-        let Some(gpu) = gpu() else { return };
+        // What a device says that has none left. Whether one says it of terabytes is its own affair: some give out memory that
+        // they do not have.
+        let full = Error::OutOfMemory { source: "no room for a texture".into() };
+        let told = refusal(&full);
+        assert!(matches!(&told, GpuError::OutOfMemory(why) if why.contains("a texture")), "{told}");
+        assert!(told.to_string().contains("let the CPU decide"), "{told}");
+
+        let Some(_) = testing::device(Tier::Draw, cullet_testkit::skip) else { return };
+        let gpu = Gpu::open(Tier::Draw).unwrap();
         let limits = gpu.device.limits();
         let side = limits.max_texture_dimension_2d;
-        // Terabytes.
         let size = Extent3d {
             width: side,
             height: side,
@@ -108,18 +116,19 @@ mod tests {
                 view_formats: &[],
             })
         };
-        let told = checked(&gpu.device, make).unwrap_err();
-        assert!(matches!(told, GpuError::OutOfMemory(_)), "{told}");
-        assert!(told.to_string().contains("let the CPU decide"), "{told}");
+        let made = checked(&gpu.device, make);
+        assert!(matches!(made, Ok(_) | Err(GpuError::OutOfMemory(_))), "{made:?}");
+        drop(made);
         // The device is there, and small things find room.
         assert!(!wait(is_lost(&gpu.device)));
+        gpu.finish().unwrap();
         gpu.device.destroy();
         assert!(wait(is_lost(&gpu.device)));
     }
 
     #[test]
     fn a_shader_that_does_not_compile_is_an_error_with_its_cause() {
-        let Some(gpu) = gpu() else { return };
+        let Some(gpu) = testing::device(Tier::Compute, cullet_testkit::skip) else { return };
         let compile = |source: &str| {
             let layout = buffers_layout(&gpu.device, "broken", &[]);
             let make = || pipelines(&gpu.device, "broken", source, &[&layout], &[], ["main"]);
@@ -138,5 +147,19 @@ mod tests {
         }
         // What came before is as it was.
         compile(good).unwrap();
+    }
+
+    #[test]
+    fn what_no_scope_catches_is_an_error_of_whoever_waits_and_told_once() {
+        let Some(_) = testing::device(Tier::Draw, cullet_testkit::skip) else { return };
+        let gpu = Gpu::open(Tier::Draw).unwrap();
+        let odd = BufferUsages::MAP_READ | BufferUsages::MAP_WRITE | BufferUsages::COPY_SRC;
+        let wanted =
+            BufferDescriptor { label: None, size: 4, usage: odd, mapped_at_creation: false };
+        let buffer = gpu.device.create_buffer(&wanted);
+        let told = gpu.finish().unwrap_err();
+        assert!(matches!(told, GpuError::Refused(_)), "{told}");
+        gpu.finish().unwrap();
+        assert!(gpu.read(&buffer, 4).is_err(), "nothing can be read from what was refused");
     }
 }

@@ -180,8 +180,7 @@ pub struct ClusterArguments {
 
 impl ArgumentPass {
     /// Compiles the pass.
-    #[must_use]
-    pub fn new(device: &Device) -> Self {
+    pub(crate) fn new(device: &Device) -> Self {
         const ACCESS: [Access; 4] = [Access::Read, Access::Read, Access::Write, Access::Uniform];
         let layout = buffers_layout(device, "arguments", &ACCESS);
         let source =

@@ -176,8 +176,7 @@ pub struct ConeBuffers {
 
 impl ConePass {
     /// Compiles the pass.
-    #[must_use]
-    pub fn new(device: &Device, instances: &InstancePass) -> Self {
+    pub(crate) fn new(device: &Device, instances: &InstancePass) -> Self {
         const ACCESS: [Access; 4] = [Access::Read, Access::Read, Access::Read, Access::Uniform];
         let layout = buffers_layout(device, "cones", &ACCESS);
         let source = concat!(

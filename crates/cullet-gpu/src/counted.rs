@@ -31,8 +31,7 @@ pub struct CountedArguments {
 
 impl CountedPass {
     /// Compiles the pass.
-    #[must_use]
-    pub fn new(device: &Device) -> Self {
+    pub(crate) fn new(device: &Device) -> Self {
         const ACCESS: [Access; 6] = [
             Access::Read,
             Access::Write,

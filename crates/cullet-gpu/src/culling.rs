@@ -22,7 +22,7 @@ use super::planes::BlockPlanes;
 use super::pyramid::Pyramid;
 use super::reference::visible_ref;
 use super::sizes::{ROWS, SizeRule};
-use super::units::{Phase, Tier, Units};
+use super::units::{DrawMode, Phase, Units};
 
 /// Planes of a view at the most.
 const MOST_PLANES: usize = 32;
@@ -31,14 +31,14 @@ const MOST_PLANES: usize = 32;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Whether clusters are dropped that face away with all of their triangles, where the view culls such faces. They would show
-    /// nothing. Default on; only [`Tier::Clusters`] has them.
+    /// nothing. Default on; only [`DrawMode::Clusters`] has them.
     pub backfaces: bool,
     /// Instances, or clusters of them, are dropped whose box is narrower and lower than so many pixels in the picture, from 0, at
-    /// which none is. Lossy: what is dropped may show that much. Default 0. Clusters are dropped by themselves with [`Tier::Clusters`],
+    /// which none is. Lossy: what is dropped may show that much. Default 0. Clusters are dropped by themselves with [`DrawMode::Clusters`],
     /// which leaves holes in what is made of clusters as small, as with [`Detail::clusters`](cullet::cull::detail::Detail).
     pub small_px: f32,
     /// By how many pixels a surface may be off that is drawn by a [level of detail](Scene::add_levels), at the centre of the picture, as
-    /// with [`Lod::pixels`](cullet::lod::Lod); from 0, at which everything is drawn in full. Lossy. Default 0; only [`Tier::Clusters`]
+    /// with [`Lod::pixels`](cullet::lod::Lod); from 0, at which everything is drawn in full. Lossy. Default 0; only [`DrawMode::Clusters`]
     /// has levels.
     pub level_px: f32,
 }
@@ -89,35 +89,32 @@ impl Culling {
         passes: &Passes,
         scene: &Scene,
     ) -> Result<Self, GpuError> {
-        Self::with_tier(device, queue, passes, scene, Tier::default())
+        Self::with_mode(device, queue, passes, scene, DrawMode::default())
     }
 
     /// The same in another way.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and if the device does not have the tier.
-    pub fn with_tier(
+    /// As [`new`](Self::new), and if the device does not have the mode.
+    pub fn with_mode(
         device: &Device,
         queue: &Queue,
         passes: &Passes,
         scene: &Scene,
-        tier: Tier,
+        mode: DrawMode,
     ) -> Result<Self, GpuError> {
-        let missing = tier.needs() - device.features();
-        if !missing.is_empty() {
-            return Err(GpuError::Tier { missing });
-        }
-        checked(device, || Self::upload((device, queue, passes), scene, tier))?
+        mode.tier().demand(device)?;
+        checked(device, || Self::upload((device, queue, passes), scene, mode))?
     }
 
     fn upload(
         (device, queue, passes): (&Device, &Queue, &Passes),
         scene: &Scene,
-        tier: Tier,
+        mode: DrawMode,
     ) -> Result<Self, GpuError> {
         let on_device = GpuScene::new(device, queue, scene)?;
         let mut blocks = Blocks::default();
-        let is_of_clusters = matches!(tier, Tier::Clusters | Tier::Counted);
+        let is_of_clusters = matches!(mode, DrawMode::Clusters | DrawMode::Counted);
         let clusters = is_of_clusters.then(|| ClusterInstances::of(scene, &on_device));
         match &clusters {
             None => blocks.update(scene),
@@ -137,8 +134,8 @@ impl Culling {
         let bits = [passed.bits(), visible.bits(), &seen];
         let on = (device, queue, passes);
         let units = match clusters {
-            None => Units::instances(on, (scene, &on_device), bits, tier)?,
-            Some(clusters) => Units::clusters(on, clusters, bits, tier)?,
+            None => Units::instances(on, (scene, &on_device), bits, mode)?,
+            Some(clusters) => Units::clusters(on, clusters, bits, mode)?,
         };
         Ok(Self {
             blocks,
@@ -184,7 +181,7 @@ impl Culling {
             same && self.passed.update(queue, &self.blocks) && self.scene.update(queue, scene);
         if !same {
             let settings = self.settings;
-            *self = Self::with_tier(device, queue, passes, scene, self.tier())?;
+            *self = Self::with_mode(device, queue, passes, scene, self.mode())?;
             self.settings = settings;
         }
         Ok(!same)
@@ -286,7 +283,7 @@ impl Culling {
     }
 
     /// Draws a phase: before each draw `prepare` sets pipeline and bind groups, and says whether it is to be drawn. But with
-    /// [`Tier::Each`] it is asked about the first of those that are alike, and may look at nothing that tells them apart. Vertices are as
+    /// [`DrawMode::Each`] it is asked about the first of those that are alike, and may look at nothing that tells them apart. Vertices are as
     /// [`vertex_layouts`](Self::vertex_layouts) say.
     pub fn draw<'p>(
         &self,
@@ -346,7 +343,7 @@ impl Culling {
         &self.scene
     }
 
-    /// The arguments of a phase's draws, and how many there are; of [`Tier::Counted`] one for each call, whose number of instances is how many
+    /// The arguments of a phase's draws, and how many there are; of [`DrawMode::Counted`] one for each call, whose number of instances is how many
     /// draws it makes.
     #[must_use]
     pub fn arguments(&self, phase: Phase) -> (&Buffer, usize) {
@@ -365,9 +362,9 @@ impl Culling {
 
     /// How draws are handed in.
     #[must_use]
-    pub fn tier(&self) -> Tier {
+    pub fn mode(&self) -> DrawMode {
         match &self.units {
-            Units::Instances { tier, .. } | Units::Clusters { tier, .. } => *tier,
+            Units::Instances { mode, .. } | Units::Clusters { mode, .. } => *mode,
         }
     }
 

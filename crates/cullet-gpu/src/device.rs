@@ -1,16 +1,17 @@
 //! A device without a window: for tests, measurements and programs that have none of their own.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use wgpu::util::new_instance_with_webgpu_detection;
 use wgpu::{
-    Adapter, Buffer, BufferDescriptor, BufferUsages, Device, DeviceDescriptor, DeviceLostReason,
-    Features, Instance, InstanceDescriptor, Limits, PollType, Queue, RequestAdapterOptions,
+    Adapter, Backend, Backends, Buffer, BufferDescriptor, BufferUsages, Device, DeviceDescriptor,
+    DeviceLostReason, DeviceType, Features, Instance, InstanceDescriptor, Limits, PollType, Queue,
 };
 
-use super::checked::checked_later;
+use super::checked::{checked_later, refusal};
 use super::error::GpuError;
 use super::read_back::{mapped, wait};
+use super::tier::{Tier, cure, described};
 
 /// A graphics device without a window.
 #[derive(Debug)]
@@ -23,81 +24,100 @@ pub struct Gpu {
     pub queue: Queue,
     /// Why it went away, once it has.
     lost: Arc<OnceLock<String>>,
+    refused: Refused,
+}
+
+/// The first error that no error scope caught, until it is returned.
+type Refused = Arc<Mutex<Option<GpuError>>>;
+
+fn look(refused: &Refused) -> MutexGuard<'_, Option<GpuError>> {
+    refused.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Gpu {
-    /// The first adapter there is, with its own limits, and a clock and what [tiers](super::Tier) need where it has them; what the
-    /// environment says of backends (`WGPU_BACKEND`) is followed. Not in browsers: see [`request`](Self::request).
+    /// Opens the best adapter that has a tier, with its own limits, a clock, and what the tiers above take where it has them.
+    /// `WGPU_BACKEND` is followed. Not in browsers: see [`request`](Self::request).
     ///
     /// # Errors
-    /// If there is none, or it cannot be opened.
-    pub fn open() -> Result<Self, GpuError> {
-        Self::open_with(Features::INDIRECT_FIRST_INSTANCE | Features::MULTI_DRAW_INDIRECT_COUNT)
+    /// [`GpuError::NoAdapter`] names the adapters that were found, what each lacks, and what to do;
+    /// [`GpuError::NoDevice`] if one has the tier and cannot be opened.
+    pub fn open(least: Tier) -> Result<Self, GpuError> {
+        let features = Features::TIMESTAMP_QUERY | Tier::MultiDrawCount.features();
+        wait(Self::request(least, features, None))
     }
 
-    /// The same with a clock, and those of some more features that the adapter has.
+    /// Opens an adapter that has a tier with these limits and no feature beyond the tier's, as a lesser device has them.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open). An adapter that has less than these limits cannot be opened.
+    pub fn open_least(least: Tier, limits: Limits) -> Result<Self, GpuError> {
+        wait(Self::request(least, Features::empty(), Some(limits)))
+    }
+
+    /// Opens the best adapter that has a tier, with those of `features` that it has, and with its own limits unless `limits` are given.
+    /// It is awaited: in a browser, where nobody may wait, there is no other way.
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub fn open_with(more: Features) -> Result<Self, GpuError> {
-        wait(Self::request(Features::TIMESTAMP_QUERY | more, None))
-    }
-
-    /// The same with no optional feature, and with limits of one's own, as a lesser device has them.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open), and if the adapter has less than these limits.
-    pub fn open_least(limits: Limits) -> Result<Self, GpuError> {
-        wait(Self::request(Features::empty(), Some(limits)))
-    }
-
-    /// Opens the first adapter with those of some features that it has, and with its own limits where none are given. It is awaited: in
-    /// a browser, where nobody may wait, there is no other way.
-    ///
-    /// # Errors
-    /// If there is no adapter, or it cannot be opened like this.
-    pub async fn request(features: Features, limits: Option<Limits>) -> Result<Self, GpuError> {
+    pub async fn request(
+        least: Tier,
+        features: Features,
+        limits: Option<Limits>,
+    ) -> Result<Self, GpuError> {
         let environment = InstanceDescriptor::new_without_display_handle_from_env();
-        Self::on(&new_instance_with_webgpu_detection(environment).await, features, limits).await
+        let instance = new_instance_with_webgpu_detection(environment).await;
+        Self::on(&instance, least, features, limits).await
     }
 
-    /// The same of an instance of one's own, whatever the environment says.
+    /// Does the same with an instance of the caller's own, whatever the environment says.
     ///
     /// # Errors
     /// As [`request`](Self::request).
     pub async fn on(
         instance: &Instance,
+        least: Tier,
         features: Features,
         limits: Option<Limits>,
     ) -> Result<Self, GpuError> {
-        let adapter = instance.request_adapter(&RequestAdapterOptions::default()).await;
-        let adapter = adapter.map_err(|e| GpuError::NoAdapter(e.to_string()))?;
+        let adapter = adapter(instance, least).await?;
         let wanted = DeviceDescriptor {
             required_limits: limits.unwrap_or_else(|| adapter.limits()),
-            required_features: adapter.features() & features,
+            required_features: least.features() | (adapter.features() & features),
             ..DeviceDescriptor::default()
         };
         let opened = adapter.request_device(&wanted).await;
         let (device, queue) = opened.map_err(|e| GpuError::NoDevice {
-            adapter: adapter.get_info().name,
+            adapter: described(&adapter.get_info()),
             why: e.to_string(),
         })?;
-        let lost = Arc::new(OnceLock::new());
+        let (lost, refused) = (Arc::new(OnceLock::new()), Arc::new(Mutex::new(None)));
         let told = lost.clone();
         device.set_device_lost_callback(move |reason, message| {
             // Only the first reason is one.
             let _ = told.set(why_lost(reason, &message));
         });
-        Ok(Self { adapter, device, queue, lost })
+        let told: Refused = refused.clone();
+        device.on_uncaptured_error(Arc::new(move |error| {
+            // The first error is the cause of the others.
+            look(&told).get_or_insert_with(|| refusal(&error));
+        }));
+        Ok(Self { adapter, device, queue, lost, refused })
+    }
+
+    /// Returns the tier that the device was opened with.
+    #[must_use]
+    pub fn tier(&self) -> Tier {
+        Tier::of(&self.device)
     }
 
     /// Waits until the device has nothing left to do. In a browser it only asks whether the device is still there.
     ///
     /// # Errors
-    /// If it is lost.
+    /// If it is lost, or has refused something that was recorded or made since the last call.
     pub fn finish(&self) -> Result<(), GpuError> {
         let polled = self.device.poll(PollType::wait_indefinitely());
         self.is_there()?;
+        look(&self.refused).take().map_or(Ok(()), Err)?;
         polled.map(|_| ()).map_err(|e| GpuError::Lost(e.to_string()))
     }
 
@@ -150,6 +170,26 @@ impl Gpu {
         let mapped = to.get_mapped_range(..).map_err(|e| GpuError::Lost(e.to_string()))?;
         Ok(mapped.to_vec())
     }
+}
+
+/// Stands in [`GpuError::NoAdapter`] for the adapters that were found.
+pub(crate) const NONE: &str = "none was found";
+
+/// Finds the best adapter that has a tier: one that is no program in the place of a graphics card before one that is, then
+/// any other backend before OpenGL, then the first that is listed.
+async fn adapter(instance: &Instance, least: Tier) -> Result<Adapter, GpuError> {
+    let mut found = instance.enumerate_adapters(Backends::all()).await;
+    found.sort_by_key(|adapter| {
+        let info = adapter.get_info();
+        (info.device_type == DeviceType::Cpu, info.backend == Backend::Gl)
+    });
+    let mut lacks = Vec::new();
+    for adapter in found {
+        let Some(lack) = least.lack(&adapter) else { return Ok(adapter) };
+        lacks.push(format!("{}: {lack}", described(&adapter.get_info())));
+    }
+    let found = if lacks.is_empty() { NONE.to_owned() } else { lacks.join("; ") };
+    Err(GpuError::NoAdapter { tier: least, found, cure: cure() })
 }
 
 fn why_lost(reason: DeviceLostReason, message: &str) -> String {

@@ -1,14 +1,21 @@
 //! What can go wrong with a device.
 
+use super::tier::{Lack, Tier};
+
 /// What can go wrong with a device, and what can be done.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
-    /// There is none.
-    #[error(
-        "no graphics adapter was found ({0}); on Linux without a graphics card, install mesa-vulkan-drivers"
-    )]
-    NoAdapter(String),
+    /// No adapter has the tier.
+    #[error("no graphics adapter can {tier}: {found}; {cure}, or let the CPU decide")]
+    NoAdapter {
+        /// The least tier that was wanted.
+        tier: Tier,
+        /// The adapters that were found, and what each lacks.
+        found: String,
+        /// What to install or set.
+        cure: String,
+    },
     /// It cannot be opened.
     #[error("the adapter {adapter} cannot be opened: {why}")]
     NoDevice {
@@ -17,17 +24,16 @@ pub enum GpuError {
         /// What it says.
         why: String,
     },
-    /// It was opened with less than the passes take.
+    /// The device does not have the tier, or was opened with less.
     #[error(
-        "these passes take {needed} {what}, but this device was opened with {limit}; ask for the limits of its adapter, or let the CPU decide"
+        "this device cannot {tier}: {lack}; open it with the limits and features that its adapter has (Gpu::open), choose another adapter, \
+         a lower tier (Passes::without_occlusion, DrawMode::of), or let the CPU decide"
     )]
-    Limit {
-        /// Of what.
-        what: &'static str,
-        /// How many they take.
-        needed: u32,
-        /// How many it has.
-        limit: u32,
+    Tier {
+        /// The tier.
+        tier: Tier,
+        /// What is missing.
+        lack: Lack,
     },
     /// It has no memory left.
     #[error(
@@ -59,14 +65,6 @@ pub enum GpuError {
         /// The most that a side may have.
         limit: u32,
     },
-    /// The device was opened without what a tier takes.
-    #[error(
-        "this device was opened without {missing:?}; open it with that, if its adapter has it, or take the tier that suits it (Tier::of)"
-    )]
-    Tier {
-        /// What it takes and the device has not.
-        missing: wgpu::Features,
-    },
     /// An index of a triangle has no position.
     #[error("index {index}, but there are {vertices} positions; indices count from 0")]
     Index {
@@ -85,11 +83,14 @@ pub enum GpuError {
         /// How many triangles the groups have together.
         grouped: u64,
     },
-    /// It cannot run the passes, as OpenGL cannot, where no compute shader reads a depth texture.
+    /// A shader, a pipeline or what they bind was refused.
     #[error(
         "this device cannot run the passes: {0}; choose another with WGPU_BACKEND, or let the CPU decide"
     )]
     Passes(String),
+    /// Something that was made or recorded was refused, which is found when the device is waited for.
+    #[error("the device refused its work: {0}; what it drew or listed is not valid")]
+    Refused(String),
     /// It went away while it worked.
     #[error("the device was lost: {0}; open another, and upload the scene again")]
     Lost(String),

@@ -8,11 +8,17 @@ use glam::{DMat4, DVec3, DVec4};
 use wgpu::*;
 
 use super::buffers::{Access, buffer, group, layout};
+use super::checked::checked;
 use super::culling::Culling;
 use super::error::GpuError;
 use super::geometry::{Draw, halves};
 use super::occlusion::reversed_clip;
+use super::tier::Tier;
 use super::units::Phase;
+
+/// WGSL of an [`EyeUniform`] at `@group(0) @binding(0)`, of the [places](super::GpuScene::places) of a scene at `@binding(1)`, and of a
+/// function `placed(position: vec3<f32>, slot: u32) -> vec3<f32>` that gives a point of an instance relative to the eye.
+pub const PLACES: &str = include_str!("shaders/places.wgsl");
 
 /// An eye, as shaders take it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -82,8 +88,15 @@ pub struct IdTarget {
 
 impl IdPass {
     /// Compiles the pass.
-    #[must_use]
-    pub fn new(device: &Device) -> Self {
+    ///
+    /// # Errors
+    /// If the device has not [`Tier::Compute`].
+    pub fn new(device: &Device) -> Result<Self, GpuError> {
+        Tier::Compute.demand(device)?;
+        checked(device, || Self::compile(device))
+    }
+
+    fn compile(device: &Device) -> Self {
         let seen = ShaderStages::VERTEX;
         let entries = [Access::Uniform.entry(0, seen), Access::Read.entry(1, seen)];
         let layout = layout(device, "ids", &entries);
@@ -94,7 +107,9 @@ impl IdPass {
         });
         let module = device.create_shader_module(ShaderModuleDescriptor {
             label: Some("ids"),
-            source: ShaderSource::Wgsl(include_str!("shaders/ids.wgsl").into()),
+            source: ShaderSource::Wgsl(
+                format!("{PLACES}{}", include_str!("shaders/ids.wgsl")).into(),
+            ),
         });
         let make = |cull_mode, blended: bool| {
             device.create_render_pipeline(&RenderPipelineDescriptor {
@@ -198,7 +213,7 @@ impl IdTarget {
     /// Textures of a size, at least one pixel, to draw a scene into.
     ///
     /// # Errors
-    /// If the device has no textures of that size.
+    /// If the device has no textures of that size, or no memory left for them.
     pub fn new(
         device: &Device,
         pass: &IdPass,
@@ -231,12 +246,9 @@ impl IdTarget {
         let eye = buffer(device, "eye", 1, size_of::<EyeUniform>(), uniform)?;
         let resources = [&eye, culling.scene().places()].map(|b| b.as_entire_binding());
         let group = group(device, "ids", &pass.layout, &resources);
-        Ok(Self {
-            ids: texture("ids", TextureFormat::R32Uint),
-            depth: texture("depth", TextureFormat::Depth32Float),
-            eye,
-            group,
-        })
+        let all = [("ids", TextureFormat::R32Uint), ("depth", TextureFormat::Depth32Float)];
+        let [ids, depth] = checked(device, || all.map(|(label, format)| texture(label, format)))?;
+        Ok(Self { ids, depth, eye, group })
     }
 
     /// Uploads the eye of a view; once between two submissions.

@@ -10,9 +10,9 @@ use super::error::GpuError;
 use super::instances::{InstanceBits, InstancePass};
 use super::lanes::Lanes;
 use super::lists::{DrawArguments, LaneBuffers, ListPass, ListSource, Listed, SlotList};
-use super::passes::suits;
 use super::planes::BlockPlanes;
 use super::reference::visible_ref;
+use super::tier::Tier;
 
 /// Lists what of a scene is in a view, for programs that want to know and draw nothing.
 ///
@@ -131,7 +131,7 @@ impl<'g> InView<'g> {
 
 impl OnDevice {
     fn new(gpu: &Gpu, blocks: &Blocks, most_planes: usize) -> Result<Self, GpuError> {
-        suits(&gpu.device.limits())?;
+        Tier::Compute.demand(&gpu.device)?;
         checked(&gpu.device, || Self::upload(gpu, blocks, most_planes))?
     }
 

@@ -35,8 +35,7 @@ pub struct InstanceBits {
 
 impl InstancePass {
     /// Compiles the pass.
-    #[must_use]
-    pub fn new(device: &Device) -> Self {
+    pub(crate) fn new(device: &Device) -> Self {
         const ACCESS: [Access; 5] =
             [Access::Read, Access::Read, Access::Read, Access::Write, Access::Uniform];
         let layout = buffers_layout(device, "instances", &ACCESS);

@@ -153,8 +153,7 @@ pub struct LevelBuffers {
 
 impl LevelPass {
     /// Compiles the pass.
-    #[must_use]
-    pub fn new(device: &Device) -> Self {
+    pub(crate) fn new(device: &Device) -> Self {
         const ACCESS: [Access; 6] = [
             Access::Read,
             Access::Read,

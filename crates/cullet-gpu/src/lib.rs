@@ -29,7 +29,8 @@
 //!
 //! [`InView`] is the list alone, for programs that draw nothing, by the device or by the CPU in its place.
 //!
-//! A device that is absent, too small, full or lost is a [`GpuError`] that says what to do. In a browser nobody may wait for a device:
+//! Devices differ in what they can do: a [`Tier`] says it, and [`Gpu::open`] finds an adapter that has one. A device that is absent, too
+//! small, full or lost is a [`GpuError`] that says what to do. In a browser nobody may wait for a device:
 //! there [`Gpu::request`], [`Gpu::read_later`] and [`Passes::request`] are awaited, and what goes wrong when something is uploaded
 //! comes to the device's own listener (`on_uncaptured_error`).
 //!
@@ -69,6 +70,9 @@ mod read_back;
 mod reference;
 mod rounding;
 mod sizes;
+#[doc(hidden)]
+pub mod testing;
+mod tier;
 mod triangles;
 mod units;
 
@@ -85,7 +89,7 @@ pub use grid::{Grid, GridBox};
 pub use grid_cone::{ConeEye, GridCone};
 pub use grid_group::{GridGroup, GroupEye};
 pub use grid_plane::GridPlane;
-pub use ids::{EyeUniform, IdPass, IdTarget, culled_faces};
+pub use ids::{EyeUniform, IdPass, IdTarget, PLACES, culled_faces};
 pub use in_view::InView;
 pub use instances::{InstanceBits, InstancePass};
 pub use lanes::{Bucket, Kind, Lanes};
@@ -100,5 +104,6 @@ pub use pyramid::{Pyramid, PyramidPass, level_sizes, pyramid_ref};
 pub use read_back::wait;
 pub use reference::visible_ref;
 pub use sizes::SizeRule;
+pub use tier::{Lack, Tier};
 pub use triangles::{MeshTriangles, TriangleList, TrianglePass};
-pub use units::{Phase, Tier};
+pub use units::{DrawMode, Phase};

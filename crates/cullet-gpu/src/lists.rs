@@ -85,8 +85,7 @@ pub struct ListSource<'a> {
 
 impl ListPass {
     /// Compiles the passes.
-    #[must_use]
-    pub fn new(device: &Device) -> Self {
+    pub(crate) fn new(device: &Device) -> Self {
         const ACCESS: [Access; 9] = [
             Access::Read,
             Access::Write,
@@ -102,6 +101,7 @@ impl ListPass {
         let source = concat!(
             include_str!("shaders/listed.wgsl"),
             include_str!("shaders/ranks.wgsl"),
+            include_str!("shaders/scan.wgsl"),
             include_str!("shaders/lists.wgsl")
         );
         let names = ["count", "scan", "scatter", "fill"];

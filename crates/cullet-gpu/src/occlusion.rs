@@ -48,8 +48,7 @@ struct Frame {
 
 impl OcclusionPass {
     /// Compiles the pass.
-    #[must_use]
-    pub fn new(device: &Device, pyramid: &PyramidPass) -> Self {
+    pub(crate) fn new(device: &Device, pyramid: &PyramidPass) -> Self {
         Self::made(device, pyramid, false)
     }
 

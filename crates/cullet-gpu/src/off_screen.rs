@@ -3,13 +3,12 @@
 use cullet::{Scene, View, Visible};
 use wgpu::{CommandEncoder, Device, Queue};
 
-use super::checked::checked;
 use super::culling::Culling;
 use super::error::GpuError;
 use super::ids::{IdPass, IdTarget};
 use super::passes::Passes;
 use super::pyramid::Pyramid;
-use super::units::{Phase, Tier};
+use super::units::{DrawMode, Phase};
 
 /// A scene on a device, drawn as numbers and depth into textures of its own.
 ///
@@ -40,36 +39,36 @@ impl OffScreen {
         scene: &Scene,
         size: [u32; 2],
     ) -> Result<Self, GpuError> {
-        Self::with_tier(device, queue, scene, size, Tier::of(device, scene))
+        Self::with_mode(device, queue, scene, size, DrawMode::of(device, scene))
     }
 
     /// The same in another way.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and if the device does not have the tier.
-    pub fn with_tier(
+    /// As [`new`](Self::new), and if the device does not have the mode.
+    pub fn with_mode(
         device: &Device,
         queue: &Queue,
         scene: &Scene,
         size: [u32; 2],
-        tier: Tier,
+        mode: DrawMode,
     ) -> Result<Self, GpuError> {
-        Self::with_passes((device, queue, Passes::new(device)?), scene, size, tier)
+        Self::with_passes((device, queue, Passes::new(device)?), scene, size, mode)
     }
 
     /// The same with passes of one's own, such as those [without occlusion](Passes::without_occlusion): then the CPU
     /// [decides](Self::draw_decided), or everything in the view is drawn.
     ///
     /// # Errors
-    /// As [`with_tier`](Self::with_tier).
+    /// As [`with_mode`](Self::with_mode).
     pub fn with_passes(
         (device, queue, passes): (&Device, &Queue, Passes),
         scene: &Scene,
         size: [u32; 2],
-        tier: Tier,
+        mode: DrawMode,
     ) -> Result<Self, GpuError> {
-        let ids = checked(device, || IdPass::new(device))?;
-        let culling = Culling::with_tier(device, queue, &passes, scene, tier)?;
+        let ids = IdPass::new(device)?;
+        let culling = Culling::with_mode(device, queue, &passes, scene, mode)?;
         let (target, pyramid) = pictures(device, (&passes, &ids, &culling), size)?;
         Ok(Self { passes, culling, ids, target, pyramid, size })
     }
@@ -175,9 +174,7 @@ fn pictures(
     (passes, ids, culling): (&Passes, &IdPass, &Culling),
     size: [u32; 2],
 ) -> Result<(IdTarget, Pyramid), GpuError> {
-    checked(device, || {
-        let target = IdTarget::new(device, ids, culling, size)?;
-        let pyramid = Pyramid::new(device, &passes.pyramid, target.depth());
-        Ok((target, pyramid))
-    })?
+    let target = IdTarget::new(device, ids, culling, size)?;
+    let pyramid = Pyramid::new(device, &passes.pyramid, target.depth())?;
+    Ok((target, pyramid))
 }

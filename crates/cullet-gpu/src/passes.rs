@@ -1,8 +1,7 @@
 //! All passes, compiled once.
 
-use wgpu::{Device, Limits};
+use wgpu::Device;
 
-use super::buffers::{GROUP, ROW};
 use super::checked::{checked, checked_later, unchecked};
 use super::clusters::ArgumentPass;
 use super::cones::ConePass;
@@ -13,9 +12,7 @@ use super::levels::LevelPass;
 use super::lists::ListPass;
 use super::occlusion::OcclusionPass;
 use super::pyramid::PyramidPass;
-
-/// Of the pass that takes most.
-const MOST_STORAGE_BUFFERS: u32 = 8;
+use super::tier::Tier;
 
 /// All passes, compiled once for a device.
 #[derive(Debug)]
@@ -43,9 +40,9 @@ impl Passes {
     /// Compiles them.
     ///
     /// # Errors
-    /// If the device cannot run them, or was opened with limits below theirs.
+    /// If the device has not [`Tier::Pyramid`].
     pub fn new(device: &Device) -> Result<Self, GpuError> {
-        suits(&device.limits())?;
+        Tier::Pyramid.demand(device)?;
         checked(device, || Self::made(device, true))
     }
 
@@ -54,17 +51,17 @@ impl Passes {
     /// # Errors
     /// As [`new`](Self::new).
     pub async fn request(device: &Device) -> Result<Self, GpuError> {
-        suits(&device.limits())?;
+        Tier::Pyramid.demand(device)?;
         checked_later(device, || Self::made(device, true)).await
     }
 
-    /// The same without tests against a pyramid, for a device that cannot read a depth texture, as OpenGL cannot: it lists what is in the
-    /// view, or what the CPU [decided](super::Culling::decide). Not in browsers.
+    /// Compiles them without tests against a pyramid: they list what is in the view, or what the CPU
+    /// [decided](super::Culling::decide). Not in browsers.
     ///
     /// # Errors
-    /// As [`new`](Self::new), but for those of the pyramid.
+    /// If the device has not [`Tier::Compute`].
     pub fn without_occlusion(device: &Device) -> Result<Self, GpuError> {
-        suits(&device.limits())?;
+        Tier::Compute.demand(device)?;
         checked(device, || Self::made(device, false))
     }
 
@@ -94,25 +91,4 @@ impl Passes {
             has_occlusion,
         }
     }
-}
-
-/// Whether a device has what the passes take, which is no more than any device for [WebGPU](https://www.w3.org/TR/webgpu/#limits) has.
-pub(crate) fn suits(limits: &Limits) -> Result<(), GpuError> {
-    let taken = [
-        (
-            "storage buffers a shader stage",
-            MOST_STORAGE_BUFFERS,
-            limits.max_storage_buffers_per_shader_stage,
-        ),
-        ("invocations a workgroup", GROUP, limits.max_compute_invocations_per_workgroup),
-        ("invocations of a workgroup along x", GROUP, limits.max_compute_workgroup_size_x),
-        ("workgroups a dimension", ROW, limits.max_compute_workgroups_per_dimension),
-        ("storage textures a shader stage", 1, limits.max_storage_textures_per_shader_stage),
-    ];
-    for (what, needed, limit) in taken {
-        if limit < needed {
-            return Err(GpuError::Limit { what, needed, limit });
-        }
-    }
-    Ok(())
 }

@@ -14,6 +14,8 @@ use wgpu::{
 };
 
 use super::buffers::{Access, layout, pipelines};
+use super::checked::checked;
+use super::error::GpuError;
 
 /// Sizes of the levels above a picture: half of it, rounded up, each half of the one before, down to one texel.
 pub fn level_sizes(size: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
@@ -96,8 +98,7 @@ fn view_entry(binding: u32, view: &TextureView) -> BindGroupEntry<'_> {
 
 impl PyramidPass {
     /// Compiles the passes.
-    #[must_use]
-    pub fn new(device: &Device) -> Self {
+    pub(crate) fn new(device: &Device) -> Self {
         let entry = |binding, ty| BindGroupLayoutEntry {
             binding,
             visibility: ShaderStages::COMPUTE,
@@ -167,22 +168,30 @@ impl PyramidPass {
 }
 
 impl Pyramid {
-    /// Room for the pyramid of a depth texture, reversed, that may be bound. Of several samples a pixel the farthest counts.
-    #[must_use]
-    pub fn new(device: &Device, pass: &PyramidPass, depth: &Texture) -> Self {
+    /// Makes room for the pyramid of a depth texture, reversed, that may be bound. Of several samples a pixel the farthest counts.
+    ///
+    /// # Errors
+    /// If the device has no memory left for it, or is lost.
+    pub fn new(device: &Device, pass: &PyramidPass, depth: &Texture) -> Result<Self, GpuError> {
         let sizes = level_sizes([depth.width(), depth.height()]).collect();
         Self::with_levels(device, pass, depth, sizes)
     }
 
-    /// The same with levels of other sizes, to see that they hide what is visible.
+    /// Makes one with levels of other sizes, to see that they hide what is visible.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
     #[doc(hidden)]
-    #[must_use]
     pub fn with_levels(
         device: &Device,
         pass: &PyramidPass,
         depth: &Texture,
         sizes: Vec<[u32; 2]>,
-    ) -> Self {
+    ) -> Result<Self, GpuError> {
+        checked(device, || Self::made(device, pass, depth, sizes))
+    }
+
+    fn made(device: &Device, pass: &PyramidPass, depth: &Texture, sizes: Vec<[u32; 2]>) -> Self {
         let size = [depth.width(), depth.height()];
         let room = |label, [width, height]: [u32; 2], mip_level_count| {
             device.create_texture(&TextureDescriptor {

@@ -17,6 +17,7 @@ use super::error::GpuError;
 use super::facing::{PlaneUniform, TriangleTest, TriangleView};
 use super::lists::DrawArguments;
 use super::masks::Triangles;
+use super::tier::Tier;
 
 /// The pipelines that test triangles and list what is left: eight storage buffers, no optional feature.
 #[derive(Debug)]
@@ -62,12 +63,24 @@ pub struct TriangleList {
     test: TriangleTest,
 }
 
+/// Shader of a test of triangles.
+macro_rules! of_triangles {
+    ($test:literal) => {
+        concat!(
+            include_str!($test),
+            include_str!("shaders/scan.wgsl"),
+            include_str!("shaders/triangles.wgsl")
+        )
+    };
+}
+
 impl TrianglePass {
     /// Compiles the pass.
     ///
     /// # Errors
-    /// If the device cannot run it.
+    /// If the device has not [`Tier::Compute`].
     pub fn new(device: &Device) -> Result<Self, GpuError> {
+        Tier::Compute.demand(device)?;
         checked(device, || Self::compile(device))
     }
 
@@ -77,10 +90,8 @@ impl TrianglePass {
             buffers_layout(device, "triangles", &[Read, Read, Write, Write, Write, Write, Uniform]);
         let masks = buffers_layout(device, "classes of normals", &[Read, Read]);
         let planes = buffers_layout(device, "planes of triangles", &[Read, Read, Uniform]);
-        let by_masks =
-            concat!(include_str!("shaders/masks.wgsl"), include_str!("shaders/triangles.wgsl"));
-        let by_planes =
-            concat!(include_str!("shaders/planes.wgsl"), include_str!("shaders/triangles.wgsl"));
+        let by_masks = of_triangles!("shaders/masks.wgsl");
+        let by_planes = of_triangles!("shaders/planes.wgsl");
         let count = |source, test| {
             let [made] = pipelines(device, "triangles", source, &[&lists, test], &[], ["count"]);
             made

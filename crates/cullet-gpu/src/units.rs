@@ -1,7 +1,7 @@
 //! What is culled, instances or clusters of them, and how it is drawn.
 
 use cullet::{Scene, Visible};
-use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Features, Queue, RenderPass};
+use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, RenderPass};
 
 use super::buffers::buffer;
 use super::cluster_draws::ClusterDraws;
@@ -11,6 +11,7 @@ use super::geometry::{Draw, GpuScene};
 use super::lanes::Lanes;
 use super::lists::{DrawArguments, LaneBuffers, ListSource, Listed, SlotList};
 use super::passes::Passes;
+use super::tier::Tier;
 
 /// When something is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,40 +24,37 @@ pub enum Phase {
     Blended,
 }
 
-/// What is culled, and how draws are handed in; the picture is the same.
+/// What is culled, and how draws are handed in. The picture is the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tier {
-    /// Instances; one draw after the other for each bucket of those that are alike. Every device can.
+pub enum DrawMode {
+    /// Instances; one draw after the other for each bucket of those that are alike.
     #[default]
     Each,
-    /// Instances; all draws that are alike but for their mesh in one call, for scenes of many meshes. The device must have been opened
-    /// with [`Features::INDIRECT_FIRST_INSTANCE`].
+    /// Instances; all draws that are alike but for their mesh in one call, for scenes of many meshes. Takes [`Tier::MultiDraw`].
     Multi,
     /// Clusters of instances, each a draw of its own, those that are alike in one call: for scenes of large meshes. As
     /// [`Multi`](Self::Multi).
     Clusters,
-    /// The same with the draws of one instance alone, whose number the device knows: for scenes of which little is visible. The device must
-    /// have been opened with [`Features::MULTI_DRAW_INDIRECT_COUNT`] too, which Vulkan and D3D12 have.
+    /// The same with the draws of one instance alone, whose number the device knows: for scenes of which little is visible. Takes
+    /// [`Tier::MultiDrawCount`].
     Counted,
 }
 
-impl Tier {
-    /// What a device must have been opened with.
+impl DrawMode {
+    /// The least tier of a device that can draw so.
     #[must_use]
-    pub fn needs(self) -> Features {
+    pub fn tier(self) -> Tier {
         match self {
-            Self::Each => Features::empty(),
-            Self::Multi | Self::Clusters => Features::INDIRECT_FIRST_INSTANCE,
-            Self::Counted => {
-                Features::INDIRECT_FIRST_INSTANCE | Features::MULTI_DRAW_INDIRECT_COUNT
-            }
+            Self::Each => Tier::Compute,
+            Self::Multi | Self::Clusters => Tier::MultiDraw,
+            Self::Counted => Tier::MultiDrawCount,
         }
     }
 
-    /// Whether a device was opened with all that it needs.
+    /// Whether a device can draw so.
     #[must_use]
     pub fn is_offered(self, device: &Device) -> bool {
-        device.features().contains(self.needs())
+        self.tier() <= Tier::of(device)
     }
 
     /// What suits a scene, of what a device can: clusters where there are at most 65,536 and eight or more to an instance.
@@ -84,13 +82,13 @@ pub(crate) enum Units {
         buffers: LaneBuffers,
         lists: Box<[SlotList; 3]>,
         draws: [Vec<Draw>; 3],
-        tier: Tier,
+        mode: DrawMode,
     },
     Clusters {
         clusters: ClusterInstances,
         slots: Buffer,
         draws: ClusterDraws,
-        tier: Tier,
+        mode: DrawMode,
     },
 }
 
@@ -102,7 +100,7 @@ impl Units {
         (device, queue, passes): (&Device, &Queue, &Passes),
         (scene, on_device): (&Scene, &GpuScene),
         [passed, visible, seen]: [&Buffer; 3],
-        tier: Tier,
+        mode: DrawMode,
     ) -> Result<Self, GpuError> {
         let lanes = Lanes::of(scene);
         let buffers = LaneBuffers::new(device, queue, &lanes)?;
@@ -110,8 +108,8 @@ impl Units {
             on_device.draws(&lanes).into_iter().partition(|draw| draw.blended);
         let draws = [opaque.clone(), opaque, blended];
         let list = |phase: usize, bits| {
-            let first_instance = |draw: &Draw| match tier {
-                Tier::Each => 0,
+            let first_instance = |draw: &Draw| match mode {
+                DrawMode::Each => 0,
                 _ => lanes.buckets()[draw.bucket as usize].lanes.start,
             };
             let with_first = |draw: &Draw| {
@@ -123,14 +121,14 @@ impl Units {
             SlotList::new(device, queue, &passes.lists, &buffers, &draws, source)
         };
         let lists = Box::new([list(0, passed)?, list(1, visible)?, list(2, visible)?]);
-        Ok(Self::Instances { lanes, buffers, lists, draws, tier })
+        Ok(Self::Instances { lanes, buffers, lists, draws, mode })
     }
 
     pub(crate) fn clusters(
         (device, queue, passes): (&Device, &Queue, &Passes),
         clusters: ClusterInstances,
         [passed, visible, seen]: [&Buffer; 3],
-        tier: Tier,
+        mode: DrawMode,
     ) -> Result<Self, GpuError> {
         let usage = BufferUsages::VERTEX | BufferUsages::COPY_DST;
         let slots = buffer(device, "slots of clusters", clusters.slots().len(), 4, usage)?;
@@ -138,8 +136,8 @@ impl Units {
         let of = |phase: usize, bits| ListSource { bits, seen, listed: LISTED[phase] };
         let sources = [of(0, passed), of(1, visible), of(2, visible)];
         let on = (device, queue, passes);
-        let draws = ClusterDraws::new(on, &clusters, sources, tier == Tier::Counted)?;
-        Ok(Self::Clusters { clusters, slots, draws, tier })
+        let draws = ClusterDraws::new(on, &clusters, sources, mode == DrawMode::Counted)?;
+        Ok(Self::Clusters { clusters, slots, draws, mode })
     }
 
     /// A bit for each unit that is listed, in so many words. O(slots + clusters).
@@ -212,10 +210,10 @@ impl Units {
                     }
                 }
             }
-            Self::Instances { lanes, lists, draws, tier, .. } => {
+            Self::Instances { lanes, lists, draws, mode, .. } => {
                 let list = &lists[phase as usize];
                 pass.set_vertex_buffer(1, list.list().slice(..));
-                let alike = |a: &Draw, b: &Draw| *tier == Tier::Multi && a.way() == b.way();
+                let alike = |a: &Draw, b: &Draw| *mode == DrawMode::Multi && a.way() == b.way();
                 let mut first = 0;
                 for together in draws[phase as usize].chunk_by(alike) {
                     let offset = first * SIZE;
@@ -223,7 +221,7 @@ impl Units {
                     if !prepare(pass, &together[0]) {
                         continue;
                     }
-                    if *tier == Tier::Multi {
+                    if *mode == DrawMode::Multi {
                         let count = together.len() as u32;
                         pass.multi_draw_indexed_indirect(list.arguments(), offset, count);
                     } else {

@@ -6,7 +6,7 @@ use crate::common;
 use cullet::bounds::Aabb;
 use cullet::cull::backface::{EllipticCone, Facing, ViewEye};
 use cullet::{CullFace, FrontFace, Instance, Preparation, Scene, Simd, Transform, View};
-use cullet_gpu::{ConeEye, Gpu, Grid, GridCone, OffScreen, Passes, Settings, Tier};
+use cullet_gpu::{ConeEye, DrawMode, Gpu, Grid, GridCone, OffScreen, Settings, Tier};
 use cullet_testkit::Rng;
 use cullet_testkit::meshes::{ball, one_sided};
 use cullet_testkit::scenes::{elsewhere, mixed_scene, random_transform};
@@ -151,20 +151,9 @@ fn a_cone_whose_apex_is_not_on_the_grid_is_within_the_one_it_was() {
     assert!(behind * 3 > within && behind < within, "{behind} of {within}");
 }
 
-/// A device that can run the passes and draws of clusters.
-fn able() -> Option<&'static Gpu> {
-    let gpu = gpu()?;
-    let has = gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
-    if !has || Passes::new(&gpu.device).is_err() {
-        cullet_testkit::skip("a device that draws clusters", "WGPU_BACKEND=vulkan");
-        return None;
-    }
-    Some(gpu)
-}
-
 fn off_screen(gpu: &Gpu, scene: &Scene, view: &View) -> OffScreen {
     let (device, queue) = (&gpu.device, &gpu.queue);
-    OffScreen::with_tier(device, queue, scene, view.viewport(), Tier::Clusters).unwrap()
+    OffScreen::with_mode(device, queue, scene, view.viewport(), DrawMode::Clusters).unwrap()
 }
 
 /// The numbers of the units that are in view, by the device.
@@ -176,7 +165,7 @@ fn in_view(gpu: &Gpu, stage: &OffScreen) -> Vec<u32> {
 
 #[test]
 fn devices_agree_to_the_byte() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::MultiDraw) else { return };
     let mut rng = Rng(4);
     let (mut dropped, mut all) = (0, 0);
     for instances in [0, 1, 3, 40, 150] {
@@ -207,7 +196,7 @@ fn devices_agree_to_the_byte() {
 
 #[test]
 fn pictures_are_the_same_without() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::MultiDraw) else { return };
     let mut rng = Rng(5);
     let (mut pixels, mut fewer) = (0, 0);
     for round in 0..36 {
@@ -245,7 +234,7 @@ fn pictures_are_the_same_without() {
 
 #[test]
 fn cones_follow_what_moves() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::MultiDraw) else { return };
     let mut rng = Rng(6);
     let mut scene = scene_of_clusters(&mut rng, 20);
     scene.commit();

@@ -5,8 +5,8 @@ use crate::common;
 use cullet::bounds::Plane;
 use cullet::{Culler, Instance, Scene, View, ViewState, Visible};
 use cullet_gpu::{
-    BlockPlanes, Blocks, Culling, Gpu, GpuError, InView, OffScreen, Passes, Phase, Tier,
-    visible_ref, wait,
+    BlockPlanes, Blocks, Culling, DrawMode, Gpu, GpuError, IdPass, InView, Lack, OffScreen, Passes,
+    Phase, Tier, TrianglePass, visible_ref, wait,
 };
 use cullet_testkit::Rng;
 use cullet_testkit::scenes::{city, random_scene};
@@ -49,25 +49,17 @@ fn listed(lists: &mut InView<'_>, scene: &Scene, view: &View) -> Result<Vec<u32>
     lists.list(&planes_of(view, scene), view.layers)
 }
 
-/// The device, where it reads depth in compute shaders.
-fn able() -> Option<&'static Gpu> {
-    let gpu = gpu()?;
-    if Passes::new(&gpu.device).is_err() {
-        cullet_testkit::skip("a device that reads depth in compute shaders", "WGPU_BACKEND=vulkan");
-        return None;
-    }
-    Some(gpu)
-}
-
 #[test]
 fn without_an_adapter_the_error_says_what_to_install_and_the_cpu_lists() {
-    let none = || wait(Gpu::on(&only(Backends::empty()), Features::empty(), None));
-    let told = none().unwrap_err();
-    assert!(matches!(told, GpuError::NoAdapter(_)), "{told}");
-    assert!(told.to_string().contains("install mesa-vulkan-drivers"), "{told}");
+    let none = only(Backends::empty());
+    let told = wait(Gpu::on(&none, Tier::Draw, Features::empty(), None)).unwrap_err();
+    assert!(matches!(told, GpuError::NoAdapter { tier: Tier::Draw, .. }), "{told}");
+    let words = told.to_string();
+    let cure = if cfg!(target_os = "linux") { "install mesa-vulkan-drivers" } else { "install" };
+    assert!(["none was found", cure, "the CPU"].iter().all(|w| words.contains(w)), "{words}");
     let mut scene = scene();
     let mut lists = InView::or_cpu(Err(told), &scene, 6);
-    assert!(matches!(lists.why_cpu(), Some(GpuError::NoAdapter(_))));
+    assert!(matches!(lists.why_cpu(), Some(GpuError::NoAdapter { .. })));
     let mut some = 0;
     for view in some_views() {
         let list = listed(&mut lists, &scene, &view).unwrap();
@@ -86,10 +78,10 @@ fn without_an_adapter_the_error_says_what_to_install_and_the_cpu_lists() {
 
 #[test]
 fn what_an_adapter_has_not_is_named_when_it_is_opened() {
-    if gpu().is_none() {
-        return;
-    }
-    let told = Gpu::open_least(Limits { max_bind_groups: 4000, ..Limits::default() }).unwrap_err();
+    let Some(_) = gpu(Tier::Compute) else { return };
+    let told =
+        Gpu::open_least(Tier::Compute, Limits { max_bind_groups: 4000, ..Limits::default() })
+            .unwrap_err();
     assert!(matches!(told, GpuError::NoDevice { .. }), "{told}");
     assert!(
         told.to_string().contains("max_bind_groups") && told.to_string().contains("4000"),
@@ -99,36 +91,36 @@ fn what_an_adapter_has_not_is_named_when_it_is_opened() {
 
 #[test]
 fn limits_below_those_of_the_passes_are_said_in_numbers_and_the_cpu_lists() {
-    if gpu().is_none() {
-        return;
-    }
+    let Some(_) = gpu(Tier::Compute) else { return };
     let few = Limits { max_storage_buffers_per_shader_stage: 4, ..Limits::default() };
-    let gpu = Gpu::open_least(few).unwrap();
+    let gpu = Gpu::open_least(Tier::Compute, few).unwrap();
+    assert_eq!(gpu.tier(), Tier::Draw);
     let told = Passes::new(&gpu.device).unwrap_err();
-    assert!(matches!(told, GpuError::Limit { needed: 8, limit: 4, .. }), "{told}");
+    let needs = |told: &GpuError, found: [u32; 2]| matches!(told, GpuError::Tier { lack: Lack::Limit { needed, limit, .. }, .. } if [*needed, *limit] == found);
+    assert!(needs(&told, [8, 4]), "{told}");
     let small = Limits { max_compute_invocations_per_workgroup: 128, ..Limits::default() };
-    let small = Gpu::open_least(small).unwrap();
-    let told = Passes::new(&small.device).unwrap_err();
-    assert!(matches!(told, GpuError::Limit { needed: 256, limit: 128, .. }), "{told}");
+    let small = Gpu::open_least(Tier::Compute, small).unwrap();
+    let told = Passes::without_occlusion(&small.device).unwrap_err();
+    assert!(needs(&told, [256, 128]), "{told}");
+    assert!(matches!(IdPass::new(&small.device), Err(GpuError::Tier { .. })));
+    assert!(matches!(TrianglePass::new(&small.device), Err(GpuError::Tier { .. })));
     let (scene, view) = (scene(), &some_views()[0]);
-    assert!(matches!(InView::new(&gpu, &scene, 6), Err(GpuError::Limit { .. })));
+    assert!(matches!(InView::new(&gpu, &scene, 6), Err(GpuError::Tier { .. })));
     let mut lists = InView::or_cpu(Ok(&gpu), &scene, 6);
     assert!(listed(&mut lists, &scene, view).unwrap() == list_ref(&scene, view));
-    assert!(matches!(lists.why_cpu(), Some(GpuError::Limit { .. })));
+    assert!(matches!(lists.why_cpu(), Some(GpuError::Tier { .. })));
 }
 
 #[test]
 fn a_scene_beyond_the_limits_is_said_in_numbers_and_the_cpu_lists() {
-    if able().is_none() {
-        return;
-    }
+    let Some(_) = gpu(Tier::Pyramid) else { return };
     let limit = 1 << 16;
     let limits = Limits {
         max_storage_buffer_binding_size: limit,
         max_buffer_size: limit,
         ..Limits::default()
     };
-    let gpu = Gpu::open_least(limits).unwrap();
+    let gpu = Gpu::open_least(Tier::Pyramid, limits).unwrap();
     let (scene, view) = (scene(), &some_views()[0]);
     let told = InView::new(&gpu, &scene, 6).unwrap_err();
     // Twenty blocks of 256 boxes, each of 16 bytes.
@@ -143,7 +135,7 @@ fn a_scene_beyond_the_limits_is_said_in_numbers_and_the_cpu_lists() {
     let mut lists = InView::or_cpu(Ok(&gpu), &scene, 6);
     assert!(listed(&mut lists, &scene, view).unwrap() == list_ref(&scene, view));
     // More planes than was said, on a device that is large enough for the scene.
-    let large = Gpu::open_least(Limits::default()).unwrap();
+    let large = Gpu::open_least(Tier::Compute, Limits::default()).unwrap();
     let many: Vec<Plane> = planes_of(view, &scene).repeat(5);
     let mut few = InView::new(&large, &scene, 1).unwrap();
     assert!(matches!(few.list(&many, view.layers), Err(GpuError::TooLarge { .. })));
@@ -153,10 +145,8 @@ fn a_scene_beyond_the_limits_is_said_in_numbers_and_the_cpu_lists() {
 
 #[test]
 fn a_device_lost_in_the_middle_of_a_frame_is_told_and_another_goes_on() {
-    if able().is_none() {
-        return;
-    }
-    let (lost, other) = (Gpu::open().unwrap(), Gpu::open().unwrap());
+    let Some(_) = gpu(Tier::Pyramid) else { return };
+    let [lost, other] = [(); 2].map(|()| Gpu::open(Tier::Pyramid).unwrap());
     let mut scene = city(4, 1, 20);
     scene.commit();
     let size = [96, 64];
@@ -199,10 +189,8 @@ fn a_device_lost_in_the_middle_of_a_frame_is_told_and_another_goes_on() {
 
 #[test]
 fn lists_go_on_where_the_device_is_lost_if_the_cpu_may_take_over() {
-    if gpu().is_none() {
-        return;
-    }
-    let gpu = Gpu::open().unwrap();
+    let Some(_) = gpu(Tier::Compute) else { return };
+    let gpu = Gpu::open(Tier::Compute).unwrap();
     let (scene, views) = (scene(), some_views());
     let mut strict = InView::new(&gpu, &scene, 6).unwrap();
     let mut lists = InView::or_cpu(Ok(&gpu), &scene, 6);
@@ -220,10 +208,10 @@ fn lists_go_on_where_the_device_is_lost_if_the_cpu_may_take_over() {
 
 #[test]
 fn lists_follow_a_scene_that_moves_and_grows_whoever_makes_them() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Compute) else { return };
     let (mut scene, view) = (scene(), &some_views()[0]);
     let mut by_device = InView::new(gpu, &scene, 6).unwrap();
-    let mut by_cpu = InView::or_cpu(Err(GpuError::NoAdapter("none".into())), &scene, 6);
+    let mut by_cpu = InView::or_cpu(Err(GpuError::Lost("none".into())), &scene, 6);
     assert_eq!(by_device.uploaded(), 20 * 256 * 16);
     let mut follow = |scene: &Scene| {
         by_device.follow(scene).unwrap();
@@ -254,11 +242,28 @@ fn lists_follow_a_scene_that_moves_and_grows_whoever_makes_them() {
 
 /// OpenGL, which runs the exact stages, but reads no depth texture in a compute shader.
 fn open_gl() -> Option<Gpu> {
-    let gl = wait(Gpu::on(&only(Backends::GL), Features::empty(), None)).ok();
-    if gl.is_none() {
-        cullet_testkit::skip("OpenGL", "apt-get install libegl1 libgl1-mesa-dri");
+    let only_gl = only(Backends::GL & Backends::from_env().unwrap_or(Backends::GL));
+    match wait(Gpu::on(&only_gl, Tier::Compute, Features::empty(), None)) {
+        Ok(gl) => Some(gl),
+        Err(_) => {
+            cullet_testkit::skip("OpenGL", "apt-get install libegl1 libgl1-mesa-dri");
+            None
+        }
     }
-    gl
+}
+
+#[test]
+fn open_gl_is_no_tier_that_reads_depth_and_says_so_before_a_shader_is_compiled() {
+    let Some(gl) = open_gl() else { return };
+    assert_eq!(gl.tier(), Tier::Compute);
+    let told = Passes::new(&gl.device).unwrap_err();
+    let GpuError::Tier { tier: Tier::Pyramid, lack: Lack::Depth } = told else { panic!("{told}") };
+    let told = wait(Gpu::on(&only(Backends::GL), Tier::Pyramid, Features::empty(), None));
+    let words = told.map(|_| ()).unwrap_err().to_string();
+    let name = gl.adapter.get_info().name;
+    for part in [&*name, "by OpenGL", "depth", "install", "the CPU"] {
+        assert!(words.contains(part), "{words}");
+    }
 }
 
 #[test]
@@ -277,17 +282,18 @@ fn open_gl_lists_what_the_cpu_lists() {
 
 #[test]
 fn open_gl_draws_what_the_cpu_decides_and_what_is_in_the_view() {
-    let (Some(gl), Some(gpu)) = (open_gl(), able()) else { return };
+    let (Some(gl), Some(gpu)) = (open_gl(), gpu(Tier::Pyramid)) else { return };
     let mut scene = city(4, 1, 20);
     scene.commit();
     let size = [96, 64];
     let view = View::perspective([0.0, 8.0, 60.0], [0.0, 4.0, 0.0], 1.0, 0.1, 300.0, size).unwrap();
     let told = OffScreen::new(&gl.device, &gl.queue, &scene, size).unwrap_err();
-    assert!(matches!(told, GpuError::Passes(_)), "{told}");
+    assert!(matches!(told, GpuError::Tier { .. }), "{told}");
     let passes = Passes::without_occlusion(&gl.device).unwrap();
     assert!(!passes.has_occlusion());
     let mut all =
-        OffScreen::with_passes((&gl.device, &gl.queue, passes), &scene, size, Tier::Each).unwrap();
+        OffScreen::with_passes((&gl.device, &gl.queue, passes), &scene, size, DrawMode::Each)
+            .unwrap();
     let told = all.draw(&gl.device, &gl.queue, (&scene, &view), true).unwrap_err();
     assert!(matches!(told, GpuError::Passes(_)), "{told}");
 

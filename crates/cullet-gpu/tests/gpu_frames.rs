@@ -4,20 +4,22 @@ use crate::common;
 
 use cullet::{Camera, Depth, Projection, Scene, Transform, View};
 use cullet_gpu::{
-    ClusterArguments, ClusterInstances, CountedArguments, DrawArguments, Gpu, GpuError, GpuScene,
-    IdTarget, LaneBuffers, ListSource, Listed, OcclusionPass, OffScreen, Passes, Pyramid, Tier,
+    ClusterArguments, ClusterInstances, CountedArguments, DrawArguments, DrawMode, Gpu, GpuError,
+    GpuScene, IdTarget, LaneBuffers, ListSource, Listed, OcclusionPass, OffScreen, Passes, Pyramid,
+    Tier, wait,
 };
 use cullet_testkit::Rng;
 use cullet_testkit::scenes::{city, elsewhere, mixed_scene};
 use cullet_testkit::views::{look, mixed_view};
 
-use common::stage::{Stage, Way, able, assert_same, walk, wrong};
+use common::gpu;
+use common::stage::{Stage, Way, assert_same, walk, wrong};
 
 const SIZES: [[u32; 2]; 6] = [[17, 31], [64, 64], [127, 65], [200, 120], [333, 187], [479, 269]];
 
 #[test]
 fn scenes_of_every_kind_are_drawn_as_without_culling() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut rng = Rng(7);
     let (mut ties, mut pixels) = (0, 0);
     for round in 0..60 {
@@ -30,10 +32,10 @@ fn scenes_of_every_kind_are_drawn_as_without_culling() {
         scene.commit();
         let mut stage = Stage::new(gpu, &scene, size);
         let mut reference = Stage::new(gpu, &scene, size);
-        let mut others: Vec<_> = [Tier::Multi, Tier::Clusters, Tier::Counted]
+        let mut others: Vec<_> = [DrawMode::Multi, DrawMode::Clusters, DrawMode::Counted]
             .into_iter()
-            .filter(|tier| tier.is_offered(&gpu.device))
-            .map(|tier| Stage::with_tier(gpu, &scene, size, tier))
+            .filter(|mode| mode.is_offered(&gpu.device))
+            .map(|mode| Stage::with_mode(gpu, &scene, size, mode))
             .collect();
         for view in views.iter().chain(&views) {
             let expected = reference.draw(&scene, view, Way::All);
@@ -41,7 +43,7 @@ fn scenes_of_every_kind_are_drawn_as_without_culling() {
             ties += assert_same(&stage, &expected, &found, &format!("round {round}, {view:?}"));
             for other in &mut others {
                 let found = other.draw(&scene, view, Way::TwoPhases);
-                let what = format!("round {round}, {:?}, {view:?}", other.all.culling.tier());
+                let what = format!("round {round}, {:?}, {view:?}", other.all.culling.mode());
                 ties += assert_same(other, &expected, &found, &what);
             }
             pixels += expected.ids.iter().filter(|id| **id > 0).count();
@@ -53,7 +55,7 @@ fn scenes_of_every_kind_are_drawn_as_without_culling() {
 
 #[test]
 fn without_the_late_phase_things_would_be_missing() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut scene = city(16, 2, 400);
     scene.commit();
     let size = [333, 187];
@@ -71,7 +73,7 @@ fn without_the_late_phase_things_would_be_missing() {
 
 #[test]
 fn with_sizes_rounded_down_things_would_be_missing() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut scene = city(16, 2, 400);
     scene.commit();
     let mut rng = Rng(11);
@@ -82,7 +84,7 @@ fn with_sizes_rounded_down_things_would_be_missing() {
     let next = |own: &[u32; 2]| (*own != [1, 1]).then(|| halves(*own));
     let sizes = std::iter::successors(Some(halves(size)), next).collect();
     let (device, pass) = (&gpu.device, &stage.all.passes.pyramid);
-    let floored = Pyramid::with_levels(device, pass, stage.all.target.depth(), sizes);
+    let floored = Pyramid::with_levels(device, pass, stage.all.target.depth(), sizes).unwrap();
     let right = std::mem::replace(&mut stage.all.pyramid, floored);
     let clamped = OcclusionPass::clamped(device, pass);
     let occlusion = std::mem::replace(&mut stage.all.passes.occlusion, clamped);
@@ -111,17 +113,17 @@ fn with_sizes_rounded_down_things_would_be_missing() {
 
 #[test]
 fn what_moves_and_what_comes_is_drawn_in_the_same_frame() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut scene = city(10, 2, 100);
     scene.commit();
     let size = [200, 120];
     let view = look([0.0, 4.0, 0.0], [100.0, 6.0, 10.0], size);
-    let tiers = [Tier::Each, Tier::Clusters, Tier::Counted];
-    let can = |tier: &Tier| tier.is_offered(&gpu.device);
-    let mut stages: Vec<_> = tiers
+    let modes = [DrawMode::Each, DrawMode::Clusters, DrawMode::Counted];
+    let can = |mode: &DrawMode| mode.is_offered(&gpu.device);
+    let mut stages: Vec<_> = modes
         .into_iter()
         .filter(can)
-        .map(|tier| Stage::with_tier(gpu, &scene, size, tier))
+        .map(|mode| Stage::with_mode(gpu, &scene, size, mode))
         .collect();
     // Something comes from behind, right before the eye.
     let slot = scene.slots().max_by_key(|slot| scene.bounds(*slot).min[0] as i64).unwrap();
@@ -148,7 +150,7 @@ fn what_moves_and_what_comes_is_drawn_in_the_same_frame() {
 
 #[test]
 fn scenes_of_nothing_and_of_one_and_pictures_too_large() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let projection = Projection::Orthographic {
         left: -2.0,
         right: 2.0,
@@ -179,8 +181,8 @@ fn scenes_of_nothing_and_of_one_and_pictures_too_large() {
 
 #[test]
 fn a_device_that_is_lost_is_an_error() {
-    let Some(_) = able() else { return };
-    let gpu = Gpu::open().unwrap();
+    let Some(_) = gpu(Tier::Pyramid) else { return };
+    let gpu = Gpu::open(Tier::Pyramid).unwrap();
     let mut scene = city(3, 1, 5);
     scene.commit();
     let size = [64, 64];
@@ -195,26 +197,23 @@ fn a_device_that_is_lost_is_an_error() {
 }
 
 #[test]
-fn a_tier_that_a_device_has_not_is_an_error_that_names_what_is_missing() {
-    let Some(_) = able() else { return };
+fn a_mode_that_a_device_has_not_is_an_error_that_names_what_is_missing() {
+    let Some(_) = gpu(Tier::MultiDraw) else { return };
     let mut scene = city(3, 1, 5);
     scene.commit();
-    let gpu = Gpu::open_with(wgpu::Features::INDIRECT_FIRST_INSTANCE).unwrap();
-    let made = |tier| OffScreen::with_tier(&gpu.device, &gpu.queue, &scene, [64, 64], tier);
-    let told = made(Tier::Counted).map(|_| ()).unwrap_err().to_string();
-    assert!(told.contains("MULTI_DRAW_INDIRECT_COUNT") && told.contains("Tier::of"), "{told}");
+    let gpu = wait(Gpu::request(Tier::MultiDraw, wgpu::Features::empty(), None)).unwrap();
+    assert_eq!(gpu.tier(), Tier::MultiDraw);
+    let made = |mode| OffScreen::with_mode(&gpu.device, &gpu.queue, &scene, [64, 64], mode);
+    let told = made(DrawMode::Counted).map(|_| ()).unwrap_err().to_string();
+    assert!(told.contains("MULTI_DRAW_INDIRECT_COUNT") && told.contains("DrawMode::of"), "{told}");
     // What suits it is something else.
-    let suits = Tier::of(&gpu.device, &scene);
-    assert!(suits != Tier::Counted && made(suits).unwrap().culling.tier() == suits);
+    let suits = DrawMode::of(&gpu.device, &scene);
+    assert!(suits != DrawMode::Counted && made(suits).unwrap().culling.mode() == suits);
 }
 
 #[test]
 fn counted_draws_are_those_of_one_instance_in_their_order() {
-    let Some(gpu) = able() else { return };
-    if !Tier::Counted.is_offered(&gpu.device) {
-        cullet_testkit::skip("counted draws", "a device with MULTI_DRAW_INDIRECT_COUNT");
-        return;
-    }
+    let Some(gpu) = gpu(Tier::MultiDrawCount) else { return };
     let (device, queue) = (&gpu.device, &gpu.queue);
     let passes = Passes::new(device).unwrap();
     let arguments = |buffer: &wgpu::Buffer| -> Vec<DrawArguments> {

@@ -3,14 +3,15 @@
 use crate::common;
 
 use cullet::{Instance, Scene, Transform, View};
+use cullet_gpu::Tier;
 use cullet_testkit::Rng;
 use cullet_testkit::meshes::block;
 use cullet_testkit::scenes::city;
 use cullet_testkit::views::look;
 use glam::{DMat4, DVec3, DVec4};
 
-use common::stage::{Stage, Way, able, is_set};
-use common::texels;
+use common::stage::{Stage, Way, is_set};
+use common::{gpu, texels};
 
 /// Depth of a view, which is standard, reversed.
 fn reversed(p: DVec4) -> f64 {
@@ -131,7 +132,7 @@ fn with_boxes(size: f64) -> Scene {
 
 /// Percent of what is hidden that is found: by the device, and by spheres.
 fn found(scene: &Scene, size: [u32; 2]) -> Option<[f64; 2]> {
-    let gpu = able()?;
+    let gpu = gpu(Tier::Pyramid)?;
     let mut stage = Stage::new(gpu, scene, size);
     let mut rng = Rng(22);
     let (mut hidden, mut by_us, mut by_spheres) = (0, 0, 0);

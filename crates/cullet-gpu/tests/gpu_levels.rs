@@ -5,24 +5,13 @@ use crate::common;
 
 use cullet::lod::{LevelEye, Lod, NO_GROUP, PixelScale};
 use cullet::{Culler, Instance, Scene, Simd, Stage, Transform, View, ViewState, Visible};
-use cullet_gpu::{ClusterInstances, Gpu, GpuScene, LevelChoice, OffScreen, Passes, Tier};
+use cullet_gpu::{ClusterInstances, DrawMode, Gpu, GpuScene, LevelChoice, OffScreen, Tier};
 use cullet_testkit::Rng;
 use cullet_testkit::scenes::{elsewhere, random_transform};
 use cullet_testkit::steps::{Balls, Strip};
 use cullet_testkit::views::{look, mixed_view, random_view};
 
 use common::{gpu, texels};
-
-/// A device that can run the passes and draws of clusters.
-fn able() -> Option<&'static Gpu> {
-    let gpu = gpu()?;
-    let has = gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
-    if !has || Passes::new(&gpu.device).is_err() {
-        cullet_testkit::skip("a device that draws clusters", "WGPU_BACKEND=vulkan");
-        return None;
-    }
-    Some(gpu)
-}
 
 /// Balls with a chain of levels, strips with a hierarchy, and balls without, and where the strips' clusters reach.
 fn scene_of_levels(rng: &mut Rng, instances: usize) -> (Scene, Vec<[u32; 2]>) {
@@ -52,7 +41,7 @@ fn scene_of_levels(rng: &mut Rng, instances: usize) -> (Scene, Vec<[u32; 2]>) {
 
 #[test]
 fn each_place_is_drawn_once_and_by_nothing_too_coarse() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::MultiDraw) else { return };
     let mut rng = Rng(31);
     let (mut drawn, mut by_engine, mut in_full, mut coarse) = (0, 0, 0, 0);
     for round in 0..12 {
@@ -132,8 +121,8 @@ fn each_place_is_drawn_once_and_by_nothing_too_coarse() {
     assert!(drawn * 100 <= by_engine * 103, "{drawn} drawn, {by_engine} by the engine");
 }
 
-fn off_screen(gpu: &Gpu, scene: &Scene, size: [u32; 2], tier: Tier) -> OffScreen {
-    OffScreen::with_tier(&gpu.device, &gpu.queue, scene, size, tier).unwrap()
+fn off_screen(gpu: &Gpu, scene: &Scene, size: [u32; 2], mode: DrawMode) -> OffScreen {
+    OffScreen::with_mode(&gpu.device, &gpu.queue, scene, size, mode).unwrap()
 }
 
 /// The numbers of the units that are in view, by the device.
@@ -151,15 +140,16 @@ fn drawn(gpu: &Gpu, stage: &mut OffScreen, on: (&Scene, &View), occlusion: bool)
 
 #[test]
 fn devices_agree_to_the_byte_and_pictures_to_the_pixel() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::MultiDraw) else { return };
     let mut rng = Rng(32);
     let size = [160, 120];
     let (mut fewer, mut differ) = (0, 0);
     for _ in 0..8 {
         let (mut scene, _) = scene_of_levels(&mut rng, 24);
         scene.commit();
-        let [mut stage, mut all] = [0; 2].map(|_| off_screen(gpu, &scene, size, Tier::Clusters));
-        let mut without = off_screen(gpu, &scene, size, Tier::Each);
+        let [mut stage, mut all] =
+            [0; 2].map(|_| off_screen(gpu, &scene, size, DrawMode::Clusters));
+        let mut without = off_screen(gpu, &scene, size, DrawMode::Each);
         for number in 0..6 {
             let view = match number {
                 0..4 => mixed_view(&mut rng, size),
@@ -187,12 +177,12 @@ fn devices_agree_to_the_byte_and_pictures_to_the_pixel() {
 
 #[test]
 fn levels_that_the_cpu_chose_are_drawn() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::MultiDraw) else { return };
     let mut rng = Rng(33);
     let (mut scene, _) = scene_of_levels(&mut rng, 24);
     scene.commit();
     let size = [160, 120];
-    let mut stage = off_screen(gpu, &scene, size, Tier::Clusters);
+    let mut stage = off_screen(gpu, &scene, size, DrawMode::Clusters);
     let mut coarse = 0;
     for distance in [10.0, 30.0, 90.0] {
         let view = look([distance * 0.3, distance * 0.2, distance], [0.0; 3], size);

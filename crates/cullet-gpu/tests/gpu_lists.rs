@@ -11,8 +11,7 @@ use cullet::{
 };
 use cullet_gpu::{
     BLOCK, BlockPlanes, Blocks, DrawArguments, Gpu, GpuError, Grid, GridBox, GridPlane,
-    InstanceBits, InstancePass, LaneBuffers, Lanes, ListPass, ListSource, Listed, SlotList,
-    visible_ref,
+    InstanceBits, LaneBuffers, Lanes, ListSource, Listed, Passes, SlotList, Tier, visible_ref,
 };
 use cullet_testkit::Rng;
 use cullet_testkit::meshes::block;
@@ -111,7 +110,7 @@ fn words(bytes: Vec<u8>) -> Vec<u32> {
 
 /// What makes lists of all slots of a scene.
 struct OnDevice {
-    passes: (InstancePass, ListPass),
+    passes: Passes,
     bits: InstanceBits,
     list: SlotList,
 }
@@ -119,13 +118,13 @@ struct OnDevice {
 impl OnDevice {
     fn new(gpu: &Gpu, blocks: &Blocks) -> Self {
         let (device, queue) = (&gpu.device, &gpu.queue);
-        let passes = (InstancePass::new(device), ListPass::new(device));
-        let bits = InstanceBits::new(device, queue, &passes.0, blocks, 6).unwrap();
+        let passes = Passes::without_occlusion(device).unwrap();
+        let bits = InstanceBits::new(device, queue, &passes.instances, blocks, 6).unwrap();
         let lanes = Lanes::by_slot(blocks.slot_count());
         let lanes = LaneBuffers::new(device, queue, &lanes).unwrap();
         let source = ListSource { bits: bits.bits(), seen: bits.bits(), listed: Listed::All };
         let draws = [(0, DrawArguments::default())];
-        let list = SlotList::new(device, queue, &passes.1, &lanes, &draws, source).unwrap();
+        let list = SlotList::new(device, queue, &passes.lists, &lanes, &draws, source).unwrap();
         Self { passes, bits, list }
     }
 
@@ -133,8 +132,8 @@ impl OnDevice {
     fn list(&mut self, gpu: &Gpu, planes: &BlockPlanes) -> Vec<u32> {
         self.bits.set(&gpu.queue, planes).unwrap();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        self.passes.0.record(&mut encoder, &self.bits, planes);
-        self.passes.1.record(&mut encoder, &self.list);
+        self.passes.instances.record(&mut encoder, &self.bits, planes);
+        self.passes.lists.record(&mut encoder, &self.list);
         gpu.queue.submit([encoder.finish()]);
         let count = words(gpu.read(self.list.arguments(), 20).unwrap())[1];
         words(gpu.read(self.list.list(), u64::from(count) * 4).unwrap())
@@ -156,6 +155,7 @@ fn kept(scene: &Scene, view: &View) -> Vec<u32> {
 
 #[test]
 fn lists_hold_what_the_engine_keeps_and_devices_agree_to_the_byte() {
+    let gpu = gpu(Tier::Compute);
     let mut rng = Rng(2);
     let (mut listed, mut expected) = (0, 0);
     for instances in [0, 1, 2, BLOCK - 1, BLOCK, BLOCK + 1, 700, 5000, 20_000] {
@@ -163,7 +163,7 @@ fn lists_hold_what_the_engine_keeps_and_devices_agree_to_the_byte() {
         scene.commit();
         let blocks = Blocks::new(&scene);
         assert_eq!(blocks.slot_count(), scene.slot_count());
-        let mut on_device = gpu().map(|gpu| OnDevice::new(gpu, &blocks));
+        let mut on_device = gpu.map(|gpu| OnDevice::new(gpu, &blocks));
         for _ in 0..12 {
             let view = random_view(&mut rng);
             let mut planes = BlockPlanes::default();
@@ -181,7 +181,7 @@ fn lists_hold_what_the_engine_keeps_and_devices_agree_to_the_byte() {
                     && all.iter().all(|p| scene.bounds(slot).side(p) != Side::Outside)
             };
             expected += scene.slots().filter(keeps).count();
-            if let (Some(gpu), Some(on_device)) = (gpu(), &mut on_device) {
+            if let (Some(gpu), Some(on_device)) = (gpu, &mut on_device) {
                 assert!(on_device.list(gpu, &planes) == list, "{instances} instances");
             }
         }
@@ -213,7 +213,7 @@ fn view_at(eye: [f64; 3]) -> View {
 
 #[test]
 fn what_moves_is_uploaded_and_nothing_else() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Compute) else { return };
     let mut scene = rows(40 * BLOCK as u32);
     let mut blocks = Blocks::new(&scene);
     let mut on_device = OnDevice::new(gpu, &blocks);
@@ -241,7 +241,7 @@ fn what_moves_is_uploaded_and_nothing_else() {
 
 #[test]
 fn more_blocks_than_one_row_of_workgroups_has_room_for() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Compute) else { return };
     // 32,769 blocks of which most are nearly empty would take an hour to add one by one; so many instances do not.
     let scene = rows(300 * BLOCK as u32);
     let blocks = Blocks::new(&scene);
@@ -259,8 +259,8 @@ fn more_blocks_than_one_row_of_workgroups_has_room_for() {
 
 #[test]
 fn what_is_too_large_for_the_device_is_said_in_numbers() {
-    let Some(gpu) = gpu() else { return };
-    let pass = InstancePass::new(&gpu.device);
+    let Some(gpu) = gpu(Tier::Compute) else { return };
+    let pass = Passes::without_occlusion(&gpu.device).unwrap().instances;
     let scene = rows(600);
     let blocks = Blocks::new(&scene);
     let with = |most| InstanceBits::new(&gpu.device, &gpu.queue, &pass, &blocks, most);
@@ -292,7 +292,7 @@ const MOST: u32 = (1 << 24) + 1;
 
 #[test]
 fn as_many_instances_as_a_device_has_room_for() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Compute) else { return };
     let limits = gpu.device.limits();
     let room = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
     let boxes = u32::try_from(room / 16).unwrap_or(u32::MAX) / BLOCK as u32 * BLOCK as u32;
@@ -320,13 +320,13 @@ fn as_many_instances_as_a_device_has_room_for() {
 
 #[test]
 fn one_instance_too_many_is_said_in_numbers() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Compute) else { return };
     // With the limits that every adapter has, a browser's too.
     let wanted = wgpu::DeviceDescriptor::default();
     let opened =
         pin!(gpu.adapter.request_device(&wanted)).poll(&mut Context::from_waker(Waker::noop()));
     let Poll::Ready(Ok((device, queue))) = opened else { panic!("{opened:?}") };
-    let pass = InstancePass::new(&device);
+    let pass = Passes::without_occlusion(&device).unwrap().instances;
     let told = InstanceBits::new(&device, &queue, &pass, &many(MOST), 6).map(|_| ()).unwrap_err();
     let GpuError::TooLarge { what, bytes, limit } = told else { panic!("{told}") };
     let expected = (u64::from(MOST).next_multiple_of(256) * 16, 128 << 20);
@@ -339,7 +339,7 @@ fn one_instance_too_many_is_said_in_numbers() {
 
 #[test]
 fn lists_of_more_groups_than_a_row_of_workgroups_has_room_for() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Compute) else { return };
     let (device, queue) = (&gpu.device, &gpu.queue);
     let limits = device.limits();
     let room = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size) / 8;
@@ -358,7 +358,7 @@ fn lists_of_more_groups_than_a_row_of_workgroups_has_room_for() {
         mapped_at_creation: false,
     });
     queue.write_buffer(&on_device, 0, bytemuck::cast_slice(&bits));
-    let pass = ListPass::new(device);
+    let pass = Passes::without_occlusion(device).unwrap().lists;
     let lanes = LaneBuffers::new(device, queue, &Lanes::by_slot(count)).unwrap();
     let source = ListSource { bits: &on_device, seen: &on_device, listed: Listed::All };
     let draws = [(0, DrawArguments::default())];

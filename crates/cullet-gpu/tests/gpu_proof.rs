@@ -1,16 +1,17 @@
-//! Scenes, sizes, tiers and views of every kind, each with each: pictures are those without occlusion culling, and what owns a pixel is
+//! Scenes, sizes, modes and views of every kind, each with each: pictures are those without occlusion culling, and what owns a pixel is
 //! in the list.
 
 use crate::common;
 
 use cullet::bounds::Aabb;
 use cullet::{Camera, Depth, Projection, Scene, View};
-use cullet_gpu::{Phase, Tier};
+use cullet_gpu::{DrawMode, Phase, Tier};
 use cullet_io::Model;
 use cullet_scenes::paths::{Overrides, PathSpec, views};
 use cullet_testkit::views::look;
 
-use common::stage::{Stage, Way, able, assert_same};
+use common::gpu;
+use common::stage::{Stage, Way, assert_same};
 
 /// Small ones of the built-in scenes, the paths that suit them, and where they are moved to.
 const SCENES: [(&str, PathSpec, f64); 8] = [
@@ -114,8 +115,8 @@ fn views_of(model: &Model, path: &PathSpec, size: [u32; 2]) -> Vec<View> {
 }
 
 #[test]
-fn every_scene_at_every_size_in_every_tier_is_drawn_as_without_culling() {
-    let Some(gpu) = able() else { return };
+fn every_scene_at_every_size_in_every_mode_is_drawn_as_without_culling() {
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let (mut drawn, mut in_view, mut late, mut ties, mut pixels) = (0, 0, 0, 0, 0);
     for (name, path, by) in SCENES {
         let (still, mut model) =
@@ -128,12 +129,12 @@ fn every_scene_at_every_size_in_every_tier_is_drawn_as_without_culling() {
         }
         model.scene.commit();
         let scene = &model.scene;
-        let tiers = [Tier::Each, Tier::Multi, Tier::Clusters, Tier::Counted];
-        let tiers = tiers.into_iter().filter(|tier| tier.is_offered(&gpu.device));
+        let modes = [DrawMode::Each, DrawMode::Multi, DrawMode::Clusters, DrawMode::Counted];
+        let modes = modes.into_iter().filter(|mode| mode.is_offered(&gpu.device));
         // Each goes on from size to size.
-        let stage = |tier| Stage::with_tier(gpu, scene, SIZES[0], tier);
-        let mut stages: Vec<_> = tiers.map(stage).collect();
-        let mut reference = stage(Tier::Each);
+        let stage = |mode| Stage::with_mode(gpu, scene, SIZES[0], mode);
+        let mut stages: Vec<_> = modes.map(stage).collect();
+        let mut reference = stage(DrawMode::Each);
         for (number, size) in SIZES.into_iter().enumerate() {
             let all = views_of(&still, &path, size);
             // Large ones take most of the time.
@@ -143,7 +144,7 @@ fn every_scene_at_every_size_in_every_tier_is_drawn_as_without_culling() {
                 let expected = reference.draw(scene, view, Way::All);
                 let own = expected.ids.iter().filter(|id| **id > 0).count();
                 for stage in &mut stages {
-                    let what = format!("{name}, {size:?}, view {which}, {:?}", stage.tier());
+                    let what = format!("{name}, {size:?}, view {which}, {:?}", stage.mode());
                     // The first frame after a jump, and the second.
                     for (frame, way) in
                         [Way::TwoPhases, Way::TwoPhases, Way::Cpu].iter().enumerate()
@@ -154,7 +155,7 @@ fn every_scene_at_every_size_in_every_tier_is_drawn_as_without_culling() {
                         let in_phase = [Phase::Early, Phase::Late].map(|phase| stage.drawn(phase));
                         late += in_phase[1] * u32::from(frame == 0);
                         let is_city = name.starts_with("city") && size[0] > 300;
-                        if frame == 1 && is_city && stage.tier() == Tier::Each {
+                        if frame == 1 && is_city && stage.mode() == DrawMode::Each {
                             drawn += in_phase[0] + in_phase[1];
                             in_view += reference.drawn(Phase::Late);
                         }

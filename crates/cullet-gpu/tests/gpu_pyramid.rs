@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use cullet_gpu::{Gpu, Pyramid, PyramidPass, level_sizes, pyramid_ref};
+use cullet_gpu::{Gpu, Passes, Pyramid, Tier, level_sizes, pyramid_ref};
 use wgpu::*;
 
 use common::{gpu, texels};
@@ -98,13 +98,13 @@ fn levels_are_halved_down_to_one_texel() {
 
 #[test]
 fn each_texel_is_the_farthest_of_its_pixels() {
-    let Some(gpu) = gpu() else { return };
-    let pass = PyramidPass::new(&gpu.device);
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
+    let pass = Passes::new(&gpu.device).unwrap().pyramid;
     let sizes =
         [[1, 1], [1, 9], [2, 2], [3, 3], [64, 64], [65, 63], [333, 187], [479, 269], [640, 360]];
     for size in sizes {
         let depth = depths(gpu, size);
-        let pyramid = Pyramid::new(&gpu.device, &pass, &depth);
+        let pyramid = Pyramid::new(&gpu.device, &pass, &depth).unwrap();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         pass.record(&mut encoder, &pyramid);
         gpu.queue.submit([encoder.finish()]);

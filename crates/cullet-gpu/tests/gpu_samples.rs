@@ -5,14 +5,16 @@ use crate::common;
 use std::collections::HashMap;
 
 use cullet::{Scene, View};
-use cullet_gpu::{Culling, EyeUniform, Gpu, OffScreen, Phase, Pyramid, culled_faces, pyramid_ref};
+use cullet_gpu::{
+    Culling, EyeUniform, Gpu, OffScreen, Phase, Pyramid, Tier, culled_faces, pyramid_ref,
+};
 use cullet_testkit::Rng;
 use cullet_testkit::scenes::city;
 use cullet_testkit::views::look;
 use wgpu::*;
 
-use common::stage::{Stage, Way, able, assert_same, walk, wrong};
-use common::texels;
+use common::stage::{Stage, Way, assert_same, walk, wrong};
+use common::{gpu, texels};
 
 const SAMPLES: u32 = 4;
 
@@ -127,7 +129,7 @@ impl<'a> Sampled<'a> {
             compilation_options: Default::default(),
             cache: None,
         });
-        let pyramid = Pyramid::new(device, &all.passes.pyramid, &depth);
+        let pyramid = Pyramid::new(device, &all.passes.pyramid, &depth).unwrap();
         Self { gpu, all, colour, depth, pyramid, eye, pipelines, read }
     }
 
@@ -242,7 +244,7 @@ fn differing(a: &[[u32; 2]], b: &[[u32; 2]]) -> usize {
 
 #[test]
 fn every_sample_is_drawn_as_without_culling() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut scene = city(16, 2, 400);
     scene.commit();
     let (mut edges, mut drawn) = (0, 0);
@@ -286,7 +288,7 @@ fn anywhere(size: [u32; 2], count: usize) -> Vec<View> {
 
 #[test]
 fn with_the_middles_of_pixels_alone_samples_would_be_missing() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut scene = city(16, 1, 3000);
     scene.commit();
     let size = [200, 120];
@@ -316,7 +318,7 @@ fn moved(view: &View, [x, y]: [f64; 2]) -> View {
 
 #[test]
 fn jittered_views_are_drawn_as_without_culling_and_the_test_must_be_jittered_too() {
-    let Some(gpu) = able() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut scene = city(16, 1, 3000);
     scene.commit();
     let size = [333, 187];

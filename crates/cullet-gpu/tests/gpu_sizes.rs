@@ -5,7 +5,7 @@ use crate::common;
 use cullet::bounds::Plane;
 use cullet::cull::detail::Detail;
 use cullet::{Culler, Instance, Output, Scene, Stage, Transform, View};
-use cullet_gpu::{BlockPlanes, Blocks, OffScreen, Passes, SizeRule, Tier, visible_ref};
+use cullet_gpu::{BlockPlanes, Blocks, DrawMode, OffScreen, SizeRule, Tier, visible_ref};
 use cullet_scenes::paths::{Overrides, PathSpec, views};
 use cullet_testkit::answers::{cull, slots};
 use cullet_testkit::scenes::{elsewhere, random_scene};
@@ -141,12 +141,8 @@ fn a_threshold_that_is_none_drops_nothing() {
 }
 
 #[test]
-fn devices_agree_to_the_byte_in_every_tier() {
-    let Some(gpu) = gpu() else { return };
-    if Passes::new(&gpu.device).is_err() {
-        cullet_testkit::skip("a device that runs the passes", "WGPU_BACKEND=vulkan");
-        return;
-    }
+fn devices_agree_to_the_byte_in_every_mode() {
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut rng = Rng(23);
     let (mut dropped, mut all) = (0, 0);
     for round in 0..6 {
@@ -155,11 +151,12 @@ fn devices_agree_to_the_byte_in_every_tier() {
             _ => clumps(&mut rng, true),
         };
         scene.commit();
-        let tiers = [Tier::Each, Tier::Clusters];
-        let can = |tier| tier == Tier::Each || Tier::of(&gpu.device, &scene) != Tier::Each;
-        for tier in tiers.into_iter().filter(|tier| can(*tier)) {
+        let modes = [DrawMode::Each, DrawMode::Clusters];
+        let can =
+            |mode| mode == DrawMode::Each || DrawMode::of(&gpu.device, &scene) != DrawMode::Each;
+        for mode in modes.into_iter().filter(|mode| can(*mode)) {
             let (device, queue) = (&gpu.device, &gpu.queue);
-            let mut stage = OffScreen::with_tier(device, queue, &scene, [64, 48], tier).unwrap();
+            let mut stage = OffScreen::with_mode(device, queue, &scene, [64, 48], mode).unwrap();
             for _ in 0..8 {
                 let view = random_view(&mut rng);
                 let mut in_view = |small_px| {

@@ -7,6 +7,7 @@ use cullet_gpu::{Culling, Gpu, GpuError};
 use wgpu::*;
 
 use super::drawing::Drawing;
+use super::pipelines::{Wanted, begin, bindings, buffer, group, pipeline, target};
 
 /// Counters, each a part of the sum.
 const COUNTERS: u64 = 256;
@@ -24,68 +25,37 @@ impl Covered {
     /// For pictures of a size.
     pub(crate) fn new(gpu: &Gpu, drawing: &Drawing, size: [u32; 2]) -> Self {
         let device = &gpu.device;
-        let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor {
-            label: Some("covered"),
-            entries: &[BindGroupLayoutEntry {
-                binding: 0,
-                visibility: ShaderStages::FRAGMENT,
-                ty: BindingType::Buffer {
-                    ty: BufferBindingType::Storage { read_only: false },
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
-        });
-        let of_all = device.create_pipeline_layout(&PipelineLayoutDescriptor {
-            label: Some("covered"),
-            bind_group_layouts: &[Some(&drawing.layout), Some(&layout)],
-            immediate_size: 0,
-        });
+        let counted = BufferBindingType::Storage { read_only: false };
+        let layout = bindings(device, "covered", &[(ShaderStages::FRAGMENT, counted)]);
+        let colour = ColorTargetState {
+            format: TextureFormat::R8Unorm,
+            blend: None,
+            write_mask: ColorWrites::empty(),
+        };
         let make = |cull_mode| {
-            device.create_render_pipeline(&RenderPipelineDescriptor {
-                label: Some("covered"),
-                layout: Some(&of_all),
-                vertex: VertexState {
+            pipeline(
+                device,
+                "covered",
+                &Wanted {
                     module: &drawing.module,
-                    entry_point: None,
-                    compilation_options: Default::default(),
-                    buffers: &Culling::vertex_layouts().map(Some),
+                    layouts: &[&drawing.layout, &layout],
+                    vertices: &Culling::vertex_layouts().map(Some),
+                    fragment: "count",
+                    cull_mode,
+                    colour: colour.clone(),
+                    depth: None,
                 },
-                fragment: Some(FragmentState {
-                    module: &drawing.module,
-                    entry_point: Some("count"),
-                    compilation_options: Default::default(),
-                    targets: &[Some(ColorTargetState {
-                        format: TextureFormat::R8Unorm,
-                        blend: None,
-                        write_mask: ColorWrites::empty(),
-                    })],
-                }),
-                primitive: PrimitiveState { cull_mode, ..PrimitiveState::default() },
-                depth_stencil: None,
-                multisample: Default::default(),
-                multiview_mask: None,
-                cache: None,
-            })
+            )
         };
         let faces = [None, Some(Face::Front), Some(Face::Back)];
-        let counts = device.create_buffer(&BufferDescriptor {
-            label: Some("covered"),
-            size: COUNTERS * 4,
-            usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let group = device.create_bind_group(&BindGroupDescriptor {
-            label: Some("covered"),
-            layout: &layout,
-            entries: &[BindGroupEntry { binding: 0, resource: counts.as_entire_binding() }],
-        });
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+        let counts = buffer(device, "covered", COUNTERS * 4, usage);
+        let group = group(device, "covered", &layout, &[&counts]);
         Self {
             pipelines: faces.map(|f| (f, make(f))).into_iter().collect(),
             counts,
             group,
-            nothing: super::drawing::target(device, size, TextureFormat::R8Unorm),
+            nothing: target(device, size, TextureFormat::R8Unorm),
         }
     }
 
@@ -102,19 +72,7 @@ impl Covered {
     ) -> Result<u64, GpuError> {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         encoder.clear_buffer(&self.counts, 0, None);
-        let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
-            label: Some("covered"),
-            color_attachments: &[Some(RenderPassColorAttachment {
-                view: &self.nothing,
-                depth_slice: None,
-                resolve_target: None,
-                ops: Operations { load: LoadOp::Clear(Color::BLACK), store: StoreOp::Discard },
-            })],
-            depth_stencil_attachment: None,
-            timestamp_writes: None,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
+        let mut pass = begin(&mut encoder, "covered", (&self.nothing, StoreOp::Discard), None);
         pass.set_bind_group(1, &self.group, &[]);
         drawing.draw(&mut pass, view, list, |faces, _| &self.pipelines[&faces], |n| n);
         drop(pass);

@@ -4,11 +4,14 @@ use std::collections::HashMap;
 
 use cullet::{DrawCommand, DrawKey, DrawList, DrawState, MeshPlace, Scene, View};
 use cullet_gpu::{
-    Culling, Draw, DrawArguments, EyeUniform, Gpu, GpuError, GpuScene, Kind, culled_faces,
+    Culling, Draw, DrawArguments, EyeUniform, Gpu, GpuError, GpuScene, Kind, PLACES, culled_faces,
 };
 use wgpu::*;
 
 use super::link::{Link, Way};
+use super::pipelines::{
+    Wanted, begin, bindings, buffer, group, pipeline, seen, shader, targets, twice,
+};
 
 /// How triangles are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -40,49 +43,28 @@ impl Drawing {
     pub(crate) fn new(gpu: &Gpu, scene: &Scene, size: [u32; 2]) -> Result<Self, GpuError> {
         let device = &gpu.device;
         let limit = device.limits().max_texture_dimension_2d;
-        let twice = size.map(|v| (f64::from(v) * std::f64::consts::SQRT_2).round() as u32);
-        if let [width, height] = twice
+        if let [width, height] = twice(size)
             && width.max(height) > limit
         {
             return Err(GpuError::Size { width, height, limit });
         }
         let on_device = GpuScene::new(device, &gpu.queue, scene)?;
-        let module = device.create_shader_module(ShaderModuleDescriptor {
-            label: Some("frame"),
-            source: ShaderSource::Wgsl(include_str!("frame.wgsl").into()),
-        });
-        let entry = |binding, visibility, ty| BindGroupLayoutEntry {
-            binding,
-            visibility,
-            ty: BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-            count: None,
-        };
-        let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor {
-            label: Some("frame"),
-            entries: &[
-                entry(0, ShaderStages::VERTEX, BufferBindingType::Uniform),
-                entry(1, ShaderStages::VERTEX, BufferBindingType::Storage { read_only: true }),
-            ],
-        });
+        let module = shader(device, "frame", &format!("{PLACES}{}", include_str!("frame.wgsl")));
+        let places = BufferBindingType::Storage { read_only: true };
+        let layout = bindings(
+            device,
+            "frame",
+            &[(ShaderStages::VERTEX, BufferBindingType::Uniform), (ShaderStages::VERTEX, places)],
+        );
         let looks = |faces| {
             let shaded = |blended| Look::Shaded { faces, blended };
             [shaded(false), shaded(true), Look::Unseen { faces }]
         };
         let all = [None, Some(Face::Front), Some(Face::Back)].into_iter().flat_map(looks);
-        let pipelines = all.map(|look| (look, pipeline(device, &module, &layout, look))).collect();
-        let eye = buffer(device, size_of::<EyeUniform>() as u64, BufferUsages::UNIFORM);
-        let group = device.create_bind_group(&BindGroupDescriptor {
-            label: Some("frame"),
-            layout: &layout,
-            entries: &[
-                BindGroupEntry { binding: 0, resource: eye.as_entire_binding() },
-                BindGroupEntry { binding: 1, resource: on_device.places().as_entire_binding() },
-            ],
-        });
-        let targets = [size, twice].map(|size| {
-            [TextureFormat::Rgba8Unorm, TextureFormat::Depth32Float]
-                .map(|format| target(device, size, format))
-        });
+        let pipelines = all.map(|own| (own, look(device, &module, &layout, own))).collect();
+        let eye = buffer(device, "eye", size_of::<EyeUniform>() as u64, BufferUsages::UNIFORM);
+        let group = group(device, "frame", &layout, &[&eye, on_device.places()]);
+        let targets = targets(device, size);
         let (mut first_index, mut base_vertex) = (0, 0);
         let of_mesh = |mesh: &cullet::Mesh| {
             let place = MeshPlace { first_index, base_vertex };
@@ -93,7 +75,7 @@ impl Drawing {
         let places = scene.meshes().iter().map(of_mesh).collect();
         // An instance may be in the list once for each of its parts that is drawn by itself, of which it has few.
         let bytes = u64::from(scene.slot_count().max(1)) * 4;
-        let slots = [(); 2].map(|()| buffer(device, bytes, BufferUsages::VERTEX));
+        let slots = [(); 2].map(|()| buffer(device, "slots", bytes, BufferUsages::VERTEX));
         Ok(Self { scene: on_device, places, pipelines, eye, group, layout, module, targets, slots })
     }
 
@@ -121,23 +103,7 @@ impl Drawing {
     ) -> CommandBuffer {
         let mut encoder = device.create_command_encoder(&Default::default());
         let [colour, depth] = &self.targets[usize::from(way.doubles(Link::Fill))];
-        let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
-            label: Some("frame"),
-            color_attachments: &[Some(RenderPassColorAttachment {
-                view: colour,
-                depth_slice: None,
-                resolve_target: None,
-                ops: Operations { load: LoadOp::Clear(Color::BLACK), store: StoreOp::Store },
-            })],
-            depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
-                view: depth,
-                depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Store }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: None,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
+        let mut pass = begin(&mut encoder, "frame", (colour, StoreOp::Store), Some(depth));
         let shaded = |faces, blended| &self.pipelines[&Look::Shaded { faces, blended }];
         self.draw(&mut pass, view, list, shaded, |instances| instances);
         if way == Way::VerticesAgain {
@@ -195,34 +161,7 @@ fn faces_of(view: &View, key: &DrawKey) -> Option<Option<Face>> {
     culled_faces(view, &draw)
 }
 
-pub(crate) fn buffer(device: &Device, size: u64, usage: BufferUsages) -> Buffer {
-    device.create_buffer(&BufferDescriptor {
-        label: Some("frame"),
-        size,
-        usage: usage | BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    })
-}
-
-pub(crate) fn target(
-    device: &Device,
-    [width, height]: [u32; 2],
-    format: TextureFormat,
-) -> TextureView {
-    let texture = device.create_texture(&TextureDescriptor {
-        label: Some("frame"),
-        size: Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: TextureDimension::D2,
-        format,
-        usage: TextureUsages::RENDER_ATTACHMENT,
-        view_formats: &[],
-    });
-    texture.create_view(&TextureViewDescriptor::default())
-}
-
-fn pipeline(
+fn look(
     device: &Device,
     module: &ShaderModule,
     layout: &BindGroupLayout,
@@ -232,40 +171,17 @@ fn pipeline(
         Look::Shaded { faces, blended } => (faces, blended, CompareFunction::Greater),
         Look::Unseen { faces } => (faces, false, CompareFunction::Never),
     };
-    let of_all = device.create_pipeline_layout(&PipelineLayoutDescriptor {
-        label: Some("frame"),
-        bind_group_layouts: &[Some(layout)],
-        immediate_size: 0,
-    });
-    device.create_render_pipeline(&RenderPipelineDescriptor {
-        label: Some("frame"),
-        layout: Some(&of_all),
-        vertex: VertexState {
+    pipeline(
+        device,
+        "frame",
+        &Wanted {
             module,
-            entry_point: None,
-            compilation_options: Default::default(),
-            buffers: &Culling::vertex_layouts().map(Some),
+            layouts: &[layout],
+            vertices: &Culling::vertex_layouts().map(Some),
+            fragment: "shade",
+            cull_mode,
+            colour: seen(blended),
+            depth: Some((!blended, compare)),
         },
-        fragment: Some(FragmentState {
-            module,
-            entry_point: Some("shade"),
-            compilation_options: Default::default(),
-            targets: &[Some(ColorTargetState {
-                format: TextureFormat::Rgba8Unorm,
-                blend: blended.then_some(BlendState::ALPHA_BLENDING),
-                write_mask: ColorWrites::ALL,
-            })],
-        }),
-        primitive: PrimitiveState { cull_mode, ..PrimitiveState::default() },
-        depth_stencil: Some(DepthStencilState {
-            format: TextureFormat::Depth32Float,
-            depth_write_enabled: Some(!blended),
-            depth_compare: Some(compare),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
-        multisample: Default::default(),
-        multiview_mask: None,
-        cache: None,
-    })
+    )
 }

@@ -1,32 +1,13 @@
 // A frame of a scene: flat shading by a lamp at the eye.
 
-struct Eye {
-    clip: mat4x4<f32>,
-    high: vec4<f32>,
-    low: vec4<f32>,
-}
-
-struct Place { rows: array<vec4<f32>, 3>, low: vec4<f32> }
-
-@group(0) @binding(0) var<uniform> eye: Eye;
-@group(0) @binding(1) var<storage, read> places: array<Place>;
-
 struct Varying {
     @builtin(position) position: vec4<f32>,
     @location(0) world: vec3<f32>,
 }
 
 @vertex
-fn placed(@location(0) position: vec3<f32>, @location(1) slot: u32) -> Varying {
-    let own = places[slot];
-    let high = vec3<f32>(own.rows[0].w, own.rows[1].w, own.rows[2].w);
-    let offset = (high - eye.high.xyz) + (own.low.xyz - eye.low.xyz);
-    let turned = vec3<f32>(
-        dot(own.rows[0].xyz, position),
-        dot(own.rows[1].xyz, position),
-        dot(own.rows[2].xyz, position),
-    );
-    let world = turned + offset;
+fn vs(@location(0) position: vec3<f32>, @location(1) slot: u32) -> Varying {
+    let world = placed(position, slot);
     return Varying(eye.clip * vec4<f32>(world, 1.0), world);
 }
 

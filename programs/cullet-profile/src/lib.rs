@@ -22,6 +22,7 @@ mod elasticity;
 mod link;
 mod measure;
 mod picture;
+mod pipelines;
 mod profile;
 mod proof;
 mod relief;

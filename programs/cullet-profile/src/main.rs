@@ -12,7 +12,7 @@ use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
 use cullet_command::{inputs, program};
-use cullet_gpu::{Gpu, GpuError};
+use cullet_gpu::{Gpu, GpuError, Tier};
 use cullet_profile::{
     Amounts, Drawn, Effort, Link, Profile, Proof, Relief, Times, Waits, Way, Workload, picture,
 };
@@ -44,7 +44,7 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &ProfileArgs, console: &Console) -> Outcome {
-    let gpu = Gpu::open().map_err(failure)?;
+    let gpu = Gpu::open(Tier::Compute).map_err(failure)?;
     let proof = Link::ALL.into_iter().find(|link| is_proof(args, *link));
     let profile = match proof {
         Some(link) => of_proof(&gpu, link, args, console)?,

@@ -4,9 +4,9 @@ use bytemuck::{Pod, Zeroable};
 use cullet_gpu::{Gpu, GpuError};
 use wgpu::*;
 
-use super::drawing::target;
 use super::link::{Link, Way};
 use super::measure::Workload;
+use super::pipelines::{Wanted, begin, bindings, buffer, group, pipeline, seen, shader, targets};
 
 /// How much work of each kind a frame has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,110 +84,45 @@ impl Proof {
     #[must_use]
     pub fn new(gpu: &Gpu, amounts: Amounts) -> Self {
         let device = &gpu.device;
-        let module = device.create_shader_module(ShaderModuleDescriptor {
-            label: Some("proof"),
-            source: ShaderSource::Wgsl(include_str!("proof.wgsl").into()),
-        });
-        let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor {
-            label: Some("proof"),
-            entries: &[BindGroupLayoutEntry {
-                binding: 0,
-                visibility: ShaderStages::VERTEX_FRAGMENT,
-                ty: BindingType::Buffer {
-                    ty: BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
-        });
-        let of_all = device.create_pipeline_layout(&PipelineLayoutDescriptor {
-            label: Some("proof"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let [pipeline, unseen] = [CompareFunction::Always, CompareFunction::Never].map(|compare| {
-            device.create_render_pipeline(&RenderPipelineDescriptor {
-                label: Some("proof"),
-                layout: Some(&of_all),
-                vertex: VertexState {
+        let module = shader(device, "proof", include_str!("proof.wgsl"));
+        let stages = ShaderStages::VERTEX_FRAGMENT;
+        let layout = bindings(device, "proof", &[(stages, BufferBindingType::Uniform)]);
+        let [drawn, unseen] = [CompareFunction::Always, CompareFunction::Never].map(|compare| {
+            pipeline(
+                device,
+                "proof",
+                &Wanted {
                     module: &module,
-                    entry_point: None,
-                    compilation_options: Default::default(),
-                    buffers: &[],
+                    layouts: &[&layout],
+                    vertices: &[],
+                    fragment: "fs",
+                    cull_mode: None,
+                    // Of opaque layers a device may fill the last alone.
+                    colour: seen(true),
+                    depth: Some((false, compare)),
                 },
-                fragment: Some(FragmentState {
-                    module: &module,
-                    entry_point: None,
-                    compilation_options: Default::default(),
-                    targets: &[Some(ColorTargetState {
-                        format: TextureFormat::Rgba8Unorm,
-                        // Of opaque layers a device may fill the last alone.
-                        blend: Some(BlendState::ALPHA_BLENDING),
-                        write_mask: ColorWrites::ALL,
-                    })],
-                }),
-                primitive: PrimitiveState::default(),
-                depth_stencil: Some(DepthStencilState {
-                    format: TextureFormat::Depth32Float,
-                    depth_write_enabled: Some(false),
-                    depth_compare: Some(compare),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
-                multisample: Default::default(),
-                multiview_mask: None,
-                cache: None,
-            })
+            )
         });
-        let buffer = |size, usage| {
-            let label = Some("proof");
-            let usage = usage | BufferUsages::COPY_DST;
-            let mapped_at_creation = false;
-            device.create_buffer(&BufferDescriptor { label, size, usage, mapped_at_creation })
-        };
         let own = Loops {
             vertex: amounts.vertex_loops,
             fragment: amounts.fragment_loops,
             covers: u32::from(amounts.covers),
             zero: 0.0,
         };
-        let uniform = buffer(16, BufferUsages::UNIFORM);
+        let uniform = buffer(device, "loops", 16, BufferUsages::UNIFORM);
         gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&own));
-        let loops = device.create_bind_group(&BindGroupDescriptor {
-            label: Some("proof"),
-            layout: &layout,
-            entries: &[BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
-        });
-        let targets = [SIZE, (f64::from(SIZE) * std::f64::consts::SQRT_2) as u32].map(|side| {
-            [TextureFormat::Rgba8Unorm, TextureFormat::Depth32Float]
-                .map(|format| target(device, [side; 2], format))
-        });
-        let uploads = [(); 2].map(|()| buffer(amounts.upload.max(4), BufferUsages::STORAGE));
+        let loops = group(device, "proof", &layout, &[&uniform]);
+        let targets = targets(device, [SIZE; 2]);
+        let bytes = amounts.upload.max(4);
+        let uploads = [(); 2].map(|()| buffer(device, "upload", bytes, BufferUsages::STORAGE));
         let data = vec![0; amounts.upload as usize];
-        Self { amounts, pipeline, unseen, loops, targets, uploads, data, stamp: 0 }
+        Self { amounts, pipeline: drawn, unseen, loops, targets, uploads, data, stamp: 0 }
     }
 
     fn record(&self, gpu: &Gpu, way: Way) -> CommandBuffer {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let [colour, depth] = &self.targets[usize::from(way.doubles(Link::Fill))];
-        let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
-            label: Some("proof"),
-            color_attachments: &[Some(RenderPassColorAttachment {
-                view: colour,
-                depth_slice: None,
-                resolve_target: None,
-                ops: Operations { load: LoadOp::Clear(Color::BLACK), store: StoreOp::Store },
-            })],
-            depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
-                view: depth,
-                depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: None,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
+        let mut pass = begin(&mut encoder, "proof", (colour, StoreOp::Store), Some(depth));
         pass.set_pipeline(&self.pipeline);
         self.draw(&mut pass, self.amounts.instances);
         if let Some(instances) = way.again(self.amounts.instances) {

@@ -2,19 +2,14 @@
 
 use std::process::{Command, Output};
 
+use cullet_gpu::{Tier, testing};
 use serde_json::Value;
 
 /// Runs `cullet-profile profile` with some words; skips without a device.
 fn profile(words: &[&str]) -> Option<Output> {
+    testing::device(Tier::Compute, cullet_testkit::skip)?;
     let mut program = Command::new(env!("CARGO_BIN_EXE_cullet-profile"));
-    let found = program.arg("profile").args(words).output().unwrap();
-    let said = String::from_utf8_lossy(&found.stderr);
-    if said.contains("no graphics adapter was found") {
-        assert!(std::env::var("CULLET_REQUIRE_GPU").is_err(), "CULLET_REQUIRE_GPU is set: {said}");
-        cullet_testkit::skip("a graphics device", "cargo xtask test says how to install one");
-        return None;
-    }
-    Some(found)
+    Some(program.arg("profile").args(words).output().unwrap())
 }
 
 fn json(words: &[&str]) -> Option<Value> {

@@ -92,8 +92,7 @@ impl App {
             cc.egui_ctx.all_styles_mut(|style| style.animation_time = 0.0);
         }
         session.settles = start.screenshot.is_some() || start.script != Script::None;
-        session.device.refused =
-            Renderer::refuses_culling(&render_state.adapter, &render_state.device);
+        session.device.refused = Renderer::refuses_culling(&render_state.adapter);
         Ok(Self {
             session,
             last_frame: clock(),

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::time::Instant;
 
 use cullet::{CullFace, Output, View, ViewState, Visible};
-use cullet_gpu::GpuError;
+use cullet_gpu::{GpuError, Tier};
 use cullet_scenes::paths::PathSpec;
 
 use crate::draw::{DrawError, Pane, Renderer, Style};
@@ -81,7 +81,7 @@ struct Took {
 /// # Errors
 /// See [`BenchError`].
 pub fn run(world: &World, out: &mut impl Write) -> Result<u64, BenchError> {
-    let gpu = Gpu::open()?;
+    let gpu = Gpu::open(Tier::Draw)?;
     let info = gpu.adapter.get_info();
     let mut renderer = Renderer::new(&gpu.adapter, &gpu.device);
     renderer.set_scene(&gpu.device, &gpu.queue, &world.model)?;

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use cullet::lod::Lod;
 use cullet::{Culler, Instance, Scene, Stage, Transform, View, ViewState, Visible};
+use cullet_gpu::{Tier, testing};
 use cullet_io::baked::{Baked, BakedLevels, BakedMesh, LevelKind, Measured, geometry_hash};
 use cullet_io::{Model, save};
 use cullet_testkit::Folder;
@@ -75,10 +76,7 @@ fn picture(gpu: &Gpu, renderer: &mut Renderer, panes: &[Pane<'_>]) -> Picture {
 
 #[test]
 fn at_half_time_there_are_pixels_of_both_and_no_hole() {
-    let Ok(gpu) = Gpu::open() else {
-        assert!(std::env::var("CULLET_REQUIRE_GPU").is_err(), "no adapter was found");
-        return cullet_testkit::skip("no graphics adapter", "apt-get install mesa-vulkan-drivers");
-    };
+    let Some(gpu) = testing::device(Tier::Draw, cullet_testkit::skip) else { return };
     let link = "layout=one&stages.lod_px=1&stages.lod_fade=0.5&look.colour=levels";
     let mut session = begun(link);
     assert_eq!(session.fades.len(), 1);
@@ -93,11 +91,11 @@ fn at_half_time_there_are_pixels_of_both_and_no_hole() {
     let decided = session.decision.as_ref().map(|d| &d.visible);
     let panes = made.panes(decided);
     assert_eq!(panes.len(), 2);
-    let half = picture(&gpu, &mut renderer, &panes);
+    let half = picture(gpu, &mut renderer, &panes);
     let style = Style { fade: false, going: false, ..panes[0].style };
     let mut alone = |visible: Option<&Visible>| {
         let pane = Pane { visible, style, lines: &[], overlay: &[], ghosts: &[], ..panes[0] };
-        picture(&gpu, &mut renderer, &[pane])
+        picture(gpu, &mut renderer, &[pane])
     };
     let (old, new) = (alone(Some(session.fades.going())), alone(decided));
     let ground = old[0];
@@ -121,7 +119,7 @@ fn at_half_time_there_are_pixels_of_both_and_no_hole() {
     let panes = made.panes(session.decision.as_ref().map(|d| &d.visible));
     assert_eq!(panes.len(), 1);
     renderer.set_instance_colours(&gpu.queue, &instance_colours(&session));
-    assert_eq!(picture(&gpu, &mut renderer, &panes), new);
+    assert_eq!(picture(gpu, &mut renderer, &panes), new);
 }
 
 #[test]

@@ -13,7 +13,7 @@ mod timing;
 use std::path::{Path, PathBuf};
 
 use cullet::mesh::{MeshData, Part};
-use cullet_gpu::{Gpu, GpuError};
+use cullet_gpu::{Gpu, GpuError, Tier, wait};
 use cullet_scenes::knobbly_ball;
 use serde_json::json;
 use wgpu::{DeviceType, Features};
@@ -21,9 +21,10 @@ use wgpu::{DeviceType, Features};
 pub(crate) type Failure = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), Failure> {
-    let gpu = match Gpu::open_with(Features::INDIRECT_FIRST_INSTANCE) {
+    let wanted = Features::TIMESTAMP_QUERY | Features::INDIRECT_FIRST_INSTANCE;
+    let gpu = match wait(Gpu::request(Tier::Pyramid, wanted, None)) {
         Ok(gpu) => gpu,
-        Err(why @ GpuError::NoAdapter(_)) => {
+        Err(why @ GpuError::NoAdapter { .. }) => {
             println!("not measured: {why}");
             return Ok(());
         }

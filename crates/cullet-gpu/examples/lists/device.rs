@@ -4,18 +4,18 @@ use bytemuck::Pod;
 use cullet::Scene;
 use cullet_gpu::{
     BlockPlanes, Blocks, DrawArguments, Gpu, GpuError, InstanceBits, LaneBuffers, Lanes,
-    ListSource, Listed, Passes, SlotList,
+    ListSource, Listed, Passes, SlotList, Tier,
 };
 use wgpu::{BufferDescriptor, BufferUsages, Features, Limits};
 
 use super::lists::Lists;
 
-/// The first device there is, with no optional feature and the least limits that a browser with WebGPU grants.
+/// A device with no optional feature and the least limits that a browser with WebGPU grants.
 ///
 /// # Errors
-/// If there is none.
+/// If no adapter runs compute passes.
 pub(crate) async fn least() -> Result<Gpu, GpuError> {
-    Gpu::request(Features::empty(), Some(Limits::default())).await
+    Gpu::request(Tier::Compute, Features::empty(), Some(Limits::default())).await
 }
 
 /// What lists the instances of one scene on a device.

@@ -9,13 +9,13 @@ mod lists;
 mod scenes;
 
 use answers::{answers, report};
-use cullet_gpu::{GpuError, Passes, wait};
+use cullet_gpu::{GpuError, Passes, Tier, testing, wait};
 use device::least;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let gpu = match wait(least()) {
         Ok(gpu) => gpu,
-        Err(why @ GpuError::NoAdapter(_)) if std::env::var_os("CULLET_REQUIRE_GPU").is_none() => {
+        Err(why @ GpuError::NoAdapter { .. }) if !testing::is_required(Tier::Compute) => {
             eprintln!("by the CPU alone: {why}");
             println!("{}", report(&wait(answers(None))?)?);
             return Ok(());

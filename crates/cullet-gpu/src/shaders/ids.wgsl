@@ -1,19 +1,5 @@
 // The number of the instance at each pixel, and its depth.
 
-struct Eye {
-    // Reversed clip space from world space relative to the eye.
-    clip: mat4x4<f32>,
-    // The eye as the sum of two, so that far from the origin nothing jitters.
-    high: vec4<f32>,
-    low: vec4<f32>,
-}
-
-// Rows of the linear part, each with the high half of the translation; then its low half.
-struct Place { rows: array<vec4<f32>, 3>, low: vec4<f32> }
-
-@group(0) @binding(0) var<uniform> eye: Eye;
-@group(0) @binding(1) var<storage, read> places: array<Place>;
-
 struct Varying {
     @builtin(position) position: vec4<f32>,
     @location(0) @interpolate(flat) slot: u32,
@@ -21,15 +7,7 @@ struct Varying {
 
 @vertex
 fn vs(@location(0) position: vec3<f32>, @location(1) slot: u32) -> Varying {
-    let own = places[slot];
-    let high = vec3<f32>(own.rows[0].w, own.rows[1].w, own.rows[2].w);
-    let offset = (high - eye.high.xyz) + (own.low.xyz - eye.low.xyz);
-    let turned = vec3<f32>(
-        dot(own.rows[0].xyz, position),
-        dot(own.rows[1].xyz, position),
-        dot(own.rows[2].xyz, position),
-    );
-    return Varying(eye.clip * vec4<f32>(turned + offset, 1.0), slot);
+    return Varying(eye.clip * vec4<f32>(placed(position, slot), 1.0), slot);
 }
 
 @fragment

@@ -18,53 +18,19 @@ fn is_listed(slot: u32) -> bool {
     return ((word >> (slot % 32u)) & 1u) != 0u;
 }
 
-var<workgroup> own_bits: array<atomic<u32>, 8>;
-
 @compute @workgroup_size(256)
 fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let number = group.x + group.y * ROW;
     // The same for the whole group.
     if number >= which.groups { return; }
     let at = number * 256u + lane;
-    if at < which.lanes && is_listed(lanes[at].slot) {
-        atomicOr(&own_bits[lane / 32u], 1u << (lane % 32u));
-    }
-    workgroupBarrier();
-    if lane < 8u {
-        var before = 0u;
-        for (var w = 0u; w < lane; w++) { before += countOneBits(atomicLoad(&own_bits[w])); }
-        let own = atomicLoad(&own_bits[lane]);
-        words[number * 8u + lane] = vec2<u32>(own, before);
-        if lane == 7u { places[number] = before + countOneBits(own); }
-    }
+    count_bits(number, lane, at < which.lanes && is_listed(lanes[at].slot));
 }
 
-var<workgroup> sums: array<u32, 256>;
-
-// One workgroup: sums of 256 runs of groups, their sums before, then within the runs.
 @compute @workgroup_size(256)
 fn scan(@builtin(local_invocation_index) lane: u32) {
-    let run = (which.groups + 255u) / 256u;
-    let first = min(lane * run, which.groups);
-    let end = min(first + run, which.groups);
-    var own = 0u;
-    for (var i = first; i < end; i++) { own += places[i]; }
-    sums[lane] = own;
-    workgroupBarrier();
-    for (var by = 1u; by < 256u; by <<= 1u) {
-        var before = 0u;
-        if lane >= by { before = sums[lane - by]; }
-        workgroupBarrier();
-        sums[lane] += before;
-        workgroupBarrier();
-    }
-    var place = sums[lane] - own;
-    for (var i = first; i < end; i++) {
-        let count = places[i];
-        places[i] = place;
-        place += count;
-    }
-    if lane == 255u { places[which.groups] = sums[255]; }
+    let all = scan_places(lane, which.groups);
+    if lane == 255u { places[which.groups] = all; }
 }
 
 @compute @workgroup_size(256)

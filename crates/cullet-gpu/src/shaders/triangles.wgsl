@@ -16,53 +16,19 @@ struct Which { blocks: u32, a: u32, b: u32, c: u32 }
 @group(0) @binding(5) var<storage, read_write> arguments: array<u32>;
 @group(0) @binding(6) var<uniform> which: Which;
 
-var<workgroup> own_bits: array<atomic<u32>, 8>;
-
 @compute @workgroup_size(256)
 fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let number = group.x + group.y * ROW;
     // The same for the whole group.
     if number >= which.blocks { return; }
     let own = blocks[number];
-    if lane < own.count && !is_culled(own.first + lane, own.mask) {
-        atomicOr(&own_bits[lane / 32u], 1u << (lane % 32u));
-    }
-    workgroupBarrier();
-    if lane < 8u {
-        var before = 0u;
-        for (var w = 0u; w < lane; w++) { before += countOneBits(atomicLoad(&own_bits[w])); }
-        let bits = atomicLoad(&own_bits[lane]);
-        words[number * 8u + lane] = vec2<u32>(bits, before);
-        if lane == 7u { places[number] = before + countOneBits(bits); }
-    }
+    count_bits(number, lane, lane < own.count && !is_culled(own.first + lane, own.mask));
 }
 
-var<workgroup> sums: array<u32, 256>;
-
-// One workgroup: sums of 256 runs of blocks, their sums before, then within the runs.
 @compute @workgroup_size(256)
 fn scan(@builtin(local_invocation_index) lane: u32) {
-    let run = (which.blocks + 255u) / 256u;
-    let first = min(lane * run, which.blocks);
-    let end = min(first + run, which.blocks);
-    var own = 0u;
-    for (var i = first; i < end; i++) { own += places[i]; }
-    sums[lane] = own;
-    workgroupBarrier();
-    for (var by = 1u; by < 256u; by <<= 1u) {
-        var before = 0u;
-        if lane >= by { before = sums[lane - by]; }
-        workgroupBarrier();
-        sums[lane] += before;
-        workgroupBarrier();
-    }
-    var place = sums[lane] - own;
-    for (var i = first; i < end; i++) {
-        let count = places[i];
-        places[i] = place;
-        place += count;
-    }
-    if lane == 255u { arguments[0] = sums[255] * 3u; }
+    let all = scan_places(lane, which.blocks);
+    if lane == 255u { arguments[0] = all * 3u; }
 }
 
 @compute @workgroup_size(256)

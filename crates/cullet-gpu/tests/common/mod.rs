@@ -3,27 +3,13 @@
 #[allow(dead_code, reason = "not every test draws frames")]
 pub(crate) mod stage;
 
-use std::sync::OnceLock;
-
 use bytemuck::Pod;
-use cullet_gpu::{Gpu, GpuError};
+use cullet_gpu::{Gpu, Tier};
 use wgpu::*;
 
-/// The device, or `None`, said aloud, where there is no adapter. With `CULLET_REQUIRE_GPU` set that is a failure.
-pub(crate) fn gpu() -> Option<&'static Gpu> {
-    static GPU: OnceLock<Result<Gpu, GpuError>> = OnceLock::new();
-    match GPU.get_or_init(Gpu::open) {
-        Ok(gpu) => Some(gpu),
-        Err(why) => {
-            assert!(
-                std::env::var("CULLET_REQUIRE_GPU").is_err(),
-                "CULLET_REQUIRE_GPU is set: {why}"
-            );
-            let cure = "apt-get install mesa-vulkan-drivers libvulkan1 (software Vulkan will do)";
-            cullet_testkit::skip("no graphics adapter", cure);
-            None
-        }
-    }
+/// A device of a tier; skips, aloud, without one.
+pub(crate) fn gpu(least: Tier) -> Option<&'static Gpu> {
+    cullet_gpu::testing::device(least, cullet_testkit::skip)
 }
 
 /// The texels of one level of a texture, four bytes each, row by row.

@@ -1,28 +1,11 @@
 //! Frames on the device, with occlusion culling and without, and whether they are the same.
 
 use cullet::{Culler, Scene, View, ViewState, Visible};
-use cullet_gpu::{DrawArguments, Gpu, OffScreen, Passes, Phase, Tier};
+use cullet_gpu::{DrawArguments, DrawMode, Gpu, OffScreen, Phase};
 
 use cullet_testkit::views::look;
 
-use super::{gpu, texels};
-
-/// A device that can run the passes: OpenGL cannot.
-pub(crate) fn able() -> Option<&'static Gpu> {
-    let gpu = gpu()?;
-    match Passes::new(&gpu.device) {
-        Ok(_) => Some(gpu),
-        Err(why) => {
-            assert_eq!(gpu.adapter.get_info().backend, wgpu::Backend::Gl, "{why}");
-            assert!(why.to_string().contains("let the CPU decide"), "{why}");
-            cullet_testkit::skip(
-                "a device that reads depth in compute shaders",
-                "WGPU_BACKEND=vulkan",
-            );
-            None
-        }
-    }
-}
+use super::texels;
 
 /// How a frame is culled.
 #[derive(Clone, Copy, PartialEq)]
@@ -50,16 +33,16 @@ pub(crate) struct Frame {
 
 impl<'a> Stage<'a> {
     pub(crate) fn new(gpu: &'a Gpu, scene: &Scene, size: [u32; 2]) -> Self {
-        Self::with_tier(gpu, scene, size, Tier::Each)
+        Self::with_mode(gpu, scene, size, DrawMode::Each)
     }
 
-    pub(crate) fn with_tier(gpu: &'a Gpu, scene: &Scene, size: [u32; 2], tier: Tier) -> Self {
+    pub(crate) fn with_mode(gpu: &'a Gpu, scene: &Scene, size: [u32; 2], mode: DrawMode) -> Self {
         let (device, queue) = (&gpu.device, &gpu.queue);
-        Self { gpu, all: OffScreen::with_tier(device, queue, scene, size, tier).unwrap() }
+        Self { gpu, all: OffScreen::with_mode(device, queue, scene, size, mode).unwrap() }
     }
 
-    pub(crate) fn tier(&self) -> Tier {
-        self.all.culling.tier()
+    pub(crate) fn mode(&self) -> DrawMode {
+        self.all.culling.mode()
     }
 
     pub(crate) fn draw(&mut self, scene: &Scene, view: &View, way: Way) -> Frame {

@@ -27,7 +27,7 @@ pub(super) struct ListedDraw {
 }
 
 impl DeviceCulling {
-    pub(super) fn refused(_: &Adapter, _: &Device) -> Option<String> {
+    pub(super) fn refused(_: &Adapter) -> Option<String> {
         Some(WHY.to_owned())
     }
 

@@ -147,8 +147,8 @@ impl Renderer {
 
     /// Why the device cannot decide what is drawn, if it cannot.
     #[must_use]
-    pub fn refuses_culling(adapter: &Adapter, device: &Device) -> Option<String> {
-        DeviceCulling::refused(adapter, device)
+    pub fn refuses_culling(adapter: &Adapter) -> Option<String> {
+        DeviceCulling::refused(adapter)
     }
 
     /// Makes the device ready to decide what is drawn of the scene that was uploaded, the same `scene`, unless it is. O(slots log slots).

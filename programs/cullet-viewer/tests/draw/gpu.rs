@@ -1,29 +1,14 @@
 //! A device without a window, and pictures read back from it.
 
-use std::sync::OnceLock;
-
 use cullet::{Camera, Depth, Projection, Scene, View};
-use cullet_gpu::GpuError;
+pub(crate) use cullet_gpu::Tier;
 use cullet_viewer::draw::{Pane, Renderer, Style};
 pub(crate) use cullet_viewer::headless::Gpu;
 use cullet_viewer::headless::picture;
 
-/// The device, or `None`, said aloud, where there is no adapter. With `CULLET_REQUIRE_GPU` set that is a
-/// failure.
-pub(crate) fn gpu() -> Option<&'static Gpu> {
-    static GPU: OnceLock<Result<Gpu, GpuError>> = OnceLock::new();
-    match GPU.get_or_init(Gpu::open) {
-        Ok(gpu) => Some(gpu),
-        Err(why) => {
-            assert!(
-                std::env::var("CULLET_REQUIRE_GPU").is_err(),
-                "CULLET_REQUIRE_GPU is set: {why}"
-            );
-            let cure = "apt-get install mesa-vulkan-drivers libvulkan1 (software Vulkan will do)";
-            cullet_testkit::skip("no graphics adapter", cure);
-            None
-        }
-    }
+/// A device of a tier; skips, aloud, without one.
+pub(crate) fn gpu(least: Tier) -> Option<&'static Gpu> {
+    cullet_gpu::testing::device(least, cullet_testkit::skip)
 }
 
 /// A picture of RGBA bytes.

@@ -118,7 +118,7 @@ fn srgb(v: f64) -> u8 {
 
 #[test]
 fn an_impostor_is_drawn_as_the_reference_draws_it() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     let (model, impostor) = model();
     let mut renderer = renderer(gpu, &model);
     let radius = DVec3::from(model.scene.extent().half_extent()).length();
@@ -176,7 +176,7 @@ fn srgb_of_linear(v: f64) -> u8 {
 
 #[test]
 fn every_paint_shows_impostors_whole() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     let (model, _) = model();
     let mut renderer = renderer(gpu, &model);
     let (_, view) = views().swap_remove(0);
@@ -217,7 +217,7 @@ fn every_paint_shows_impostors_whole() {
 
 #[test]
 fn what_goes_and_what_comes_share_each_pixel() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     let solids = cullet_scenes::build("solids:n=9").unwrap();
     let (of_impostors, _) = model();
     for (name, model) in [("solids", solids), ("impostors", of_impostors)] {

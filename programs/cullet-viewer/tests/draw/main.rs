@@ -35,7 +35,7 @@ const SCENES: &[(&str, &str)] =
 
 #[test]
 fn culling_changes_no_pixel() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     for (name, spec) in SCENES {
         let (model, mut renderer) = with(gpu, spec);
         let views = [([0.5, 0.4, 1.0], 0.45), ([-1.0, 0.15, 0.2], 0.3), ([0.2, 1.0, 0.3], 1.6)];
@@ -62,7 +62,7 @@ fn culling_changes_no_pixel() {
 
 #[test]
 fn what_is_covered_is_what_the_reference_covers() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     for (name, spec) in SCENES {
         let (model, mut renderer) = with(gpu, spec);
         let mut view = view(&model.scene, [0.6, 0.5, 1.0], 1.3, SIZE);
@@ -84,7 +84,7 @@ fn what_is_covered_is_what_the_reference_covers() {
 
 #[test]
 fn mirrored_and_two_sided_instances_far_from_the_origin() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     let mut model = cullet_scenes::build("solids:n=60").unwrap();
     let far = [1e7, -3e6, 2e7];
     for slot in 0..model.scene.slot_count() {
@@ -123,7 +123,7 @@ fn mirrored_and_two_sided_instances_far_from_the_origin() {
 
 #[test]
 fn every_paint_has_its_own_picture() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     let (model, mut renderer) = with(gpu, "solids");
     let view = view(&model.scene, [0.4, 0.5, 1.0], 0.7, [480, 300]);
     let slots = model.scene.slot_count();
@@ -158,7 +158,7 @@ fn every_paint_has_its_own_picture() {
 
 #[test]
 fn wireframe_normals_and_samples_change_the_picture() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     let (model, mut renderer) = with(gpu, "solids");
     let view = view(&model.scene, [0.4, 0.5, 1.0], 0.6, [480, 300]);
     let plain = shot(gpu, &mut renderer, pane(&view, Style::default()));
@@ -189,7 +189,7 @@ fn wireframe_normals_and_samples_change_the_picture() {
 
 #[test]
 fn the_hardware_culls_the_faces_asked_for() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     let (model, mut renderer) = with(gpu, "solids");
     let mut view = view(&model.scene, [0.4, 0.5, 1.0], 0.7, SIZE);
     view.cull_face = CullFace::None;
@@ -222,7 +222,7 @@ fn the_hardware_culls_the_faces_asked_for() {
 
 #[test]
 fn panes_keep_to_their_places() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     let (model, mut renderer) = with(gpu, "solids");
     let left = view(&model.scene, [0.4, 0.5, 1.0], 0.7, [160, 200]);
     let right = view(&model.scene, [-1.0, 0.5, 0.2], 0.9, [160, 200]);
@@ -259,7 +259,7 @@ fn panes_keep_to_their_places() {
 
 #[test]
 fn lines_and_ghosts_lie_where_they_belong() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     let (model, mut renderer) = with(gpu, "city:cells=6,objects=100");
     let view = view(&model.scene, [0.4, 0.3, 1.0], 0.9, SIZE);
     let extent = model.scene.extent();
@@ -287,7 +287,7 @@ fn lines_and_ghosts_lie_where_they_belong() {
 
 #[test]
 fn hidden_and_translucent_instances() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     let (model, mut renderer) = with(gpu, "solids");
     let view = view(&model.scene, [0.4, 0.5, 1.0], 0.7, SIZE);
     let style = Style { paint: Paint::Instances, ..Style::default() };
@@ -305,7 +305,7 @@ fn hidden_and_translucent_instances() {
 
 #[test]
 fn what_fades_keeps_its_colour_where_it_is_drawn() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     let (model, mut renderer) = with(gpu, "solids");
     let view = view(&model.scene, [0.4, 0.5, 1.0], 0.7, SIZE);
     for paint in [Paint::Material, Paint::Clusters] {
@@ -331,7 +331,7 @@ fn what_fades_keeps_its_colour_where_it_is_drawn() {
 
 #[test]
 fn nothing_is_uploaded_for_what_did_not_change() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     let (model, mut renderer) = with(gpu, "forest:n=2000");
     let near = view(&model.scene, [0.5, 0.4, 1.0], 0.4, SIZE);
     let far = view(&model.scene, [0.5, 0.4, 1.0], 1.6, SIZE);

@@ -5,7 +5,7 @@ use cullet_io::Model;
 use cullet_viewer::draw::{DeviceFigures, DeviceView, Paint, Pane, Renderer, Style};
 use cullet_viewer::state::OnDevice;
 
-use super::gpu::{BACKGROUND, Gpu, Image, finish, gpu, pane, read, view};
+use super::gpu::{BACKGROUND, Gpu, Image, Tier, finish, gpu, pane, read, view};
 
 const SIZE: [u32; 2] = [331, 201];
 
@@ -16,7 +16,7 @@ fn by(view: &View) -> DeviceView<'_> {
 
 fn with(gpu: &Gpu, model: &Model) -> Renderer {
     let mut renderer = Renderer::new(&gpu.adapter, &gpu.device);
-    assert_eq!(Renderer::refuses_culling(&gpu.adapter, &gpu.device), None);
+    assert_eq!(Renderer::refuses_culling(&gpu.adapter), None);
     renderer.set_scene(&gpu.device, &gpu.queue, model).unwrap();
     renderer.prepare_culling(&gpu.device, &gpu.queue, &model.scene).unwrap();
     renderer
@@ -57,7 +57,7 @@ const DIRECTIONS: [([f64; 3], f64); 4] = [
 
 #[test]
 fn the_device_changes_no_pixel() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     for spec in ["city:cells=12,objects=400", "solids", "forest:n=2000", "office"] {
         let model = cullet_scenes::build(spec).unwrap();
         let mut renderer = with(gpu, &model);
@@ -76,7 +76,7 @@ fn the_device_changes_no_pixel() {
 
 #[test]
 fn the_device_culls() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let model = cullet_scenes::build("city:cells=12,objects=400").unwrap();
     let mut renderer = with(gpu, &model);
     let all = model.scene.instance_count();
@@ -105,7 +105,7 @@ fn the_device_culls() {
 
 #[test]
 fn every_style_is_drawn_as_without() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let model = cullet_scenes::build("city:cells=6,objects=100").unwrap();
     let mut renderer = with(gpu, &model);
     let mut view = view(&model.scene, [0.5, 0.1, 1.0], 0.3, SIZE);
@@ -135,7 +135,7 @@ fn every_style_is_drawn_as_without() {
 
 #[test]
 fn mirrored_two_sided_and_transparent_instances() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     // So many that half of them stand behind others.
     let mut model = cullet_scenes::build("city:cells=8,objects=200").unwrap();
     let scene = &mut model.scene;
@@ -165,7 +165,7 @@ fn mirrored_two_sided_and_transparent_instances() {
 /// The left half is decided, the right half shows from outside what is.
 #[test]
 fn what_was_decided_is_seen_from_elsewhere() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let model = cullet_scenes::build("city:cells=12,objects=400").unwrap();
     let mut renderer = with(gpu, &model);
     let [width, height] = SIZE;
@@ -193,7 +193,7 @@ fn what_was_decided_is_seen_from_elsewhere() {
 
 #[test]
 fn a_level_of_the_pyramid_is_nowhere_nearer_than_the_picture() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let model = cullet_scenes::build("city:cells=12,objects=400").unwrap();
     let mut renderer = with(gpu, &model);
     let view = view(&model.scene, [0.3, 0.05, 1.0], 0.3, SIZE);
@@ -232,7 +232,7 @@ fn a_level_of_the_pyramid_is_nowhere_nearer_than_the_picture() {
 
 #[test]
 fn an_empty_scene_and_a_view_that_cannot_be() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let empty = Model { scene: Scene::new(), ..cullet_scenes::build("solids").unwrap() };
     let model = cullet_scenes::build("solids").unwrap();
     let near = view(&model.scene, [0.6, 0.2, 1.0], 0.5, SIZE);

@@ -13,7 +13,7 @@ const SIZE: [u32; 2] = [1280, 720];
 #[test]
 #[ignore = "measures; see above"]
 fn city() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     println!("{}", gpu.adapter.get_info().name);
     let model = cullet_scenes::build("city").unwrap();
     let mut renderer = Renderer::new(&gpu.adapter, &gpu.device);

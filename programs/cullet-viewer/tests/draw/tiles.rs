@@ -15,7 +15,7 @@ use cullet_viewer::tiles::BUDGET;
 use cullet_viewer::world::{Source, World};
 use eframe::egui;
 
-use crate::gpu::{BACKGROUND_BYTES, gpu, pane, shot};
+use crate::gpu::{BACKGROUND_BYTES, Tier, gpu, pane, shot};
 
 const SIZE: [u32; 2] = [320, 200];
 
@@ -123,7 +123,7 @@ fn a_tileset_is_shown_as_far_as_it_matters_and_drawn() {
     assert_eq!(shown(&session).sides, Sides::TwoSided);
     assert_eq!(shown(&session).counts, near.counts);
 
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = gpu(Tier::Draw) else { return };
     let mut renderer = Renderer::new(&gpu.adapter, &gpu.device);
     renderer.set_scene(&gpu.device, &gpu.queue, &shown(&session).model).expect("it fits");
     let view = session.culling_view().expect("a view");

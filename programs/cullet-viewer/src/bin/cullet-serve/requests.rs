@@ -353,9 +353,11 @@ fn on_a_network_scenes_are_compressed_on_the_way() {
 #[test]
 fn it_stops_though_clients_hang_on() {
     let folder = Folder::new();
-    let mut limits = Limits::default();
-    limits.stop_time = Duration::from_millis(300);
-    limits.head_time = Duration::from_millis(400);
+    let limits = Limits {
+        stop_time: Duration::from_millis(300),
+        head_time: Duration::from_millis(400),
+        ..Limits::default()
+    };
     let server = start(&folder, Ipv4Addr::LOCALHOST.into(), limits);
     let port = server.address.port();
     let mut slow = TcpStream::connect(server.address).unwrap();

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use cullet_gpu::{Pyramid, PyramidPass};
+use cullet_gpu::{GpuError, Pyramid, PyramidPass};
 use eframe::wgpu::*;
 
 use super::super::frame::Paint;
@@ -72,7 +72,12 @@ pub(super) struct Depth {
 }
 
 impl Depth {
-    pub(super) fn new(device: &Device, pass: &PyramidPass, size: [u32; 2], samples: u32) -> Self {
+    pub(super) fn new(
+        device: &Device,
+        pass: &PyramidPass,
+        size: [u32; 2],
+        samples: u32,
+    ) -> Result<Self, GpuError> {
         let [width, height] = size;
         let texture = device.create_texture(&TextureDescriptor {
             label: Some("depth of what was seen"),
@@ -85,7 +90,8 @@ impl Depth {
             view_formats: &[],
         });
         let view = texture.create_view(&TextureViewDescriptor::default());
-        Self { size, samples, view, pyramid: Pyramid::new(device, pass, &texture) }
+        let pyramid = Pyramid::new(device, pass, &texture)?;
+        Ok(Self { size, samples, view, pyramid })
     }
 
     /// Whether it is of that size, with so many samples.

@@ -18,7 +18,7 @@ use cullet::Scene;
 use cullet::bounds::Plane;
 use cullet_gpu::{
     BlockPlanes, Blocks, DrawArguments, GpuError, InstanceBits, LaneBuffers, Lanes, ListSource,
-    Listed, Passes, SlotList, VisibleBits,
+    Listed, Passes, SlotList, Tier, VisibleBits,
 };
 use eframe::wgpu::*;
 
@@ -35,9 +35,6 @@ use picture::{Picture, Shown};
 
 /// Planes of a view at the most.
 const MOST_PLANES: usize = 32;
-
-/// Storage buffers that one of the passes sees.
-const STORAGE_BUFFERS: u32 = 8;
 
 /// Bytes of the arguments of a draw.
 const ARGUMENTS: u64 = size_of::<DrawArguments>() as u64;
@@ -81,16 +78,8 @@ pub(super) struct DeviceCulling {
 
 impl DeviceCulling {
     /// Why a device cannot decide, if it cannot.
-    pub(super) fn refused(adapter: &Adapter, device: &Device) -> Option<String> {
-        let needed = DownlevelFlags::COMPUTE_SHADERS | DownlevelFlags::INDIRECT_EXECUTION;
-        let missing = needed - adapter.get_downlevel_capabilities().flags;
-        if !missing.is_empty() {
-            return Some("this graphics device has no compute shaders or no indirect draws".into());
-        }
-        let buffers = device.limits().max_storage_buffers_per_shader_stage;
-        (buffers < STORAGE_BUFFERS).then(|| {
-            format!("its shaders see {buffers} storage buffers at once, and {STORAGE_BUFFERS} are needed")
-        })
+    pub(super) fn refused(adapter: &Adapter) -> Option<String> {
+        Tier::Pyramid.lack(adapter).map(|lack| lack.to_string())
     }
 
     /// Uploads boxes and lists of the scene that was uploaded. O(slots log slots).
@@ -178,7 +167,9 @@ impl DeviceCulling {
         let on = (&self.blocks, &self.planes);
         self.visible.set(queue, on, (view, self.origin), (size, samples));
         if self.depth.as_ref().is_none_or(|d| !d.fits(size, samples)) {
-            let made = Depth::new(device, &self.passes.pyramid, size, samples);
+            let Ok(made) = Depth::new(device, &self.passes.pyramid, size, samples) else {
+                return false;
+            };
             self.picture.follow(device, &made.pyramid);
             self.depth = Some(made);
         }
