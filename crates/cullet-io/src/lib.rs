@@ -18,6 +18,7 @@ pub mod deform;
 mod error;
 mod format;
 mod gltf;
+mod json;
 mod load;
 mod model;
 mod motion;

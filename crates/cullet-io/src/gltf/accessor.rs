@@ -4,8 +4,9 @@
 use std::cell::Cell;
 
 use super::buffers::Buffers;
-use super::json::{self, AccessorItem, Integer, Root, SparseItem};
+use super::json::{AccessorItem, Integer, Root, SparseItem};
 use crate::ErrorKind;
+use crate::json::FromJson;
 
 /// An accessor without a view is all zeros, so its count is backed by no bytes: this many bytes of
 /// them are granted to a file.
@@ -122,15 +123,12 @@ impl Accessors {
     /// # Errors
     /// If one is misaligned or does not fit its view.
     pub(super) fn read(root: &Root<'_>, buffers: &Buffers<'_>) -> Result<Self, ErrorKind> {
-        let items: Vec<AccessorItem> = json::items(&root.accessors, "accessor")?;
-        let all = items
-            .iter()
-            .enumerate()
-            .map(|(i, item)| {
-                accessor(item, buffers)
-                    .map_err(|message| ErrorKind::invalid(format!("accessor {i}"), message))
-            })
-            .collect::<Result<_, _>>()?;
+        let mut all = Vec::new();
+        for (i, json) in root.accessors.iter().flatten().enumerate() {
+            let read = AccessorItem::from_json(*json).and_then(|item| accessor(item, buffers));
+            let wrong = |message| ErrorKind::invalid(format!("accessor {i}"), message);
+            all.push(read.map_err(wrong)?);
+        }
         Ok(Self { all, zero_bytes_left: Cell::new(MOST_ZERO_BYTES) })
     }
 
@@ -335,7 +333,7 @@ fn f32_at(e: &[u8], i: usize) -> f32 {
     f32::from_le_bytes([e[i * 4], e[i * 4 + 1], e[i * 4 + 2], e[i * 4 + 3]])
 }
 
-fn accessor(item: &AccessorItem, buffers: &Buffers<'_>) -> Result<Option<Accessor>, String> {
+fn accessor(item: AccessorItem<'_>, buffers: &Buffers<'_>) -> Result<Option<Accessor>, String> {
     let count = item.count.index();
     if count == 0 {
         return Err("its count is 0".into());
@@ -370,7 +368,6 @@ fn accessor(item: &AccessorItem, buffers: &Buffers<'_>) -> Result<Option<Accesso
         Some(s) => Some(sparse(s, count, &shape, buffers).map_err(|m| format!("sparse {m}"))?),
         None => None,
     };
-    let bound = |v: &Option<Vec<json::Float>>| v.as_ref().map(|v| v.iter().map(|f| f.0).collect());
     Ok(Some(Accessor {
         count,
         component,
@@ -379,8 +376,8 @@ fn accessor(item: &AccessorItem, buffers: &Buffers<'_>) -> Result<Option<Accesso
         rows,
         run,
         sparse,
-        min: bound(&item.min),
-        max: bound(&item.max),
+        min: item.min,
+        max: item.max,
     }))
 }
 

@@ -89,7 +89,7 @@ impl<'a> Buffers<'a> {
         let mut files = HashMap::new();
         let mut buffers = Vec::new();
         for (i, raw) in root.buffers.iter().flatten().enumerate() {
-            let item: BufferItem<'_> = json::item(raw, "buffer", i)?;
+            let item: BufferItem<'_> = json::item(*raw, "buffer", i)?;
             let name = || format!("buffer {i}");
             let wrong = |message: String| ErrorKind::invalid(name(), message);
             let len = item.byte_length.index();
@@ -136,7 +136,7 @@ impl<'a> Buffers<'a> {
             .iter()
             .flatten()
             .enumerate()
-            .map(|(i, raw)| view(&json::item(raw, "bufferView", i)?, i, &buffers))
+            .map(|(i, raw)| view(&json::item(*raw, "bufferView", i)?, i, &buffers))
             .collect::<Result<_, _>>()?;
         let budget = Cell::new(stored.saturating_mul(meshopt::MOST_EXPANSION));
         Ok(Self { file, owned, buffers, views, budget })
@@ -236,7 +236,7 @@ fn range(
     }
 }
 
-fn view(item: &ViewItem, index: usize, buffers: &[Buffer]) -> Result<View, ErrorKind> {
+fn view(item: &ViewItem<'_>, index: usize, buffers: &[Buffer]) -> Result<View, ErrorKind> {
     // The target of index data; only vertex data may be strided.
     const ELEMENT_ARRAY: u64 = 34963;
     let wrong = |message: String| ErrorKind::invalid(format!("bufferView {index}"), message);
@@ -258,7 +258,7 @@ fn view(item: &ViewItem, index: usize, buffers: &[Buffer]) -> Result<View, Error
             )));
         }
     }
-    let compressed = match &item.extensions.meshopt {
+    let compressed = match &item.meshopt {
         Some(c) => Some(
             compressed(c, buffers, own.len(), item.byte_stride)
                 .map_err(|message| wrong(format!("EXT_meshopt_compression: {message}")))?,
@@ -275,14 +275,14 @@ fn view(item: &ViewItem, index: usize, buffers: &[Buffer]) -> Result<View, Error
 }
 
 fn compressed(
-    c: &MeshoptItem,
+    c: &MeshoptItem<'_>,
     buffers: &[Buffer],
     len: usize,
     view_stride: Option<Integer>,
 ) -> Result<Compressed, String> {
     let buffer = c.buffer.index();
     let range = range(c.byte_offset, c.byte_length, buffer, buffers)?;
-    let mode = match c.mode.as_str() {
+    let mode = match &*c.mode {
         "ATTRIBUTES" => Mode::Attributes,
         "TRIANGLES" => Mode::Triangles,
         "INDICES" => Mode::Indices,

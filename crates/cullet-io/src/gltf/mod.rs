@@ -121,7 +121,7 @@ pub(crate) fn named(path: &Path, source: &Source<'_>) -> Result<Vec<PathBuf>, Er
     let buffers = root.buffers.iter().flatten().enumerate();
     Ok(buffers
         .filter_map(|(i, raw)| {
-            let item: json::BufferItem<'_> = json::item(raw, "buffer", i).ok()?;
+            let item: json::BufferItem<'_> = json::item(*raw, "buffer", i).ok()?;
             match uri::read(item.uri.as_deref()?).ok()? {
                 UriSource::File(path) => Some(path),
                 UriSource::Embedded(_) => None,

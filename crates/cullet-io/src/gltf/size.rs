@@ -25,14 +25,14 @@ pub struct Counts {
 pub fn counts(source: &Source<'_>) -> Result<Option<Counts>, ErrorKind> {
     let (bytes, json) = super::json_of(source)?;
     let root = json::parse(bytes.get(json).unwrap_or_default())?;
-    let is_baked = root.extensions.is_some_and(|e| e.get().contains(super::BAKED));
+    let is_baked = root.extensions.is_some_and(|e| e.text().contains(super::BAKED));
     if is_baked || root.skins.is_some() {
         return Ok(None);
     }
     let accessors = accessor_counts(&root)?;
     let mut counts = Counts::default();
     for (i, raw) in root.meshes.iter().flatten().enumerate() {
-        let mesh: MeshItem<'_> = json::item(raw, "mesh", i)?;
+        let mesh: MeshItem<'_> = json::item(*raw, "mesh", i)?;
         // Positions that several primitives name are there once.
         let mut positions: BTreeMap<usize, u64> = BTreeMap::new();
         for primitive in &mesh.primitives {
@@ -40,7 +40,7 @@ pub fn counts(source: &Source<'_>) -> Result<Option<Counts>, ErrorKind> {
                 return Ok(None);
             }
             let count = |index: Index| accessors.get(index.index()).copied().unwrap_or(0);
-            let Some(&places) = primitive.attributes.get("POSITION") else { continue };
+            let Some(places) = primitive.attributes.get("POSITION") else { continue };
             positions.insert(places.index(), count(places));
             let corners = primitive.indices.map_or_else(|| count(places), count);
             counts.triangles += match primitive.mode.map_or(4, |mode| mode.0) {
@@ -52,12 +52,12 @@ pub fn counts(source: &Source<'_>) -> Result<Option<Counts>, ErrorKind> {
         counts.vertices = counts.vertices.saturating_add(positions.values().sum());
     }
     for (i, raw) in root.nodes.iter().flatten().enumerate() {
-        let node: NodeItem<'_> = json::item(raw, "node", i)?;
+        let node: NodeItem<'_> = json::item(*raw, "node", i)?;
         if node.mesh.is_none() {
             continue;
         }
-        let many = node.extensions.instancing.map(|of| {
-            let counts = of.attributes.values().filter_map(|index| accessors.get(index.index()));
+        let many = node.instancing.map(|of| {
+            let counts = of.attributes.0.iter().filter_map(|(_, to)| accessors.get(to.index()));
             counts.copied().max().unwrap_or(0)
         });
         counts.instances = counts.instances.saturating_add(many.unwrap_or(1));
@@ -70,7 +70,7 @@ fn accessor_counts(root: &Root<'_>) -> Result<Vec<u64>, ErrorKind> {
     let accessors = root.accessors.iter().flatten().enumerate();
     accessors
         .map(|(i, raw)| {
-            let item: json::AccessorItem = json::item(raw, "accessor", i)?;
+            let item: json::AccessorItem<'_> = json::item(*raw, "accessor", i)?;
             Ok(item.count.0)
         })
         .collect()

@@ -7,7 +7,7 @@ use std::collections::{HashMap, HashSet};
 
 use cullet::lod::{Levels, NO_GROUP};
 use cullet::{Mesh, MeshId};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::object::{Object, list};
 use crate::baked::{BakedMesh, LevelKind};
@@ -193,12 +193,16 @@ fn count_of(text: &str) -> usize {
 
 /// The nodes that an animation moves.
 fn animated(root: &Object<'_>) -> HashSet<usize> {
-    let Some(Ok(Value::Array(animations))) = root.get("animations").map(serde_json::from_str)
-    else {
-        return HashSet::new();
-    };
-    let channels = animations.iter().filter_map(|a| a["channels"].as_array()).flatten();
-    channels.filter_map(|c| Some(c["target"]["node"].as_f64()? as usize)).collect()
+    let mut nodes = HashSet::new();
+    for animation in list(root, "animations").unwrap_or_default() {
+        let Ok(animation) = Object::parse(&animation, "animation") else { continue };
+        for channel in list(&animation, "channels").unwrap_or_default() {
+            let Ok(channel) = Object::parse(&channel, "channel") else { continue };
+            let target = channel.get("target").and_then(|text| Object::parse(text, "target").ok());
+            nodes.extend(target.and_then(|target| target.number("node")));
+        }
+    }
+    nodes
 }
 
 /// The chain of a mesh.
