@@ -331,9 +331,15 @@ impl<'a, T: FromJson<'a> + Copy + Default, const N: usize> FromJson<'a> for [T; 
 
 /// The start of a JSON text on one line, for a message.
 pub(crate) fn start(text: &str) -> String {
-    let head: String = text.chars().take(100).collect();
-    let words: Vec<&str> = head.split_whitespace().collect();
-    words.join(" ").chars().take(24).collect()
+    let mut line = String::new();
+    for c in text.trim_start().chars().take(100) {
+        match c.is_whitespace() {
+            true if line.ends_with(' ') => {}
+            true => line.push(' '),
+            false => line.push(c),
+        }
+    }
+    line.trim_end().chars().take(24).collect()
 }
 
 #[cfg(test)]

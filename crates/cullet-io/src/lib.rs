@@ -11,6 +11,7 @@ mod baked_file;
 mod beside;
 mod blocks;
 mod builder;
+mod bytes;
 mod cells;
 mod compact;
 mod convex;

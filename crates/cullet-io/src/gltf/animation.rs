@@ -31,7 +31,7 @@ impl Clip {
         targets: impl Fn(usize) -> Option<usize>,
         notes: &mut Notes,
     ) -> Result<Self, ErrorKind> {
-        let json = root.animations.as_deref().unwrap_or_default()[index];
+        let json = json::all(&root.animations)[index];
         let item: AnimationItem<'_> = json::item(json, "animation", index)?;
         let name = match item.name.as_deref() {
             Some(name) if !name.is_empty() => shorten(name),

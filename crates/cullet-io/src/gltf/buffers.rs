@@ -1,9 +1,8 @@
 //! Buffers and views of them: read, checked against each other, decompressed when first used.
 
 use std::cell::{Cell, OnceCell};
-use std::collections::HashMap;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::json::{self, BufferItem, Integer, MeshoptItem, Root, ViewItem};
 use super::meshopt::{self, Filter, Mode};
@@ -86,9 +85,9 @@ impl<'a> Buffers<'a> {
         beside: Beside<'_>,
     ) -> Result<Self, ErrorKind> {
         let mut owned = Vec::new();
-        let mut files = HashMap::new();
+        let mut files: Vec<(PathBuf, usize)> = Vec::new();
         let mut buffers = Vec::new();
-        for (i, raw) in root.buffers.iter().flatten().enumerate() {
+        for (i, raw) in json::all(&root.buffers).iter().enumerate() {
             let item: BufferItem<'_> = json::item(*raw, "buffer", i)?;
             let name = || format!("buffer {i}");
             let wrong = |message: String| ErrorKind::invalid(name(), message);
@@ -104,10 +103,14 @@ impl<'a> Buffers<'a> {
                     }
                     UriSource::File(path) => {
                         // A file that several buffers name is held once, as long as the longest.
-                        let number = *files.entry(path.clone()).or_insert_with(|| {
-                            owned.push(Vec::new());
-                            owned.len() - 1
-                        });
+                        let number = match files.iter().find(|(known, _)| *known == path) {
+                            Some(&(_, number)) => number,
+                            None => {
+                                files.push((path.clone(), owned.len()));
+                                owned.push(Vec::new());
+                                owned.len() - 1
+                            }
+                        };
                         if owned[number].len() < len {
                             owned[number] = read_file(beside, &path, len, &name())?;
                         }
@@ -131,13 +134,10 @@ impl<'a> Buffers<'a> {
             buffers.push(Buffer { data, len });
         }
         let stored = file.len() + owned.iter().map(Vec::len).sum::<usize>();
-        let views = root
-            .buffer_views
-            .iter()
-            .flatten()
-            .enumerate()
-            .map(|(i, raw)| view(&json::item(*raw, "bufferView", i)?, i, &buffers))
-            .collect::<Result<_, _>>()?;
+        let mut views = Vec::new();
+        for (i, json) in json::all(&root.buffer_views).iter().enumerate() {
+            views.push(view(&json::item(*json, "bufferView", i)?, i, &buffers)?);
+        }
         let budget = Cell::new(stored.saturating_mul(meshopt::MOST_EXPANSION));
         Ok(Self { file, owned, buffers, views, budget })
     }

@@ -24,7 +24,7 @@ pub(super) fn read(
     clips: &[Clip],
     notes: &mut Notes,
 ) -> Result<Vec<CameraNode>, ErrorKind> {
-    let items = root.cameras.as_deref().unwrap_or_default();
+    let items = json::all(&root.cameras);
     let chains: Vec<Vec<u32>> = placed.iter().map(|&(node, _)| nodes.chain(node)).collect();
     let mut cameras = Vec::new();
     let mut work = 0u64;

@@ -9,7 +9,7 @@ use cullet::bounds::Plane;
 use cullet::cell::CellError;
 use glam::{DAffine3, DVec3};
 
-use super::json::{Index, Items, Root};
+use super::json::{self, Index, Items, Root};
 use crate::cells::{Cell, CellGraph, Mirror, Portal, box_planes, numbers};
 use crate::from_json;
 use crate::json::{FromJson, Json, Object};
@@ -93,7 +93,7 @@ impl Cells {
             return Err(ErrorKind::invalid(NAME, message));
         }
         (out.graph.walls, out.graph.sealed) = (walls, extension.sealed);
-        for (number, json) in extension.cells.iter().flatten().enumerate() {
+        for (number, json) in json::all(&extension.cells).iter().enumerate() {
             let name = format!("{NAME} cell {number}");
             let item: CellItem<'_> = member(*json, &name)?;
             let piece = |(i, piece): (usize, PieceItem)| match (piece.corners, piece.planes) {
@@ -113,7 +113,7 @@ impl Cells {
             let name = item.name.map_or_else(String::new, Cow::into_owned);
             out.graph.cells.push(Cell { name, pieces, skins });
         }
-        for (number, json) in extension.portals.iter().flatten().enumerate() {
+        for (number, json) in json::all(&extension.portals).iter().enumerate() {
             let name = format!("{NAME} portal {number}");
             let item: PortalItem<'_> = member(*json, &name)?;
             let [a, b] = item.cells.map(|cell| link(cell, "cell", cells, &name));
@@ -130,7 +130,7 @@ impl Cells {
                 one_way: item.one_way,
             });
         }
-        for (number, json) in extension.mirrors.iter().flatten().enumerate() {
+        for (number, json) in json::all(&extension.mirrors).iter().enumerate() {
             let name = format!("{NAME} mirror {number}");
             let item: MirrorItem<'_> = member(*json, &name)?;
             out.graph.mirrors.push(Mirror {

@@ -48,9 +48,11 @@ impl Attributes<'_> {
 
 impl<'a> FromJson<'a> for Attributes<'a> {
     fn from_json(json: Json<'a>) -> Result<Self, String> {
-        let all = Object::from_json(json)?;
-        let named = all.members().map(|(name, to)| Ok((name.clone(), Index::from_json(*to)?)));
-        named.collect::<Result<_, _>>().map(Self)
+        let mut all = Vec::new();
+        for (name, to) in Object::from_json(json)?.members() {
+            all.push((name.clone(), Index::from_json(*to)?));
+        }
+        Ok(Self(all))
     }
 }
 
@@ -283,6 +285,11 @@ fn check_density(text: &str) -> Result<(), ErrorKind> {
         return Err(ErrorKind::OverLimit { item, count: count as u64, limit: limit as u64 });
     }
     Ok(())
+}
+
+/// The items of an array; none where there is no such array.
+pub(super) fn all<'r, 'a>(items: &'r Items<'a>) -> &'r [Json<'a>] {
+    items.as_deref().unwrap_or_default()
 }
 
 /// Reads item `index` of an array; `what` is the array's name in the singular.

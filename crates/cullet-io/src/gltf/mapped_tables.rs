@@ -55,7 +55,7 @@ pub(super) fn aligned(
 
 /// The bytes of a view, counted from the start of the file.
 fn table(root: &Root<'_>, view: usize, bin: &Range<usize>) -> Result<Range<usize>, BakedError> {
-    let views = root.buffer_views.as_deref().unwrap_or_default();
+    let views = json::all(&root.buffer_views);
     let raw = views.get(view);
     let raw = raw.ok_or_else(|| form(format!("names bufferView {view} of {}", views.len())))?;
     let wrong = |message: String| form(format!("bufferView {view}: {message}"));

@@ -20,8 +20,11 @@ pub(super) struct Surface {
 /// # Errors
 /// If one is malformed.
 pub(super) fn read(root: &Root<'_>, notes: &mut Notes) -> Result<Vec<Surface>, ErrorKind> {
-    let raw = root.materials.iter().flatten().enumerate();
-    raw.map(|(i, raw)| Ok(surface(json::item(*raw, "material", i)?, i, notes))).collect()
+    let mut all = Vec::new();
+    for (i, json) in json::all(&root.materials).iter().enumerate() {
+        all.push(surface(json::item(*json, "material", i)?, i, notes));
+    }
+    Ok(all)
 }
 
 /// The material of a primitive that names none: opaque, grey, one-sided as the specification has it.

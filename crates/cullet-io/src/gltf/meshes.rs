@@ -105,7 +105,7 @@ impl Meshes {
     ) -> Result<Self, ErrorKind> {
         let mut named = vec![false; accessors.len()];
         let mut all = Vec::new();
-        for (m, raw) in root.meshes.iter().flatten().enumerate() {
+        for (m, raw) in json::all(&root.meshes).iter().enumerate() {
             let item: MeshItem<'_> = json::item(*raw, "mesh", m)?;
             let name = match item.name.as_deref() {
                 Some(name) if !name.is_empty() => shorten(name),

@@ -118,7 +118,7 @@ pub(crate) fn named(path: &Path, source: &Source<'_>) -> Result<Vec<PathBuf>, Er
     check_header(path, &source.head(glb::HEAD)?)?;
     let (bytes, json) = json_of(source)?;
     let root = json::parse(bytes.get(json).unwrap_or_default())?;
-    let buffers = root.buffers.iter().flatten().enumerate();
+    let buffers = json::all(&root.buffers).iter().enumerate();
     Ok(buffers
         .filter_map(|(i, raw)| {
             let item: json::BufferItem<'_> = json::item(*raw, "buffer", i).ok()?;

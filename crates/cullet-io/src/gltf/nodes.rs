@@ -66,7 +66,7 @@ impl Nodes {
         up: Up,
         notes: &mut Notes,
     ) -> Result<Self, ErrorKind> {
-        let raw = root.nodes.as_deref().unwrap_or_default();
+        let raw = json::all(&root.nodes);
         let mut all = Vec::with_capacity(raw.len());
         for (i, raw) in raw.iter().enumerate() {
             all.push(node(json::item(*raw, "node", i)?, i, counts, notes)?);
@@ -92,7 +92,7 @@ impl Nodes {
     /// Whatever `visit` returns.
     pub(super) fn walk(
         &self,
-        mut visit: impl FnMut(u32, &Node, &DAffine3) -> Result<(), ErrorKind>,
+        visit: &mut dyn FnMut(u32, &Node, &DAffine3) -> Result<(), ErrorKind>,
     ) -> Result<(), ErrorKind> {
         // Not by recursion: a chain of a million nodes is a small file.
         let mut stack: Vec<(u32, DAffine3)> =
@@ -289,13 +289,13 @@ fn check_reach(all: &[Node]) -> Result<(), ErrorKind> {
 
 fn scene_roots(root: &Root<'_>, all: &[Node]) -> Result<Vec<u32>, ErrorKind> {
     let mut scenes: Vec<SceneItem> = Vec::new();
-    for (s, json) in root.scenes.iter().flatten().enumerate() {
+    for (s, json) in json::all(&root.scenes).iter().enumerate() {
         let scene: SceneItem = json::item(*json, "scene", s)?;
         let wrong = |message| Err(ErrorKind::invalid(format!("scene {s}"), message));
-        let mut sorted: Vec<usize> = scene.nodes.iter().map(|n| n.index()).collect();
+        let mut sorted: Vec<u64> = scene.nodes.iter().map(|n| n.0).collect();
         sorted.sort_unstable();
         for &n in &sorted {
-            match all.get(n) {
+            match usize::try_from(n).ok().and_then(|n| all.get(n)) {
                 None => return wrong(format!("names node {n} of {}", all.len())),
                 Some(Node { parent: Some(p), .. }) => {
                     return wrong(format!(

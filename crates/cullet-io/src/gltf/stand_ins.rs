@@ -10,6 +10,7 @@ use crate::Attributes;
 use crate::baked::{
     BakedError, LevelTables, Measured, StandInTables, attribute_sum, sum_of_stand_ins,
 };
+use crate::bytes::to_f32s;
 use crate::from_json;
 use crate::json::{FromJson, Json, Object};
 
@@ -110,14 +111,7 @@ fn attributes_of(
 
 /// Rows of numbers, as many as are whole.
 fn rows<const N: usize>(bytes: &[u8]) -> Vec<[f32; N]> {
-    bytes
-        .as_chunks::<4>()
-        .0
-        .as_chunks::<N>()
-        .0
-        .iter()
-        .map(|row| row.map(f32::from_le_bytes))
-        .collect()
+    to_f32s(bytes).as_chunks::<N>().0.to_vec()
 }
 
 /// All that is said of one but for its tables.

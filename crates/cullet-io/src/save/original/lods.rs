@@ -11,6 +11,7 @@ use serde_json::json;
 
 use super::object::{Object, list};
 use crate::baked::{BakedMesh, LevelKind};
+use crate::bytes::put_u32s;
 use crate::{ErrorKind, Model, Warning};
 
 const NAME: &str = "MSFT_lod";
@@ -82,7 +83,7 @@ pub(super) fn add(
             {
                 let mut primitive = Object::parse(&block.primitive, "primitive")?;
                 primitive.remove("mode");
-                primitive.change("extensions", |all| {
+                primitive.change("extensions", &mut |all| {
                     all.remove("KHR_draco_mesh_compression");
                     Ok(())
                 })?;
@@ -92,7 +93,7 @@ pub(super) fn add(
                     "componentType": UNSIGNED_INT, "count": indices.len(), "type": "SCALAR",
                 });
                 accessors.push(Cow::Owned(accessor.to_string()));
-                bin.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
+                put_u32s(bin, indices);
                 primitives.push(Cow::Owned(primitive.to_text()));
             }
             mesh.set_list("primitives", &primitives);
@@ -127,7 +128,7 @@ pub(super) fn add(
         }
         node.set("extensions", json!({ NAME: { "ids": ids } }).to_string());
         if node.get("extras").is_none_or(|text| text.starts_with('{')) {
-            node.change("extras", |extras| {
+            node.change("extras", &mut |extras| {
                 extras.set("MSFT_screencoverage", json!(lods.coverage).to_string());
                 Ok(())
             })?;

@@ -114,14 +114,14 @@ fn add(
                 return Err(ErrorKind::invalid(BAKED, message));
             };
             let mut mesh = Object::parse(&text, "mesh")?;
-            mesh.change("extensions", |all| {
+            mesh.change("extensions", &mut |all| {
                 all.set(BAKED, object.to_string());
                 Ok(())
             })?;
             meshes[*at] = Cow::Owned(mesh.to_text());
         }
         root.set_list("meshes", &meshes);
-        root.change("extensions", |all| {
+        root.change("extensions", &mut |all| {
             all.set(BAKED, baked.root.to_string());
             Ok(())
         })?;

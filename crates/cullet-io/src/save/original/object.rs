@@ -64,7 +64,7 @@ impl<'a> Object<'a> {
     pub(super) fn change(
         &mut self,
         name: &str,
-        change: impl FnOnce(&mut Object<'_>) -> Result<(), ErrorKind>,
+        change: &mut dyn FnMut(&mut Object<'_>) -> Result<(), ErrorKind>,
     ) -> Result<(), ErrorKind> {
         let text = self.get(name).unwrap_or("{}").to_owned();
         let mut inner = Object::parse(&text, name)?;
@@ -84,11 +84,12 @@ impl<'a> Object<'a> {
 
     /// Its JSON.
     pub(super) fn to_text(&self) -> String {
-        let member = |(name, text): (&str, &str)| {
-            format!("{}:{text}", serde_json::Value::String(name.to_owned()))
-        };
-        let members: Vec<String> = self.members().map(member).collect();
-        format!("{{{}}}", members.join(","))
+        let mut text = "{".to_owned();
+        for (name, value) in self.members() {
+            let comma = if text.len() > 1 { "," } else { "" };
+            text += &format!("{comma}{}:{value}", serde_json::Value::String(name.to_owned()));
+        }
+        text + "}"
     }
 }
 
@@ -117,8 +118,8 @@ mod tests {
             inner.set("y", "3");
             Ok(())
         };
-        object.change("a", add).expect("an object");
-        object.change("d", |_| Ok(())).expect("nothing of nothing");
+        object.change("a", &mut { add }).expect("an object");
+        object.change("d", &mut |_| Ok(())).expect("nothing of nothing");
         let changed = r#"{"b":2.0,"a":{"x":[1, 2],"y":3},"é\"":"\u0041","c":[{},1e0]}"#;
         assert_eq!(object.to_text(), changed);
         object.set_list("c", &[]);
@@ -126,7 +127,7 @@ mod tests {
             assert!(inner.remove("x") && inner.remove("y") && !inner.remove("z"));
             Ok(())
         };
-        object.change("a", empty).expect("an object");
+        object.change("a", &mut { empty }).expect("an object");
         assert_eq!(object.to_text(), r#"{"b":2.0,"é\"":"\u0041"}"#);
         assert_eq!(list(&object, "c").expect("none"), Vec::<Cow<'_, str>>::new());
         assert!(Object::parse("[1]", "it").is_err() && Object::parse("{\"a\":", "it").is_err());

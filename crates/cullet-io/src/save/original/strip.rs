@@ -20,7 +20,7 @@ pub(super) struct Tables {
 pub(super) fn forget(root: &mut Object<'_>) -> Result<Option<Tables>, ErrorKind> {
     let mut found = None;
     if root.get("extensions").is_some_and(|text| text.contains(BAKED)) {
-        root.change("extensions", |all| {
+        root.change("extensions", &mut |all| {
             let own = all.get(BAKED).and_then(|text| Object::parse(text, BAKED).ok());
             let views = own.as_ref().and_then(|own| own.get("bufferViews"));
             let views = views.and_then(|text| Object::parse(text, BAKED).ok()).unwrap_or_default();
@@ -34,7 +34,7 @@ pub(super) fn forget(root: &mut Object<'_>) -> Result<Option<Tables>, ErrorKind>
     for (m, text) in meshes.iter_mut().enumerate().filter(|(_, text)| text.contains(BAKED)) {
         let own = text.clone().into_owned();
         let mut mesh = Object::parse(&own, &format!("mesh {m}"))?;
-        mesh.change("extensions", |all| {
+        mesh.change("extensions", &mut |all| {
             all.remove(BAKED);
             Ok(())
         })?;
