@@ -13,6 +13,7 @@ pub use crate::format::{Format, recognise};
 #[cfg(not(target_family = "wasm"))]
 pub use crate::gltf::{Counts, counts};
 pub use crate::gltf::{UriSource, load as load_gltf, read_uri};
+pub use crate::json::{FromJson, Integer, Json, Object};
 pub use crate::load::{Decode, decode, load_by, load_bytes_by};
 pub use crate::polygon::Triangulator;
 pub use crate::text::quote;

@@ -180,14 +180,6 @@ fn claims_cost_no_memory() {
     let mut stl = vec![0u8; 80];
     stl.extend(u32::MAX.to_le_bytes());
     files.push(("a.stl", stl));
-    for field in 0..6 {
-        let mut scene = b"OCCSCN01".to_vec();
-        (0..6).for_each(|k| scene.extend(if k == field { u32::MAX } else { 0 }.to_le_bytes()));
-        // The last field is reserved, and nothing comes of it.
-        if field < 5 {
-            files.push(("a.occscn", scene));
-        }
-    }
     for (name, bytes) in &files {
         let shown = String::from_utf8_lossy(bytes);
         let (result, peak) = peak_of(|| load_bytes(name, bytes, &LoadOptions::default()));

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use bsp_seeds::{of, small};
-use cullet_io::LoadOptions;
+use cullet_io::{ErrorKind, LoadOptions};
 use cullet_maps::bsp::{Bsp, ClusterRows, clusters_of_leafs, with_visibility};
 use cullet_maps::load_bytes;
 use cullet_testkit::memory::{Counting, peak_of};
@@ -105,7 +105,7 @@ fn real_maps_that_are_changed(rng: &mut Rng) {
     }
 }
 
-/// Many faces that name the same corners over and over.
+/// Many faces that name the same corners over and over; counts of what there are no bytes of.
 fn claims_cost_no_memory() {
     let bytes = of("quake");
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
@@ -120,4 +120,14 @@ fn claims_cost_no_memory() {
     let text = loaded.unwrap_err().to_string();
     assert!(text.contains("lump faces") && text.contains("over the limit of 384"), "{text}");
     assert!(peak < 2 << 20, "{peak} bytes");
+    // The last of the counts of `OCCSCN01` is reserved, and nothing comes of it.
+    for field in 0..5 {
+        let mut scene = b"OCCSCN01".to_vec();
+        (0..6).for_each(|k| scene.extend(if k == field { u32::MAX } else { 0 }.to_le_bytes()));
+        let load = || load_bytes("a.occscn", &scene, &LoadOptions::default()).map(drop);
+        let (loaded, peak) = peak_of(load);
+        let kind = loaded.unwrap_err().kind;
+        let told = matches!(kind, ErrorKind::Invalid { .. } | ErrorKind::OverLimit { .. });
+        assert!(told && peak < 1 << 20, "{kind}, {peak} bytes");
+    }
 }

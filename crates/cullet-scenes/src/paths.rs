@@ -154,7 +154,7 @@ pub enum PathError {
         /// The file.
         path: PathBuf,
         /// Defect and place.
-        error: serde_json::Error,
+        error: String,
     },
     /// A camera of the path's file makes no sense.
     #[error("{}: {item}: {message}", path.display())]

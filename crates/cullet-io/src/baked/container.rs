@@ -70,8 +70,9 @@ pub fn write_chunks(chunks: &[(Tag, &[u8])]) -> Vec<u8> {
     }
     let sum = hash(&out[ENTRY..first_chunk(chunks.len() as u64) as usize]);
     let size = out.len() as u64;
-    let header = [MAGIC, &[VERSION, chunks.len() as u32].map(u32::to_le_bytes).concat()[..]];
-    out[..16].copy_from_slice(&header.concat());
+    out[..8].copy_from_slice(MAGIC);
+    out[8..12].copy_from_slice(&VERSION.to_le_bytes());
+    out[12..16].copy_from_slice(&(chunks.len() as u32).to_le_bytes());
     out[16..24].copy_from_slice(&size.to_le_bytes());
     out[24..32].copy_from_slice(&sum.to_le_bytes());
     out
@@ -102,9 +103,8 @@ impl<'a> Container<'a> {
         let size = |expected| ContainerError::Size { found, expected };
         let (header, rest) =
             bytes.split_first_chunk::<ENTRY>().ok_or_else(|| size(ENTRY as u64))?;
-        let short = |at| u32::from_le_bytes(std::array::from_fn(|k| header[at + k]));
-        let (version, count, expected, sum) =
-            (short(8), short(12), long(header, 16), long(header, 24));
+        let [version, count] = [2, 3].map(|at| u32::from_le_bytes(header.as_chunks().0[at]));
+        let (expected, sum) = (long(header, 16), long(header, 24));
         if version != VERSION {
             return Err(ContainerError::Version(version));
         }
@@ -156,9 +156,9 @@ impl<'a> Container<'a> {
     }
 }
 
-/// A number of eight bytes.
+/// A number of eight bytes, `at` a multiple of them.
 fn long(bytes: &[u8; ENTRY], at: usize) -> u64 {
-    u64::from_le_bytes(std::array::from_fn(|k| bytes[at + k]))
+    u64::from_le_bytes(bytes.as_chunks().0[at / 8])
 }
 
 #[cfg(test)]

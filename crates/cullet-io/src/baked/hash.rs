@@ -2,6 +2,8 @@
 
 use cullet::cell::CellGraph;
 
+use crate::bytes::{put_f64s, put_u32s};
+
 /// The golden ratio, as a step that meets all words.
 const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
@@ -70,9 +72,9 @@ pub fn mix(mut z: u64) -> u64 {
 pub fn graph_hash(graph: &CellGraph) -> u64 {
     let mut bytes = graph.cell_count().to_le_bytes().to_vec();
     for portal in graph.portals() {
-        portal.cells.iter().for_each(|c| bytes.extend(c.to_le_bytes()));
-        bytes.extend((portal.polygon.len() as u32).to_le_bytes());
-        portal.polygon.iter().flatten().for_each(|v| bytes.extend(v.to_le_bytes()));
+        put_u32s(&mut bytes, &portal.cells);
+        put_u32s(&mut bytes, &[portal.polygon.len() as u32]);
+        put_f64s(&mut bytes, portal.polygon.as_flattened());
     }
     hash(&bytes)
 }

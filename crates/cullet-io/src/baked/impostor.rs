@@ -6,6 +6,7 @@ use cullet::lod::Impostor;
 use super::Measured;
 use super::error::BakedError;
 use super::hash::{Sum, hash};
+use crate::bytes::{put_f32s, put_u32s};
 
 /// Bytes before the planes: sizes, box and error as ten words, and zeros up to this.
 const HEAD: usize = 64;
@@ -16,17 +17,13 @@ const HEAD: usize = 64;
 pub fn impostor_to_bytes(impostor: &Impostor) -> Vec<u8> {
     let bounds = impostor.bounds();
     let mut bytes = Vec::with_capacity(HEAD + impostor.shape().len() * 4);
-    for size in [impostor.grid(), impostor.texels()] {
-        bytes.extend(size.to_le_bytes());
-    }
-    for number in
-        bounds.min.into_iter().chain(bounds.max).chain([impostor.radius(), impostor.error()])
-    {
-        bytes.extend(number.to_le_bytes());
-    }
+    put_u32s(&mut bytes, &[impostor.grid(), impostor.texels()]);
+    put_f32s(&mut bytes, &bounds.min);
+    put_f32s(&mut bytes, &bounds.max);
+    put_f32s(&mut bytes, &[impostor.radius(), impostor.error()]);
     bytes.resize(HEAD, 0);
     for plane in [impostor.shape(), impostor.normals()] {
-        bytes.extend(plane.iter().flat_map(|word| word.to_le_bytes()));
+        plane.iter().for_each(|word| bytes.extend(word.to_le_bytes()));
     }
     bytes
 }

@@ -5,6 +5,7 @@ use cullet::bounds::Aabb;
 use super::error::BakedError;
 use super::hash::{Sum, hash};
 use super::occluders::{OccluderPolygon, OccluderSheet, Occluders};
+use crate::bytes::{of_u32s, put_f32s, to_u32s};
 
 /// Words before those of polygons and sheets.
 const HEAD: usize = 8;
@@ -31,12 +32,16 @@ impl Occluders {
             words.extend([p.points.len() as u32, sides(p.two_sided), p.tolerance.to_bits()]);
         }
         sheets().for_each(|s| words.extend([s.triangles.len() as u32, sides(s.two_sided)]));
-        let boxes = self.boxes.iter().chain(&self.sealed).flat_map(|b| [&b.min, &b.max]);
-        let points = self.polygons.iter().flat_map(|p| &p.points);
-        let corners = sheets().flat_map(|s| s.triangles.as_flattened());
-        let all = boxes.chain(points).chain(corners).flatten();
-        words.extend(all.map(|v| v.to_bits()));
-        words.into_iter().flat_map(u32::to_le_bytes).collect()
+        let mut bytes = of_u32s(&words);
+        for b in self.boxes.iter().chain(&self.sealed) {
+            put_f32s(&mut bytes, &b.min);
+            put_f32s(&mut bytes, &b.max);
+        }
+        self.polygons.iter().for_each(|p| put_f32s(&mut bytes, p.points.as_flattened()));
+        for s in sheets() {
+            put_f32s(&mut bytes, s.triangles.as_flattened().as_flattened());
+        }
+        bytes
     }
 
     /// Of such bytes. Counts are held against the bytes that there are before anything is made of them.
@@ -45,9 +50,8 @@ impl Occluders {
     /// If they are not as [`to_bytes`](Self::to_bytes) writes them, or a number is not finite.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, BakedError> {
         let form = |what: &str| BakedError::Form(format!("its occluders: {what}"));
-        let (words, rest) = bytes.as_chunks::<4>();
-        let words: Vec<u32> = words.iter().map(|&w| u32::from_le_bytes(w)).collect();
-        let head = words.first_chunk::<HEAD>().filter(|_| rest.is_empty());
+        let words = to_u32s(bytes);
+        let head = words.first_chunk::<HEAD>().filter(|_| bytes.len().is_multiple_of(4));
         let &[boxes, sealed, polygons, sheets, near, low, high, _] =
             head.ok_or_else(|| form("cut short"))?;
         let rows = u64::from(polygons) * 3 + (u64::from(sheets) + u64::from(near)) * 2;

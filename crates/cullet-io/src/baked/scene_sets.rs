@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use super::container::{Container, ContainerError, Tag, write_chunks};
 use super::hash::{hash, mix};
+use crate::bytes::{of_f32s, put_f32s, put_f64s, put_u32s, to_f32s};
 
 /// The chunks of a file: the hash of the scene and the rays; the cells as boxes; the sets of instances; estimates.
 const HEAD: Tag = *b"PVSS";
@@ -71,9 +72,9 @@ impl SceneSets {
     #[must_use]
     pub fn to_bytes(&self, rays: u64) -> Vec<u8> {
         let head = [self.scene_hash, rays].map(u64::to_le_bytes).concat();
-        let boxes: Vec<u8> =
-            self.cells.iter().flatten().flatten().flat_map(|v| v.to_le_bytes()).collect();
-        let missing: Vec<u8> = self.missing.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let mut boxes = Vec::new();
+        put_f64s(&mut boxes, self.cells.as_flattened().as_flattened());
+        let missing = of_f32s(&self.missing);
         let sets = self.sets.to_bytes();
         let chunks = [(HEAD, head), (BOXES, boxes), (SETS, sets), (MISSING, missing)];
         write_chunks(&chunks.each_ref().map(|(tag, bytes)| (*tag, &bytes[..])))
@@ -91,19 +92,17 @@ impl SceneSets {
         let (boxes, []) = file.chunk(BOXES)?.as_chunks::<BOX>() else {
             return Err(SceneSetsError::Odd("bytes are left behind the last box"));
         };
-        let corner = |bytes: &[u8; BOX], k: usize| {
-            std::array::from_fn(|a| {
-                f64::from_le_bytes(std::array::from_fn(|i| bytes[(k * 3 + a) * 8 + i]))
-            })
-        };
-        let cells: Vec<Region> = boxes.iter().map(|b| [corner(b, 0), corner(b, 1)]).collect();
+        let number = |bytes: &[u8; BOX], at: usize| f64::from_le_bytes(bytes.as_chunks().0[at]);
+        let corner =
+            |b: &[u8; BOX], at: usize| [number(b, at), number(b, at + 1), number(b, at + 2)];
+        let cells: Vec<Region> = boxes.iter().map(|b| [corner(b, 0), corner(b, 3)]).collect();
         let sets = VisibleSets::from_bytes(file.chunk(SETS)?)?.into_owned();
         if sets.cell_count() as usize != cells.len() || sets.targets() != Targets::Instances {
             return Err(SceneSetsError::Odd("it has not a set of instances for each box"));
         }
-        let (missing, rest) = file.chunk(MISSING)?.as_chunks::<4>();
-        let missing: Vec<f32> = missing.iter().map(|v| f32::from_le_bytes(*v)).collect();
-        if missing.len() != cells.len() || !rest.is_empty() {
+        let bytes = file.chunk(MISSING)?;
+        let missing = to_f32s(bytes);
+        if bytes.len() != cells.len() * 4 {
             return Err(SceneSetsError::Odd("it has not an estimate for each box"));
         }
         if !missing.iter().all(|share| (0.0..=1.0).contains(share)) {
@@ -142,28 +141,20 @@ impl SceneSets {
 #[must_use]
 pub fn scene_hash(scene: &Scene) -> u64 {
     let mut bytes = Vec::new();
-    let meshes: Vec<u64> = scene
-        .meshes()
-        .iter()
-        .map(|mesh| {
-            bytes.clear();
-            mesh.positions().iter().flatten().for_each(|v| bytes.extend(v.to_le_bytes()));
-            mesh.indices().iter().for_each(|i| bytes.extend(i.to_le_bytes()));
-            for c in mesh.clusters() {
-                [c.first_triangle, c.triangle_count, c.part]
-                    .iter()
-                    .for_each(|n| bytes.extend(n.to_le_bytes()));
-            }
-            for p in mesh.parts() {
-                bytes.extend([
-                    u8::from(p.two_sided),
-                    p.alpha as u8,
-                    u8::from(mesh.is_deformable()),
-                ]);
-            }
-            hash(&bytes)
-        })
-        .collect();
+    let mut meshes = Vec::with_capacity(scene.meshes().len());
+    for mesh in scene.meshes() {
+        bytes.clear();
+        put_f32s(&mut bytes, mesh.positions().as_flattened());
+        put_u32s(&mut bytes, mesh.indices());
+        for c in mesh.clusters() {
+            put_u32s(&mut bytes, &[c.first_triangle, c.triangle_count, c.part]);
+        }
+        for p in mesh.parts() {
+            let deformable = mesh.is_deformable();
+            bytes.extend([u8::from(p.two_sided), p.alpha as u8, u8::from(deformable)]);
+        }
+        meshes.push(hash(&bytes));
+    }
     let mut sum = scene.instance_count().into();
     for slot in scene.slots() {
         let Some(handle) = scene.handle(slot) else { continue };
@@ -171,8 +162,8 @@ pub fn scene_hash(scene: &Scene) -> u64 {
         bytes.clear();
         bytes.extend(handle.index.to_le_bytes());
         bytes.extend(meshes[scene.mesh_id(slot) as usize].to_le_bytes());
-        t.linear.iter().flatten().for_each(|v| bytes.extend(v.to_le_bytes()));
-        t.translation.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+        put_f32s(&mut bytes, t.linear.as_flattened());
+        put_f64s(&mut bytes, &t.translation);
         bytes.extend(scene.layers(slot).to_le_bytes());
         bytes.extend([flags.transparent, flags.double_sided, scene.is_rigid(slot)].map(u8::from));
         // A sum, for slots are in no order of their own.

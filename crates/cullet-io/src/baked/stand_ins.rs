@@ -8,6 +8,7 @@ use cullet::{Handle, Instance, Mesh, MeshData, Scene, Transform};
 use super::hash::{Sum, hash};
 use super::{BakedError, LevelTables};
 use crate::Attributes;
+use crate::bytes::of_f32s;
 
 /// One that stands for others.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -164,15 +165,13 @@ impl StandInTables {
     /// The bytes of its attributes: texture coordinates and colours.
     pub(crate) fn attributes_to_bytes(&self) -> [Vec<u8>; 2] {
         let Attributes { uvs, colors, .. } = &self.attributes;
-        [uvs.as_flattened(), colors.as_flattened()]
-            .map(|list| list.iter().flat_map(|v| v.to_le_bytes()).collect())
+        [of_f32s(uvs.as_flattened()), of_f32s(colors.as_flattened())]
     }
 
     /// The bytes of its tables: positions, indices, clusters, groups.
     pub(crate) fn to_bytes(&self) -> [Vec<u8>; 4] {
-        let positions = self.positions.as_flattened().iter().flat_map(|v| v.to_le_bytes());
         let [indices, clusters, groups] = self.levels.to_bytes();
-        [positions.collect(), indices, clusters, groups]
+        [of_f32s(self.positions.as_flattened()), indices, clusters, groups]
     }
 
     /// Adds all of a list to a scene whose instances are those of the file, and to the names and attributes of its meshes.

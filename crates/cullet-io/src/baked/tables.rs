@@ -7,6 +7,7 @@ use cullet::{Mesh, MeshData};
 use super::error::BakedError;
 use super::hash::{Sum, hash};
 use super::{LevelKind, Measured};
+use crate::bytes::{of_u32s, put_f32s, put_u32s, to_f32s, to_u32s};
 
 /// A cluster: a row of its table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,19 +120,16 @@ impl LevelTables {
     /// The bytes of indices, clusters and groups: little-endian, row after row.
     #[must_use]
     pub fn to_bytes(&self) -> [Vec<u8>; 3] {
-        let indices = self.indices.iter().flat_map(|v| v.to_le_bytes()).collect();
-        let cluster = |r: &ClusterRow| {
-            [r.first_triangle, r.triangle_count, r.made_from, r.replaced_by].map(u32::to_le_bytes)
-        };
-        let group = |g: &Group| {
+        let (mut clusters, mut groups) = (Vec::new(), Vec::new());
+        for r in &self.clusters {
+            let row = [r.first_triangle, r.triangle_count, r.made_from, r.replaced_by];
+            put_u32s(&mut clusters, &row);
+        }
+        for g in &self.groups {
             let [x, y, z] = g.centre;
-            [x, y, z, g.radius, g.error].map(f32::to_le_bytes)
-        };
-        [
-            indices,
-            self.clusters.iter().flat_map(cluster).flatten().collect(),
-            self.groups.iter().flat_map(group).flatten().collect(),
-        ]
+            put_f32s(&mut groups, &[x, y, z, g.radius, g.error]);
+        }
+        [of_u32s(&self.indices), clusters, groups]
     }
 
     /// Tables of such bytes; what they say is not looked at.
@@ -144,21 +142,17 @@ impl LevelTables {
                 return Err(BakedError::Size { what, bytes: bytes.len(), row });
             }
         }
-        let [indices, clusters, groups] = bytes.map(|bytes| bytes.as_chunks::<4>().0);
-        let cluster = |&[a, b, c, d]: &[[u8; 4]; 4]| {
-            let [first_triangle, triangle_count, made_from, replaced_by] =
-                [a, b, c, d].map(u32::from_le_bytes);
+        let [indices, clusters, groups] = bytes;
+        let cluster = |&[first_triangle, triangle_count, made_from, replaced_by]: &[u32; 4]| {
             ClusterRow { first_triangle, triangle_count, made_from, replaced_by }
         };
-        let group = |row: &[[u8; 4]; 5]| {
-            let [x, y, z, radius, error] = row.map(f32::from_le_bytes);
-            Group { centre: [x, y, z], radius, error }
-        };
+        let group =
+            |&[x, y, z, radius, error]: &[f32; 5]| Group { centre: [x, y, z], radius, error };
         Ok(Self {
             parts,
-            indices: indices.iter().map(|&v| u32::from_le_bytes(v)).collect(),
-            clusters: clusters.as_chunks::<4>().0.iter().map(cluster).collect(),
-            groups: groups.as_chunks::<5>().0.iter().map(group).collect(),
+            indices: to_u32s(indices),
+            clusters: to_u32s(clusters).as_chunks::<4>().0.iter().map(cluster).collect(),
+            groups: to_f32s(groups).as_chunks::<5>().0.iter().map(group).collect(),
         })
     }
 }

@@ -6,6 +6,7 @@ use std::cell::Cell;
 use super::buffers::Buffers;
 use super::json::{self, AccessorItem, Integer, Root, SparseItem};
 use crate::ErrorKind;
+use crate::json::FromJson;
 
 /// An accessor without a view is all zeros, so its count is backed by no bytes: this many bytes of
 /// them are granted to a file.
@@ -45,6 +46,43 @@ impl Component {
 
     fn is_index(self) -> bool {
         matches!(self, Self::U8 | Self::U16 | Self::U32)
+    }
+
+    /// Decodes numbers, as many as there is room for.
+    fn decode(self, bytes: &[u8], normalized: bool, out: &mut [f32]) {
+        // The rule of the specification: c / max, and not below -1.
+        let scale = |max: f32| if normalized { max } else { 1.0 };
+        match self {
+            Self::F32 | Self::U32 => {
+                for (to, &b) in out.iter_mut().zip(bytes.as_chunks::<4>().0) {
+                    *to = f32::from_le_bytes(b);
+                }
+            }
+            Self::I8 => {
+                let (scale, least) = (scale(127.0), if normalized { -1.0 } else { f32::MIN });
+                for (to, &b) in out.iter_mut().zip(bytes) {
+                    *to = (f32::from(b as i8) / scale).max(least);
+                }
+            }
+            Self::U8 => {
+                let scale = scale(255.0);
+                for (to, &b) in out.iter_mut().zip(bytes) {
+                    *to = f32::from(b) / scale;
+                }
+            }
+            Self::I16 => {
+                let (scale, least) = (scale(32767.0), if normalized { -1.0 } else { f32::MIN });
+                for (to, &b) in out.iter_mut().zip(bytes.as_chunks::<2>().0) {
+                    *to = (f32::from(i16::from_le_bytes(b)) / scale).max(least);
+                }
+            }
+            Self::U16 => {
+                let scale = scale(65535.0);
+                for (to, &b) in out.iter_mut().zip(bytes.as_chunks::<2>().0) {
+                    *to = f32::from(u16::from_le_bytes(b)) / scale;
+                }
+            }
+        }
     }
 }
 
@@ -122,15 +160,12 @@ impl Accessors {
     /// # Errors
     /// If one is misaligned or does not fit its view.
     pub(super) fn read(root: &Root<'_>, buffers: &Buffers<'_>) -> Result<Self, ErrorKind> {
-        let items: Vec<AccessorItem> = json::items(&root.accessors, "accessor")?;
-        let all = items
-            .iter()
-            .enumerate()
-            .map(|(i, item)| {
-                accessor(item, buffers)
-                    .map_err(|message| ErrorKind::invalid(format!("accessor {i}"), message))
-            })
-            .collect::<Result<_, _>>()?;
+        let mut all = Vec::new();
+        for (i, json) in json::all(&root.accessors).iter().enumerate() {
+            let read = AccessorItem::from_json(*json).and_then(|item| accessor(item, buffers));
+            let wrong = |message| ErrorKind::invalid(format!("accessor {i}"), message);
+            all.push(read.map_err(wrong)?);
+        }
         Ok(Self { all, zero_bytes_left: Cell::new(MOST_ZERO_BYTES) })
     }
 
@@ -173,28 +208,49 @@ impl Accessors {
         buffers: &Buffers<'_>,
         user: &str,
     ) -> Result<Vec<[f32; N]>, ErrorKind> {
+        let mut out = vec![[0.0; N]; self.count_of_floats(index, N, user)?];
+        self.read_floats(index, N, out.as_flattened_mut(), buffers)?;
+        Ok(out)
+    }
+
+    /// How many elements an accessor has, if it can be decoded into `width` floats each.
+    fn count_of_floats(&self, index: usize, width: usize, user: &str) -> Result<usize, ErrorKind> {
         let a = self.get(index, user)?;
         let wrong = |message: String| ErrorKind::invalid(user, message);
-        let shape = if N == 16 { (4, 4) } else { (1, N) };
+        let shape = if width == 16 { (4, 4) } else { (1, width) };
         if (a.columns, a.rows) != shape || a.component == Component::U32 {
             return Err(wrong(format!(
-                "accessor {index} has {}x{} components of {:?}; expected {N} of F32, I8, U8, I16 or U16",
+                "accessor {index} has {}x{} components of {:?}; expected {width} of F32, I8, U8, I16 or U16",
                 a.columns, a.rows, a.component
             )));
         }
-        let mut out = match &a.run {
-            Some(run) => run.floats(buffers.view(run.view)?, a.count, a.normalized),
-            None => {
-                self.grant_zeros(a.count.saturating_mul(N * 4)).map_err(wrong)?;
-                vec![[0.0; N]; a.count]
-            }
-        };
+        if a.run.is_none() {
+            self.grant_zeros(a.count.saturating_mul(width * 4)).map_err(wrong)?;
+        }
+        Ok(a.count)
+    }
+
+    /// Decodes an accessor into zeros.
+    fn read_floats(
+        &self,
+        index: usize,
+        width: usize,
+        out: &mut [f32],
+        buffers: &Buffers<'_>,
+    ) -> Result<(), ErrorKind> {
+        let Some(a) = self.find(index) else { return Ok(()) };
+        if let Some(run) = &a.run {
+            run.floats(buffers.view(run.view)?, width, a.normalized, out);
+        }
         if let Some(s) = &a.sparse {
             let at = s.indices(buffers, a.count, index)?;
-            let values = s.values.floats(buffers.view(s.values.view)?, s.count, a.normalized);
-            at.into_iter().zip(values).for_each(|(at, v)| out[at as usize] = v);
+            let mut values = vec![0.0; s.count * width];
+            s.values.floats(buffers.view(s.values.view)?, width, a.normalized, &mut values);
+            for (at, value) in at.into_iter().zip(values.chunks_exact(width)) {
+                out[at as usize * width..][..width].copy_from_slice(value);
+            }
         }
-        Ok(out)
+        Ok(())
     }
 
     /// Decodes an accessor of indices.
@@ -237,9 +293,9 @@ impl Accessors {
         let run = a.run.filter(|_| a.component == Component::F32)?;
         let bytes = buffers.view(run.view).ok()?;
         let elements = run.elements(bytes, a.count, a.columns * a.rows * 4);
-        elements.into_iter().position(|e| {
-            e.chunks_exact(4).any(|c| !f32::from_le_bytes([c[0], c[1], c[2], c[3]]).is_finite())
-        })
+        elements
+            .into_iter()
+            .position(|e| e.as_chunks::<4>().0.iter().any(|&c| !f32::from_le_bytes(c).is_finite()))
     }
 
     fn grant_zeros(&self, bytes: usize) -> Result<(), String> {
@@ -264,36 +320,14 @@ impl Run {
         (0..count).map(move |i| &bytes[i * stride..i * stride + size])
     }
 
-    fn floats<const N: usize>(
-        &self,
-        bytes: &[u8],
-        count: usize,
-        normalized: bool,
-    ) -> Vec<[f32; N]> {
-        let u16_at = |e: &[u8], i: usize| u16::from_le_bytes([e[i * 2], e[i * 2 + 1]]);
-        let make = |read: &dyn Fn(&[u8]) -> [f32; N]| {
-            self.elements(bytes, count, N * self.component.size()).map(read).collect()
-        };
-        // The rule of the specification: c / max, and not below -1.
-        let signed = |v: f32, max: f32| if normalized { (v / max).max(-1.0) } else { v };
-        let unsigned = |v: f32, max: f32| if normalized { v / max } else { v };
-        match self.component {
-            Component::F32 if self.stride == N * 4 => bytes[self.offset..]
-                .chunks_exact(N * 4)
-                .take(count)
-                .map(|e| std::array::from_fn(|i| f32_at(e, i)))
-                .collect(),
-            Component::F32 | Component::U32 => make(&|e| std::array::from_fn(|i| f32_at(e, i))),
-            Component::I8 => {
-                make(&|e| std::array::from_fn(|i| signed(f32::from(e[i] as i8), 127.0)))
-            }
-            Component::U8 => make(&|e| std::array::from_fn(|i| unsigned(f32::from(e[i]), 255.0))),
-            Component::I16 => {
-                make(&|e| std::array::from_fn(|i| signed(f32::from(u16_at(e, i) as i16), 32767.0)))
-            }
-            Component::U16 => {
-                make(&|e| std::array::from_fn(|i| unsigned(f32::from(u16_at(e, i)), 65535.0)))
-            }
+    /// Decodes as many elements of `width` components as `out` has room for.
+    fn floats(&self, bytes: &[u8], width: usize, normalized: bool, out: &mut [f32]) {
+        let size = self.component.size();
+        // Elements that follow each other are decoded as one.
+        let width = if self.stride == width * size { out.len() } else { width };
+        let elements = self.elements(bytes, out.len() / width, width * size);
+        for (to, from) in out.chunks_exact_mut(width).zip(elements) {
+            self.component.decode(from, normalized, to);
         }
     }
 
@@ -331,11 +365,7 @@ impl Sparse {
     }
 }
 
-fn f32_at(e: &[u8], i: usize) -> f32 {
-    f32::from_le_bytes([e[i * 4], e[i * 4 + 1], e[i * 4 + 2], e[i * 4 + 3]])
-}
-
-fn accessor(item: &AccessorItem, buffers: &Buffers<'_>) -> Result<Option<Accessor>, String> {
+fn accessor(item: AccessorItem<'_>, buffers: &Buffers<'_>) -> Result<Option<Accessor>, String> {
     let count = item.count.index();
     if count == 0 {
         return Err("its count is 0".into());
@@ -370,7 +400,6 @@ fn accessor(item: &AccessorItem, buffers: &Buffers<'_>) -> Result<Option<Accesso
         Some(s) => Some(sparse(s, count, &shape, buffers).map_err(|m| format!("sparse {m}"))?),
         None => None,
     };
-    let bound = |v: &Option<Vec<json::Float>>| v.as_ref().map(|v| v.iter().map(|f| f.0).collect());
     Ok(Some(Accessor {
         count,
         component,
@@ -379,8 +408,8 @@ fn accessor(item: &AccessorItem, buffers: &Buffers<'_>) -> Result<Option<Accesso
         rows,
         run,
         sparse,
-        min: bound(&item.min),
-        max: bound(&item.max),
+        min: item.min,
+        max: item.max,
     }))
 }
 

@@ -31,8 +31,8 @@ impl Clip {
         targets: impl Fn(usize) -> Option<usize>,
         notes: &mut Notes,
     ) -> Result<Self, ErrorKind> {
-        let raw = &root.animations.as_deref().unwrap_or_default()[index];
-        let item: AnimationItem<'_> = json::item(raw, "animation", index)?;
+        let json = json::all(&root.animations)[index];
+        let item: AnimationItem<'_> = json::item(json, "animation", index)?;
         let name = match item.name.as_deref() {
             Some(name) if !name.is_empty() => shorten(name),
             _ => format!("animation {index}"),
@@ -41,7 +41,7 @@ impl Clip {
         let mut moved = HashSet::new();
         for (c, channel) in item.channels.iter().enumerate() {
             let user = || format!("animation {index}, channel {c}");
-            let property = match channel.target.path.as_str() {
+            let property = match &*channel.target.path {
                 "translation" => Some(Property::Translation),
                 "rotation" => Some(Property::Rotation),
                 "scale" => Some(Property::Scale),
@@ -147,7 +147,7 @@ impl Track {
 }
 
 fn track(
-    sampler: &Sampler,
+    sampler: &Sampler<'_>,
     node: u32,
     property: Property,
     accessors: &Accessors,
@@ -171,7 +171,7 @@ fn track(
 }
 
 fn weight_track(
-    sampler: &Sampler,
+    sampler: &Sampler<'_>,
     node: u32,
     targets: usize,
     accessors: &Accessors,
@@ -199,7 +199,7 @@ fn check_values(values: usize, times: usize, each: usize, user: &str) -> Result<
 
 /// How a sampler goes from key to key, and when the keys are.
 fn keys(
-    sampler: &Sampler,
+    sampler: &Sampler<'_>,
     accessors: &Accessors,
     buffers: &Buffers<'_>,
     user: &str,

@@ -7,14 +7,10 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use cullet::lod::Impostor;
-use cullet::{MeshData, Scene};
-use serde::Deserialize as Derive;
-use serde_json::value::RawValue;
-
 use super::baked_items::{MeasuredItem, NAME, check, form, item, measured, sum, table};
 use super::buffers::Buffers;
-use super::json::{Float, Index, Integer, Root};
+use super::impostor::ImpostorItem;
+use super::json::{Index, Integer, Root};
 use super::notes::Notes;
 use super::stand_ins;
 use super::uri::shorten;
@@ -23,76 +19,62 @@ use crate::baked::{
     Baked, BakedError, BakedLevels, BakedMesh, LevelKind, LevelTables, MOST_LEVELS, Measured,
     Occluders, StandInTables, VERSION, geometry_hash_of, occluder_sum, root_sum, sum_of,
 };
+use crate::from_json;
+use crate::json::{FromJson, Json, Object};
+use cullet::lod::Impostor;
+use cullet::{MeshData, Scene};
 
-#[derive(Derive)]
-pub(super) struct Extensions<'a> {
-    #[serde(borrow, rename = "CULLET_baked")]
-    pub(super) baked: Option<&'a RawValue>,
+from_json! {
+    /// Of a mesh, what is read here.
+    pub(super) struct Extended<'a> {
+        name: Option<Cow<'a, str>> = get("name"),
+        baked: Option<Json<'a>> = extension(NAME),
+    }
+
+    /// Its version, which is read before all else.
+    struct VersionItem {
+        version: Integer = need("version"),
+    }
+
+    struct RootItem<'a> {
+        generator: Option<Cow<'a, str>> = get("generator"),
+        hash: Cow<'a, str> = need("hash"),
+        chunks: Vec<ChunkItem<'a>> = need("chunks"),
+    }
+
+    struct ChunkItem<'a> {
+        mesh: Index = need("mesh"),
+        bytes: Integer = need("bytes"),
+        hash: Cow<'a, str> = need("hash"),
+    }
+
+    pub(super) struct MeshItem<'a> {
+        geometry: Cow<'a, str> = need("geometry"),
+        levels: Vec<LevelsItem<'a>> = or_default("levels"),
+        occluders: Option<OccludersItem<'a>> = get("occluders"),
+        impostor: Option<ImpostorItem<'a>> = get("impostor"),
+    }
+
+    pub(super) struct OccludersItem<'a> {
+        table: Index = need("table"),
+        hash: Cow<'a, str> = need("hash"),
+    }
+
+    pub(super) struct LevelsItem<'a> {
+        kind: Cow<'a, str> = need("kind"),
+        parts: Vec<Integer> = need("parts"),
+        indices: Index = need("indices"),
+        clusters: Index = need("clusters"),
+        groups: Index = need("groups"),
+        /// For people, and for who looks at the list alone.
+        errors: Option<[f64; 2]> = get("errors"),
+        measured: MeasuredItem = need("measured"),
+    }
 }
 
-/// Of a mesh, what is read here.
-#[derive(Derive)]
-pub(super) struct Extended<'a> {
-    #[serde(borrow)]
-    pub(super) name: Option<Cow<'a, str>>,
-    #[serde(borrow)]
-    pub(super) extensions: Option<Extensions<'a>>,
-}
-
-/// Its version, which is read before all else.
-#[derive(Derive)]
-struct VersionItem {
-    version: Integer,
-}
-
-#[derive(Derive)]
-struct RootItem<'a> {
-    #[serde(borrow)]
-    generator: Option<Cow<'a, str>>,
-    #[serde(borrow)]
-    hash: Cow<'a, str>,
-    #[serde(borrow)]
-    chunks: Vec<ChunkItem<'a>>,
-}
-
-#[derive(Derive)]
-struct ChunkItem<'a> {
-    mesh: Index,
-    bytes: Integer,
-    #[serde(borrow)]
-    hash: Cow<'a, str>,
-}
-
-#[derive(Derive)]
-pub(super) struct MeshItem<'a> {
-    #[serde(borrow)]
-    pub(super) geometry: Cow<'a, str>,
-    #[serde(borrow, default)]
-    pub(super) levels: Vec<LevelsItem<'a>>,
-    #[serde(borrow)]
-    pub(super) occluders: Option<OccludersItem<'a>>,
-    #[serde(borrow)]
-    pub(super) impostor: Option<&'a RawValue>,
-}
-
-#[derive(Derive)]
-pub(super) struct OccludersItem<'a> {
-    pub(super) table: Index,
-    #[serde(borrow)]
-    pub(super) hash: Cow<'a, str>,
-}
-
-#[derive(Derive)]
-pub(super) struct LevelsItem<'a> {
-    #[serde(borrow)]
-    pub(super) kind: Cow<'a, str>,
-    pub(super) parts: Vec<Integer>,
-    pub(super) indices: Index,
-    pub(super) clusters: Index,
-    pub(super) groups: Index,
-    /// For people, and for who looks at the list alone.
-    pub(super) errors: Option<[Float; 2]>,
-    pub(super) measured: MeasuredItem,
+/// The extension's object at the root of a document, if there is one.
+pub(super) fn of_root<'a>(root: &Root<'a>) -> Option<Json<'a>> {
+    Object::from_json(root.extensions?).ok()?.get(NAME).ok()?
 }
 
 /// What a file has baked, free of the file's bytes; levels are not made yet.
@@ -120,8 +102,7 @@ pub(super) fn read(
     details: bool,
     notes: &mut Notes,
 ) -> Option<Found> {
-    let extensions: Extensions<'_> = serde_json::from_str(root.extensions?.get()).ok()?;
-    let raw = extensions.baked?;
+    let raw = of_root(root)?;
     let (generator, chunks) = match head(raw) {
         Ok(found) => found,
         Err(problem) => {
@@ -138,8 +119,7 @@ pub(super) fn read(
             continue;
         }
         let raw = root.meshes.as_ref().and_then(|all| all.get(file_mesh as usize));
-        let own = raw.and_then(|raw| serde_json::from_str::<Extended<'_>>(raw.get()).ok());
-        let own = own.and_then(|item| item.extensions?.baked);
+        let own = raw.and_then(|raw| Extended::from_json(*raw).ok()?.baked);
         let chunk = chunks.get(&u64::from(file_mesh));
         let read = match (own, chunk) {
             (None, None) => continue,
@@ -165,7 +145,7 @@ pub(super) fn read(
 }
 
 /// The generator and the chunks, by the number of their mesh: bytes and sum.
-pub(super) fn head(raw: &RawValue) -> Result<(String, HashMap<u64, [u64; 2]>), BakedError> {
+pub(super) fn head(raw: Json<'_>) -> Result<(String, HashMap<u64, [u64; 2]>), BakedError> {
     let VersionItem { version } = item(raw)?;
     if version.0 != u64::from(VERSION) {
         return Err(BakedError::Version { found: version.0 });
@@ -182,7 +162,7 @@ pub(super) fn head(raw: &RawValue) -> Result<(String, HashMap<u64, [u64; 2]>), B
 
 /// What is baked of a mesh. `left` is how many bytes may yet be taken for tables.
 fn mesh(
-    raw: &RawValue,
+    raw: Json<'_>,
     [bytes, expected]: [u64; 2],
     data: &MeshData,
     buffers: &Buffers<'_>,
@@ -239,8 +219,8 @@ fn mesh(
         check("its occluders", occluder_sum(geometry, bytes), sum(&hash)?)?;
         out.mesh.occluders = Some(Occluders::from_bytes(bytes)?);
     }
-    if let Some(raw) = impostor {
-        let (measured, impostor, bytes) = super::impostor::read(raw, geometry, buffers, left)?;
+    if let Some(item) = impostor {
+        let (measured, impostor, bytes) = super::impostor::read(&item, geometry, buffers, left)?;
         out.mesh.bytes += bytes;
         out.impostor = Some((measured, impostor));
     }

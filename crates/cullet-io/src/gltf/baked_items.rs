@@ -1,24 +1,23 @@
 //! What the readers of `CULLET_baked` share: objects, sums, and what is wrong with them.
 
-use serde::Deserialize as Derive;
-use serde_json::value::RawValue;
-
 use super::buffers::{Buffers, View};
-use super::json::{self, Float, Index, Integer};
+use super::json::{Index, Integer};
 use super::uri::shorten;
 use crate::baked::{BakedError, Measured};
+use crate::from_json;
+use crate::json::{FromJson, Json};
 
 /// The extension's name.
 pub(crate) const NAME: &str = "CULLET_baked";
 
-#[derive(Derive)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct MeasuredItem {
-    points: Integer,
-    reverse_points: Integer,
-    quantile: Float,
-    most_over: Float,
-    seed: Integer,
+from_json! {
+    pub(super) struct MeasuredItem {
+        points: Integer = need("points"),
+        reverse_points: Integer = need("reversePoints"),
+        quantile: f64 = need("quantile"),
+        most_over: f64 = need("mostOver"),
+        seed: Integer = need("seed"),
+    }
 }
 
 pub(super) fn form(message: impl Into<String>) -> BakedError {
@@ -26,11 +25,8 @@ pub(super) fn form(message: impl Into<String>) -> BakedError {
 }
 
 /// An object of the extension.
-pub(super) fn item<'a, T: Derive<'a>>(raw: &'a RawValue) -> Result<T, BakedError> {
-    json::member(raw, NAME.to_owned()).map_err(|e| {
-        let message = e.to_string();
-        form(message.strip_prefix(&format!("{NAME}: ")).unwrap_or(&message))
-    })
+pub(super) fn item<'a, T: FromJson<'a>>(json: Json<'a>) -> Result<T, BakedError> {
+    T::from_json(json).map_err(BakedError::Form)
 }
 
 /// A sum: sixteen hexadecimal digits.
@@ -53,8 +49,8 @@ pub(super) fn measured(item: &MeasuredItem) -> Result<Measured, BakedError> {
     Ok(Measured {
         points: int(item.points)?,
         reverse_points: int(item.reverse_points)?,
-        quantile: item.quantile.0,
-        most_over: item.most_over.0,
+        quantile: item.quantile,
+        most_over: item.most_over,
         seed: item.seed.0,
     })
 }

@@ -1,9 +1,8 @@
 //! Buffers and views of them: read, checked against each other, decompressed when first used.
 
 use std::cell::{Cell, OnceCell};
-use std::collections::HashMap;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::json::{self, BufferItem, Integer, MeshoptItem, Root, ViewItem};
 use super::meshopt::{self, Filter, Mode};
@@ -86,10 +85,10 @@ impl<'a> Buffers<'a> {
         beside: Beside<'_>,
     ) -> Result<Self, ErrorKind> {
         let mut owned = Vec::new();
-        let mut files = HashMap::new();
+        let mut files: Vec<(PathBuf, usize)> = Vec::new();
         let mut buffers = Vec::new();
-        for (i, raw) in root.buffers.iter().flatten().enumerate() {
-            let item: BufferItem<'_> = json::item(raw, "buffer", i)?;
+        for (i, raw) in json::all(&root.buffers).iter().enumerate() {
+            let item: BufferItem<'_> = json::item(*raw, "buffer", i)?;
             let name = || format!("buffer {i}");
             let wrong = |message: String| ErrorKind::invalid(name(), message);
             let len = item.byte_length.index();
@@ -104,10 +103,14 @@ impl<'a> Buffers<'a> {
                     }
                     UriSource::File(path) => {
                         // A file that several buffers name is held once, as long as the longest.
-                        let number = *files.entry(path.clone()).or_insert_with(|| {
-                            owned.push(Vec::new());
-                            owned.len() - 1
-                        });
+                        let number = match files.iter().find(|(known, _)| *known == path) {
+                            Some(&(_, number)) => number,
+                            None => {
+                                files.push((path.clone(), owned.len()));
+                                owned.push(Vec::new());
+                                owned.len() - 1
+                            }
+                        };
                         if owned[number].len() < len {
                             owned[number] = read_file(beside, &path, len, &name())?;
                         }
@@ -131,13 +134,10 @@ impl<'a> Buffers<'a> {
             buffers.push(Buffer { data, len });
         }
         let stored = file.len() + owned.iter().map(Vec::len).sum::<usize>();
-        let views = root
-            .buffer_views
-            .iter()
-            .flatten()
-            .enumerate()
-            .map(|(i, raw)| view(&json::item(raw, "bufferView", i)?, i, &buffers))
-            .collect::<Result<_, _>>()?;
+        let mut views = Vec::new();
+        for (i, json) in json::all(&root.buffer_views).iter().enumerate() {
+            views.push(view(&json::item(*json, "bufferView", i)?, i, &buffers)?);
+        }
         let budget = Cell::new(stored.saturating_mul(meshopt::MOST_EXPANSION));
         Ok(Self { file, owned, buffers, views, budget })
     }
@@ -236,7 +236,7 @@ fn range(
     }
 }
 
-fn view(item: &ViewItem, index: usize, buffers: &[Buffer]) -> Result<View, ErrorKind> {
+fn view(item: &ViewItem<'_>, index: usize, buffers: &[Buffer]) -> Result<View, ErrorKind> {
     // The target of index data; only vertex data may be strided.
     const ELEMENT_ARRAY: u64 = 34963;
     let wrong = |message: String| ErrorKind::invalid(format!("bufferView {index}"), message);
@@ -258,7 +258,7 @@ fn view(item: &ViewItem, index: usize, buffers: &[Buffer]) -> Result<View, Error
             )));
         }
     }
-    let compressed = match &item.extensions.meshopt {
+    let compressed = match &item.meshopt {
         Some(c) => Some(
             compressed(c, buffers, own.len(), item.byte_stride)
                 .map_err(|message| wrong(format!("EXT_meshopt_compression: {message}")))?,
@@ -275,14 +275,14 @@ fn view(item: &ViewItem, index: usize, buffers: &[Buffer]) -> Result<View, Error
 }
 
 fn compressed(
-    c: &MeshoptItem,
+    c: &MeshoptItem<'_>,
     buffers: &[Buffer],
     len: usize,
     view_stride: Option<Integer>,
 ) -> Result<Compressed, String> {
     let buffer = c.buffer.index();
     let range = range(c.byte_offset, c.byte_length, buffer, buffers)?;
-    let mode = match c.mode.as_str() {
+    let mode = match &*c.mode {
         "ATTRIBUTES" => Mode::Attributes,
         "TRIANGLES" => Mode::Triangles,
         "INDICES" => Mode::Indices,

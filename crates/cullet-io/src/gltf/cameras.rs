@@ -24,7 +24,7 @@ pub(super) fn read(
     clips: &[Clip],
     notes: &mut Notes,
 ) -> Result<Vec<CameraNode>, ErrorKind> {
-    let items = root.cameras.as_deref().unwrap_or_default();
+    let items = json::all(&root.cameras);
     let chains: Vec<Vec<u32>> = placed.iter().map(|&(node, _)| nodes.chain(node)).collect();
     let mut cameras = Vec::new();
     let mut work = 0u64;
@@ -78,21 +78,21 @@ fn projection(item: &CameraItem<'_>) -> Option<Projection> {
     let finite = |v: f64| v.is_finite().then_some(v);
     if let Some(p) = &item.perspective {
         let far = match p.zfar {
-            Some(far) => finite(far.0)?,
+            Some(far) => finite(far)?,
             None => f64::INFINITY,
         };
         let aspect = match p.aspect_ratio {
-            Some(aspect) => finite(aspect.0).filter(|&a| a > 0.0)?,
+            Some(aspect) => finite(aspect).filter(|&a| a > 0.0)?,
             None => 0.0,
         };
-        let (fov_y_radians, near) = (finite(p.yfov.0)?, finite(p.znear.0)?);
+        let (fov_y_radians, near) = (finite(p.yfov)?, finite(p.znear)?);
         let good =
             fov_y_radians > 0.0 && fov_y_radians < std::f64::consts::PI && near > 0.0 && far > near;
         return good.then_some(Projection::Perspective { fov_y_radians, aspect, near, far });
     }
     let o = item.orthographic.as_ref()?;
-    let (x, y) = (finite(o.xmag.0)?, finite(o.ymag.0)?);
-    let (near, far) = (finite(o.znear.0)?, finite(o.zfar.0)?);
+    let (x, y) = (finite(o.xmag)?, finite(o.ymag)?);
+    let (near, far) = (finite(o.znear)?, finite(o.zfar)?);
     let good = x != 0.0 && y != 0.0 && far > near;
     good.then_some(Projection::Orthographic { left: -x, right: x, bottom: -y, top: y, near, far })
 }

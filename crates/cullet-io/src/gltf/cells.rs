@@ -8,71 +8,55 @@ use cullet::Handle;
 use cullet::bounds::Plane;
 use cullet::cell::CellError;
 use glam::{DAffine3, DVec3};
-use serde::Deserialize as Derive;
-use serde_json::value::RawValue;
 
-use super::json::{self, Float, Index, Items, Root};
+use super::json::{self, Index, Items, Root};
 use crate::cells::{Cell, CellGraph, Mirror, Portal, box_planes, numbers};
+use crate::from_json;
+use crate::json::{FromJson, Json, Object};
 use crate::{ErrorKind, Model};
 
 /// The extension's name.
 pub(crate) const NAME: &str = "CULLET_cells_portals";
 
-#[derive(Derive)]
-struct RootExtensions<'a> {
-    #[serde(borrow, rename = "CULLET_cells_portals")]
-    cells: Option<&'a RawValue>,
+from_json! {
+    struct Extension<'a> {
+        cells: Items<'a> = get("cells"),
+        portals: Items<'a> = get("portals"),
+        mirrors: Items<'a> = get("mirrors"),
+        walls: Option<f64> = get("walls"),
+        sealed: bool = or_default("sealed"),
+    }
+
+    struct CellItem<'a> {
+        name: Option<Cow<'a, str>> = get("name"),
+        pieces: Vec<PieceItem> = or_default("pieces"),
+        skin: Vec<PieceItem> = or_default("skin"),
+    }
+
+    struct PieceItem {
+        corners: Option<[[f64; 3]; 2]> = get("box"),
+        planes: Option<Vec<[f64; 4]>> = get("planes"),
+    }
+
+    struct PortalItem<'a> {
+        name: Option<Cow<'a, str>> = get("name"),
+        cells: [Index; 2] = need("cells"),
+        polygon: Vec<[f64; 3]> = need("polygon"),
+        open: Option<bool> = get("open"),
+        one_way: bool = or_default("oneWay"),
+        node: Option<Index> = get("node"),
+    }
+
+    struct MirrorItem<'a> {
+        name: Option<Cow<'a, str>> = get("name"),
+        cell: Index = need("cell"),
+        polygon: Vec<[f64; 3]> = need("polygon"),
+    }
 }
 
-#[derive(Derive)]
-struct Extension<'a> {
-    #[serde(borrow)]
-    cells: Items<'a>,
-    #[serde(borrow)]
-    portals: Items<'a>,
-    #[serde(borrow)]
-    mirrors: Items<'a>,
-    walls: Option<Float>,
-    #[serde(default)]
-    sealed: bool,
-}
-
-#[derive(Derive)]
-struct CellItem<'a> {
-    #[serde(borrow)]
-    name: Option<Cow<'a, str>>,
-    #[serde(default)]
-    pieces: Vec<PieceItem>,
-    #[serde(default)]
-    skin: Vec<PieceItem>,
-}
-
-#[derive(Derive)]
-struct PieceItem {
-    #[serde(rename = "box")]
-    corners: Option<[[Float; 3]; 2]>,
-    planes: Option<Vec<[Float; 4]>>,
-}
-
-#[derive(Derive)]
-#[serde(rename_all = "camelCase")]
-struct PortalItem<'a> {
-    #[serde(borrow)]
-    name: Option<Cow<'a, str>>,
-    cells: [Index; 2],
-    polygon: Vec<[Float; 3]>,
-    open: Option<bool>,
-    #[serde(default)]
-    one_way: bool,
-    node: Option<Index>,
-}
-
-#[derive(Derive)]
-struct MirrorItem<'a> {
-    #[serde(borrow)]
-    name: Option<Cow<'a, str>>,
-    cell: Index,
-    polygon: Vec<[Float; 3]>,
+/// Reads an object of the extension; `name` is what errors call it.
+fn member<'a, T: FromJson<'a>>(json: Json<'a>, name: &str) -> Result<T, ErrorKind> {
+    T::from_json(json).map_err(|message| ErrorKind::invalid(name, message))
 }
 
 /// Cells of a document, and the nodes of their doors.
@@ -91,30 +75,30 @@ impl Cells {
     /// are placed.
     pub(super) fn read(root: &Root<'_>, base: &DAffine3, nodes: usize) -> Result<Self, ErrorKind> {
         let mut out = Self::default();
-        let extensions = root.extensions.map(RawValue::get).filter(|e| e.starts_with('{'));
+        let extensions = root.extensions.filter(|json| json.text().starts_with('{'));
         let Some(extensions) = extensions else { return Ok(out) };
-        let extensions: RootExtensions<'_> = serde_json::from_str(extensions)
-            .map_err(|e| ErrorKind::invalid("extensions", e.to_string()))?;
-        let Some(raw) = extensions.cells else { return Ok(out) };
-        let extension: Extension<'_> = json::member(raw, NAME.to_owned())?;
+        let own = Object::from_json(extensions).and_then(|all| all.get(NAME));
+        let own = own.map_err(|message| ErrorKind::invalid("extensions", message))?;
+        let Some(own) = own else { return Ok(out) };
+        let extension: Extension<'_> = member(own, NAME)?;
         let list = |items: &Items<'_>| items.as_ref().map_or(0, Vec::len);
         let cells = list(&extension.cells);
         if cells == 0 && list(&extension.portals) + list(&extension.mirrors) > 0 {
             return Err(ErrorKind::invalid(NAME, "it has portals or mirrors, but no cells"));
         }
         let turn = Turn(base);
-        let walls = extension.walls.map_or(0.0, |w| w.0);
+        let walls = extension.walls.unwrap_or(0.0);
         if !(walls >= 0.0 && walls.is_finite()) {
             let message = format!("its walls are {walls} thick; they must be 0 or more");
             return Err(ErrorKind::invalid(NAME, message));
         }
         (out.graph.walls, out.graph.sealed) = (walls, extension.sealed);
-        for (number, raw) in extension.cells.iter().flatten().enumerate() {
+        for (number, json) in json::all(&extension.cells).iter().enumerate() {
             let name = format!("{NAME} cell {number}");
-            let item: CellItem<'_> = json::member(raw, name.clone())?;
+            let item: CellItem<'_> = member(*json, &name)?;
             let piece = |(i, piece): (usize, PieceItem)| match (piece.corners, piece.planes) {
-                (Some([min, max]), None) => Ok(turn.piece(box_planes(plain(min), plain(max)))),
-                (None, Some(planes)) => Ok(turn.piece(planes.into_iter().map(plain).collect())),
+                (Some([min, max]), None) => Ok(turn.piece(box_planes(min, max))),
+                (None, Some(planes)) => Ok(turn.piece(planes)),
                 (corners, _) => {
                     let what = if corners.is_some() { "both a" } else { "neither a" };
                     let item = format!("{name}, piece {i}");
@@ -129,9 +113,9 @@ impl Cells {
             let name = item.name.map_or_else(String::new, Cow::into_owned);
             out.graph.cells.push(Cell { name, pieces, skins });
         }
-        for (number, raw) in extension.portals.iter().flatten().enumerate() {
+        for (number, json) in json::all(&extension.portals).iter().enumerate() {
             let name = format!("{NAME} portal {number}");
-            let item: PortalItem<'_> = json::member(raw, name.clone())?;
+            let item: PortalItem<'_> = member(*json, &name)?;
             let [a, b] = item.cells.map(|cell| link(cell, "cell", cells, &name));
             if let Some(node) = item.node {
                 let node = link(node, "node", nodes, &name)?;
@@ -146,9 +130,9 @@ impl Cells {
                 one_way: item.one_way,
             });
         }
-        for (number, raw) in extension.mirrors.iter().flatten().enumerate() {
+        for (number, json) in json::all(&extension.mirrors).iter().enumerate() {
             let name = format!("{NAME} mirror {number}");
-            let item: MirrorItem<'_> = json::member(raw, name.clone())?;
+            let item: MirrorItem<'_> = member(*json, &name)?;
             out.graph.mirrors.push(Mirror {
                 cell: link(item.cell, "cell", cells, &name)?,
                 name: item.name.map_or_else(String::new, Cow::into_owned),
@@ -193,16 +177,12 @@ fn link(to: Index, what: &str, count: usize, name: &str) -> Result<u32, ErrorKin
     }
 }
 
-fn plain<const N: usize>(values: [Float; N]) -> [f64; N] {
-    values.map(|v| v.0)
-}
-
 /// From the file's axes to the scene's.
 struct Turn<'a>(&'a DAffine3);
 
 impl Turn<'_> {
-    fn polygon(&self, polygon: Vec<[Float; 3]>) -> Vec<[f64; 3]> {
-        polygon.into_iter().map(|p| self.0.transform_point3(plain(p).into()).into()).collect()
+    fn polygon(&self, polygon: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+        polygon.into_iter().map(|p| self.0.transform_point3(p.into()).into()).collect()
     }
 
     fn piece(&self, planes: Vec<[f64; 4]>) -> Vec<[f64; 4]> {

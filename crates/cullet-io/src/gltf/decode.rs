@@ -83,7 +83,10 @@ impl Block {
     }
 }
 
+#[derive(Default)]
 struct Shared {
+    /// The last mesh that was counted among those that use them.
+    counted: Option<usize>,
     block: Option<Rc<Block>>,
     /// For each vertex: the last mesh that used it, by count, and its number there.
     place: Vec<(u32, u32)>,
@@ -99,24 +102,18 @@ impl<'a> Decoder<'a> {
         options: &'a LoadOptions,
         used: impl Iterator<Item = &'a MeshSource>,
     ) -> Self {
-        // How many meshes use the vertices, and the last that was counted.
-        let mut users: HashMap<Vertices, (u32, usize)> = HashMap::new();
+        let mut shared: HashMap<Vertices, Shared> = HashMap::new();
         for (number, mesh) in used.enumerate() {
             // A mesh that deforms keeps its vertices in the order of the file, as its weights and targets are.
             for p in mesh.primitives.iter().filter(|p| p.deform.is_rigid()) {
-                let entry = users.entry(p.vertices).or_insert((0, usize::MAX));
-                if entry.1 != number {
-                    *entry = (entry.0 + 1, number);
+                let entry = shared.entry(p.vertices).or_default();
+                if entry.counted != Some(number) {
+                    entry.counted = Some(number);
+                    entry.meshes_left += 1;
                 }
             }
         }
-        let shared = users
-            .into_iter()
-            .filter(|(_, (meshes, _))| *meshes > 1)
-            .map(|(vertices, (meshes, _))| {
-                (vertices, Shared { block: None, place: Vec::new(), meshes_left: meshes })
-            })
-            .collect();
+        shared.retain(|_, shared| shared.meshes_left > 1);
         Self {
             accessors,
             buffers,

@@ -2,43 +2,38 @@
 
 use std::borrow::Cow;
 
-use cullet::lod::Impostor;
-use serde::Deserialize as Derive;
-use serde_json::value::RawValue;
-
-use super::baked_items::{check, form, item, sum, table};
+use super::baked_items::{check, form, sum, table};
 use super::buffers::Buffers;
-use super::json::{Float, Index, Integer};
+use super::json::{Index, Integer};
 use crate::baked::{BakedError, Measured, impostor_from_bytes, impostor_sum};
+use crate::from_json;
+use cullet::lod::Impostor;
 
-#[derive(Derive)]
-pub(super) struct ImpostorItem<'a> {
-    pub(super) atlas: Index,
-    #[serde(borrow)]
-    pub(super) hash: Cow<'a, str>,
-    pub(super) measured: SeenItem,
-}
+from_json! {
+    pub(super) struct ImpostorItem<'a> {
+        atlas: Index = need("atlas"),
+        hash: Cow<'a, str> = need("hash"),
+        measured: SeenItem = need("measured"),
+    }
 
-#[derive(Derive)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct SeenItem {
-    directions: Integer,
-    quantile: Float,
-    most_over: Float,
-    seed: Integer,
+    pub(super) struct SeenItem {
+        directions: Integer = need("directions"),
+        quantile: f64 = need("quantile"),
+        most_over: f64 = need("mostOver"),
+        seed: Integer = need("seed"),
+    }
 }
 
 /// The impostor, how it was measured, and how many bytes it has. `left` is how many bytes may yet be taken for tables.
 pub(super) fn read(
-    raw: &RawValue,
+    item: &ImpostorItem<'_>,
     geometry: u64,
     buffers: &Buffers<'_>,
     left: &mut usize,
 ) -> Result<(Measured, Impostor, u64), BakedError> {
-    let ImpostorItem { atlas, hash, measured } = item(raw)?;
-    let bytes = table(buffers, atlas, left)?;
-    let measured = seen(&measured)?;
-    check("its impostor", impostor_sum(geometry, &measured, bytes), sum(&hash)?)?;
+    let bytes = table(buffers, item.atlas, left)?;
+    let measured = seen(&item.measured)?;
+    check("its impostor", impostor_sum(geometry, &measured, bytes), sum(&item.hash)?)?;
     Ok((measured, impostor_from_bytes(bytes)?, bytes.len() as u64))
 }
 
@@ -50,8 +45,8 @@ pub(super) fn seen(item: &SeenItem) -> Result<Measured, BakedError> {
     Ok(Measured {
         points,
         reverse_points: 0,
-        quantile: quantile.0,
-        most_over: most_over.0,
+        quantile: *quantile,
+        most_over: *most_over,
         seed: seed.0,
     })
 }

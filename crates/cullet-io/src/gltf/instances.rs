@@ -80,7 +80,7 @@ pub(super) fn place(
     let mut users = vec![0u32; meshes.all.len()];
     // Counted first: names and transforms cost more than what stands for them in the file.
     let mut total = 0u64;
-    nodes.walk(|index, node, _| {
+    nodes.walk(&mut |index, node, _| {
         if let Some(mesh) = node.mesh.filter(|&m| meshes.all[m as usize].is_drawn()) {
             total = total.saturating_add(match &node.instancing {
                 Some(i) => count(i, accessors, &user(index))? as u64,
@@ -116,7 +116,7 @@ pub(super) fn place(
     placed.placements.reserve_exact(total as usize);
     placed.names.reserve_exact(total as usize);
     placed.nodes.reserve_exact(total as usize);
-    nodes.walk(|index, node, global| {
+    nodes.walk(&mut |index, node, global| {
         if node.camera.is_some() {
             placed.cameras.push((index, *global));
         }

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::baked::{self, Extended, Extensions, LevelsItem, MeshItem, OccludersItem};
+use super::baked::{self, Extended, LevelsItem, MeshItem, OccludersItem};
 use super::baked_items::{self, form, item};
 use super::impostor::{self, ImpostorItem};
 use super::json::{self, Index, Root};
@@ -96,9 +96,7 @@ pub(crate) fn list(bytes: &[u8]) -> Result<Option<Listed>, ListError> {
         return Err(ErrorKind::Unsupported(message.to_owned()).into());
     };
     let root = json::parse(&bytes[container.json])?;
-    let own =
-        root.extensions.and_then(|raw| serde_json::from_str::<Extensions<'_>>(raw.get()).ok());
-    let Some(raw) = own.and_then(|all| all.baked) else { return Ok(None) };
+    let Some(raw) = baked::of_root(&root) else { return Ok(None) };
     let (generator, chunks) = baked::head(raw)?;
     let mut chunks: Vec<(u64, [u64; 2])> = chunks.into_iter().collect();
     chunks.sort_unstable();
@@ -161,11 +159,11 @@ fn mesh(
         let raw = root.meshes.as_ref().and_then(|all| all.get(at));
         let count = root.meshes.as_ref().map_or(0, Vec::len);
         let raw = raw.ok_or_else(|| form(format!("is mesh {number} of {count}")))?;
-        let own: Extended<'_> = item(raw)?;
+        let own: Extended<'_> = item(*raw)?;
         out.name = own.name.as_deref().map_or_else(String::new, shorten);
-        let own = own.extensions.and_then(|all| all.baked);
-        let own =
-            own.ok_or_else(|| form("is in the table of chunks, but the mesh has nothing baked"))?;
+        let own = own
+            .baked
+            .ok_or_else(|| form("is in the table of chunks, but the mesh has nothing baked"))?;
         let MeshItem { geometry, levels, occluders, impostor } = item(own)?;
         if levels.len() > MOST_LEVELS {
             let count = levels.len();
@@ -185,8 +183,7 @@ fn mesh(
         if let Some(OccludersItem { table, hash }) = occluders {
             out.occluders = Some(one_table(root, table, &hash, "its occluders", bin)?);
         }
-        if let Some(raw) = impostor {
-            let ImpostorItem { atlas, hash, measured } = item(raw)?;
+        if let Some(ImpostorItem { atlas, hash, measured }) = impostor {
             let table = one_table(root, atlas, &hash, "its impostor", bin)?;
             let measured = impostor::seen(&measured)?;
             out.impostor = Some(ListedImpostor { measured, table });
@@ -221,7 +218,7 @@ fn levels_of(
     let parts: Result<Vec<u32>, _> = item.parts.iter().map(|n| u32::try_from(n.0)).collect();
     let parts = parts.map_err(|_| form("a part has more than 2^32 triangles"))?;
     let tables = level_tables(root, [item.indices, item.clusters, item.groups], &parts, bin)?;
-    let errors = item.errors.as_ref().map(|all| all.map(|e| e.0 as f32));
+    let errors = item.errors.as_ref().map(|all| all.map(|e| e as f32));
     Ok(ListedLevels {
         kind,
         parts,

@@ -55,12 +55,13 @@ pub(super) fn aligned(
 
 /// The bytes of a view, counted from the start of the file.
 fn table(root: &Root<'_>, view: usize, bin: &Range<usize>) -> Result<Range<usize>, BakedError> {
-    let views = root.buffer_views.as_deref().unwrap_or_default();
+    let views = json::all(&root.buffer_views);
     let raw = views.get(view);
     let raw = raw.ok_or_else(|| form(format!("names bufferView {view} of {}", views.len())))?;
     let wrong = |message: String| form(format!("bufferView {view}: {message}"));
-    let item: ViewItem = json::item(raw, "bufferView", view).map_err(|e| form(e.to_string()))?;
-    if item.buffer.index() != 0 || item.extensions.meshopt.is_some() || item.byte_stride.is_some() {
+    let item: ViewItem<'_> =
+        json::item(*raw, "bufferView", view).map_err(|e| form(e.to_string()))?;
+    if item.buffer.index() != 0 || item.meshopt.is_some() || item.byte_stride.is_some() {
         return Err(wrong("is not of bytes that lie in the file one after another".to_owned()));
     }
     let (start, length) = (item.byte_offset.map_or(0, |Integer(o)| o), item.byte_length.0);

@@ -20,8 +20,11 @@ pub(super) struct Surface {
 /// # Errors
 /// If one is malformed.
 pub(super) fn read(root: &Root<'_>, notes: &mut Notes) -> Result<Vec<Surface>, ErrorKind> {
-    let raw = root.materials.iter().flatten().enumerate();
-    raw.map(|(i, raw)| Ok(surface(json::item(raw, "material", i)?, i, notes))).collect()
+    let mut all = Vec::new();
+    for (i, json) in json::all(&root.materials).iter().enumerate() {
+        all.push(surface(json::item(*json, "material", i)?, i, notes));
+    }
+    Ok(all)
 }
 
 /// The material of a primitive that names none: opaque, grey, one-sided as the specification has it.
@@ -49,13 +52,13 @@ fn surface(item: MaterialItem<'_>, index: usize, notes: &mut Notes) -> Surface {
             Alpha::Blended
         }
     };
-    let extensions = &item.extensions;
-    let clear = extensions.transmission.as_ref().is_some_and(|t| t.transmission_factor > 0.0);
+    let clear = item.transmission.is_some_and(|t| t.transmission_factor > 0.0);
     if clear && alpha == Alpha::Opaque {
         notes.push(&name, "lets light through (KHR_materials_transmission): taken for BLEND");
         alpha = Alpha::Blended;
     }
-    let glossy = extensions.glossiness.as_ref().and_then(|g| g.diffuse_factor);
-    let color = item.pbr_metallic_roughness.base_color_factor.or(glossy).unwrap_or([1.0; 4]);
+    let glossy = item.glossiness.and_then(|g| g.diffuse_factor);
+    let base = item.pbr_metallic_roughness.and_then(|pbr| pbr.base_color_factor);
+    let color = base.or(glossy).unwrap_or([1.0; 4]);
     Surface { material: Material { name, color }, two_sided: item.double_sided, alpha }
 }

@@ -105,8 +105,8 @@ impl Meshes {
     ) -> Result<Self, ErrorKind> {
         let mut named = vec![false; accessors.len()];
         let mut all = Vec::new();
-        for (m, raw) in root.meshes.iter().flatten().enumerate() {
-            let item: MeshItem<'_> = json::item(raw, "mesh", m)?;
+        for (m, raw) in json::all(&root.meshes).iter().enumerate() {
+            let item: MeshItem<'_> = json::item(*raw, "mesh", m)?;
             let name = match item.name.as_deref() {
                 Some(name) if !name.is_empty() => shorten(name),
                 _ => format!("mesh {m}"),
@@ -120,12 +120,12 @@ impl Meshes {
                 has_joints: false,
                 has_more_joints: false,
                 targets: item.primitives.iter().map(|p| p.targets.len()).max().unwrap_or(0),
-                weights: item.weights.iter().map(|w| w.0 as f32).collect(),
+                weights: item.weights.iter().map(|&w| w as f32).collect(),
             };
             for (p, item) in item.primitives.iter().enumerate() {
                 let user = user(m, &source.name, p);
-                source.has_joints |= item.attributes.contains_key("JOINTS_0");
-                source.has_more_joints |= item.attributes.contains_key("JOINTS_1");
+                source.has_joints |= item.attributes.get("JOINTS_0").is_some();
+                source.has_more_joints |= item.attributes.get("JOINTS_1").is_some();
                 let read = primitive(item, p, &user, accessors, materials, &mut named, notes)?;
                 source.primitives.extend(read);
             }
@@ -142,7 +142,7 @@ pub(super) fn user(mesh: usize, name: &str, primitive: usize) -> String {
 
 /// Checks a primitive; `None` if it has nothing to draw.
 fn primitive(
-    item: &PrimitiveItem,
+    item: &PrimitiveItem<'_>,
     number: usize,
     user: &str,
     accessors: &Accessors,
@@ -151,8 +151,8 @@ fn primitive(
     notes: &mut Notes,
 ) -> Result<Option<Primitive>, ErrorKind> {
     let wrong = |message: String| Err(ErrorKind::invalid(user, message));
-    let targets = item.targets.iter().flatten();
-    for (name, to) in item.attributes.iter().chain(targets) {
+    for (name, to) in std::iter::once(&item.attributes).chain(&item.targets).flat_map(|all| &all.0)
+    {
         let Some(named) = named.get_mut(to.index()) else {
             let count = accessors.len();
             return wrong(format!("{} is accessor {} of {count}", shorten(name), to.0));
@@ -185,19 +185,19 @@ fn primitive(
         }
         mode => return wrong(format!("mode {mode} is not known; there are 0 to 6")),
     };
-    let Some(positions) = item.attributes.get("POSITION").map(|i| i.index()) else {
+    let Some(positions) = item.attributes.get("POSITION").map(Integer::index) else {
         notes.push(user, "has no POSITION and is skipped");
         return Ok(None);
     };
     let count = accessors.get(positions, user)?.count;
-    for (name, to) in &item.attributes {
+    for (name, to) in &item.attributes.0 {
         let other = accessors.find(to.index()).map(|a| a.count);
         if let Some(other) = other.filter(|&c| c != count) {
             let name = shorten(name);
             return wrong(format!("{name} has {other} elements, but POSITION has {count}"));
         }
     }
-    if item.extensions.draco.is_some() {
+    if item.draco.is_some() {
         // Accessors with views of their own are the fallback for readers without Draco.
         let has_bytes = |i: usize| accessors.find(i).is_some_and(Accessor::has_bytes);
         let fallback = has_bytes(positions) && item.indices.is_none_or(|i| has_bytes(i.index()));
@@ -205,7 +205,7 @@ fn primitive(
             return Err(ErrorKind::Unsupported(extensions::draco()));
         }
     }
-    let attribute = |name: &str| item.attributes.get(name).map(|i| i.index());
+    let attribute = |name: &str| item.attributes.get(name).map(Integer::index);
     Ok(Some(Primitive {
         number,
         vertices: Vertices {
@@ -220,7 +220,7 @@ fn primitive(
         deform: Deform {
             joints: attribute("JOINTS_0"),
             weights: attribute("WEIGHTS_0"),
-            targets: item.targets.iter().map(|t| t.get("POSITION").map(|i| i.index())).collect(),
+            targets: item.targets.iter().map(|t| t.get("POSITION").map(Integer::index)).collect(),
         },
     }))
 }

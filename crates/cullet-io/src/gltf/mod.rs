@@ -118,10 +118,10 @@ pub(crate) fn named(path: &Path, source: &Source<'_>) -> Result<Vec<PathBuf>, Er
     check_header(path, &source.head(glb::HEAD)?)?;
     let (bytes, json) = json_of(source)?;
     let root = json::parse(bytes.get(json).unwrap_or_default())?;
-    let buffers = root.buffers.iter().flatten().enumerate();
+    let buffers = json::all(&root.buffers).iter().enumerate();
     Ok(buffers
         .filter_map(|(i, raw)| {
-            let item: json::BufferItem<'_> = json::item(raw, "buffer", i).ok()?;
+            let item: json::BufferItem<'_> = json::item(*raw, "buffer", i).ok()?;
             match uri::read(item.uri.as_deref()?).ok()? {
                 UriSource::File(path) => Some(path),
                 UriSource::Embedded(_) => None,

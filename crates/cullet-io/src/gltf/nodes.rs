@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
-use super::json::{self, Float, NodeItem, Root, SceneItem};
+use super::json::{self, NodeItem, Root, SceneItem};
 use super::notes::Notes;
 use super::uri::shorten;
 use crate::motion::track::Local;
@@ -66,10 +66,10 @@ impl Nodes {
         up: Up,
         notes: &mut Notes,
     ) -> Result<Self, ErrorKind> {
-        let raw = root.nodes.as_deref().unwrap_or_default();
+        let raw = json::all(&root.nodes);
         let mut all = Vec::with_capacity(raw.len());
         for (i, raw) in raw.iter().enumerate() {
-            all.push(node(json::item(raw, "node", i)?, i, counts, notes)?);
+            all.push(node(json::item(*raw, "node", i)?, i, counts, notes)?);
         }
         adopt(&mut all)?;
         check_reach(&all)?;
@@ -92,7 +92,7 @@ impl Nodes {
     /// Whatever `visit` returns.
     pub(super) fn walk(
         &self,
-        mut visit: impl FnMut(u32, &Node, &DAffine3) -> Result<(), ErrorKind>,
+        visit: &mut dyn FnMut(u32, &Node, &DAffine3) -> Result<(), ErrorKind>,
     ) -> Result<(), ErrorKind> {
         // Not by recursion: a chain of a million nodes is a small file.
         let mut stack: Vec<(u32, DAffine3)> =
@@ -182,36 +182,32 @@ fn node(
         ));
     }
     let local = match item.matrix {
-        Some(m) => matrix(&m.map(|v| v.0)).map_err(wrong)?,
+        Some(m) => matrix(&m).map_err(wrong)?,
         None => {
-            let vector = |v: Option<[Float; 3]>, default: DVec3| {
-                v.map_or(default, |v| DVec3::from(v.map(|v| v.0)))
-            };
-            let rotation =
-                item.rotation.map_or(DQuat::IDENTITY, |r| DQuat::from_array(r.map(|v| v.0)));
+            let rotation = item.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
             Local::Parts {
-                translation: vector(item.translation, DVec3::ZERO),
+                translation: item.translation.map_or(DVec3::ZERO, DVec3::from),
                 rotation: unit(rotation).map_err(wrong)?,
-                scale: vector(item.scale, DVec3::ONE),
+                scale: item.scale.map_or(DVec3::ONE, DVec3::from),
             }
         }
     };
     if !local.affine().is_finite() {
         notes.push(format!("node {index}"), "its transform is not finite");
     }
-    let instancing = match &item.extensions.instancing {
+    let instancing = match &item.instancing {
         Some(e) => {
-            let of = |name: &str| e.attributes.get(name).map(|i| i.index());
+            let of = |name: &str| e.attributes.get(name).map(json::Integer::index);
             Some(Box::new(Instancing {
                 translation: of("TRANSLATION"),
                 rotation: of("ROTATION"),
                 scale: of("SCALE"),
-                other: e.attributes.values().next().map(|i| i.index()),
+                other: e.attributes.0.first().map(|(_, i)| i.index()),
             }))
         }
         None => None,
     };
-    let hidden = item.extensions.visibility.is_some_and(|v| v.visible == Some(false));
+    let hidden = item.visibility.is_some_and(|v| v.visible == Some(false));
     if hidden {
         notes.push(format!("node {index}"), "is hidden by KHR_node_visibility, with all below it");
     }
@@ -224,7 +220,7 @@ fn node(
         mesh,
         camera,
         skin: skin.filter(|_| mesh.is_some()),
-        weights: item.weights.map(|w| w.iter().map(|w| w.0 as f32).collect()),
+        weights: item.weights.map(|w| w.iter().map(|&w| w as f32).collect()),
         instancing,
         hidden,
     })
@@ -292,13 +288,14 @@ fn check_reach(all: &[Node]) -> Result<(), ErrorKind> {
 }
 
 fn scene_roots(root: &Root<'_>, all: &[Node]) -> Result<Vec<u32>, ErrorKind> {
-    let scenes: Vec<SceneItem> = json::items(&root.scenes, "scene")?;
-    for (s, scene) in scenes.iter().enumerate() {
+    let mut scenes: Vec<SceneItem> = Vec::new();
+    for (s, json) in json::all(&root.scenes).iter().enumerate() {
+        let scene: SceneItem = json::item(*json, "scene", s)?;
         let wrong = |message| Err(ErrorKind::invalid(format!("scene {s}"), message));
-        let mut sorted: Vec<usize> = scene.nodes.iter().map(|n| n.index()).collect();
+        let mut sorted: Vec<u64> = scene.nodes.iter().map(|n| n.0).collect();
         sorted.sort_unstable();
         for &n in &sorted {
-            match all.get(n) {
+            match usize::try_from(n).ok().and_then(|n| all.get(n)) {
                 None => return wrong(format!("names node {n} of {}", all.len())),
                 Some(Node { parent: Some(p), .. }) => {
                     return wrong(format!(
@@ -311,6 +308,7 @@ fn scene_roots(root: &Root<'_>, all: &[Node]) -> Result<Vec<u32>, ErrorKind> {
         if let Some(w) = sorted.windows(2).find(|w| w[0] == w[1]) {
             return wrong(format!("names node {} twice", w[0]));
         }
+        scenes.push(scene);
     }
     let chosen = root.scene.map_or(0, json::Integer::index);
     match scenes.get(chosen) {

@@ -3,7 +3,7 @@
 //! Nothing here stops a file from loading, but for the limits: what is malformed stays as it is stored, and
 //! is noted.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use cullet::{Handle, MeshData, Transform};
 use glam::DAffine3;
@@ -59,7 +59,7 @@ impl Plan {
         };
         let cameras = nodes.all.iter().any(|n| n.camera.is_some());
         let mut clips = Vec::new();
-        for i in 0..root.animations.as_deref().unwrap_or_default().len() {
+        for i in 0..json::all(&root.animations).len() {
             match Clip::read(root, i, accessors, buffers, targets, notes) {
                 Ok(clip) => clips.push(clip),
                 Err(e) if cameras => return Err(e),
@@ -68,26 +68,28 @@ impl Plan {
         }
         let played = played(&clips, notes);
         let mut skins = Vec::new();
-        for i in 0..root.skins.as_deref().unwrap_or_default().len() {
+        for i in 0..json::all(&root.skins).len() {
             let skin = skin(root, i, nodes.all.len(), accessors, buffers);
             let skin =
                 skin.map_err(|e| notes.push(format!("skin {i}"), format!("is left out: {e}")));
             skins.push(skin.ok());
         }
         let mut plan = Self { clips, played, skins, moved: Vec::new(), deforms: Vec::new() };
-        plan.moved = vec![false; nodes.all.len()];
-        for track in plan.clips().flat_map(|c| &c.tracks).map(|t| t.node).collect::<Vec<_>>() {
-            plan.moved[track as usize] = true;
+        let mut moved = vec![false; nodes.all.len()];
+        for clip in plan.clips() {
+            clip.tracks.iter().for_each(|t| moved[t.node as usize] = true);
         }
+        plan.moved = moved;
         for n in nodes.parents_first() {
             let above = nodes.all[n as usize].parent;
             plan.moved[n as usize] |= above.is_some_and(|p| plan.moved[p as usize]);
         }
-        let morphing: HashSet<u32> =
-            plan.clips().flat_map(|c| &c.weights).map(|t| t.node).collect();
-        let deforms =
-            |(i, n): (usize, &Node)| plan.deforms_at(n, morphing.contains(&(i as u32)), meshes);
-        plan.deforms = nodes.all.iter().enumerate().map(deforms).collect();
+        let mut morphing = vec![false; nodes.all.len()];
+        for clip in plan.clips() {
+            clip.weights.iter().for_each(|t| morphing[t.node as usize] = true);
+        }
+        let deforms = |(n, &morphing): (&Node, &bool)| plan.deforms_at(n, morphing, meshes);
+        plan.deforms = nodes.all.iter().zip(&morphing).map(deforms).collect();
         Ok(plan)
     }
 
@@ -173,13 +175,15 @@ impl Plan {
         handles: &[Handle],
     ) -> Rig {
         let mut rigid = Vec::new();
-        let place: HashMap<u32, usize> =
-            deformed.iter().enumerate().map(|(i, d)| (d.node, i)).collect();
+        let mut place: HashMap<u32, u32> = HashMap::new();
+        for (i, d) in (0..).zip(&deformed) {
+            place.insert(d.node, i);
+        }
         for (f, &handle) in followers.iter().zip(handles) {
             let follower = Follower { handle, node: f.node, inner: f.inner };
             let skinned = nodes.all[f.node as usize].skin.is_some();
             match place.get(&f.node) {
-                Some(&d) => deformed[d].instances.push(follower),
+                Some(&d) => deformed[d as usize].instances.push(follower),
                 // A mesh that was to deform and cannot keeps its shape, but follows its node.
                 None if skinned || !self.moved[f.node as usize] => {}
                 None => rigid.push(follower),
@@ -238,8 +242,7 @@ fn skin(
 ) -> Result<SkinSource, ErrorKind> {
     let user = format!("skin {index}");
     let wrong = |message: String| ErrorKind::invalid(&user, message);
-    let item: SkinItem =
-        json::item(root.skins.as_deref().unwrap_or_default()[index], "skin", index)?;
+    let item: SkinItem = json::item(json::all(&root.skins)[index], "skin", index)?;
     let count = item.joints.len();
     if let Some(j) = item.joints.iter().find(|j| j.index() >= nodes) {
         return Err(wrong(format!("names node {} of {nodes}", j.0)));

@@ -1,6 +1,6 @@
 //! What a file takes once it is loaded, by its JSON alone.
 
-use std::collections::BTreeMap;
+use std::collections::HashSet;
 
 use super::json::{self, Index, MeshItem, NodeItem, Root};
 use crate::ErrorKind;
@@ -25,23 +25,25 @@ pub struct Counts {
 pub fn counts(source: &Source<'_>) -> Result<Option<Counts>, ErrorKind> {
     let (bytes, json) = super::json_of(source)?;
     let root = json::parse(bytes.get(json).unwrap_or_default())?;
-    let is_baked = root.extensions.is_some_and(|e| e.get().contains(super::BAKED));
+    let is_baked = root.extensions.is_some_and(|e| e.text().contains(super::BAKED));
     if is_baked || root.skins.is_some() {
         return Ok(None);
     }
     let accessors = accessor_counts(&root)?;
     let mut counts = Counts::default();
-    for (i, raw) in root.meshes.iter().flatten().enumerate() {
-        let mesh: MeshItem<'_> = json::item(raw, "mesh", i)?;
+    for (i, raw) in json::all(&root.meshes).iter().enumerate() {
+        let mesh: MeshItem<'_> = json::item(*raw, "mesh", i)?;
         // Positions that several primitives name are there once.
-        let mut positions: BTreeMap<usize, u64> = BTreeMap::new();
+        let mut known = HashSet::new();
         for primitive in &mesh.primitives {
             if !primitive.targets.is_empty() {
                 return Ok(None);
             }
             let count = |index: Index| accessors.get(index.index()).copied().unwrap_or(0);
-            let Some(&places) = primitive.attributes.get("POSITION") else { continue };
-            positions.insert(places.index(), count(places));
+            let Some(places) = primitive.attributes.get("POSITION") else { continue };
+            if known.insert(places.index()) {
+                counts.vertices = counts.vertices.saturating_add(count(places));
+            }
             let corners = primitive.indices.map_or_else(|| count(places), count);
             counts.triangles += match primitive.mode.map_or(4, |mode| mode.0) {
                 4 => corners / 3,
@@ -49,15 +51,14 @@ pub fn counts(source: &Source<'_>) -> Result<Option<Counts>, ErrorKind> {
                 _ => 0,
             };
         }
-        counts.vertices = counts.vertices.saturating_add(positions.values().sum());
     }
-    for (i, raw) in root.nodes.iter().flatten().enumerate() {
-        let node: NodeItem<'_> = json::item(raw, "node", i)?;
+    for (i, raw) in json::all(&root.nodes).iter().enumerate() {
+        let node: NodeItem<'_> = json::item(*raw, "node", i)?;
         if node.mesh.is_none() {
             continue;
         }
-        let many = node.extensions.instancing.map(|of| {
-            let counts = of.attributes.values().filter_map(|index| accessors.get(index.index()));
+        let many = node.instancing.map(|of| {
+            let counts = of.attributes.0.iter().filter_map(|(_, to)| accessors.get(to.index()));
             counts.copied().max().unwrap_or(0)
         });
         counts.instances = counts.instances.saturating_add(many.unwrap_or(1));
@@ -67,13 +68,12 @@ pub fn counts(source: &Source<'_>) -> Result<Option<Counts>, ErrorKind> {
 
 /// How many elements each accessor has.
 fn accessor_counts(root: &Root<'_>) -> Result<Vec<u64>, ErrorKind> {
-    let accessors = root.accessors.iter().flatten().enumerate();
-    accessors
-        .map(|(i, raw)| {
-            let item: json::AccessorItem = json::item(raw, "accessor", i)?;
-            Ok(item.count.0)
-        })
-        .collect()
+    let mut counts = Vec::new();
+    for (i, json) in json::all(&root.accessors).iter().enumerate() {
+        let item: json::AccessorItem<'_> = json::item(*json, "accessor", i)?;
+        counts.push(item.count.0);
+    }
+    Ok(counts)
 }
 
 #[cfg(test)]

@@ -3,57 +3,44 @@
 
 use std::borrow::Cow;
 
-use serde::Deserialize as Derive;
-use serde_json::value::RawValue;
-
-use super::baked_items::{MeasuredItem, check, form, item, measured, sum, table};
+use super::baked_items::{MeasuredItem, check, form, measured, sum, table};
 use super::buffers::Buffers;
-use super::json::{Float, Index, Integer};
+use super::json::{Index, Integer};
 use crate::Attributes;
 use crate::baked::{
     BakedError, LevelTables, Measured, StandInTables, attribute_sum, sum_of_stand_ins,
 };
+use crate::bytes::to_f32s;
+use crate::from_json;
+use crate::json::{FromJson, Json, Object};
 
-/// Of the object at the root, what is read here.
-#[derive(Derive)]
-struct RootItem<'a> {
-    #[serde(borrow, rename = "standIns")]
-    stand_ins: Option<&'a RawValue>,
-}
+from_json! {
+    pub(super) struct ListItem<'a> {
+        hash: Cow<'a, str> = need("hash"),
+        measured: MeasuredItem = need("measured"),
+        all: Vec<StandInItem<'a>> = need("all"),
+    }
 
-#[derive(Derive)]
-pub(super) struct ListItem<'a> {
-    #[serde(borrow)]
-    pub(super) hash: Cow<'a, str>,
-    pub(super) measured: MeasuredItem,
-    #[serde(borrow)]
-    pub(super) all: Vec<StandInItem<'a>>,
-}
+    pub(super) struct StandInItem<'a> {
+        origin: [f64; 3] = need("origin"),
+        instances: Vec<Integer> = need("instances"),
+        stand_ins: Vec<Integer> = need("standIns"),
+        like: Vec<[Integer; 2]> = need("like"),
+        triangles: Integer = need("triangles"),
+        parts: Vec<Integer> = need("parts"),
+        positions: Index = need("positions"),
+        indices: Index = need("indices"),
+        clusters: Index = need("clusters"),
+        groups: Index = need("groups"),
+        attributes: Option<AttributesItem<'a>> = get("attributes"),
+    }
 
-#[derive(Derive)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct StandInItem<'a> {
-    origin: [Float; 3],
-    instances: Vec<Integer>,
-    stand_ins: Vec<Integer>,
-    like: Vec<[Integer; 2]>,
-    triangles: Integer,
-    parts: Vec<Integer>,
-    positions: Index,
-    indices: Index,
-    clusters: Index,
-    groups: Index,
-    #[serde(borrow)]
-    pub(super) attributes: Option<AttributesItem<'a>>,
-}
-
-/// Attributes of the vertices, which older readers pass over.
-#[derive(Derive)]
-pub(super) struct AttributesItem<'a> {
-    pub(super) uvs: Option<Index>,
-    pub(super) colors: Option<Index>,
-    #[serde(borrow)]
-    pub(super) hash: Cow<'a, str>,
+    /// Attributes of the vertices, which older readers pass over.
+    pub(super) struct AttributesItem<'a> {
+        uvs: Option<Index> = get("uvs"),
+        colors: Option<Index> = get("colors"),
+        hash: Cow<'a, str> = need("hash"),
+    }
 }
 
 impl StandInItem<'_> {
@@ -64,20 +51,19 @@ impl StandInItem<'_> {
 }
 
 /// The list in the extension's object at the root, if there is one.
-pub(super) fn list(raw: &RawValue) -> Result<Option<ListItem<'_>>, BakedError> {
-    let RootItem { stand_ins } = item(raw)?;
-    stand_ins.map(item).transpose()
+pub(super) fn list(root: Json<'_>) -> Result<Option<ListItem<'_>>, BakedError> {
+    Object::from_json(root).and_then(|all| all.get("standIns")).map_err(BakedError::Form)
 }
 
 /// Reads them from the extension's object at the root, with `details` their attributes too. `left` is how many bytes may yet be
 /// taken for tables.
 pub(super) fn read(
-    raw: &RawValue,
+    root: Json<'_>,
     buffers: &Buffers<'_>,
     details: bool,
     left: &mut usize,
 ) -> Result<Option<(Measured, Vec<StandInTables>)>, BakedError> {
-    let Some(ListItem { hash, measured: found, all }) = list(raw)? else { return Ok(None) };
+    let Some(ListItem { hash, measured: found, all }) = list(root)? else { return Ok(None) };
     let mut made = Vec::with_capacity(all.len());
     let mut bytes = Vec::with_capacity(all.len());
     for one in &all {
@@ -125,14 +111,7 @@ fn attributes_of(
 
 /// Rows of numbers, as many as are whole.
 fn rows<const N: usize>(bytes: &[u8]) -> Vec<[f32; N]> {
-    bytes
-        .as_chunks::<4>()
-        .0
-        .as_chunks::<N>()
-        .0
-        .iter()
-        .map(|row| row.map(f32::from_le_bytes))
-        .collect()
+    to_f32s(bytes).as_chunks::<N>().0.to_vec()
 }
 
 /// All that is said of one but for its tables.
@@ -144,7 +123,7 @@ pub(super) fn head_of(item: &StandInItem<'_>) -> Result<StandInTables, BakedErro
     let like = item.like.iter().map(|pair| Ok(ints(pair)?.try_into().unwrap_or_default()));
     let like: Result<Vec<[u32; 2]>, BakedError> = like.collect();
     Ok(StandInTables {
-        origin: item.origin.each_ref().map(|v| v.0),
+        origin: item.origin,
         instances: ints(&item.instances)?,
         stand_ins: ints(&item.stand_ins)?,
         like: like?,

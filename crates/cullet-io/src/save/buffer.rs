@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::attributes;
 use crate::Model;
+use crate::bytes::{put_f32s, put_u32s};
 
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
@@ -45,9 +46,9 @@ impl File {
         for p in positions {
             for a in 0..3 {
                 (min[a], max[a]) = (min[a].min(p[a]), max[a].max(p[a]));
-                self.bin.extend_from_slice(&p[a].to_le_bytes());
             }
         }
+        put_f32s(&mut self.bin, positions.as_flattened());
         let view = self.view(start, ARRAY_BUFFER);
         let place = self.accessors.len();
         self.accessors.push(json!({
@@ -73,9 +74,7 @@ impl File {
             let start = self.bin.len();
             let first = part.first_triangle as usize * 3;
             let count = part.triangle_count as usize * 3;
-            for i in &indices[first..first + count] {
-                self.bin.extend_from_slice(&i.to_le_bytes());
-            }
+            put_u32s(&mut self.bin, &indices[first..first + count]);
             let view = self.view(start, ELEMENT_ARRAY_BUFFER);
             self.accessors.push(json!({
                 "bufferView": view, "componentType": UNSIGNED_INT, "count": count, "type": "SCALAR",
@@ -92,7 +91,7 @@ impl File {
     /// The accessor of something that every vertex has.
     fn vertices<const N: usize>(&mut self, values: &[[f32; N]], kind: &str) -> usize {
         let start = self.bin.len();
-        self.bin.extend(values.as_flattened().iter().flat_map(|v| v.to_le_bytes()));
+        put_f32s(&mut self.bin, values.as_flattened());
         let view = self.view(start, ARRAY_BUFFER);
         self.accessors.push(json!({
             "bufferView": view, "componentType": FLOAT, "count": values.len(), "type": kind,

@@ -53,6 +53,7 @@ pub(super) fn within(path: &Path, error: ErrorKind) -> ErrorKind {
         ErrorKind::Io(error) => {
             ErrorKind::Io(std::io::Error::new(error.kind(), format!("{path}: {error}")))
         }
+        // The enum may gain kinds: they keep their words.
         other => ErrorKind::Unsupported(format!("{path}: {other}")),
     }
 }

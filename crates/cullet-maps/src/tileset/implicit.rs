@@ -2,10 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
-
-use super::json::{ImplicitJson, Scheme, Volume};
-use cullet_io::ErrorKind;
+use super::json::{ImplicitJson, Scheme, Volume, of_bytes};
+use cullet_io::reader::Integer;
+use cullet_io::{ErrorKind, from_json};
 
 /// The most levels: beyond, numbers of tiles do not fit.
 const DEEPEST: u32 = 21;
@@ -139,41 +138,32 @@ pub(super) struct Subtree {
     levels: u32,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct SubtreeJson {
-    #[serde(default)]
-    buffers: Vec<Buffer>,
-    #[serde(default)]
-    buffer_views: Vec<View>,
-    tile_availability: Availability,
-    #[serde(default)]
-    content_availability: Vec<Availability>,
-    child_subtree_availability: Availability,
-}
+from_json! {
+    struct SubtreeJson {
+        buffers: Vec<Buffer> = or_default("buffers"),
+        buffer_views: Vec<View> = or_default("bufferViews"),
+        tiles: Availability = need("tileAvailability"),
+        contents: Vec<Availability> = or_default("contentAvailability"),
+        children: Availability = need("childSubtreeAvailability"),
+    }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Buffer {
-    uri: Option<String>,
-    byte_length: u64,
-}
+    struct Buffer {
+        uri: Option<String> = get("uri"),
+        byte_length: Integer = need("byteLength"),
+    }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct View {
-    buffer: usize,
-    #[serde(default)]
-    byte_offset: u64,
-    byte_length: u64,
-}
+    struct View {
+        buffer: Integer = need("buffer"),
+        byte_offset: Integer = or_default("byteOffset"),
+        byte_length: Integer = need("byteLength"),
+    }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Availability {
-    #[serde(alias = "bufferView")]
-    bitstream: Option<usize>,
-    constant: Option<u8>,
+    struct Availability {
+        bitstream: Option<Integer> = get("bitstream"),
+        /// The name of `bitstream` before 1.1 was final.
+        buffer_view: Option<Integer> = get("bufferView"),
+        constant: Option<Integer> = get("constant"),
+    }
 }
 
 impl Subtree {
@@ -184,29 +174,30 @@ impl Subtree {
         mut beside: impl FnMut(&Path) -> Result<Vec<u8>, ErrorKind>,
     ) -> Result<Self, ErrorKind> {
         let (json, inner) = chunks(bytes)?;
-        let json: SubtreeJson = serde_json::from_slice(json)
-            .map_err(|e| ErrorKind::invalid("subtree", e.to_string()))?;
+        let json: SubtreeJson = of_bytes(json, "subtree")?;
         let mut buffers = Vec::with_capacity(json.buffers.len());
         for buffer in &json.buffers {
             let bytes = match &buffer.uri {
                 Some(uri) => beside(Path::new(uri))?,
                 None => inner.to_vec(),
             };
-            if (bytes.len() as u64) < buffer.byte_length {
-                let message =
-                    format!("it has {} bytes; {} are stated", bytes.len(), buffer.byte_length);
+            let stated = buffer.byte_length.0;
+            if (bytes.len() as u64) < stated {
+                let message = format!("it has {} bytes; {stated} are stated", bytes.len());
                 return Err(ErrorKind::invalid("subtree buffer", message));
             }
             buffers.push(bytes);
         }
         let (axes, levels) = (implicit.axes(), implicit.subtree_levels);
         let bits = |of: &Availability, count: u64| -> Result<Bits, ErrorKind> {
-            let Some(number) = of.bitstream else { return Ok(Bits::All(of.constant == Some(1))) };
-            let view = json.buffer_views.get(number);
+            let Some(Integer(number)) = of.bitstream.or(of.buffer_view) else {
+                return Ok(Bits::All(of.constant == Some(Integer(1))));
+            };
+            let view = usize::try_from(number).ok().and_then(|n| json.buffer_views.get(n));
             let found = view.and_then(|view| {
-                let begin = usize::try_from(view.byte_offset).ok()?;
-                let end = begin.checked_add(usize::try_from(view.byte_length).ok()?)?;
-                buffers.get(view.buffer)?.get(begin..end)
+                let begin = view.byte_offset.index();
+                let end = begin.checked_add(view.byte_length.index())?;
+                buffers.get(view.buffer.index())?.get(begin..end)
             });
             match found {
                 Some(found) if found.len() as u64 >= count.div_ceil(8) => {
@@ -221,13 +212,9 @@ impl Subtree {
         };
         let tiles = before(levels, axes);
         Ok(Self {
-            tiles: bits(&json.tile_availability, tiles)?,
-            contents: json
-                .content_availability
-                .iter()
-                .map(|of| bits(of, tiles))
-                .collect::<Result<_, _>>()?,
-            children: bits(&json.child_subtree_availability, 1 << (axes as u32 * levels).min(63))?,
+            tiles: bits(&json.tiles, tiles)?,
+            contents: json.contents.iter().map(|of| bits(of, tiles)).collect::<Result<_, _>>()?,
+            children: bits(&json.children, 1 << (axes as u32 * levels).min(63))?,
             axes,
             levels,
         })
@@ -316,8 +303,9 @@ mod tests {
 
     #[test]
     fn what_is_cut_short_is_an_error() {
-        let implicit: ImplicitJson = serde_json::from_str(
-            r#"{"subdivisionScheme":"QUADTREE","subtreeLevels":3,"availableLevels":3,"subtrees":{"uri":"s"}}"#,
+        let implicit: ImplicitJson = of_bytes(
+            br#"{"subdivisionScheme":"QUADTREE","subtreeLevels":3,"availableLevels":3,"subtrees":{"uri":"s"}}"#,
+            "implicit",
         )
         .unwrap();
         let none = |_: &Path| Err(ErrorKind::invalid("buffer", "none"));

@@ -1,76 +1,112 @@
 //! The JSON of a tileset.
 
+use std::borrow::Cow;
+
 use glam::{DMat4, DVec3};
-use serde::{Deserialize, Serialize};
 
-use cullet_io::ErrorKind;
+use cullet_io::reader::{FromJson, Integer, Json, Object};
+use cullet_io::{ErrorKind, from_json};
 
-#[derive(Debug, Deserialize)]
-pub(super) struct TilesetJson {
-    asset: Asset,
-    pub(super) root: TileJson,
-    #[serde(default, rename = "extensionsRequired")]
-    required: Vec<String>,
+from_json! {
+    pub(super) struct TilesetJson<'a> {
+        asset: Asset<'a> = need("asset"),
+        root: TileJson<'a> = need("root"),
+        required: Vec<Cow<'a, str>> = or_default("extensionsRequired"),
+    }
+
+    struct Asset<'a> {
+        version: Cow<'a, str> = need("version"),
+    }
+
+    pub(super) struct TileJson<'a> {
+        bounding_volume: Volume = need("boundingVolume"),
+        refine: Option<Refine> = get("refine"),
+        transform: Option<Vec<f64>> = get("transform"),
+        content: Option<Content> = get("content"),
+        contents: Vec<Content> = or_default("contents"),
+        /// Each is read when the walk comes to it.
+        children: Vec<Json<'a>> = or_default("children"),
+        geometric_error: f64 = or_default("geometricError"),
+        extras: Extras = or_default("extras"),
+        implicit_tiling: Option<ImplicitJson> = get("implicitTiling"),
+    }
+
+    /// A tree of tiles by bits.
+    #[derive(Clone)]
+    pub(super) struct ImplicitJson {
+        subdivision_scheme: Scheme = need("subdivisionScheme"),
+        subtree_levels: u32 = need("subtreeLevels"),
+        available_levels: u32 = need("availableLevels"),
+        subtrees: Template = need("subtrees"),
+    }
+
+    #[derive(Clone)]
+    pub(super) struct Template {
+        uri: String = need("uri"),
+    }
+
+    pub(super) struct Content {
+        uri: Option<String> = get("uri"),
+        /// As before 1.0.
+        url: Option<String> = get("url"),
+    }
+
+    /// One of the three is there; numbers as in the file.
+    #[derive(Default)]
+    pub(super) struct Volume {
+        block: Option<Vec<f64>> = get("box"),
+        sphere: Option<Vec<f64>> = get("sphere"),
+        region: Option<Vec<f64>> = get("region"),
+    }
 }
 
-#[derive(Debug, Deserialize)]
-struct Asset {
-    version: String,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Refine {
-    #[serde(rename = "REPLACE", alias = "replace")]
     Replace,
-    #[serde(rename = "ADD", alias = "add")]
     Add,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct TileJson {
-    pub(super) bounding_volume: Volume,
-    #[serde(default)]
-    pub(super) refine: Option<Refine>,
-    #[serde(default)]
-    pub(super) transform: Option<Vec<f64>>,
-    #[serde(default)]
-    pub(super) content: Option<Content>,
-    #[serde(default)]
-    pub(super) contents: Vec<Content>,
-    #[serde(default)]
-    pub(super) children: Vec<Self>,
-    #[serde(default)]
-    pub(super) geometric_error: f64,
-    #[serde(default)]
-    pub(super) extras: Option<Extras>,
-    #[serde(default)]
-    pub(super) implicit_tiling: Option<ImplicitJson>,
+impl FromJson<'_> for Refine {
+    fn from_json(json: Json<'_>) -> Result<Self, String> {
+        match &*Cow::from_json(json)? {
+            "REPLACE" | "replace" => Ok(Self::Replace),
+            "ADD" | "add" => Ok(Self::Add),
+            other => Err(format!("unknown variant `{other}`, expected `REPLACE` or `ADD`")),
+        }
+    }
 }
 
-/// What others wrote here is of no concern.
-#[derive(Debug, Deserialize)]
-#[serde(untagged)]
-pub(super) enum Extras {
-    Ours { cullet: OursJson },
-    Other(serde::de::IgnoredAny),
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Scheme {
+    Quadtree,
+    Octree,
 }
 
-/// What this crate writes of a tile.
-#[derive(Clone, Debug, Deserialize)]
+impl FromJson<'_> for Scheme {
+    fn from_json(json: Json<'_>) -> Result<Self, String> {
+        match &*Cow::from_json(json)? {
+            "QUADTREE" => Ok(Self::Quadtree),
+            "OCTREE" => Ok(Self::Octree),
+            other => Err(format!("unknown variant `{other}`, expected `QUADTREE` or `OCTREE`")),
+        }
+    }
+}
+
+/// What this crate has written of a tile. What others wrote here is of no concern.
+#[derive(Debug, Default)]
+pub(super) struct Extras(pub(super) Option<OursJson>);
+
+#[derive(Clone, Debug)]
 pub(super) struct OursJson {
-    #[serde(flatten)]
     pub(super) size: TileSize,
     /// Its number in the rows of visible sets.
-    #[serde(default)]
     pub(super) number: Option<u32>,
     /// Of a root: the file of visible sets.
-    #[serde(default)]
     pub(super) cells: Option<String>,
 }
 
 /// What a tile takes once it is loaded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TileSize {
     /// Its instances.
     pub instances: u32,
@@ -80,35 +116,19 @@ pub struct TileSize {
     pub triangles: u64,
 }
 
-/// A tree of tiles by bits.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct ImplicitJson {
-    pub(super) subdivision_scheme: Scheme,
-    pub(super) subtree_levels: u32,
-    pub(super) available_levels: u32,
-    pub(super) subtrees: Template,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "UPPERCASE")]
-pub(super) enum Scheme {
-    Quadtree,
-    Octree,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-pub(super) struct Template {
-    pub(super) uri: String,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct Content {
-    #[serde(default)]
-    pub(super) uri: Option<String>,
-    /// As before 1.0.
-    #[serde(default)]
-    pub(super) url: Option<String>,
+impl FromJson<'_> for Extras {
+    fn from_json(json: Json<'_>) -> Result<Self, String> {
+        let ours = || -> Result<OursJson, String> {
+            let all: Object<'_> = Object::from_json(json)?.need("cullet")?;
+            let size = TileSize {
+                instances: all.need("instances")?,
+                vertices: all.need::<Integer>("vertices")?.0,
+                triangles: all.need::<Integer>("triangles")?.0,
+            };
+            Ok(OursJson { size, number: all.get("number")?, cells: all.get("cells")? })
+        };
+        Ok(Self(ours().ok()))
+    }
 }
 
 impl Content {
@@ -118,31 +138,20 @@ impl Content {
     }
 }
 
-/// One of the three is there; numbers as in the file.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Volume {
-    #[serde(rename = "box")]
-    pub(super) block: Option<Vec<f64>>,
-    pub(super) sphere: Option<Vec<f64>>,
-    pub(super) region: Option<Vec<f64>>,
-}
-
 /// Extensions that change nothing of what is drawn where.
 const HARMLESS: [&str; 3] =
     ["3DTILES_content_gltf", "3DTILES_metadata", "3DTILES_multiple_contents"];
 
-/// Reads a tileset. Its depth is limited by that of JSON, 128.
-pub(super) fn read(bytes: &[u8]) -> Result<TilesetJson, ErrorKind> {
+/// Reads a tileset: its root, and the tiles below as they lie.
+pub(super) fn read(bytes: &[u8]) -> Result<TilesetJson<'_>, ErrorKind> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let tileset: TilesetJson =
-        serde_json::from_slice(bytes).map_err(|e| ErrorKind::invalid("tileset", e.to_string()))?;
+    let tileset: TilesetJson<'_> = of_bytes(bytes, "tileset")?;
     let version = &tileset.asset.version;
-    if !matches!(version.as_str(), "0.0" | "1.0" | "1.1") {
+    if !matches!(&**version, "0.0" | "1.0" | "1.1") {
         let message = format!("\"{version}\"; 1.0 and 1.1 are known");
         return Err(ErrorKind::invalid("asset.version", message));
     }
-    if let Some(name) = tileset.required.iter().find(|name| !HARMLESS.contains(&name.as_str())) {
+    if let Some(name) = tileset.required.iter().find(|name| !HARMLESS.contains(&&***name)) {
         return Err(ErrorKind::Unsupported(format!(
             "it requires the extension {name}, which is not known"
         )));
@@ -150,14 +159,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<TilesetJson, ErrorKind> {
     Ok(tileset)
 }
 
+/// Reads a file that is one value; `item` is what errors call it.
+pub(super) fn of_bytes<'a, T: FromJson<'a>>(bytes: &'a [u8], item: &str) -> Result<T, ErrorKind> {
+    let text = std::str::from_utf8(bytes).map_err(|e| e.to_string());
+    let read = text.and_then(Json::parse).and_then(T::from_json);
+    read.map_err(|message| ErrorKind::invalid(item, message))
+}
+
 /// By how much a b3dm is moved: `RTC_CENTER` of its features, where it is there and finite.
 pub(super) fn relative_to(features: &[u8]) -> DMat4 {
-    #[derive(Deserialize)]
-    struct Features {
-        #[serde(rename = "RTC_CENTER")]
-        centre: Option<[f64; 3]>,
-    }
-    let features = serde_json::from_slice::<Features>(features).ok();
-    let centre = features.and_then(|f| f.centre).map_or(DVec3::ZERO, DVec3::from);
+    let features: Option<Object<'_>> = of_bytes(features, "features").ok();
+    let centre = features.and_then(|all| all.get::<[f64; 3]>("RTC_CENTER").ok()?);
+    let centre = centre.map_or(DVec3::ZERO, DVec3::from);
     DMat4::from_translation(if centre.is_finite() { centre } else { DVec3::ZERO })
 }

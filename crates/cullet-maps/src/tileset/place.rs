@@ -39,7 +39,7 @@ pub(super) fn plain() -> DMat4 {
 }
 
 /// From the space of a tileset to that of a scene.
-pub(super) fn frame(root: &TileJson) -> Result<DMat4, ErrorKind> {
+pub(super) fn frame(root: &TileJson<'_>) -> Result<DMat4, ErrorKind> {
     let z_up_to_y_up = plain();
     let middle = middle(root)?;
     if middle.length() < ON_THE_GLOBE {
@@ -96,7 +96,7 @@ pub(super) fn scale(transform: &DMat4) -> f64 {
 }
 
 /// The middle of the root's bounding volume, in the space of the tileset.
-fn middle(root: &TileJson) -> Result<DVec3, ErrorKind> {
+fn middle(root: &TileJson<'_>) -> Result<DVec3, ErrorKind> {
     let volume = &root.bounding_volume;
     let check = |kind: &str, numbers: &[f64], expected: usize| {
         let found = numbers.len();
@@ -172,7 +172,7 @@ mod tests {
             longitude + 1e-4,
             latitude + 1e-4
         );
-        let root: TileJson = serde_json::from_str(&root).unwrap();
+        let root: TileJson<'_> = super::super::json::of_bytes(root.as_bytes(), "root").unwrap();
         let frame = frame(&root).unwrap();
         let at = |long, lat, height| frame.transform_point3(on_globe(long, lat, height));
         assert!(at(longitude, latitude, 0.0).length() < 1e-6);

@@ -8,14 +8,17 @@ use super::content::{Piece, add, counts};
 use super::files::{file, local, within};
 use super::implicit::{Place, Subtree};
 use super::join::Joint;
-use super::json::{self, Extras, ImplicitJson, Refine, TileJson, TileSize, TilesetJson, Volume};
+use super::json::{self, ImplicitJson, Refine, TileJson, TileSize, TilesetJson, Volume};
 use super::place;
 use super::sight::TileSight;
-use cullet_io::reader::Beside;
+use cullet_io::reader::{Beside, FromJson};
 use cullet_io::{ErrorKind, LoadError, LoadOptions, Model};
 
 /// The most tilesets that lie within each other.
 const DEEPEST: usize = 32;
+/// The most tiles above a tile of the same tileset: as many as a parser of JSON goes down, and no stack is too small for.
+const LOWEST: usize = 61;
+
 /// The most tiles of a tree.
 const MOST: usize = 1 << 24;
 
@@ -175,12 +178,10 @@ impl TileTree {
 pub(super) fn read(own: &Path, bytes: &[u8], beside: Beside<'_>) -> Result<Tree, ErrorKind> {
     let tileset = json::read(bytes)?;
     let frame = place::frame(&tileset.root)?;
-    let mut walk = Walk { beside, frame, within: Vec::new(), tiles: Vec::new() };
+    let mut walk = Walk { beside, frame, within: Vec::new(), depth: 0, tiles: Vec::new() };
     walk.tileset(own, &tileset, DMat4::IDENTITY)?;
-    let sight = match tileset.root.extras {
-        Some(Extras::Ours { cullet }) if frame == place::plain() => cullet.cells,
-        _ => None,
-    };
+    let ours = tileset.root.extras.0.filter(|_| frame == place::plain());
+    let sight = ours.and_then(|ours| ours.cells);
     Ok(Tree { frame, tiles: walk.tiles, sight })
 }
 
@@ -189,6 +190,8 @@ struct Walk<'a> {
     frame: DMat4,
     /// The tilesets that are being read, the outermost first.
     within: Vec<PathBuf>,
+    /// How many tiles of a tileset are above the one that is being read.
+    depth: usize,
     tiles: Vec<TileNode>,
 }
 
@@ -197,7 +200,7 @@ impl Walk<'_> {
     fn tileset(
         &mut self,
         path: &Path,
-        tileset: &TilesetJson,
+        tileset: &TilesetJson<'_>,
         transform: DMat4,
     ) -> Result<u32, ErrorKind> {
         if self.within.iter().any(|p| p == path) {
@@ -212,16 +215,18 @@ impl Walk<'_> {
         }
         self.within.push(path.to_owned());
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let above = std::mem::take(&mut self.depth);
         let root = self.tile(&folder, &tileset.root, transform, Refine::Replace);
+        self.depth = above;
         self.within.pop();
         root.map_err(|error| if self.within.is_empty() { error } else { within(path, error) })
     }
 
-    /// Adds a tile and those below it. As deep as its JSON, which the reader limits.
+    /// Adds a tile and those below it, at most [`LOWEST`] deep.
     fn tile(
         &mut self,
         folder: &Path,
-        tile: &TileJson,
+        tile: &TileJson<'_>,
         above: DMat4,
         refine: Refine,
     ) -> Result<u32, ErrorKind> {
@@ -234,9 +239,16 @@ impl Walk<'_> {
         }
         let number = self.push(tile, &tile.bounding_volume, 0, transform, refine)?;
         let mut children = Vec::new();
-        for child in &tile.children {
-            children.push(self.tile(folder, child, transform, refine)?);
+        if self.depth == LOWEST && !tile.children.is_empty() {
+            let (item, count) = ("tiles below each other".to_owned(), LOWEST as u64 + 2);
+            return Err(ErrorKind::OverLimit { item, count, limit: LOWEST as u64 + 1 });
         }
+        self.depth += 1;
+        for json in &tile.children {
+            let child = TileJson::from_json(*json).map_err(|m| ErrorKind::invalid("tileset", m))?;
+            children.push(self.tile(folder, &child, transform, refine)?);
+        }
+        self.depth -= 1;
         let (mut contents, mut inner) = (Vec::new(), Vec::new());
         for content in tile.content.iter().chain(&tile.contents) {
             let path = folder.join(local(content.text())?);
@@ -261,7 +273,7 @@ impl Walk<'_> {
     /// Adds a tile without children and contents, so many levels below the one that states its error.
     fn push(
         &mut self,
-        tile: &TileJson,
+        tile: &TileJson<'_>,
         volume: &Volume,
         level: u32,
         transform: DMat4,
@@ -272,10 +284,7 @@ impl Walk<'_> {
             return Err(ErrorKind::OverLimit { item, count, limit: MOST as u64 });
         }
         let number = self.tiles.len() as u32;
-        let ours = match &tile.extras {
-            Some(Extras::Ours { cullet }) if level == 0 => Some(cullet),
-            _ => None,
-        };
+        let ours = tile.extras.0.as_ref().filter(|_| level == 0);
         let to_scene = self.frame * transform;
         // Of implicit tiles it is half of that above.
         let error = tile.geometric_error * place::scale(&to_scene) * 0.5_f64.powi(level as i32);
@@ -356,7 +365,7 @@ impl Walk<'_> {
 /// Implicit tiles: the folder that names are below, the tile that states them, and where that is.
 struct Implicit<'a> {
     folder: &'a Path,
-    root: &'a TileJson,
+    root: &'a TileJson<'a>,
     implicit: &'a ImplicitJson,
     transform: DMat4,
     refine: Refine,

@@ -2,14 +2,12 @@
 
 use std::path::Path;
 
-use cullet::{Instance, Scene, Transform};
-use serde_json::{Value, json};
-
 use super::cut::{Item, Node, cut};
 use super::json::TileSize;
 use super::options::{TileInput, TileStandIn, TilesWritten, WriteTiles};
 use super::part::part;
 use super::sight::{self, Numbered};
+use cullet::{Instance, Scene, Transform};
 use cullet_io::{Model, SaveError, SaveErrorKind, save};
 
 /// Writes a model as a tileset: `tileset.json` in a folder, which is made where it is not there, and a GLB for each tile that shows
@@ -66,18 +64,17 @@ pub fn write_tiles_with(
         all,
         step: &mut step,
     };
-    let Some(Tile { mut json, error }) = writer.node(&root, 0, 0)? else { return Ok(None) };
+    let Some(Tile { json, error }) = writer.node(&root, 0, 0)? else { return Ok(None) };
     if let Some(sets) = &input.sets {
-        json["extras"]["cullet"]["cells"] = sight::FILE.into();
         writer.write(sight::FILE, &sight::to_bytes(sets, &writer.numbered))?;
         writer.written.cells = sets.sets.cell_count();
     }
-    let tileset = json!({
-        "asset": { "version": "1.1", "generator": concat!("cullet ", env!("CARGO_PKG_VERSION")) },
-        "geometricError": error.max(root.diagonal()),
-        "root": json,
-    });
-    writer.write("tileset.json", &serde_json::to_vec(&tileset).unwrap_or_default())?;
+    let version = env!("CARGO_PKG_VERSION");
+    let tileset = format!(
+        r#"{{"asset":{{"generator":"cullet {version}","version":"1.1"}},"geometricError":{:?},"root":{json}}}"#,
+        error.max(root.diagonal())
+    );
+    writer.write("tileset.json", tileset.as_bytes())?;
     Ok(Some(writer.written))
 }
 
@@ -94,7 +91,7 @@ struct Writer<'a> {
 
 /// A tile that is written.
 struct Tile {
-    json: Value,
+    json: String,
     error: f64,
 }
 
@@ -105,14 +102,9 @@ impl Writer<'_> {
         self.written.tiles[0] += 1;
         self.written.depth = self.written.depth.max(depth);
         self.number(node, above, number);
-        let mut size = TileSize::default();
-        let mut json = json!({
-            "boundingVolume": { "box": block(node) },
-            "refine": if self.input.stand_in.is_some() { "REPLACE" } else { "ADD" },
-        });
+        let mut size = None;
         if !node.own.is_empty() {
-            let part = part(self.model, &node.own);
-            size = self.content(&part, number, &mut json)?;
+            size = Some(self.content(&part(self.model, &node.own), number)?);
         }
         self.done += node.own.len();
         if !(self.step)(self.done as f64 / self.all) {
@@ -136,18 +128,32 @@ impl Writer<'_> {
                 self.written.stand_ins += 1;
                 self.written.stand_in_triangles += u64::from(stand_in.mesh.triangle_count());
                 self.written.stand_in_error = self.written.stand_in_error.max(error);
-                size = self.content(&alone(self.model, stand_in), number, &mut json)?;
+                size = Some(self.content(&alone(self.model, stand_in), number)?);
             }
             None => error = error.max(node.error),
         }
+        let refine = if self.input.stand_in.is_some() { "REPLACE" } else { "ADD" };
+        let mut json = format!(
+            r#"{{"boundingVolume":{{"box":{:?}}},"refine":"{refine}","geometricError":{error:?}"#,
+            block(node)
+        );
         if !children.is_empty() {
-            json["children"] = Value::Array(children);
+            json += &format!(r#","children":[{}]"#, children.join(","));
         }
-        json["geometricError"] = error.into();
-        json["extras"] = json!({ "cullet": size });
+        if size.is_some() {
+            json += &format!(r#","content":{{"uri":"tiles/{number}.glb"}}"#);
+        }
+        let TileSize { instances, vertices, triangles } = size.unwrap_or_default();
+        json += &format!(
+            r#","extras":{{"cullet":{{"instances":{instances},"vertices":{vertices},"triangles":{triangles}"#
+        );
         if self.input.sets.is_some() {
-            json["extras"]["cullet"]["number"] = number.into();
+            json += &format!(r#","number":{number}"#);
+            if number == 0 {
+                json += &format!(r#","cells":"{}""#, sight::FILE);
+            }
         }
+        json += "}}}";
         Ok(Some(Tile { json, error }))
     }
 
@@ -163,18 +169,11 @@ impl Writer<'_> {
     }
 
     /// Writes what a tile shows; what that takes.
-    fn content(
-        &mut self,
-        model: &Model,
-        number: u32,
-        tile: &mut Value,
-    ) -> Result<TileSize, SaveError> {
-        let name = format!("tiles/{number}.glb");
-        let path = self.folder.join(&name);
+    fn content(&mut self, model: &Model, number: u32) -> Result<TileSize, SaveError> {
+        let path = self.folder.join(format!("tiles/{number}.glb"));
         save(model, &path)?;
         self.written.tiles[1] += 1;
         self.written.bytes += std::fs::metadata(&path).map_or(0, |m| m.len());
-        tile["content"] = json!({ "uri": name });
         Ok(size_of(&model.scene))
     }
 

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use cullet::{Camera, Projection};
+use cullet_io::reader::{FromJson, Json, Object};
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 
 use super::keys::{Pose, sample, spread};
 use super::{Lens, PathError};
@@ -16,48 +16,76 @@ const LIMIT: u64 = 64 << 20;
 const INFINITE: f64 = 1e300;
 
 /// A path's file. What stands at the top holds for every camera that does not say otherwise.
-#[derive(Deserialize, Serialize, Default)]
-#[serde(deny_unknown_fields, default)]
-struct PathFile {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    up: Option<[f64; 3]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    fov_degrees: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    near: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    far: Option<f64>,
+#[derive(Default)]
+struct PathFile<'a> {
+    shared: Entry,
     /// Cameras to be used as they are.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    views: Vec<Entry>,
+    views: Vec<Json<'a>>,
     /// Cameras with times, to be moved between.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    keys: Vec<Entry>,
+    keys: Vec<Json<'a>>,
+}
+
+impl<'a> FromJson<'a> for PathFile<'a> {
+    fn from_json(json: Json<'a>) -> Result<Self, String> {
+        // A bare list is one of views.
+        if json.text().starts_with('[') {
+            return Ok(Self { views: Vec::from_json(json)?, ..Self::default() });
+        }
+        if !json.text().starts_with('{') {
+            return Err(json.unexpected("an object or a list"));
+        }
+        let all = Object::from_json(json)?;
+        all.only(&["up", "fov_degrees", "near", "far", "views", "keys"])?;
+        let (views, keys) = (all.or_default("views")?, all.or_default("keys")?);
+        Ok(Self { shared: Entry::read(&all)?, views, keys })
+    }
 }
 
 /// A camera of the file.
-#[derive(Deserialize, Serialize, Clone, Default)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Clone, Default)]
 struct Entry {
     /// Seconds; for keys alone, and ascending.
-    #[serde(skip_serializing_if = "Option::is_none")]
     time: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     eye: Option<[f64; 3]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     target: Option<[f64; 3]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     direction: Option<[f64; 3]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     up: Option<[f64; 3]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     fov_degrees: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     orthographic_height: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     near: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     far: Option<f64>,
+}
+
+/// Members of a camera that are numbers, and those that are places or directions.
+const NUMBERS: [&str; 5] = ["time", "fov_degrees", "orthographic_height", "near", "far"];
+const PLACES: [&str; 4] = ["eye", "target", "direction", "up"];
+
+impl Entry {
+    fn read(all: &Object<'_>) -> Result<Self, String> {
+        let mut numbers = [None; 5];
+        for (number, name) in numbers.iter_mut().zip(NUMBERS) {
+            *number = all.get(name)?;
+        }
+        let mut places: [Option<[f64; 3]>; 4] = [None; 4];
+        for (place, name) in places.iter_mut().zip(PLACES) {
+            *place = all.get(name)?;
+        }
+        let mut all = numbers.iter().flatten().chain(places.iter().flatten().flatten());
+        if !all.all(|v| v.is_finite()) {
+            return Err("number out of range".to_owned());
+        }
+        let [time, fov_degrees, orthographic_height, near, far] = numbers;
+        let [eye, target, direction, up] = places;
+        Ok(Self { time, eye, target, direction, up, fov_degrees, orthographic_height, near, far })
+    }
+}
+
+impl FromJson<'_> for Entry {
+    fn from_json(json: Json<'_>) -> Result<Self, String> {
+        let all = Object::from_json(json)?;
+        all.only(&[&PLACES[..], &NUMBERS[..]].concat())?;
+        Self::read(&all)
+    }
 }
 
 /// Writes cameras as the text of a path's file.
@@ -82,32 +110,27 @@ struct Entry {
 /// # Errors
 /// If a camera is off-centre, which the file cannot say.
 pub fn to_json(cameras: &[Camera]) -> Result<String, PathError> {
-    let mut file = PathFile::default();
+    let mut views = Vec::with_capacity(cameras.len());
     for (index, c) in cameras.iter().enumerate() {
-        let mut entry = Entry {
-            eye: Some(c.eye),
-            direction: Some(c.direction),
-            up: Some(c.up),
-            ..Entry::default()
-        };
-        match c.projection {
+        let (kind, size, near, far) = match c.projection {
             Projection::Perspective { fov_y_radians, near, far, .. } => {
-                entry.fov_degrees = Some(fov_y_radians.to_degrees());
-                (entry.near, entry.far) = (Some(near), Some(far.min(INFINITE)));
+                ("fov_degrees", fov_y_radians.to_degrees(), near, far.min(INFINITE))
             }
             Projection::Orthographic { left, right, bottom, top, near, far }
                 if left == -right && bottom == -top =>
             {
-                entry.orthographic_height = Some(top - bottom);
-                (entry.near, entry.far) = (Some(near), Some(far));
+                ("orthographic_height", top - bottom, near, far)
             }
             _ => return Err(PathError::NotWritable(index)),
-        }
-        file.views.push(entry);
+        };
+        let Camera { eye, direction, up, .. } = c;
+        let view = format!(
+            "    {{ \"eye\": {eye:?}, \"direction\": {direction:?}, \"up\": {up:?}, \"{kind}\": {size:?}, \"near\": {near:?}, \"far\": {far:?} }}"
+        );
+        // Numbers as Rust writes them are those of JSON, but for what is none.
+        views.push(view.replace("NaN", "null").replace("-inf", "null").replace("inf", "null"));
     }
-    // Plain numbers and lists always have a text.
-    serde_json::to_string_pretty(&file)
-        .map_err(|error| PathError::Json { path: "path".into(), error })
+    Ok(format!("{{\n  \"views\": [\n{}\n  ]\n}}", views.join(",\n")))
 }
 
 /// The cameras of a file.
@@ -122,30 +145,30 @@ pub(super) fn cameras(path: &Path, lens: &Lens, count: usize) -> Result<Vec<Came
 }
 
 fn parse(text: &[u8], path: &Path, lens: &Lens, count: usize) -> Result<Vec<Camera>, PathError> {
-    let json = |error| PathError::Json { path: path.to_owned(), error };
+    let json = |error: String| PathError::Json { path: path.to_owned(), error };
     let item = |item: String, message: &str| PathError::Item {
         path: path.to_owned(),
         item,
         message: message.to_owned(),
     };
-    // A list and an object are told apart by their first character, so that errors name their line.
-    let list = text.iter().find(|b| !b.is_ascii_whitespace()) == Some(&b'[');
-    let file = if list {
-        let views: Vec<Entry> = serde_json::from_slice(text).map_err(json)?;
-        PathFile { views, ..PathFile::default() }
-    } else {
-        serde_json::from_slice(text).map_err(json)?
-    };
-    let moving = !file.keys.is_empty();
-    let entries = if moving { &file.keys } else { &file.views };
+    let text = std::str::from_utf8(text).map_err(|e| json(e.to_string()))?;
+    let file = Json::parse(text).and_then(PathFile::from_json);
+    let PathFile { shared, views, keys } = file.map_err(json)?;
+    let moving = !keys.is_empty();
+    let values = if moving { &keys } else { &views };
     let name = |i: usize| format!("{}[{i}]", if moving { "keys" } else { "views" });
-    if entries.is_empty() || (moving && !file.views.is_empty()) {
+    let mut entries = Vec::with_capacity(values.len());
+    for (i, value) in values.iter().enumerate() {
+        let place = || format!("line {}, {}", value.line_in(text), name(i));
+        entries.push(Entry::from_json(*value).map_err(|message| item(place(), &message))?);
+    }
+    if entries.is_empty() || (moving && !views.is_empty()) {
         return Err(item("the file".into(), "needs cameras in either 'views' or 'keys'"));
     }
     let mut poses = Vec::with_capacity(entries.len());
     let mut times = Vec::with_capacity(entries.len());
     for (i, e) in entries.iter().enumerate() {
-        poses.push(pose(e, &file).map_err(|message| item(name(i), message))?);
+        poses.push(pose(e, &shared).map_err(|message| item(name(i), message))?);
         match e.time {
             Some(_) if !moving => return Err(item(name(i), "has a time, which only keys have")),
             None if moving => return Err(item(name(i), "is a key without time")),
@@ -171,14 +194,16 @@ fn parse(text: &[u8], path: &Path, lens: &Lens, count: usize) -> Result<Vec<Came
                 far: mix(|e| e.far),
                 ..Entry::default()
             };
-            camera(&entry, &file, &poses[a].between(&poses[b], t), lens)
+            camera(&entry, &shared, &poses[a].between(&poses[b], t), lens)
         };
         return Ok(sample(&times, count).into_iter().map(at).collect());
     }
-    Ok(spread(entries.len(), count).map(|i| camera(&entries[i], &file, &poses[i], lens)).collect())
+    Ok(spread(entries.len(), count)
+        .map(|i| camera(&entries[i], &shared, &poses[i], lens))
+        .collect())
 }
 
-fn pose(e: &Entry, file: &PathFile) -> Result<Pose, &'static str> {
+fn pose(e: &Entry, shared: &Entry) -> Result<Pose, &'static str> {
     let eye = DVec3::from(e.eye.ok_or("has no eye")?);
     let direction = match (e.target, e.direction) {
         (Some(target), None) => DVec3::from(target) - eye,
@@ -190,15 +215,15 @@ fn pose(e: &Entry, file: &PathFile) -> Result<Pose, &'static str> {
         return Err("looks nowhere: its direction has no length");
     }
     let along_y = direction.normalize().y.abs() > 0.9999;
-    let up = e.up.or(file.up).unwrap_or(if along_y { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] });
+    let up = e.up.or(shared.up).unwrap_or(if along_y { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] });
     Ok(Pose { eye, direction, up: up.into() })
 }
 
 /// The camera of an entry: the caller's word goes before the entry's, and that before the file's.
-fn camera(e: &Entry, file: &PathFile, pose: &Pose, lens: &Lens) -> Camera {
+fn camera(e: &Entry, shared: &Entry, pose: &Pose, lens: &Lens) -> Camera {
     let o = &lens.overrides;
-    let near = o.near.or(e.near).or(file.near);
-    let far = o.far.or(e.far).or(file.far);
+    let near = o.near.or(e.near).or(shared.near);
+    let far = o.far.or(e.far).or(shared.far);
     let far = far.map(|v| if v >= INFINITE { f64::INFINITY } else { v });
     let Pose { eye, direction, up } = *pose;
     let projection = if let Some(height) = e.orthographic_height {
@@ -213,7 +238,7 @@ fn camera(e: &Entry, file: &PathFile, pose: &Pose, lens: &Lens) -> Camera {
             far: far.unwrap_or(fit_far),
         }
     } else {
-        let fov = o.fov_degrees.or(e.fov_degrees).or(file.fov_degrees);
+        let fov = o.fov_degrees.or(e.fov_degrees).or(shared.fov_degrees);
         let fov_y_radians = fov.unwrap_or(super::DEFAULT_FOV_DEGREES).to_radians();
         let [near, far] = lens.fit(eye, fov_y_radians, near, far);
         Projection::Perspective { fov_y_radians, aspect: lens.aspect, near, far }

@@ -11,6 +11,8 @@ mod indices;
 #[cfg(test)]
 mod tests;
 
+use crate::bytes::of_u32s;
+
 /// The most that a byte can grow to: in a block of 256 elements, one byte of header stands for 64
 /// deltas of zero.
 pub(super) const MOST_EXPANSION: usize = 64;
@@ -113,11 +115,12 @@ pub(super) fn decode(
 
 /// Indices as bytes, two or four each.
 fn narrow(indices: &[u32], stride: usize) -> Vec<u8> {
-    if stride == 2 {
-        indices.iter().flat_map(|&i| (i as u16).to_le_bytes()).collect()
-    } else {
-        indices.iter().flat_map(|i| i.to_le_bytes()).collect()
+    if stride == 4 {
+        return of_u32s(indices);
     }
+    let mut out = Vec::with_capacity(indices.len() * 2);
+    indices.iter().for_each(|&i| out.extend_from_slice(&(i as u16).to_le_bytes()));
+    out
 }
 
 /// Reads bytes from the front.

@@ -98,7 +98,7 @@ fn moved(text: &str, places: &[Place], item: &str) -> Result<String, ErrorKind> 
     }
     if view.get("extensions").is_some() {
         // Compression: its bytes are in a buffer too.
-        view.change("extensions", |all| {
+        view.change("extensions", &mut |all| {
             let names: Vec<String> = all.members().map(|(name, _)| name.to_owned()).collect();
             for name in names {
                 let own = all.get(&name).filter(|text| text.starts_with('{'));

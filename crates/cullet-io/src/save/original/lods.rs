@@ -7,10 +7,11 @@ use std::collections::{HashMap, HashSet};
 
 use cullet::lod::{Levels, NO_GROUP};
 use cullet::{Mesh, MeshId};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::object::{Object, list};
 use crate::baked::{BakedMesh, LevelKind};
+use crate::bytes::put_u32s;
 use crate::{ErrorKind, Model, Warning};
 
 const NAME: &str = "MSFT_lod";
@@ -82,7 +83,7 @@ pub(super) fn add(
             {
                 let mut primitive = Object::parse(&block.primitive, "primitive")?;
                 primitive.remove("mode");
-                primitive.change("extensions", |all| {
+                primitive.change("extensions", &mut |all| {
                     all.remove("KHR_draco_mesh_compression");
                     Ok(())
                 })?;
@@ -92,7 +93,7 @@ pub(super) fn add(
                     "componentType": UNSIGNED_INT, "count": indices.len(), "type": "SCALAR",
                 });
                 accessors.push(Cow::Owned(accessor.to_string()));
-                bin.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
+                put_u32s(bin, indices);
                 primitives.push(Cow::Owned(primitive.to_text()));
             }
             mesh.set_list("primitives", &primitives);
@@ -127,7 +128,7 @@ pub(super) fn add(
         }
         node.set("extensions", json!({ NAME: { "ids": ids } }).to_string());
         if node.get("extras").is_none_or(|text| text.starts_with('{')) {
-            node.change("extras", |extras| {
+            node.change("extras", &mut |extras| {
                 extras.set("MSFT_screencoverage", json!(lods.coverage).to_string());
                 Ok(())
             })?;
@@ -193,12 +194,16 @@ fn count_of(text: &str) -> usize {
 
 /// The nodes that an animation moves.
 fn animated(root: &Object<'_>) -> HashSet<usize> {
-    let Some(Ok(Value::Array(animations))) = root.get("animations").map(serde_json::from_str)
-    else {
-        return HashSet::new();
-    };
-    let channels = animations.iter().filter_map(|a| a["channels"].as_array()).flatten();
-    channels.filter_map(|c| Some(c["target"]["node"].as_f64()? as usize)).collect()
+    let mut nodes = HashSet::new();
+    for animation in list(root, "animations").unwrap_or_default() {
+        let Ok(animation) = Object::parse(&animation, "animation") else { continue };
+        for channel in list(&animation, "channels").unwrap_or_default() {
+            let Ok(channel) = Object::parse(&channel, "channel") else { continue };
+            let target = channel.get("target").and_then(|text| Object::parse(text, "target").ok());
+            nodes.extend(target.and_then(|target| target.number("node")));
+        }
+    }
+    nodes
 }
 
 /// The chain of a mesh.

@@ -18,6 +18,7 @@ use super::buffer::{ALIGNMENT, File};
 use super::{SaveError, SaveErrorKind, SaveFormat, baked, glb, replace};
 use crate::beside::Beside;
 use crate::gltf::{BAKED, parts};
+use crate::json::{self, FromJson, Json};
 use crate::{ErrorKind, Model, Warning};
 
 /// Saves the glTF or GLB file `original` as a GLB at `path`, and in it what [`Model::baked`] has of the meshes of `model`, which
@@ -113,14 +114,14 @@ fn add(
                 return Err(ErrorKind::invalid(BAKED, message));
             };
             let mut mesh = Object::parse(&text, "mesh")?;
-            mesh.change("extensions", |all| {
+            mesh.change("extensions", &mut |all| {
                 all.set(BAKED, object.to_string());
                 Ok(())
             })?;
             meshes[*at] = Cow::Owned(mesh.to_text());
         }
         root.set_list("meshes", &meshes);
-        root.change("extensions", |all| {
+        root.change("extensions", &mut |all| {
             all.set(BAKED, baked.root.to_string());
             Ok(())
         })?;
@@ -139,10 +140,11 @@ fn add(
 fn outside(root: &Object<'_>, warnings: &mut Vec<Warning>) {
     let known = ["buffers", "images"];
     for (name, text) in root.members().filter(|(name, _)| !known.contains(name)) {
-        let Ok(value) = serde_json::from_str(text) else { continue };
-        if let Some(uri) =
-            any(&value, "uri", &|uri| uri.as_str().is_some_and(|uri| !uri.starts_with("data:")))
-        {
+        let Ok(value) = Json::parse(text) else { continue };
+        let is_outside =
+            |uri: Json<'_>| uri.text().starts_with('"') && !uri.text().starts_with("\"data:");
+        if let Some(uri) = any(value, "uri", &is_outside) {
+            let uri = uri.text();
             let message = format!(
                 "names {uri}, which is not taken into the file: it is looked for beside it"
             );
@@ -152,22 +154,18 @@ fn outside(root: &Object<'_>, warnings: &mut Vec<Warning>) {
 }
 
 /// The first member of a name, however deep, that is of some kind.
-fn any<'v>(
-    value: &'v serde_json::Value,
-    name: &str,
-    is: &dyn Fn(&serde_json::Value) -> bool,
-) -> Option<&'v serde_json::Value> {
+fn any<'a>(value: Json<'a>, name: &str, is: &dyn Fn(Json<'a>) -> bool) -> Option<Json<'a>> {
     let mut left = vec![value];
     while let Some(value) = left.pop() {
-        match value {
-            serde_json::Value::Array(items) => left.extend(items),
-            serde_json::Value::Object(members) => {
-                if let Some(found) = members.get(name).filter(|v| is(v)) {
-                    return Some(found);
-                }
-                left.extend(members.values());
+        if value.text().starts_with('[') {
+            left.extend(Vec::<Json<'_>>::from_json(value).ok()?);
+        } else if value.text().starts_with('{') {
+            let members = json::Object::from_json(value).ok()?;
+            let found = members.members().find(|(own, value)| own == name && is(*value));
+            if let Some(&(_, value)) = found {
+                return Some(value);
             }
-            _ => {}
+            left.extend(members.members().map(|&(_, value)| value));
         }
     }
     None

@@ -2,48 +2,21 @@
 //! members their order.
 
 use std::borrow::Cow;
-use std::fmt;
-
-use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
-use serde_json::value::RawValue;
 
 use crate::ErrorKind;
+use crate::json::{self, FromJson, Integer, Json};
 
 /// An object: names, and the JSON of their values.
 #[derive(Debug, Default)]
 pub(super) struct Object<'a>(Vec<(Cow<'a, str>, Cow<'a, str>)>);
 
-/// A name, borrowed where it has nothing escaped.
-#[derive(serde::Deserialize)]
-#[serde(transparent)]
-struct Name<'a>(#[serde(borrow)] Cow<'a, str>);
-
-impl<'de> Deserialize<'de> for Object<'de> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Members;
-        impl<'de> Visitor<'de> for Members {
-            type Value = Object<'de>;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an object")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-                let mut all = Vec::new();
-                while let Some((Name(name), value)) = map.next_entry::<Name<'de>, &RawValue>()? {
-                    all.push((name, Cow::Borrowed(value.get())));
-                }
-                Ok(Object(all))
-            }
-        }
-        deserializer.deserialize_map(Members)
-    }
-}
-
 impl<'a> Object<'a> {
     /// The object that is written in a text; `item` names it where it is none.
     pub(super) fn parse(text: &'a str, item: &str) -> Result<Self, ErrorKind> {
-        serde_json::from_str(text).map_err(|e| ErrorKind::invalid(item, e.to_string()))
+        let all = Json::parse(text).and_then(json::Object::from_json);
+        let all = all.map_err(|message| ErrorKind::invalid(item, message))?;
+        let members = all.members().map(|(name, json)| (name.clone(), json.text().into()));
+        Ok(Self(members.collect()))
     }
 
     /// The JSON of a member.
@@ -53,14 +26,13 @@ impl<'a> Object<'a> {
 
     /// A member that is a whole number from 0 to 2⁵³, as glTF's are: `3` or `3.0`.
     pub(super) fn number(&self, name: &str) -> Option<usize> {
-        let number: f64 = serde_json::from_str(self.get(name)?).ok()?;
-        let whole = number.fract() == 0.0 && (0.0..=9_007_199_254_740_992.0).contains(&number);
-        whole.then_some(number as usize)
+        let number = Integer::from_json(Json::parse(self.get(name)?).ok()?).ok()?;
+        Some(number.index()).filter(|&number| number <= 1 << 53)
     }
 
     /// A member that is a string.
     pub(super) fn string(&self, name: &str) -> Option<String> {
-        serde_json::from_str(self.get(name)?).ok()
+        String::from_json(Json::parse(self.get(name)?).ok()?).ok()
     }
 
     /// Puts the JSON of a member in the place of what is there, or behind all others.
@@ -92,7 +64,7 @@ impl<'a> Object<'a> {
     pub(super) fn change(
         &mut self,
         name: &str,
-        change: impl FnOnce(&mut Object<'_>) -> Result<(), ErrorKind>,
+        change: &mut dyn FnMut(&mut Object<'_>) -> Result<(), ErrorKind>,
     ) -> Result<(), ErrorKind> {
         let text = self.get(name).unwrap_or("{}").to_owned();
         let mut inner = Object::parse(&text, name)?;
@@ -112,20 +84,21 @@ impl<'a> Object<'a> {
 
     /// Its JSON.
     pub(super) fn to_text(&self) -> String {
-        let member = |(name, text): (&str, &str)| {
-            format!("{}:{text}", serde_json::Value::String(name.to_owned()))
-        };
-        let members: Vec<String> = self.members().map(member).collect();
-        format!("{{{}}}", members.join(","))
+        let mut text = "{".to_owned();
+        for (name, value) in self.members() {
+            let comma = if text.len() > 1 { "," } else { "" };
+            text += &format!("{comma}{}:{value}", serde_json::Value::String(name.to_owned()));
+        }
+        text + "}"
     }
 }
 
 /// The JSON of each item of a member that is a list; none where there is no such member.
 pub(super) fn list(of: &Object<'_>, name: &str) -> Result<Vec<Cow<'static, str>>, ErrorKind> {
     let Some(text) = of.get(name) else { return Ok(Vec::new()) };
-    let items: Vec<&RawValue> =
-        serde_json::from_str(text).map_err(|e| ErrorKind::invalid(name, e.to_string()))?;
-    Ok(items.into_iter().map(|item| Cow::Owned(item.get().to_owned())).collect())
+    let items = Json::parse(text).and_then(Vec::<Json<'_>>::from_json);
+    let items = items.map_err(|message| ErrorKind::invalid(name, message))?;
+    Ok(items.into_iter().map(|item| Cow::Owned(item.text().to_owned())).collect())
 }
 
 #[cfg(test)]
@@ -145,8 +118,8 @@ mod tests {
             inner.set("y", "3");
             Ok(())
         };
-        object.change("a", add).expect("an object");
-        object.change("d", |_| Ok(())).expect("nothing of nothing");
+        object.change("a", &mut { add }).expect("an object");
+        object.change("d", &mut |_| Ok(())).expect("nothing of nothing");
         let changed = r#"{"b":2.0,"a":{"x":[1, 2],"y":3},"é\"":"\u0041","c":[{},1e0]}"#;
         assert_eq!(object.to_text(), changed);
         object.set_list("c", &[]);
@@ -154,7 +127,7 @@ mod tests {
             assert!(inner.remove("x") && inner.remove("y") && !inner.remove("z"));
             Ok(())
         };
-        object.change("a", empty).expect("an object");
+        object.change("a", &mut { empty }).expect("an object");
         assert_eq!(object.to_text(), r#"{"b":2.0,"é\"":"\u0041"}"#);
         assert_eq!(list(&object, "c").expect("none"), Vec::<Cow<'_, str>>::new());
         assert!(Object::parse("[1]", "it").is_err() && Object::parse("{\"a\":", "it").is_err());

@@ -2,13 +2,12 @@
 
 use std::borrow::Cow;
 
-use serde_json::Value;
-
 use super::any;
 use super::object::{Object, list};
 use crate::ErrorKind;
 use crate::baked::TABLE_ALIGNMENT;
 use crate::gltf::BAKED;
+use crate::json::{FromJson, Json};
 
 /// The views of tables: the first, and how many.
 #[derive(Clone, Copy, Debug)]
@@ -21,12 +20,11 @@ pub(super) struct Tables {
 pub(super) fn forget(root: &mut Object<'_>) -> Result<Option<Tables>, ErrorKind> {
     let mut found = None;
     if root.get("extensions").is_some_and(|text| text.contains(BAKED)) {
-        root.change("extensions", |all| {
-            let own: Value = all
-                .get(BAKED)
-                .map_or(Value::Null, |text| serde_json::from_str(text).unwrap_or(Value::Null));
-            let number = |name: &str| usize::try_from(own["bufferViews"][name].as_u64()?).ok();
-            found = number("first").zip(number("count"));
+        root.change("extensions", &mut |all| {
+            let own = all.get(BAKED).and_then(|text| Object::parse(text, BAKED).ok());
+            let views = own.as_ref().and_then(|own| own.get("bufferViews"));
+            let views = views.and_then(|text| Object::parse(text, BAKED).ok()).unwrap_or_default();
+            found = views.number("first").zip(views.number("count"));
             all.remove(BAKED);
             Ok(())
         })?;
@@ -36,7 +34,7 @@ pub(super) fn forget(root: &mut Object<'_>) -> Result<Option<Tables>, ErrorKind>
     for (m, text) in meshes.iter_mut().enumerate().filter(|(_, text)| text.contains(BAKED)) {
         let own = text.clone().into_owned();
         let mut mesh = Object::parse(&own, &format!("mesh {m}"))?;
-        mesh.change("extensions", |all| {
+        mesh.change("extensions", &mut |all| {
             all.remove(BAKED);
             Ok(())
         })?;
@@ -75,22 +73,23 @@ pub(super) fn cut(
         }
         start = start.min(view.number("byteOffset").unwrap_or(0));
     }
-    let named = |value: &Value| value.as_f64().is_some_and(|v| v >= first as f64);
+    let named = |value: Json<'_>| f64::from_json(value).is_ok_and(|v| v >= first as f64);
     let mut taken = false;
     for (name, text) in root.members() {
         if name == "bufferViews" || !text.contains("bufferView") {
             continue;
         }
-        let value =
-            serde_json::from_str(text).map_err(|e| ErrorKind::invalid(name, e.to_string()))?;
-        taken |= any(&value, "bufferView", &named).is_some();
+        let value = Json::parse(text).map_err(|message| ErrorKind::invalid(name, message))?;
+        taken |= any(value, "bufferView", &named).is_some();
     }
     for text in &views[..first] {
-        let view: Value = serde_json::from_str(text)
-            .map_err(|e| ErrorKind::invalid("bufferView", e.to_string()))?;
+        let view = Object::parse(text, "bufferView")?;
+        taken |= end(&view) > start;
         // Its own range, and those of extensions.
-        let inner = view["extensions"].as_object().into_iter().flat_map(|all| all.values());
-        taken |= std::iter::once(&view).chain(inner).any(|of| end(of) > start as f64);
+        let inner = view.get("extensions").and_then(|text| Object::parse(text, "extensions").ok());
+        for (_, text) in inner.iter().flat_map(Object::members) {
+            taken |= Object::parse(text, "extension").is_ok_and(|of| end(&of) > start);
+        }
     }
     if !taken && start.is_multiple_of(TABLE_ALIGNMENT) {
         views.truncate(first);
@@ -101,10 +100,10 @@ pub(super) fn cut(
 }
 
 /// Where a range of buffer 0 ends; 0 where it is of another.
-fn end(of: &Value) -> f64 {
-    let number = |name: &str| of[name].as_f64();
-    match number("buffer") {
-        Some(0.0) => number("byteOffset").unwrap_or(0.0) + number("byteLength").unwrap_or(0.0),
-        _ => 0.0,
+fn end(of: &Object<'_>) -> usize {
+    let number = |name: &str| of.number(name).unwrap_or(0);
+    match of.number("buffer") {
+        Some(0) => number("byteOffset").saturating_add(number("byteLength")),
+        _ => 0,
     }
 }
