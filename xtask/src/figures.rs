@@ -11,6 +11,8 @@ use serde_json::Value;
 use crate::tools::{Done, cargo, command, root, target};
 
 mod dates;
+#[path = "../../programs/cullet-lab/src/lecture/formula.rs"]
+mod formula;
 
 /// The list, from the root.
 const LIST: &str = "docs/figures.json";
@@ -32,17 +34,14 @@ struct Phrase {
 struct Figure {
     /// Arguments of `cullet`, without `--json -`.
     run: String,
-    /// Pointers into what the command writes: the first, less those after it.
-    value: Terms,
+    /// A formula of what the command writes.
+    value: String,
     /// The divisor.
-    over: Option<Terms>,
+    over: Option<String>,
     /// The factor.
     times: f64,
     decimals: usize,
 }
-
-/// Pointers into JSON; one that ends in `?` counts as 0 where it is absent.
-struct Terms(Vec<String>);
 
 /// How a command ended.
 enum Ran {
@@ -71,7 +70,9 @@ pub(crate) fn compare(filter: &str, write: bool) -> Done {
         for (figure, &(start, end)) in phrase.figures.iter().zip(&found) {
             let held = &text[start..end];
             let given = match ran.entry(&figure.run).or_insert_with(|| run(&figure.run)) {
-                Ran::Wrote(json) => figure.of(json).map(|v| written(v, figure.decimals, held)),
+                Ran::Wrote(json) => {
+                    figure.of(json).map(|v| formula::written(v, figure.decimals, held))
+                }
                 Ran::Lacks(file) => {
                     skipped.push(format!("{file}: {}", figure.run));
                     Ok(held.to_owned())
@@ -154,49 +155,10 @@ impl Phrase {
 
 impl Figure {
     fn of(&self, json: &Value) -> Result<f64, String> {
-        let over = self.over.as_ref().map_or(Ok(1.0), |o| o.of(json))?;
-        if over == 0.0 {
-            return Err("the figure is a share of nothing".into());
-        }
-        Ok(self.value.of(json)? / over * self.times)
+        let over = self.over.as_deref().unwrap_or("1");
+        let formula = format!("( {} ) / ( {over} ) * {}", self.value, self.times);
+        formula::value(&formula, &[json])
     }
-}
-
-impl Terms {
-    /// Of `"/all - /removed/frustum?"`.
-    fn new(text: &str) -> Self {
-        Self(text.split(" - ").map(str::to_owned).collect())
-    }
-
-    fn of(&self, json: &Value) -> Result<f64, String> {
-        let mut sum = 0.0;
-        for (i, term) in self.0.iter().enumerate() {
-            let at = term.trim_end_matches('?');
-            let value = match json.pointer(at) {
-                None if at != term => 0.0,
-                None => return Err(format!("it wrote nothing at {at}")),
-                Some(Value::Array(list)) => list.len() as f64,
-                Some(value) => value.as_f64().ok_or(format!("{at} is no number"))?,
-            };
-            sum += if i == 0 { value } else { -value };
-        }
-        Ok(sum)
-    }
-}
-
-/// A value as `held` is: with its digits grouped by the same character.
-fn written(value: f64, decimals: usize, held: &str) -> String {
-    let plain = format!("{value:.decimals$}");
-    let (whole, rest) = plain.split_at(plain.find('.').unwrap_or(plain.len()));
-    let by = if held.contains(' ') { ' ' } else { ',' };
-    let mut grouped = String::new();
-    for (i, digit) in whole.chars().enumerate() {
-        if i > 0 && (whole.len() - i) % 3 == 0 {
-            grouped.push(by);
-        }
-        grouped.push(digit);
-    }
-    grouped + rest
 }
 
 /// Where in `text` the holes of `phrase` are filled by numbers: the phrase must be there once.
@@ -274,8 +236,8 @@ fn figure(item: &Value) -> Result<Figure, String> {
     let decimals = item["decimals"].as_u64().unwrap_or(0);
     Ok(Figure {
         run: word(item, "run")?,
-        value: Terms::new(&word(item, "value")?),
-        over: item["over"].as_str().map(Terms::new),
+        value: word(item, "value")?,
+        over: item["over"].as_str().map(str::to_owned),
         times: item["times"].as_f64().unwrap_or(1.0),
         decimals: usize::try_from(decimals).map_err(|e| e.to_string())?,
     })
@@ -314,11 +276,11 @@ mod tests {
 
     #[test]
     fn a_figure_is_written_as_the_text_has_it() {
-        assert_eq!(written(1_234_567.0, 0, "1,000"), "1,234,567");
-        assert_eq!(written(1_234_567.0, 0, "9 000"), "1 234 567");
-        assert_eq!(written(15.05, 1, "14.9"), "15.1");
-        assert_eq!(written(999.6, 0, "7"), "1,000");
-        assert_eq!(written(0.4, 0, "7"), "0");
+        assert_eq!(formula::written(1_234_567.0, 0, "1,000"), "1,234,567");
+        assert_eq!(formula::written(1_234_567.0, 0, "9 000"), "1 234 567");
+        assert_eq!(formula::written(15.05, 1, "14.9"), "15.1");
+        assert_eq!(formula::written(999.6, 0, "7"), "1,000");
+        assert_eq!(formula::written(0.4, 0, "7"), "0");
         let text = "of 1,234 things 5 are";
         let holes = find(text, "of {} things {} are").unwrap();
         let new = ["9".to_owned(), "10,000".to_owned()];

@@ -7,7 +7,6 @@ mod bindings;
 mod book;
 mod checked;
 mod compiler;
-mod exercises;
 mod figures;
 mod graphics;
 mod links;

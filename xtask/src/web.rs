@@ -23,8 +23,8 @@ const MAX_COMPRESSED: u64 = 4 << 20;
 /// Sources of the page, from the root; what is in `tests` is none of it.
 const SOURCES: &str = "crates/cullet-viewer/web";
 
-/// The chapter of lectures, from the root.
-const LECTURES: &str = "docs/src/lectures.md";
+/// What the page of lectures shows, from the root.
+const LECTURES: &str = "docs/lectures.json";
 
 /// Where the page is built, and where `cullet-serve` finds it.
 pub(crate) fn page() -> PathBuf {
@@ -55,9 +55,8 @@ pub(crate) fn build() -> Done {
             fs::copy(&path, new.join(entry.file_name())).map_err(|e| fail(&path, e))?;
         }
     }
-    // What the page of lectures shows is a chapter of the book, under an ending that is served as text everywhere.
-    let chapter = root().join(LECTURES);
-    fs::copy(&chapter, new.join("lectures.txt")).map_err(|e| fail(&chapter, e))?;
+    let lectures = root().join(LECTURES);
+    fs::copy(&lectures, new.join("lectures.json")).map_err(|e| fail(&lectures, e))?;
     let mut total = 0;
     let files: Vec<PathBuf> =
         fs::read_dir(&new).map_err(|e| fail(&new, e))?.flatten().map(|e| e.path()).collect();

@@ -1,12 +1,26 @@
 //! Files that commands write.
 
+use std::cell::RefCell;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use cullet_io::{Model, save};
+use serde_json::Value;
 
 use crate::console::Console;
-use crate::exit::{Exit, Failure};
+use crate::exit::{Exit, Failure, Outcome};
+
+thread_local! {
+    /// The JSON that a command wrote to the standard output while [`take_json`] runs it.
+    static TAKEN: RefCell<Option<Value>> = const { RefCell::new(None) };
+}
+
+/// Runs a command with `--json -` on this thread, and returns its JSON in place of writing it.
+pub fn take_json(run: impl FnOnce() -> Outcome) -> (Outcome, Option<Value>) {
+    TAKEN.set(Some(Value::Null));
+    let outcome = run();
+    (outcome, TAKEN.take().filter(|json| !json.is_null()))
+}
 
 /// Writes what a command made: the model, and its figures as JSON, each where a path was given.
 ///
@@ -35,6 +49,10 @@ pub fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), Fail
         .map_err(|e| Failure { exit: Exit::Internal, message: format!("JSON: {e}") })?;
     text.push('\n');
     if path == Path::new("-") {
+        if TAKEN.with_borrow(Option::is_some) {
+            TAKEN.set(serde_json::from_str(&text).ok());
+            return Ok(());
+        }
         let _ = std::io::stdout().lock().write_all(text.as_bytes());
         return Ok(());
     }

@@ -14,7 +14,7 @@ use crate::compare_occluders::compare;
 use crate::fetch::{self, FetchArgs};
 use crate::film::{self, FilmArgs};
 use crate::fly::{self, FlyArgs};
-use crate::lecture_command::{self, LectureArgs};
+use crate::lecture::{self, LectureArgs};
 use crate::occscn_command::{self, OccscnArgs};
 use crate::picture::{self, PictureArgs};
 use crate::quiz::{self, QuizArgs};
@@ -41,7 +41,7 @@ pub enum Command {
     #[command(after_help = occscn_command::HELP)]
     Occscn(Box<OccscnArgs>),
     /// Three lectures and a paper, item by item: each claim, measured here
-    #[command(after_help = lecture_command::HELP)]
+    #[command(after_help = lecture::HELP)]
     Lecture(LectureArgs),
     /// The exercises of the book: is an answer right?
     #[command(after_help = quiz::HELP)]
@@ -89,7 +89,7 @@ impl Command {
             }
             Self::Replay(args) => replay::run(args, &console(args.json.as_deref())),
             Self::Occscn(args) => occscn_command::run(args, &console(None)),
-            Self::Lecture(args) => lecture_command::run(args, &console(args.json.as_deref())),
+            Self::Lecture(args) => lecture::run(args, &console(args.json.as_deref())),
             Self::Quiz(args) => quiz::run(args, &console(None)),
             Self::Picture(args) => picture::run(args, &console(None)),
             Self::Film(args) => film::run(args, &console(None)),

@@ -28,8 +28,6 @@ mod fly;
 pub mod joint;
 #[cfg(feature = "program")]
 pub mod lecture;
-#[cfg(feature = "program")]
-mod lecture_command;
 pub mod methods;
 #[cfg(feature = "program")]
 pub mod occscn;
@@ -38,7 +36,7 @@ mod occscn_command;
 #[cfg(feature = "program")]
 mod picture;
 #[cfg(feature = "program")]
-mod quiz;
+pub mod quiz;
 #[cfg(feature = "program")]
 mod replay;
 #[cfg(feature = "program")]

@@ -1,33 +1,33 @@
-// The lectures, an item at a time, as slides: the claim, what was measured of it, and its scene to turn. lectures.txt is
-// the chapter of the book as `cullet lecture --check --page` writes it.
+// The lectures, an item at a time, as slides: the claim, what was measured of it, and its scene to turn. lectures.json is
+// the book's own docs/lectures.json.
 const by = (id) => document.getElementById(id);
 const scene = by("scene");
 // In a published book the chapters lie beside the viewer's folder.
-const inBook = /\/viewer\/[^/]*$/.test(location.pathname);
+const inBook = location.pathname.split("/").at(-2) === "viewer";
 
-/** Texts, and items with all that is said of each. */
-function read(chapter) {
-  const texts = [...chapter.matchAll(/^- \*\*(.+?)\*\*: (.*)$/gm)].map(([, name, about]) => ({ name, about }));
-  const places = new Map([...chapter.matchAll(/^\| \[(\d+)\]\(.*?\) \| .*? \| (.*?) \|/gm)].map(([, n, where]) => [n, where]));
-  const items = chapter.split(/^### /m).slice(1).map((part) => {
-    const [title, , claim, ...rest] = part.trimEnd().split("\n");
-    const number = title.split(".")[0];
-    const line = (start) => rest.find((l) => l.startsWith(start));
-    const target = (name) => part.match(new RegExp(`\\[${name}\\]\\(([^)]*)\\)`))?.[1];
-    return {
-      number, title, claim, where: places.get(number) ?? "", command: rest.at(-1).match(/^`(.*?)`/)?.[1],
-      text: line("The text: "), here: line("*Here: ") ?? line("Not tried here"), error: line("**The text errs.**"),
-      live: target("live")?.replace("viewer/", ""), chapter: target("chapter")?.replace(".md", ".html"),
-    };
-  });
-  return { texts, items };
+/** What a slide shows of an item. */
+function slide(item) {
+  // A figure is "1,234", "1,234 = FORMULA" or "1.2 ~ = FORMULA".
+  const figures = (item.figures ?? []).map((figure) => figure.split(" = ")[0].split(" ~")[0]);
+  const measured = item.measured.split("{}").map((part, at) => part + (figures[at] ?? "")).join("");
+  const { number, claim, command, chapter, live } = item;
+  return {
+    number: String(number), title: `${number}. ${item.title}`, claim, command,
+    texts: item.places.map(({ text }) => text),
+    where: item.places.map(({ text, at }) => `${text}, ${at}`).join("; "),
+    text: item.said && `The text: ${item.said}.`,
+    here: `Here: ${measured}.`,
+    error: item.fault && `The text errs. ${item.fault}`,
+    live: live && `index.html#scene=${live.scene}&${live.state}`,
+    chapter: chapter.replace(".md", ".html"),
+  };
 }
 
 /** A paragraph, with what stands between back quotes as code. */
 function paragraph(text, kind) {
   const p = document.createElement("p");
   if (kind) p.className = kind;
-  text.replace(/^\*(?!\*)(.*)\*$/, "$1").replaceAll("**", "").split("`").forEach((part, at) => {
+  text.replaceAll("*", "").split("`").forEach((part, at) => {
     const place = at % 2 ? p.appendChild(document.createElement("code")) : p;
     place.append(part);
   });
@@ -78,9 +78,10 @@ function watch() {
 }
 
 async function begin() {
-  const answer = await fetch("lectures.txt");
-  if (!answer.ok) throw new Error(`lectures.txt: ${answer.status} ${answer.statusText}`);
-  const { texts, items } = read(await answer.text());
+  const answer = await fetch("lectures.json");
+  if (!answer.ok) throw new Error(`lectures.json: ${answer.status} ${answer.statusText}`);
+  const { texts, items: all } = await answer.json();
+  const items = all.map(slide);
   for (const { name, about } of texts) {
     const option = by("text").appendChild(new Option(name, name));
     option.title = about;
@@ -90,7 +91,7 @@ async function begin() {
   const go = (n) => { if (shown[n]) location.hash = shown[n].number; };
   const list = () => {
     const text = by("text").value;
-    shown = items.filter((item) => item.where.includes(text));
+    shown = items.filter((item) => !text || item.texts.includes(text));
     by("number").replaceChildren(...shown.map((item) => new Option(item.title, item.number)));
   };
   const turn = () => {

@@ -7,7 +7,6 @@ use cullet::cull::frustum::tree::Cut;
 use cullet::hierarchy::Nodes;
 use cullet::view::{FrustumPlane, ViewError};
 use cullet::{Camera, Depth, Frustum, Projection, Simd};
-use cullet_lab::lecture::Lab;
 
 use crate::{Computed, Entry, number, word};
 
@@ -37,28 +36,28 @@ fn right() -> Result<Plane, ViewError> {
     Ok(*PROJECTION.frustum()?.plane(FrustumPlane::Right).expect("a perspective has a right plane"))
 }
 
-fn distance_of_a_point(_: &Lab) -> Computed {
+fn distance_of_a_point() -> Computed {
     number(right()?.distance([3.0, 0.0, -10.0]))
 }
 
-fn side_of_a_sphere(_: &Lab) -> Computed {
+fn side_of_a_sphere() -> Computed {
     word(Sphere::new([12.0, 0.0, -10.0], 1.5).side(&right()?))
 }
 
-fn distance_of_the_p_vertex(_: &Lab) -> Computed {
+fn distance_of_the_p_vertex() -> Computed {
     let b = Aabb::new([3.0, -2.0, -9.0], [5.0, 2.0, -3.0]);
     assert_eq!((b.center(), b.half_extent()), ([4.0, 0.0, -6.0], [1.0, 2.0, 3.0]));
     number(b.span(&right()?)[1])
 }
 
 /// The engine's right is direction × up.
-fn up_times_direction(_: &Lab) -> Computed {
+fn up_times_direction() -> Computed {
     let (direction, up) = ([0.0, 0.0, -1.0], [0.0, 1.0, 0.0]);
     let [right, ..] = Camera { eye: [0.0; 3], direction, up, projection: PROJECTION }.basis()?;
     number(-right[0])
 }
 
-fn levels_of_nodes(_: &Lab) -> Computed {
+fn levels_of_nodes() -> Computed {
     let boxes: Vec<Aabb> = (0..65_536)
         .map(|i| [(i % 256) as f32, (i / 256) as f32, 0.0])
         .map(|low| Aabb::new(low, low.map(|v| v + 1.0)))
@@ -69,7 +68,7 @@ fn levels_of_nodes(_: &Lab) -> Computed {
 }
 
 /// Counts the tests of a walk over two nodes, of which one straddles, less those of a walk in which both are inside.
-fn planes_that_are_left(_: &Lab) -> Computed {
+fn planes_that_are_left() -> Computed {
     let projection = Projection::Orthographic {
         left: -10.0,
         right: 10.0,
@@ -112,22 +111,22 @@ fn window() -> Window<f64, 2> {
     Window::new([-1.0; 2], [1.0; 2]).expect("low is below high")
 }
 
-fn outcode(_: &Lab) -> Computed {
+fn outcode() -> Computed {
     number(f64::from(window().outcode(&[2.0, -3.0])))
 }
 
-fn cut_by_a_side(_: &Lab) -> Computed {
+fn cut_by_a_side() -> Computed {
     let side = HalfSpace::new([1.0, 0.0], 1.0)?;
     number(side.clip_line(&[0.0, 0.0], &[4.0, 2.0]).ok_or("nothing is left")?[1])
 }
 
-fn cut_in_clip_space(_: &Lab) -> Computed {
+fn cut_in_clip_space() -> Computed {
     let volume = space::full::<f64>(Depth::Standard);
     let left = volume.clip_line(&[1.0, 0.0, 1.0, 4.0], &[4.0, 0.0, 1.0, 2.0]);
     number(left.ok_or("nothing is left")?[1])
 }
 
-fn past_the_corner(_: &Lab) -> Computed {
+fn past_the_corner() -> Computed {
     let (window, ends) = (window(), [[-2.0, 0.5], [-0.5, 2.0]]);
     // No end is on a side, so that what is not outside is inside.
     let codes = ends.map(|end| window.outcode(&end));

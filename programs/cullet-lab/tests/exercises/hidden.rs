@@ -12,7 +12,6 @@ use cullet::{
     ViewState, Visible,
 };
 use cullet_bake::pvs::{PairState, PvsSettings, bake};
-use cullet_lab::lecture::Lab;
 use cullet_testkit::meshes;
 
 use crate::{Computed, Entry, end_of, number};
@@ -64,17 +63,17 @@ fn seen_of_the_wall(reached: &Reached, cell: u32) -> Result<[f64; 2], Box<dyn st
     Ok(ends.map(|t| line::at(&from, &to, t)[0]))
 }
 
-fn through_a_door(_: &Lab) -> Computed {
+fn through_a_door() -> Computed {
     let [left, right] = seen_of_the_wall(&walked()?, 1)?;
     number(right - left)
 }
 
-fn through_two_doors(_: &Lab) -> Computed {
+fn through_two_doors() -> Computed {
     let [left, right] = seen_of_the_wall(&walked()?, 2)?;
     number(right - left)
 }
 
-fn beside_two_doors(_: &Lab) -> Computed {
+fn beside_two_doors() -> Computed {
     let reached = walked()?;
     let visit = reached.visits().iter().find(|visit| visit.cell == 2).ok_or("not reached")?;
     let frustum = reached.frustum(visit, [0.0; 3], 100.0);
@@ -101,7 +100,7 @@ fn behind_the_wall() -> Result<OcclusionBuffer, Box<dyn std::error::Error>> {
 }
 
 /// Where posts without width stop being hidden to either side. A pixel is 12 mm wide there.
-fn hidden_region(_: &Lab) -> Computed {
+fn hidden_region() -> Computed {
     let buffer = behind_the_wall()?;
     let is_hidden = |x: f64| {
         let post = Aabb::new([x as f32, -0.1, -50.0], [x as f32, 0.1, -50.0]);
@@ -111,13 +110,13 @@ fn hidden_region(_: &Lab) -> Computed {
     number(right - left)
 }
 
-fn box_behind_a_wall(_: &Lab) -> Computed {
+fn box_behind_a_wall() -> Computed {
     let found = behind_the_wall()?.test_box(&Aabb::new([20.0, 0.0, -54.0], [24.0, 1.0, -50.0]));
     Ok(if found == Visibility::Hidden { "hidden" } else { "kept" }.to_owned())
 }
 
 /// A unit of this parallel view is a pixel, and the gap is in the column to the right of the middle.
-fn gap_in_a_pixel(_: &Lab) -> Computed {
+fn gap_in_a_pixel() -> Computed {
     let (size, column) = ([200, 200], 100);
     let view = View::orthographic([0.0; 3], [0.0, 0.0, -1.0], 200.0, 0.1, 100.0, size)?;
     let mut buffer = OcclusionBuffer::new(size)?;
@@ -143,7 +142,7 @@ fn gap_in_a_pixel(_: &Lab) -> Computed {
 const SUN: [f64; 3] = [0.5, -1.0, 0.0];
 
 /// The ray of light, cut by the ground.
-fn shadow_of_a_point(_: &Lab) -> Computed {
+fn shadow_of_a_point() -> Computed {
     let above = HalfSpace::new([0.0, -1.0, 0.0], 0.0)?;
     let from = [0.0, 20.0, 0.0];
     let to = std::array::from_fn(|axis| from[axis] + 100.0 * SUN[axis]);
@@ -151,7 +150,7 @@ fn shadow_of_a_point(_: &Lab) -> Computed {
     number(line::at(&from, &to, end)[0])
 }
 
-fn shadow_of_a_bird(_: &Lab) -> Computed {
+fn shadow_of_a_bird() -> Computed {
     let mut scene = Scene::new();
     let bird = scene.add_mesh(meshes::block([-0.1; 3], [0.1; 3]));
     // The second one's shadow falls at x = −10.
@@ -188,11 +187,11 @@ fn shadow_of_a_bird(_: &Lab) -> Computed {
 }
 
 /// The engine's own sets are shorter than plain rows, so that none of its functions has their size.
-fn bytes_of_a_row(_: &Lab) -> Computed {
+fn bytes_of_a_row() -> Computed {
     number(f64::from(1500_u32.div_ceil(8)))
 }
 
-fn four_rooms(_: &Lab) -> Computed {
+fn four_rooms() -> Computed {
     let door = |cells, x: f64, y: f64| Portal {
         cells,
         polygon: vec![[x, y, 0.0], [x, y, 2.0], [x, y + 1.0, 2.0], [x, y + 1.0, 0.0]],

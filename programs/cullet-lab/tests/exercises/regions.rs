@@ -13,7 +13,6 @@ use cullet_bake::occluders::{OccluderOptions, OccluderPolygon, Occluders, occlud
 use cullet_bake::sampled::{
     RayTree, RayTreeOptions, SampledBake, SampledSettings, ScenePvs, ViewCells,
 };
-use cullet_lab::lecture::Lab;
 use cullet_testkit::{meshes, soups};
 
 use crate::{Computed, Entry, end_of, number};
@@ -31,7 +30,7 @@ pub(crate) const ENTRIES: &[Entry] = &[
     ("pvs-scene-2", largest_angle),
 ];
 
-fn room_turned_inside_out(_: &Lab) -> Computed {
+fn room_turned_inside_out() -> Computed {
     let (positions, mut indices) = soups::block([0.0; 3], [4.0, 3.0, 5.0]);
     indices.chunks_exact_mut(3).for_each(|t| t.swap(1, 2));
     let options = OccluderOptions { directions: 0, ..OccluderOptions::default() };
@@ -44,7 +43,7 @@ fn room_turned_inside_out(_: &Lab) -> Computed {
     Ok(if one_sided.boxes.is_empty() { "no" } else { "yes" }.to_owned())
 }
 
-fn height_above_a_slope(_: &Lab) -> Computed {
+fn height_above_a_slope() -> Computed {
     let points = [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 0.0, 1.0]];
     let points = points.map(|p: [f32; 3]| p.map(|v| v * 1e-3)).to_vec();
     let polygon = OccluderPolygon { points, two_sided: true, tolerance: 1e-5 };
@@ -56,7 +55,7 @@ fn height_above_a_slope(_: &Lab) -> Computed {
 }
 
 /// The passes need a device; a pixel's texel is what the chapter says.
-fn texels_of_a_level(_: &Lab) -> Computed {
+fn texels_of_a_level() -> Computed {
     let level = 3;
     let texels = [447_u32, 319].map(|size| ((size - 1) >> (level + 1)) + 1);
     number(f64::from(texels[0] * texels[1]))
@@ -64,7 +63,7 @@ fn texels_of_a_level(_: &Lab) -> Computed {
 
 /// Four walls, each over a quarter of the picture. With a near plane at 1 that is reversed and endless the depth is 1 over the distance, which
 /// is how the engine counts too.
-fn texel_of_four(_: &Lab) -> Computed {
+fn texel_of_four() -> Computed {
     let (size, right_angle) = ([64, 64], std::f64::consts::FRAC_PI_2);
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], right_angle, 0.1, 1000.0, size)?;
     let mut buffer = OcclusionBuffer::new(size)?;
@@ -85,7 +84,7 @@ fn texel_of_four(_: &Lab) -> Computed {
     Ok(if is_hidden(0.25) { "hidden" } else { "kept" }.to_owned())
 }
 
-fn through_a_back(_: &Lab) -> Computed {
+fn through_a_back() -> Computed {
     // Its front is towards +x.
     let corners = [[0.0, -5.0, -5.0], [0.0, 5.0, -5.0], [0.0, 5.0, 5.0], [0.0, -5.0, 5.0]];
     let mut scene = Scene::new();
@@ -98,7 +97,7 @@ fn through_a_back(_: &Lab) -> Computed {
     Ok(if blocked(thief, guard) { "blocked" } else { "clear" }.to_owned())
 }
 
-fn house_on_the_ground(_: &Lab) -> Computed {
+fn house_on_the_ground() -> Computed {
     let sight = |ground: f32| -> Result<BoxSight, Box<dyn Error>> {
         let mut scene = Scene::new();
         let house = scene.add_mesh(meshes::block([-5.0, ground, -50.0], [5.0, 30.0, 50.0]));
@@ -126,7 +125,7 @@ fn seen(
 
 /// Posts in a row, 50 m away, and whether each is hidden. What the body that is drawn hides there is five times as wide as its front, which is
 /// 10 m away.
-fn width_of_a_smaller_body(_: &Lab) -> Computed {
+fn width_of_a_smaller_body() -> Computed {
     const POSTS: i32 = 500;
     let place = |post: i32| f64::from(post) * 0.02 + 15.0;
     let mut scene = Scene::new();
@@ -149,7 +148,7 @@ fn width_of_a_smaller_body(_: &Lab) -> Computed {
     number(2.0 * place(first as i32) * 10.0 / 50.0)
 }
 
-fn cells_for_a_wall(_: &Lab) -> Computed {
+fn cells_for_a_wall() -> Computed {
     let mut scene = Scene::new();
     let wall = scene.add_mesh(meshes::block([-200.0, -100.0, -11.0], [200.0, 100.0, -10.0]));
     scene.add(Instance::new(wall, Transform::IDENTITY))?;
@@ -182,7 +181,7 @@ fn without_lines(
     Ok(SampledBake::new(&tree, cells, settings)?.finish())
 }
 
-fn bytes_of_rows(_: &Lab) -> Computed {
+fn bytes_of_rows() -> Computed {
     let mut scene = Scene::new();
     let stone = scene.add_mesh(meshes::block([-0.1; 3], [0.1; 3]));
     for i in 0..100 {
@@ -194,7 +193,7 @@ fn bytes_of_rows(_: &Lab) -> Computed {
     number(without_lines(&scene, &cells, &SampledSettings::default())?.rows_bytes().len() as f64)
 }
 
-fn largest_angle(_: &Lab) -> Computed {
+fn largest_angle() -> Computed {
     let half = 1.0 / 3.0_f32.sqrt();
     let mut scene = Scene::new();
     let block = scene.add_mesh(meshes::block([-half; 3], [half; 3]));

@@ -9,7 +9,6 @@ use cullet::view::EyeBall;
 use cullet::{Culler, Handle, Instance, Scene, Stage, Transform, View, ViewState, Visible};
 use cullet_cut::{CapOptions, CutInput, CutMesh, CutOptions, Keep, cut, cut_mesh};
 use cullet_io::deform::{JointBoxes, MorphBounds, Morphs, Skin};
-use cullet_lab::lecture::Lab;
 use cullet_testkit::steps::Balls;
 use cullet_testkit::{meshes, soups};
 
@@ -29,7 +28,7 @@ pub(crate) const ENTRIES: &[Entry] = &[
 ];
 
 /// The third bound is four times the first, which the chapter states.
-fn bound_of_a_level(_: &Lab) -> Computed {
+fn bound_of_a_level() -> Computed {
     let bound = 200.0 / 800.0 * 2.0 * 2.0;
     let fov = 60_f64.to_radians();
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], fov, 0.1, 1e5, [1280, 720])?;
@@ -40,7 +39,7 @@ fn bound_of_a_level(_: &Lab) -> Computed {
 }
 
 /// Eight balls in a row, and a ninth that stands for them.
-fn drawn_as_themselves(_: &Lab) -> Computed {
+fn drawn_as_themselves() -> Computed {
     let mut scene = Scene::new();
     let [house, merged] =
         [&[12, 6, 3][..], &[9, 6, 3]].map(|r| Balls::new(r, 1.0).add_to(&mut scene));
@@ -66,19 +65,19 @@ fn drawn_as_themselves(_: &Lab) -> Computed {
     number(drawn(&scene, &houses)? as f64)
 }
 
-fn share_of_pixels(_: &Lab) -> Computed {
+fn share_of_pixels() -> Computed {
     let detail = Detail { threshold_px: 4.0, fade: 0.5, ..Detail::default() };
     number(detail.weight(Some([3.0, 5.0]), 1.0))
 }
 
-fn next_ball(_: &Lab) -> Computed {
+fn next_ball() -> Computed {
     let eye = |view: u32| [f64::from(view) * 0.45, 0.0, 0.0];
     let first = EyeBall { centre: eye(0), radius: 2.0 };
     let view = (1..100).find(|&view| first.follow(eye(view), 2.0) != first);
     number(f64::from(view.ok_or("it never is")?))
 }
 
-fn bytes_of_shape(_: &Lab) -> Computed {
+fn bytes_of_shape() -> Computed {
     let size = [8, 16];
     let texels = vec![0; Impostor::texel_count(size)?];
     let place = (Aabb::new([-1.0; 3], [1.0; 3]), 2.0);
@@ -86,7 +85,7 @@ fn bytes_of_shape(_: &Lab) -> Computed {
 }
 
 /// Of a mesh whose radius is 1, at the least distance at which its impostor's error is within two pixels.
-fn radius_of_an_impostor(_: &Lab) -> Computed {
+fn radius_of_an_impostor() -> Computed {
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 1.0, 0.1, 1e4, [1920, 1080])?;
     let (lod, scale) = (Lod { pixels: 2.0, ..Lod::default() }, PixelScale::of(&view, false));
     let eye = LevelEye::new(&lod, &scale, &Transform::IDENTITY, None);
@@ -106,7 +105,7 @@ fn volume(of: &CutMesh) -> f64 {
     of.indices.chunks_exact(3).map(signed).sum()
 }
 
-fn volume_of_a_half(_: &Lab) -> Computed {
+fn volume_of_a_half() -> Computed {
     let cube = meshes::block([0.0; 3], [2.0; 3]);
     let options = CutOptions { keep: Keep::Outside, caps: Some(CapOptions::default()) };
     let done = cut_mesh(&cube, &[], 0, &[Plane::new([1.0, 0.0, 0.0], 0.5)], &options, 0)?;
@@ -114,7 +113,7 @@ fn volume_of_a_half(_: &Lab) -> Computed {
     number(volume(&done.cut))
 }
 
-fn cap_of_two(_: &Lab) -> Computed {
+fn cap_of_two() -> Computed {
     let (mut positions, mut indices) = soups::block([0.0; 3], [2.0; 3]);
     let (others, own) = soups::block([1.0, 1.0, 0.0], [3.0, 3.0, 2.0]);
     indices.extend(own.iter().map(|i| i + positions.len() as u32));
@@ -126,7 +125,7 @@ fn cap_of_two(_: &Lab) -> Computed {
     number(done.caps.iter().map(|cap| done.cap_area(cap, &plane)).sum())
 }
 
-fn bounds_of_joints(_: &Lab) -> Computed {
+fn bounds_of_joints() -> Computed {
     let positions = [0.0, 1.0, 2.0, 3.0].map(|x| [x, 0.0, 0.0]);
     let joints = [[0; 4], [0; 4], [1, 0, 0, 0], [1, 0, 0, 0]];
     let (weights, inverse_binds) = ([[1.0, 0.0, 0.0, 0.0]; 4], [Transform::IDENTITY; 2]);
@@ -141,7 +140,7 @@ fn bounds_of_joints(_: &Lab) -> Computed {
     number(f64::from(bounds.max[0] - bounds.min[0]))
 }
 
-fn bounds_of_a_morph(_: &Lab) -> Computed {
+fn bounds_of_a_morph() -> Computed {
     let positions = [[0.0; 3], [1.0, 0.0, 0.0]];
     let target = [[2.0, 0.0, 0.0], [0.0; 3]];
     let morphs = Morphs { positions: &positions, targets: &[&target] };

@@ -5,7 +5,6 @@ use cullet::clip::{HalfSpace, Region};
 use cullet::cull::backface::{Facing, MaskGrid, ObjectEye, ViewCone};
 use cullet::cull::degenerate::{Flattening, is_zero_area};
 use cullet::{CullFace, FrontFace, Transform};
-use cullet_lab::lecture::Lab;
 use cullet_lab::methods::cluster::{Bound, NormalBox};
 use cullet_lab::methods::screen::ndc_normal_z;
 use cullet_testkit::soups;
@@ -42,35 +41,35 @@ fn facing(eye: [f64; 4]) -> Facing {
     ObjectEye::new(eye, &Transform::IDENTITY, front, cull).facing(&TRIANGLE)
 }
 
-fn normal(_: &Lab) -> Computed {
+fn normal() -> Computed {
     number(normal_z())
 }
 
-fn seen_from_below(_: &Lab) -> Computed {
+fn seen_from_below() -> Computed {
     word(facing([1.0, 1.0, -5.0, 1.0]))
 }
 
 /// d w is zero, and the eye is a unit along z.
-fn seen_in_parallel(_: &Lab) -> Computed {
+fn seen_in_parallel() -> Computed {
     assert_eq!(facing([0.0, 0.0, 1.0, 0.0]), Facing::Front);
     number(-normal_z())
 }
 
-fn normal_on_the_screen(_: &Lab) -> Computed {
+fn normal_on_the_screen() -> Computed {
     number(ndc_normal_z(&[[0.0, 0.0], [0.0, 0.5], [0.5, 0.0]]))
 }
 
-fn classes(_: &Lab) -> Computed {
+fn classes() -> Computed {
     number(f64::from(MaskGrid::new(12).ok_or("no such grid")?.classes()))
 }
 
-fn largest_grid(_: &Lab) -> Computed {
+fn largest_grid() -> Computed {
     let largest = (1..100).rev().find(|&n| MaskGrid::new(n).is_some());
     number(f64::from(largest.ok_or("no grid")?))
 }
 
 /// A normal may be culled if it is within a right angle of every line of sight.
-fn arc_of_normals(_: &Lab) -> Computed {
+fn arc_of_normals() -> Computed {
     let cone = ViewCone::to_sphere([0.0, 0.0, 3.0, 1.0], &Sphere::new([0.0; 3], 1.0));
     number(180.0 - 2.0 * cone.ok_or("no cone")?.sine.asin().to_degrees())
 }
@@ -80,7 +79,7 @@ fn normal_box(d: f32) -> NormalBox {
     NormalBox { largest: [0.3, 1.0, 0.2], smallest: [-0.3, 0.9, -0.2], d, origin: [0.0; 3] }
 }
 
-fn farthest_normal(_: &Lab) -> Computed {
+fn farthest_normal() -> Computed {
     let (bound, eye) = (normal_box(-0.1), [4.0, -6.0, 1.0]);
     assert!(bound.is_behind([eye[0], eye[1], eye[2], 1.0]));
     let height = |n: [f64; 3]| -> f64 { n.iter().zip(eye).map(|(n, v)| n * v).sum() };
@@ -88,7 +87,7 @@ fn farthest_normal(_: &Lab) -> Computed {
 }
 
 /// What is left of the axis within all half-spaces of the volume.
-fn culling_volume(_: &Lab) -> Computed {
+fn culling_volume() -> Computed {
     let sides = normal_box(-0.1).half_spaces().map(|(n, d)| HalfSpace::new(n, d));
     let volume = Region::new(sides.into_iter().collect::<Result<Vec<_>, _>>()?)?;
     let (from, to) = ([0.0, 2.0, 0.0], [0.0, -2.0, 0.0]);
@@ -97,20 +96,20 @@ fn culling_volume(_: &Lab) -> Computed {
     number(cullet::clip::line::at(&from, &to, enters)[1])
 }
 
-fn another_origin(_: &Lab) -> Computed {
+fn another_origin() -> Computed {
     let bound = normal_box(0.5);
     number(f64::from(bound.join(&bound, [1.0, 0.0, 0.0]).d))
 }
 
 /// The engine merges clusters of meshes, and takes their shares from view points: none of its functions takes given shares. So its cost model,
 /// T = t + (1 − P) n r with r = 1, stands here.
-fn merge_that_pays(_: &Lab) -> Computed {
+fn merge_that_pays() -> Computed {
     let cost = |triangles: f64, culled: f64| 6.0 + (1.0 - culled) * triangles;
     let apart = cost(40.0, 0.5) + cost(20.0, 0.2);
     number(end_of(0.0, 1.0, |culled| cost(60.0, culled) > apart))
 }
 
-fn without_area(_: &Lab) -> Computed {
+fn without_area() -> Computed {
     let triangles = [
         [[0.0; 3], [1.0; 3], [2.0; 3]],
         [[0.0; 3], [1.0, 0.0, 0.0], [0.5, 1e-30, 0.0]],
@@ -120,7 +119,7 @@ fn without_area(_: &Lab) -> Computed {
 }
 
 /// Two triangles a side.
-fn flat_instance(_: &Lab) -> Computed {
+fn flat_instance() -> Computed {
     let flat = Flattening::of(&Transform::from_scale_translation([1.0, 0.0, 1.0], [0.0; 3]));
     let (positions, indices) = soups::block([-1.0; 3], [1.0; 3]);
     let flattens = |t: &[u32; 3]| flat.flattens(&t.map(|v| positions[v as usize]));

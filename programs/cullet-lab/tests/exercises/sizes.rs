@@ -5,7 +5,6 @@ use cullet::cull::detail::{Detail, Measure};
 use cullet::lod::{LevelEye, Lod, PixelScale};
 use cullet::view::ViewError;
 use cullet::{Transform, View};
-use cullet_lab::lecture::Lab;
 
 use crate::{Computed, Entry, end_of, number};
 
@@ -30,16 +29,16 @@ fn height(view: &View, distance: f64) -> f64 {
     view.project_box(&sheet, [0.0; 3]).map_or(f64::INFINITY, |rect| rect.height())
 }
 
-fn pixels_of_a_metre(_: &Lab) -> Computed {
+fn pixels_of_a_metre() -> Computed {
     number(height(&view()?, 100.0))
 }
 
-fn farthest_of_two_pixels(_: &Lab) -> Computed {
+fn farthest_of_two_pixels() -> Computed {
     let view = view()?;
     number(end_of(1.0, 10_000.0, |distance| height(&view, distance) >= 2.0))
 }
 
-fn cable(_: &Lab) -> Computed {
+fn cable() -> Computed {
     let measure = Measure::WidthAndHeight;
     let detail = Detail { measure, threshold_px: 4.0, ..Detail::default() };
     Ok(if detail.is_small_size([0.5, 40.0], 1.0) { "dropped" } else { "kept" }.to_owned())
@@ -55,11 +54,11 @@ fn level_eye() -> Result<LevelEye, ViewError> {
     Ok(LevelEye::new(&lod, &PixelScale::of(&view()?, false), &Transform::IDENTITY, None))
 }
 
-fn pixels_of_an_error(_: &Lab) -> Computed {
+fn pixels_of_an_error() -> Computed {
     number(0.02 / error_of_a_pixel(&level_eye()?, 50.0))
 }
 
-fn nearest_of_a_level(_: &Lab) -> Computed {
+fn nearest_of_a_level() -> Computed {
     let eye = level_eye()?;
     number(end_of(1.0, 1000.0, |distance| error_of_a_pixel(&eye, distance) < 0.02))
 }

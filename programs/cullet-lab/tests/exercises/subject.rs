@@ -8,7 +8,6 @@ use cullet::{
     Culler, DrawList, Handle, Instance, Output, Scene, Stage, Transform, View, ViewState, Visible,
 };
 use cullet_draw::{RenderOptions, Selection, VerifyOptions, render, verify};
-use cullet_lab::lecture::Lab;
 use cullet_scenes::paths::{self, Overrides};
 use cullet_testkit::meshes;
 
@@ -25,12 +24,12 @@ pub(crate) const ENTRIES: &[Entry] = &[
 ];
 
 /// No function of the engine takes counts alone: a quotient of two given numbers.
-fn tightness(_: &Lab) -> Computed {
+fn tightness() -> Computed {
     number(12_000.0 / 5_000.0)
 }
 
 /// As `cullet verify knobs --views 8 --samples 1` has it: the preset `balanced`, with occlusion looked for whatever it costs, and the scene's own path.
-fn tightness_of_knobs(_: &Lab) -> Computed {
+fn tightness_of_knobs() -> Computed {
     let mut culler = Culler::balanced();
     culler.occlusion =
         culler.occlusion.map(|own| cullet::cull::occlusion::Occlusion { risk: None, ..own });
@@ -52,7 +51,7 @@ fn tightness_of_knobs(_: &Lab) -> Computed {
 
 /// Ten squares of 32 × 32 pixels, nine of them in view and one behind: culling of all kinds takes no more than a tenth of the triangles,
 /// where each triangle that is left fills hundreds of pixels.
-fn hardly_anything_hidden(_: &Lab) -> Computed {
+fn hardly_anything_hidden() -> Computed {
     let mut scene = Scene::new();
     let corners =
         vec![[-16.0, -16.0, 0.0], [16.0, -16.0, 0.0], [16.0, 16.0, 0.0], [-16.0, 16.0, 0.0]];
@@ -74,17 +73,20 @@ fn hardly_anything_hidden(_: &Lab) -> Computed {
 }
 
 /// No function of the engine takes given times: the largest of four.
-fn between_two_frames(_: &Lab) -> Computed {
+fn between_two_frames() -> Computed {
     let [application, bus, geometry, rasteriser] = [4.0 + 0.5, 2.0, 11.0 / 2.0, 6.0_f64];
     number(application.max(bus).max(geometry).max(rasteriser))
 }
 
 /// Counts the work of each link in a frame, in one of a quarter of the pixels, and in one of half of the triangles: a frame waits for the link whose
 /// work changes as the frame does.
-fn limit_of_a_frame(lab: &Lab) -> Computed {
+fn limit_of_a_frame() -> Computed {
     let work = |words: &str, size: [u32; 2]| -> Result<[f64; 4], Box<dyn std::error::Error>> {
-        let model = lab.scene(words)?;
-        let (scene, view) = (&model.scene, lab.views(&model, "orbit", 1, size)?.swap_remove(0));
+        let mut model = cullet_scenes::build(words)?;
+        model.scene.commit();
+        let view =
+            paths::views(&model, &"orbit".parse()?, 1, size, &Overrides::default())?.swap_remove(0);
+        let scene = &model.scene;
         let culler = Culler { output: Output::Instances, ..Culler::default().only(Stage::Layer) };
         let (mut visible, mut list) = (Visible::default(), DrawList::default());
         culler.cull_one(scene, &view, &mut ViewState::default(), &mut visible);
@@ -111,7 +113,7 @@ fn limit_of_a_frame(lab: &Lab) -> Computed {
 }
 
 /// A street, a house with a door, and 400 instances in it.
-fn behind_a_shut_door(_: &Lab) -> Computed {
+fn behind_a_shut_door() -> Computed {
     let mut scene = Scene::new();
     let chair = scene.add_mesh(meshes::block([-0.1; 3], [0.1; 3]));
     for i in 0..400 {
@@ -145,7 +147,7 @@ fn behind_a_shut_door(_: &Lab) -> Computed {
 }
 
 /// To the right of the picture, behind a wall there, and 0.3 m wide at 100 m.
-fn first_stage(_: &Lab) -> Computed {
+fn first_stage() -> Computed {
     let mut scene = Scene::new();
     let wall = scene.add_mesh(meshes::block([100.0, -50.0, -60.0], [200.0, 50.0, -50.0]));
     let small = scene.add_mesh(meshes::block([-0.15; 3], [0.15; 3]));
