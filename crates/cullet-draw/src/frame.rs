@@ -2,6 +2,8 @@
 
 use cullet::Visible;
 
+use crate::sort;
+
 /// Which instance, by its slot, and which of its mesh's original triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct PixelId {
@@ -14,6 +16,11 @@ pub struct PixelId {
 impl PixelId {
     /// Nothing: what owns the pixels of the sky.
     pub const NONE: Self = Self { slot: u32::MAX, triangle: u32::MAX };
+
+    /// A number that ascends with it.
+    pub(crate) fn key(self) -> u64 {
+        sort::pair(self.slot, self.triangle)
+    }
 }
 
 /// Which triangles are drawn.
@@ -89,15 +96,16 @@ impl Frame {
     /// each once. Costs a sort of the owners that differ from their left neighbour.
     #[must_use]
     pub fn visible(&self) -> Vec<PixelId> {
-        let mut all = self.ids.clone();
-        all.dedup();
-        all.extend_from_slice(&self.blended);
-        all.sort_unstable();
-        all.dedup();
-        if all.last() == Some(&PixelId::NONE) {
-            all.pop();
+        let mut keys = Vec::new();
+        for id in self.ids.iter().chain(&self.blended) {
+            if keys.last() != Some(&id.key()) {
+                keys.push(id.key());
+            }
         }
-        all
+        sort::sort(&mut keys);
+        keys.dedup();
+        let of = |key: u64| PixelId { slot: (key >> 32) as u32, triangle: key as u32 };
+        keys.into_iter().map(of).filter(|id| *id != PixelId::NONE).collect()
     }
 
     /// The owner of a pixel; [`PixelId::NONE`] outside the frame.
@@ -127,10 +135,10 @@ impl Frame {
     }
 
     /// Fills in the blended triangles, from where each passed in each tile.
-    pub(crate) fn set_blended(&mut self, mut passed: Vec<(PixelId, [u32; 2])>) {
-        passed.sort_unstable_by_key(|&(id, [x, y])| (id, y, x));
-        passed.dedup_by_key(|p| p.0);
-        (self.blended, self.blended_at) = passed.into_iter().unzip();
+    pub(crate) fn set_blended(&mut self, passed: &[(PixelId, [u32; 2])]) {
+        let passed = first_of_each(passed, |id| id.key());
+        self.blended = passed.iter().map(|p| p.0).collect();
+        self.blended_at = passed.iter().map(|p| p.1).collect();
     }
 
     /// Fills in the counts from `ids` and `layers`.
@@ -146,6 +154,17 @@ impl Frame {
             self.stats.mean_layers = self.stats.fragments as f64 / touched as f64;
         }
     }
+}
+
+/// Of what is seen in pixels, the first pixel of each by row and then column; ascending by `key`.
+pub(crate) fn first_of_each<T: Copy>(
+    seen: &[(T, [u32; 2])],
+    key: impl Fn(T) -> u64,
+) -> Vec<(T, [u32; 2])> {
+    let by_pixel = sort::sorted_by(seen, |&(_, [x, y])| sort::pair(y, x));
+    let mut sorted = sort::sorted_by(&by_pixel, |s| key(s.0));
+    sorted.dedup_by_key(|s| key(s.0));
+    sorted
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ pub(crate) type Clip = [f64; 4];
 pub(crate) struct Lens {
     /// Rows of world to clip space. The row of z is negated in a reversed view, so that a smaller
     /// z/w is nearer in every view.
-    rows: [[f64; 4]; 4],
+    pub(crate) rows: [[f64; 4]; 4],
     /// Range of z/w that is drawn: 0..1, or −1..0 in a reversed view.
     pub(crate) range: [f64; 2],
     /// Whether z was negated.

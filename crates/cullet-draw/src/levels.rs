@@ -120,7 +120,7 @@ fn compare(
             }
         }
     }
-    false_culls.sort_unstable_by_key(|f| (f.slot, f.triangle, f.pixel[1], f.pixel[0]));
+    let mut false_culls = FalseCull::sorted(&false_culls);
     false_culls.dedup_by_key(|f| (f.slot, f.triangle));
     let levels = Verification::of(scene, false_culls, [frame, culled_frame], result);
     LevelsVerification { full, levels, cut, pixels }

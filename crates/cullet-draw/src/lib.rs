@@ -51,12 +51,14 @@
 
 mod bounds;
 mod clipped;
+mod cut;
 mod frame;
 mod geometry;
 mod impostor;
 mod levels;
 mod meter;
 mod occlusion;
+mod parallel;
 pub mod picture;
 mod places;
 mod prepare;
@@ -64,8 +66,10 @@ mod random;
 mod reference;
 mod render;
 mod sample;
+mod sort;
 mod steps;
 pub mod surface;
+mod tally;
 mod tile;
 mod verify;
 
@@ -82,9 +86,9 @@ pub use occlusion::proof::{Proof, ProofOptions, Prover, prove_hidden};
 pub use occlusion::reference::{SampleOptions, Sampled, sampled_boxes, sampled_instances};
 pub use occlusion::{OccluderError, OccluderTriangles, occluder_scene};
 pub use picture::{
-    Culled, FrozenView, Highlight, OpenedScene, Outlook, Picture, cut_away, depth_complexity, even,
-    even_levels, hidden, hierarchy, kinds, kinds_of, occluders, occlusion_buffer, opened, palette,
-    shaded, top_down,
+    Culled, FrozenView, Highlight, Opening, Outlook, Picture, before_cut, cut_away,
+    depth_complexity, even, even_levels, hidden, hierarchy, kinds, kinds_of, occluders,
+    occlusion_buffer, palette, shaded, top_down,
 };
 pub use picture::{
     DoorInView, PairShown, PortalWalk, ShownPortal, caption, cells, depth_color, matrix_order,
@@ -98,4 +102,6 @@ pub use random::Random;
 pub use reference::render_ref;
 pub use render::{in_pool, render};
 pub use steps::LevelSteps;
+pub use tally::{BackfaceCounts, BackfaceTest, BoundsCounts, BoundsTest};
+pub use tally::{PixelCounts, facing_away, pixels_of_meshes, twins};
 pub use verify::{FalseCull, Verification, VerifyOptions, verify, verify_visible};

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use crate::ImpostorJudge;
 use crate::surface::{SHARE_ABOVE, SurfaceTree, surface_points};
+use crate::{parallel, sort};
 use cullet::lod::{Impostor, Lod, PixelScale};
 use cullet::{Mesh, Scene, TriangleRange, View, Visible};
 use glam::{DMat3, DMat4, DVec3};
-use rayon::prelude::*;
 
 /// What was measured in a view.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -75,7 +75,8 @@ impl Meter {
             slots.iter().copied().skip(self.seed as usize % step).step_by(step).collect();
         let each = (self.points / some.len().max(1)).clamp(LEAST_POINTS, MOST_POINTS);
         let pixels = Pixels::new(view, lod.at_corners);
-        let of_slot = |&slot: &u32| {
+        let of_slot = |i: usize| {
+            let slot = some[i];
             let at = cut.triangle_ranges.binary_search_by_key(&slot, |r| r.slot).ok()?;
             let chosen = cut.triangle_ranges[at];
             let triangles =
@@ -83,7 +84,8 @@ impl Meter {
             let task = Task { scene, pixels: &pixels, lod, each, seed: self.seed };
             Some((slot, task.run(&chosen, triangles)))
         };
-        let found: Vec<(u32, [Distances; 2])> = some.par_iter().filter_map(of_slot).collect();
+        let found: Vec<(u32, [Distances; 2])> =
+            parallel::map(some.len(), &of_slot).into_iter().flatten().collect();
         let mut measured = Measured {
             instances: [found.len(), slots.len()].map(|n| n as u64),
             ..Measured::default()
@@ -109,9 +111,7 @@ impl Meter {
 /// What all but one in a thousand do not exceed.
 fn quantile(all: &mut [f32]) -> f64 {
     let over = (all.len() as f64 * SHARE_ABOVE) as usize;
-    let Some(at) = all.len().checked_sub(over + 1) else { return 0.0 };
-    let (_, found, _) = all.select_nth_unstable_by(at, f32::total_cmp);
-    f64::from(*found)
+    if over < all.len() { sort::largest_but(over, all).into() } else { 0.0 }
 }
 
 /// Distances one way, in pixels.

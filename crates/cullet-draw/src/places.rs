@@ -3,6 +3,8 @@
 use cullet::lod::{LevelEye, Lod, PixelScale, Selection};
 use cullet::{Scene, Simd, TriangleRange, View, Visible};
 
+use crate::sort;
+
 /// For each slot of a scene the slot that is drawn in its place: that of who stands for it in a visible set, or its own.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Places {
@@ -35,7 +37,7 @@ impl Places {
                 }
             }
         }
-        stand_ins.sort_unstable();
+        let stand_ins = sort::sorted_by(&stand_ins, |&slot| slot.into());
         Self { by, stand_ins }
     }
 
@@ -59,9 +61,8 @@ impl Places {
         let own = cut.triangle_ranges.iter().filter(|r| self.of_slot(r.slot) == r.slot);
         let stands =
             self.stand_ins.iter().map(|&slot| TriangleRange { slot, level: 0, first: 0, count: 0 });
-        let mut ranges: Vec<TriangleRange> = own.copied().chain(stands).collect();
-        ranges.sort_unstable_by_key(|r| r.slot);
-        for range in ranges {
+        let ranges: Vec<TriangleRange> = own.copied().chain(stands).collect();
+        for range in sort::sorted_by(&ranges, |r| r.slot.into()) {
             let first = out.triangles.len() as u32;
             let mut level = range.level;
             if self.stand_ins.binary_search(&range.slot).is_ok() {

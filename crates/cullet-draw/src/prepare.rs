@@ -1,14 +1,17 @@
 //! Items to be drawn: meshes cut into blocks, and the blocks of the instances that a view may show.
 
+use std::ops::Range;
+
 use cullet::mesh::{Alpha, Part};
 use cullet::{Mesh, MeshId, Scene, Visible};
-use rayon::prelude::*;
 
 use crate::bounds::{Extent, ScreenBounds, screen_bounds};
 use crate::frame::Selection;
 use crate::geometry::{Lens, ObjectLens, is_flat};
 use crate::impostor::Tracer;
+use crate::parallel;
 use crate::sample::{Rect, Samples};
+use crate::sort;
 
 /// Triangles of a block at the most: few enough that a block hidden or off the screen is skipped
 /// whole, many enough that skipping costs nothing beside drawing.
@@ -72,11 +75,10 @@ impl<'a> Stage<'a> {
             used[own as usize] = true;
             scene.levels(own).iter().for_each(|levels| used[levels.mesh as usize] = true);
         }
-        let meshes = scene.meshes().par_iter().zip(used).map(|(mesh, used)| match used {
-            true => prepare(mesh),
+        let mut meshes = parallel::map(used.len(), &|i| match used[i] {
+            true => prepare(&scene.meshes()[i]),
             false => Prepared::default(),
         });
-        let mut meshes: Vec<Prepared> = meshes.collect();
         for levels in (0..meshes.len() as u32).flat_map(|mesh| scene.levels(mesh)) {
             if let Some(impostor) = &levels.impostor {
                 meshes[levels.mesh as usize].impostor = Some(Tracer::new(impostor.clone()));
@@ -123,35 +125,28 @@ impl<'a> Stage<'a> {
 
     /// The blocks of a selection that may cover a sample.
     pub(crate) fn items(&self, lens: &Lens, samples: &Samples, selection: Selection) -> Items {
-        let found: Vec<(bool, Item)> = match selection {
-            Selection::All => {
-                let slots: Vec<u32> = (0..self.scene.slot_count()).collect();
-                let some = |slots: &[u32]| {
-                    let mut out = Vec::new();
-                    slots.iter().for_each(|&slot| self.whole(lens, samples, slot, &mut out));
-                    out
-                };
-                slots.par_chunks(TASK).map(some).flatten_iter().collect()
-            }
-            Selection::Visible(visible) => {
-                let ranges: Vec<usize> = (0..visible.triangle_ranges.len()).collect();
-                let some = |ranges: &[usize]| {
-                    let mut out = Vec::new();
-                    ranges
-                        .iter()
-                        .for_each(|&range| self.listed(lens, samples, visible, range, &mut out));
-                    out
-                };
-                ranges.par_chunks(TASK).map(some).flatten_iter().collect()
-            }
+        let count = match selection {
+            Selection::All => self.scene.slot_count() as usize,
+            Selection::Visible(visible) => visible.triangle_ranges.len(),
         };
+        let found = parallel::tasks(count, TASK, &|range| {
+            let mut out = Vec::new();
+            for i in range {
+                match selection {
+                    Selection::All => self.whole(lens, samples, i as u32, &mut out),
+                    Selection::Visible(visible) => {
+                        self.listed(lens, samples, visible, i, &mut out);
+                    }
+                }
+            }
+            out
+        });
         let mut items = Items::default();
-        for (opaque, item) in found {
+        for &(opaque, item) in found.iter().flatten() {
             if opaque { &mut items.opaque } else { &mut items.blended }.push(item);
         }
-        items
-            .opaque
-            .par_sort_by(|a, b| a.screen_bounds.distance.total_cmp(&b.screen_bounds.distance));
+        let distance = |item: &Item| sort::bits(item.screen_bounds.distance);
+        items.opaque = sort::sorted_by(&items.opaque, distance);
         items
     }
 
@@ -225,9 +220,12 @@ impl<'a> Stage<'a> {
 
 impl Items {
     /// Keeps what may cover a pixel for which `wanted` holds somewhere in its rectangle.
-    pub(crate) fn within(&self, wanted: impl Fn(&Rect) -> bool + Sync) -> Self {
+    pub(crate) fn within(&self, wanted: &(dyn Fn(&Rect) -> bool + Sync)) -> Self {
         let keep = |items: &[Item]| {
-            items.par_iter().filter(|i| wanted(&i.screen_bounds.rect)).copied().collect()
+            let some = |range: Range<usize>| -> Vec<Item> {
+                items[range].iter().filter(|i| wanted(&i.screen_bounds.rect)).copied().collect()
+            };
+            parallel::tasks(items.len(), TASK, &some).concat()
         };
         Self { opaque: keep(&self.opaque), blended: keep(&self.blended) }
     }
@@ -242,8 +240,8 @@ pub(crate) fn part_of(mesh: &Mesh, original: u32) -> Part {
 
 fn prepare(mesh: &Mesh) -> Prepared {
     let original = mesh.original_triangle();
-    let starts: Vec<u32> = (0..mesh.triangle_count()).step_by(BLOCK_TRIANGLES as usize).collect();
-    let blocks = |&start: &u32| {
+    let blocks = |i: usize| {
+        let start = i as u32 * BLOCK_TRIANGLES;
         let end = (start + BLOCK_TRIANGLES).min(mesh.triangle_count());
         let mut blocks: Vec<Block> = Vec::with_capacity(1);
         let mut current: Option<Part> = None;
@@ -268,7 +266,8 @@ fn prepare(mesh: &Mesh) -> Prepared {
         }
         blocks
     };
-    let blocks: Vec<Block> = starts.par_iter().map(blocks).flatten_iter().collect();
+    let count = mesh.triangle_count().div_ceil(BLOCK_TRIANGLES) as usize;
+    let blocks = parallel::map(count, &blocks).concat();
     let extent = blocks.iter().map(|b| b.extent).reduce(|mut a, b| {
         a.join(&b);
         a

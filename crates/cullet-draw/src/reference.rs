@@ -102,7 +102,7 @@ pub(crate) fn render_split(
             }
         }
     }
-    frame.set_blended(blended);
+    frame.set_blended(&blended);
     frame.depth.iter_mut().for_each(|d| *d = lens.ndc_depth(*d));
     frame.count();
     frame

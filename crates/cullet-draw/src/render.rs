@@ -1,14 +1,16 @@
 //! The renderer: instances front to back, in batches; tiles on all cores.
 
 use cullet::{Scene, View};
-use rayon::prelude::*;
 
 use crate::bounds::{misses, triangle_rect};
+use crate::cut::CutLens;
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::geometry::{Lens, Surface, has_area};
 use crate::impostor::Rays;
+use crate::parallel;
 use crate::prepare::{Item, Items, Stage};
 use crate::sample::{Jitter, Rect, Samples};
+use crate::sort;
 use crate::tile::{Draw, Sprite, TILE, Tile};
 
 /// Triangles in the first batch: few, so that what is near hides the rest early.
@@ -60,14 +62,9 @@ pub(crate) fn frame_samples(view: &View, options: &RenderOptions) -> Samples {
 
 /// Runs `work` on so many threads; 0 is those of the pool it is called from.
 pub fn in_pool<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
-    if threads == 0 || threads == rayon::current_num_threads() {
-        return work();
-    }
-    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
-        Ok(pool) => pool.install(work),
-        // The system refuses threads: the frame is the same without.
-        Err(_) => work(),
-    }
+    let (mut work, mut result) = (Some(work), None);
+    parallel::install(threads, &mut || result = work.take().map(|work| work()));
+    result.expect("what is installed is run")
 }
 
 /// The tiles of an image, or some of them.
@@ -99,18 +96,25 @@ pub(crate) fn tiles_in(rect: &Rect) -> impl Iterator<Item = [u32; 2]> {
 #[derive(Debug, Default)]
 struct Bins<'a> {
     draws: Vec<Draw>,
-    /// Tile and surface, sorted.
-    entries: Vec<(u32, u32)>,
+    /// Tile and surface, as [`sort::pair`]s, sorted.
+    entries: Vec<u64>,
     sprites: Vec<Sprite<'a>>,
-    /// Tile and sprite, sorted.
-    sprite_entries: Vec<(u32, u32)>,
+    /// Tile and sprite, likewise.
+    sprite_entries: Vec<u64>,
+}
+
+/// What is to be drawn into a tile, of sorted entries.
+fn of_tile(entries: &[u64], tile: u32) -> impl Iterator<Item = usize> {
+    let first = entries.partition_point(|&e| (e >> 32) < u64::from(tile));
+    let own = entries[first..].iter().take_while(move |&&e| e >> 32 == u64::from(tile));
+    own.map(|&e| e as u32 as usize)
 }
 
 /// How what is drawn into a tile meets what is there.
 #[derive(Clone, Copy)]
-struct Into {
-    surface: fn(&mut Tile, &Draw, [f64; 2]),
-    sprite: fn(&mut Tile, &Sprite, [f64; 2]),
+struct Into<'a> {
+    surface: &'a (dyn Fn(&mut Tile, &Draw) + Sync),
+    sprite: &'a (dyn Fn(&mut Tile, &Sprite) + Sync),
 }
 
 impl Target {
@@ -131,17 +135,48 @@ impl Target {
                 }
             }
         }
-        let tile = |&[column, row]: &[u32; 2]| Tile::new(&samples, column, row, count_layers);
-        let tiles = places.par_iter().map(tile).collect();
+        let tile = |i: usize| Tile::new(&samples, places[i], count_layers);
+        let tiles = parallel::map(places.len(), &tile);
         Self { samples, wide, index, tiles, count_layers }
     }
 
     /// Draws all that is opaque, then tests all that is blended against it.
     pub(crate) fn draw(&mut self, stage: &Stage, lens: &Lens, selection: Selection, items: &Items) {
-        let opaque = Into { surface: Tile::draw, sprite: Tile::draw_sprite };
-        let blended = Into { surface: Tile::test, sprite: Tile::test_sprite };
+        let range = lens.range;
+        let opaque = Into {
+            surface: &|tile, d| tile.draw(d, range),
+            sprite: &|tile, d| tile.draw_sprite(d, range),
+        };
+        let blended = Into {
+            surface: &|tile, d| tile.test(d, range),
+            sprite: &|tile, d| tile.test_sprite(d, range),
+        };
         self.pass(stage, lens, selection, &items.opaque, opaque);
         self.pass(stage, lens, selection, &items.blended, blended);
+    }
+
+    /// Draws the cut faces of some closed instances, which ascend by slot, and then what a cut leaves of all.
+    pub(crate) fn draw_cut(
+        &mut self,
+        stage: &Stage,
+        lens: &Lens,
+        cut: &CutLens,
+        capped: &[Item],
+        all: &[Item],
+    ) {
+        // Impostors are levels, and a whole scene has none.
+        let sprite = &|_: &mut Tile, _: &Sprite| ();
+        let caps = Into { surface: &|tile, d| tile.wind(d, cut), sprite };
+        // What lies behind a cut face is skipped, and no cut face is farther: so a sample may then be counted wrong,
+        // but has its owner.
+        self.pass(stage, lens, Selection::All, capped, caps);
+        parallel::for_each_chunk(&mut self.tiles, 1, &|_, tile| {
+            tile[0].close(cut);
+            tile[0].freshen();
+        });
+        let range = lens.range;
+        let kept = Into { surface: &|tile, d| tile.draw_kept(d, range, cut), sprite };
+        self.pass(stage, lens, Selection::All, all, kept);
     }
 
     fn pass(
@@ -150,7 +185,7 @@ impl Target {
         lens: &Lens,
         selection: Selection,
         items: &[Item],
-        into: Into,
+        into: Into<'_>,
     ) {
         let mut budget = FIRST_BATCH;
         let mut rest = items;
@@ -165,26 +200,21 @@ impl Target {
                 tasks.push(task);
                 left = next;
             }
-            let bins: Vec<Bins> = tasks
-                .par_iter()
-                .map(|task| {
-                    let mut bins = Bins::default();
-                    task.iter().for_each(|i| self.bin(stage, lens, selection, i, &mut bins));
-                    bins.entries.sort_unstable();
-                    bins.sprite_entries.sort_unstable();
-                    bins
-                })
-                .collect();
-            self.tiles.par_iter_mut().enumerate().for_each(|(i, tile)| {
-                let i = i as u32;
+            let bins = parallel::map(tasks.len(), &|task| {
+                let mut bins = Bins::default();
+                tasks[task].iter().for_each(|i| self.bin(stage, lens, selection, i, &mut bins));
+                sort::sort(&mut bins.entries);
+                sort::sort(&mut bins.sprite_entries);
+                bins
+            });
+            parallel::for_each_chunk(&mut self.tiles, 1, &|i, tile| {
+                let (i, tile) = (i as u32, &mut tile[0]);
                 for bins in &bins {
-                    let first = bins.entries.partition_point(|e| e.0 < i);
-                    for (_, d) in bins.entries[first..].iter().take_while(|e| e.0 == i) {
-                        (into.surface)(tile, &bins.draws[*d as usize], lens.range);
+                    for d in of_tile(&bins.entries, i) {
+                        (into.surface)(tile, &bins.draws[d]);
                     }
-                    let first = bins.sprite_entries.partition_point(|e| e.0 < i);
-                    for (_, d) in bins.sprite_entries[first..].iter().take_while(|e| e.0 == i) {
-                        (into.sprite)(tile, &bins.sprites[*d as usize], lens.range);
+                    for d in of_tile(&bins.sprite_entries, i) {
+                        (into.sprite)(tile, &bins.sprites[d]);
                     }
                 }
                 tile.freshen();
@@ -233,7 +263,7 @@ impl Target {
             let Some(rays) = Rays::new(impostor, lens, &object) else { return };
             let sprite = bins.sprites.len() as u32;
             let tiles = tiles_in(&rect).filter_map(|tile| self.tile(tile));
-            bins.sprite_entries.extend(tiles.map(|tile| (tile, sprite)));
+            bins.sprite_entries.extend(tiles.map(|tile| sort::pair(tile, sprite)));
             bins.sprites.push(Sprite { rays, slot, rect, nearest });
             return;
         }
@@ -261,12 +291,13 @@ impl Target {
                 let Some(index) = self.tile(tile) else { continue };
                 let [x, y] = tile.map(|v| [v * TILE, v * TILE + TILE - 1]);
                 if one || !misses(&surface, &Rect { x, y }, &self.samples) {
-                    bins.entries.push((index, draw));
+                    bins.entries.push(sort::pair(index, draw));
                 }
             }
             if bins.entries.len() > before {
                 let id = PixelId { slot: item.slot, triangle: original[t as usize] };
-                bins.draws.push(Draw { surface, id, rect, nearest });
+                let front = object.is_front(counter_clockwise);
+                bins.draws.push(Draw { surface, id, rect, nearest, front });
             }
         }
     }
@@ -310,7 +341,8 @@ impl Target {
                 }
             }
         }
-        frame.set_blended(self.tiles.into_iter().flat_map(|tile| tile.passed).collect());
+        let passed: Vec<_> = self.tiles.iter().flat_map(|tile| &tile.passed).copied().collect();
+        frame.set_blended(&passed);
         frame.count();
         frame
     }

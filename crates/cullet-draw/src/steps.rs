@@ -2,6 +2,8 @@
 
 use cullet::{MeshLevels, Scene, Visible};
 
+use crate::sort;
+
 /// For each level of each mesh, how often each of its triangles was simplified.
 #[derive(Clone, Debug)]
 pub struct LevelSteps<'a> {
@@ -27,9 +29,8 @@ impl<'a> LevelSteps<'a> {
                 }
                 let clusters = scene.meshes()[levels.mesh as usize].clusters();
                 let starts = clusters.iter().map(|c| c.first_triangle);
-                let mut steps: Vec<(u32, u32)> = starts.zip(levels.levels.steps()).collect();
-                steps.sort_unstable();
-                steps
+                let steps: Vec<(u32, u32)> = starts.zip(levels.levels.steps()).collect();
+                sort::sorted_by(&steps, |s| sort::pair(s.0, s.1))
             };
             scene.levels(mesh).iter().map(steps).collect()
         };

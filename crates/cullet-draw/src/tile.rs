@@ -1,5 +1,6 @@
 //! A square of samples, with their owners and depths, and how a surface is drawn into it.
 
+use crate::cut::{CutLens, cut_face};
 use crate::frame::PixelId;
 use crate::geometry::Surface;
 use crate::impostor::Rays;
@@ -22,6 +23,8 @@ pub(crate) struct Draw {
     pub(crate) rect: Rect,
     /// Nearest depth that any of its samples may have.
     pub(crate) nearest: f64,
+    /// Whether it shows its front.
+    pub(crate) front: bool,
 }
 
 /// An impostor to draw.
@@ -51,12 +54,15 @@ pub(crate) struct Tile {
     pub(crate) passed: Vec<(PixelId, [u32; 2])>,
     /// Where its samples lie.
     sight: Sight,
+    /// The instance whose cut faces are looked for, and for each sample how many more of its surfaces beyond the cut face
+    /// away than face the eye. Empty until there is one.
+    wound: (u32, Vec<i32>),
 }
 
 impl Tile {
     /// The tile of this column and row of tiles.
-    pub(crate) fn new(samples: &Samples, column: u32, row: u32, count_layers: bool) -> Self {
-        let origin = [column * TILE, row * TILE];
+    pub(crate) fn new(samples: &Samples, place: [u32; 2], count_layers: bool) -> Self {
+        let origin = place.map(|v| v * TILE);
         let mut depth = vec![f64::INFINITY; SAMPLES];
         // A sample beyond the image is never drawn and must not keep its block open.
         let [width, height] = samples.size;
@@ -74,6 +80,7 @@ impl Tile {
             farthest: [f64::INFINITY; BLOCKS * BLOCKS],
             stale: 0,
             passed: Vec::new(),
+            wound: (u32::MAX, Vec::new()),
         }
     }
 
@@ -125,52 +132,67 @@ impl Tile {
 
     /// Draws an opaque surface: the nearest owns a sample, then the lowest id.
     pub(crate) fn draw(&mut self, d: &Draw, range: [f64; 2]) {
-        self.each(d, |tile, at, depth| {
-            if !(depth >= range[0] && depth <= range[1]) {
-                return;
-            }
-            if let Some(n) = tile.layers.get_mut(at) {
-                *n += 1;
-            }
-            let held = tile.depth[at];
-            if depth < held || (depth == held && d.id < tile.ids[at]) {
-                tile.depth[at] = depth;
-                tile.ids[at] = d.id;
-                let (column, row) = (at % TILE as usize / BLOCK, at / TILE as usize / BLOCK);
-                tile.stale |= 1 << (row * BLOCKS + column);
-            }
-        });
+        self.each(d, range, &mut Meet::Own);
     }
 
     /// Tests a blended surface: it passes where it is not behind what is held.
     pub(crate) fn test(&mut self, d: &Draw, range: [f64; 2]) {
-        let mut first = usize::MAX;
-        self.each(d, |tile, at, depth| {
-            if !(depth >= range[0] && depth <= range[1]) {
-                return;
-            }
-            if let Some(n) = tile.layers.get_mut(at) {
-                *n += 1;
-            }
-            if depth <= tile.depth[at] {
-                first = first.min(at);
-            }
-        });
-        if first < SAMPLES {
+        let mut meet = Meet::Pass(usize::MAX);
+        self.each(d, range, &mut meet);
+        if let Meet::Pass(first) = meet
+            && first < SAMPLES
+        {
             self.passed.push((d.id, self.sample(first)));
         }
+    }
+
+    /// As [`draw`](Self::draw), what a cut leaves of a surface.
+    pub(crate) fn draw_kept(&mut self, d: &Draw, range: [f64; 2], cut: &CutLens) {
+        self.each(d, range, &mut Meet::Keep(cut));
+    }
+
+    /// Counts a surface of a closed mesh where it lies beyond the cut. All surfaces of an instance come one after the
+    /// other, and then [`close`](Self::close) is called.
+    pub(crate) fn wind(&mut self, d: &Draw, cut: &CutLens) {
+        if self.wound.0 != d.id.slot {
+            self.close(cut);
+            self.wound.0 = d.id.slot;
+            self.wound.1.resize(SAMPLES, 0);
+        }
+        // What lies beyond the far plane winds as well.
+        self.each(d, [f64::NEG_INFINITY, f64::INFINITY], &mut Meet::Wind(cut));
+    }
+
+    /// Gives a sample to what is nearest, then to the lowest id.
+    #[inline]
+    fn own(&mut self, at: usize, depth: f64, id: PixelId) {
+        let held = self.depth[at];
+        if depth < held || (depth == held && id < self.ids[at]) {
+            self.depth[at] = depth;
+            self.ids[at] = id;
+            let (column, row) = (at % TILE as usize / BLOCK, at / TILE as usize / BLOCK);
+            self.stale |= 1 << (row * BLOCKS + column);
+        }
+    }
+
+    /// Draws the cut faces of the instance that was counted.
+    pub(crate) fn close(&mut self, cut: &CutLens) {
+        let (slot, mut wound) = std::mem::take(&mut self.wound);
+        if let Some(closed) = (cut.closed)(slot) {
+            for at in (0..wound.len()).filter(|&at| closed.holds(wound[at])) {
+                if let Some((depth, plane)) = cut.entry(self.sample(at)) {
+                    self.own(at, depth, cut_face(slot, plane));
+                }
+            }
+        }
+        wound.fill(0);
+        self.wound = (u32::MAX, wound);
     }
 
     /// As [`draw`](Self::draw), an impostor: what its rays meet.
     pub(crate) fn draw_sprite(&mut self, d: &Sprite, range: [f64; 2]) {
         self.each_of_sprite(d, range, |tile, at, depth, id| {
-            let held = tile.depth[at];
-            if depth < held || (depth == held && id < tile.ids[at]) {
-                tile.depth[at] = depth;
-                tile.ids[at] = id;
-                let (column, row) = (at % TILE as usize / BLOCK, at / TILE as usize / BLOCK);
-                tile.stale |= 1 << (row * BLOCKS + column);
-            }
+            tile.own(at, depth, id);
         });
     }
 
@@ -221,42 +243,29 @@ impl Tile {
         [self.origin[0] + at as u32 % TILE, self.origin[1] + at as u32 / TILE]
     }
 
-    /// Calls `f` with index and depth of every sample that the surface covers, but for blocks where
-    /// it is hidden.
-    #[inline]
-    fn each(&mut self, d: &Draw, mut f: impl FnMut(&mut Self, usize, f64)) {
+    /// Lets a surface meet every sample that it covers within a range of depths, but in blocks where it is hidden.
+    fn each(&mut self, d: &Draw, range: [f64; 2], meet: &mut Meet) {
         let sight = std::mem::take(&mut self.sight);
-        if sight.wide {
-            self.each_of::<true>(d, &sight, &mut f);
-        } else {
-            self.each_of::<false>(d, &sight, &mut f);
-        }
-        self.sight = sight;
-    }
-
-    #[inline]
-    fn each_of<const WIDE: bool>(
-        &mut self,
-        d: &Draw,
-        sight: &Sight,
-        f: &mut impl FnMut(&mut Self, usize, f64),
-    ) {
         let s = &d.surface;
         let ([x0, x1], [y0, y1]) = self.local(&d.rect);
         if (x1 - x0 + 1) * (y1 - y0 + 1) <= SMALL {
             for y in y0..=y1 {
                 for x in x0..=x1 {
                     let at = (y * TILE + x) as usize;
-                    let (px, py) = match WIDE {
+                    let (px, py) = match sight.wide {
                         true => (sight.x[at], sight.y[at]),
                         false => (sight.x[x as usize], sight.y[y as usize]),
                     };
                     let e = s.at(px, py);
                     if s.covers(e) {
-                        f(self, at, s.depth(e));
+                        let depth = s.depth(e);
+                        if depth >= range[0] && depth <= range[1] {
+                            self.meet(d, at, depth, meet);
+                        }
                     }
                 }
             }
+            self.sight = sight;
             return;
         }
         let skip_hidden = self.layers.is_empty();
@@ -272,23 +281,90 @@ impl Tile {
                 if s.misses(low, high) {
                     continue;
                 }
-                let (cx0, cx1) = (x0.max(bx * BLOCK) % BLOCK, x1.min(bx * BLOCK + 7) % BLOCK);
+                let columns = [x0.max(bx * BLOCK) % BLOCK, x1.min(bx * BLOCK + 7) % BLOCK];
                 for y in y0.max(by * BLOCK)..=y1.min(by * BLOCK + 7) {
                     let first = y * TILE as usize + bx * BLOCK;
-                    let (xs, ys) = match WIDE {
+                    let (xs, ys) = match sight.wide {
                         true => (row(&sight.x, first), row(&sight.y, first)),
                         false => (row(&sight.x, bx * BLOCK), [sight.y[y]; BLOCK]),
                     };
-                    let Some((covered, depth)) = row_of(s, &xs, &ys) else { continue };
-                    for c in cx0..=cx1 {
-                        if covered[c] {
-                            f(self, first + c, depth[c]);
-                        }
-                    }
+                    let Some((covered, depth)) = row_of(s, &xs, &ys, columns, range) else {
+                        continue;
+                    };
+                    self.meet_row(d, first, &covered, &depth, meet);
+                }
+            }
+        }
+        self.sight = sight;
+    }
+
+    /// Lets a surface meet those of eight samples that it covers.
+    fn meet_row(
+        &mut self,
+        d: &Draw,
+        first: usize,
+        covered: &[bool; BLOCK],
+        depth: &[f64; BLOCK],
+        meet: &mut Meet,
+    ) {
+        let Meet::Own = meet else {
+            for l in (0..BLOCK).filter(|&l| covered[l]) {
+                self.meet(d, first + l, depth[l], meet);
+            }
+            return;
+        };
+        if let Some(layers) = self.layers.get_mut(first..first + BLOCK) {
+            layers.iter_mut().zip(covered).for_each(|(n, covered)| *n += u32::from(*covered));
+        }
+        // Most surfaces are behind others, which is told of eight samples at once.
+        let held = row(&self.depth, first);
+        let mut near = [false; BLOCK];
+        let mut any = false;
+        for l in 0..BLOCK {
+            near[l] = covered[l] & (depth[l] <= held[l]);
+            any |= near[l];
+        }
+        if any {
+            for l in (0..BLOCK).filter(|&l| near[l]) {
+                self.own(first + l, depth[l], d.id);
+            }
+        }
+    }
+
+    /// Lets a surface meet a sample at a depth.
+    #[inline]
+    fn meet(&mut self, d: &Draw, at: usize, depth: f64, meet: &mut Meet) {
+        if let Some(n) = self.layers.get_mut(at) {
+            *n += 1;
+        }
+        match meet {
+            Meet::Own => self.own(at, depth, d.id),
+            Meet::Pass(first) if depth <= self.depth[at] => *first = at.min(*first),
+            Meet::Pass(_) => {}
+            Meet::Keep(cut) if cut.keeps(self.sample(at), depth, d.front) => {
+                self.own(at, depth, d.id);
+            }
+            Meet::Keep(_) => {}
+            Meet::Wind(cut) => {
+                let beyond = |entry: (f64, usize)| CutLens::beside(depth, d.front) > entry.0;
+                if cut.entry(self.sample(at)).is_some_and(beyond) {
+                    self.wound.1[at] += if d.front { -1 } else { 1 };
                 }
             }
         }
     }
+}
+
+/// What a surface does at the samples that it covers.
+enum Meet<'a> {
+    /// It owns those where it is nearest.
+    Own,
+    /// It passes where it is not behind what is held; the first such sample.
+    Pass(usize),
+    /// It owns those where it is nearest of what a cut leaves.
+    Keep(&'a CutLens<'a>),
+    /// It winds around what a cut goes through.
+    Wind(&'a CutLens<'a>),
 }
 
 /// Where the samples of a tile lie, looked up once for many surfaces.
@@ -345,13 +421,15 @@ fn row(v: &[f64], first: usize) -> [f64; BLOCK] {
     out
 }
 
-/// Coverage and depth of eight samples; `None` where none is covered. The very arithmetic of
-/// [`Surface::at`], [`Surface::covers`] and [`Surface::depth`], side by side.
+/// Coverage and depth of eight samples, within some columns and a range of depths; `None` where none is covered. The very
+/// arithmetic of [`Surface::at`], [`Surface::covers`] and [`Surface::depth`], side by side.
 #[inline]
 fn row_of(
     s: &Surface,
     xs: &[f64; BLOCK],
     ys: &[f64; BLOCK],
+    columns: [usize; 2],
+    range: [f64; 2],
 ) -> Option<([bool; BLOCK], [f64; BLOCK])> {
     let mut e = [[0.0; BLOCK]; 3];
     for (e, [a, b, c]) in e.iter_mut().zip(s.edges) {
@@ -362,7 +440,9 @@ fn row_of(
     let mut covered = [false; BLOCK];
     let mut any = false;
     for l in 0..BLOCK {
-        covered[l] = (e[0][l] >= s.least[0]) & (e[1][l] >= s.least[1]) & (e[2][l] >= s.least[2]);
+        let inside = (l >= columns[0]) & (l <= columns[1]);
+        covered[l] =
+            inside & (e[0][l] >= s.least[0]) & (e[1][l] >= s.least[1]) & (e[2][l] >= s.least[2]);
         any |= covered[l];
     }
     if !any {
@@ -372,6 +452,7 @@ fn row_of(
     for l in 0..BLOCK {
         depth[l] = (e[0][l] * s.z[0] + e[1][l] * s.z[1] + e[2][l] * s.z[2])
             / (e[0][l] * s.w[0] + e[1][l] * s.w[1] + e[2][l] * s.w[2]);
+        covered[l] &= (depth[l] >= range[0]) & (depth[l] <= range[1]);
     }
     Some((covered, depth))
 }

@@ -2,11 +2,12 @@
 
 use cullet::{Culler, Funnel, Reason, Scene, View, ViewState, Visible};
 
-use crate::frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
+use crate::frame::{Frame, FrameStats, PixelId, RenderOptions, Selection, first_of_each};
 use crate::geometry::Lens;
 use crate::prepare::Stage;
 use crate::render::{Target, in_pool, render_stage, tiles_in, tiles_of};
 use crate::sample::{Jitter, Samples};
+use crate::sort;
 
 /// Tiles drawn at a time: with 64 × 64 samples of 32 bytes, 64 MiB.
 const BAND_TILES: usize = 512;
@@ -45,6 +46,15 @@ pub struct FalseCull {
     pub pixel: [u32; 2],
     /// Why its instance was dropped, if the culler gave reasons; `None` if only triangles were.
     pub reason: Option<Reason>,
+}
+
+impl FalseCull {
+    /// Ascending by slot, triangle and pixel, whole instances first.
+    pub(crate) fn sorted(all: &[Self]) -> Vec<Self> {
+        let by_pixel = sort::sorted_by(all, |f| sort::pair(f.pixel[1], f.pixel[0]));
+        let triangle = |f: &Self| f.triangle.map_or(0, |t| t.saturating_add(1));
+        sort::sorted_by(&by_pixel, |f| sort::pair(f.slot, triangle(f)))
+    }
 }
 
 /// Result of a verification. Nothing visible was lost if `false_culls` is empty.
@@ -120,7 +130,7 @@ pub fn verify(
 ///
 /// Two frames are drawn, of everything and of the set alone, and their owners compared pixel for
 /// pixel; so are their blended triangles. Then instances of which the set holds nothing are looked for
-/// at N × N jittered samples a pixel. Only tiles that the projected box of such an instance touches
+/// at N × N jittered samples a pixel. Only tiles that a projected box of such an instance touches
 /// are drawn so, with everything in them: elsewhere it owns no sample.
 ///
 /// Cost: two frames; and where much on the screen was dropped, up to N² frames more.
@@ -145,9 +155,7 @@ fn verify_in_pool(
     let frame = render_stage(&stage, view, Selection::All, &draw);
     let culled_frame = render_stage(&stage, view, Selection::Visible(&result), &draw);
 
-    let mut lost = lost_triangles(&frame, &culled_frame);
-    lost.sort_unstable_by_key(|&(id, [x, y])| (id, y, x));
-    lost.dedup_by_key(|l| l.0);
+    let lost = first_of_each(&lost_triangles(&frame, &culled_frame), PixelId::key);
     let reason = |slot: u32| result.reasons.get(slot as usize).copied().flatten();
     let mut false_culls: Vec<FalseCull> = lost
         .iter()
@@ -170,7 +178,7 @@ fn verify_in_pool(
                 false_culls.push(FalseCull { slot, triangle: None, pixel, reason });
             }
         }
-        false_culls.sort_by_key(|f| (f.slot, f.triangle));
+        false_culls = FalseCull::sorted(&false_culls);
     }
 
     Verification::of(scene, false_culls, [frame, culled_frame], result)
@@ -204,15 +212,13 @@ pub(crate) fn lost_instances(
     let [wide, high] = tiles_of(&samples);
     let mut wanted = vec![false; (wide * high) as usize];
     let at = |[column, row]: [u32; 2]| (row * wide + column) as usize;
-    for slot in (0..).zip(&dropped).filter(|(_, dropped)| **dropped).map(|(slot, _)| slot) {
-        if let Some(place) = stage.screen_bounds(&lens, slot, &samples) {
-            tiles_in(&place.rect).for_each(|tile| wanted[at(tile)] = true);
-        }
+    let items = stage.items(&lens, &samples, Selection::All);
+    for item in items.opaque.iter().chain(&items.blended).filter(|i| dropped[i.slot as usize]) {
+        tiles_in(&item.screen_bounds.rect).for_each(|tile| wanted[at(tile)] = true);
     }
     if !wanted.contains(&true) {
         return Vec::new();
     }
-    let items = stage.items(&lens, &samples, Selection::All);
     let mut found: Vec<(u32, [u32; 2])> = Vec::new();
     let mut row = 0;
     while row < high {
@@ -224,13 +230,12 @@ pub(crate) fn lost_instances(
             row += 1;
         }
         let band = |tile: [u32; 2]| (first..row).contains(&tile[1]) && wanted[at(tile)];
-        let items = items.within(|rect| tiles_in(rect).any(band));
+        let items = items.within(&|rect| tiles_in(rect).any(band));
         let mut target = Target::new(samples.clone(), band, false);
         target.draw(stage, &lens, Selection::All, &items);
         let seen = target.seen().filter(|(id, _)| dropped[id.slot as usize]);
         found.extend(seen.map(|(id, at)| (id.slot, at)));
-        found.sort_unstable_by_key(|&(slot, [x, y])| (slot, y, x));
-        found.dedup_by_key(|f| f.0);
+        found = first_of_each(&found, u64::from);
     }
     found
 }

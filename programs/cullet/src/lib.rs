@@ -5,10 +5,7 @@
 #![forbid(unsafe_code)]
 
 mod args;
-mod backfaces;
 pub mod baked;
-mod bounds;
-pub mod cutting;
 mod explain;
 mod info;
 pub mod levels;
@@ -22,7 +19,6 @@ mod recording;
 mod report;
 mod scenes;
 pub mod shape;
-pub mod standpoint;
 mod survey;
 mod verify;
 

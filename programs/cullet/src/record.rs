@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use cullet::{FrustumWork, FunnelRow, Handle, Stage, Unit};
+use cullet_draw::{BackfaceCounts, BoundsCounts};
 use serde::{Deserialize, Serialize};
 
 use crate::levels::{LevelsRecord, LevelsSummary};
@@ -352,6 +353,14 @@ impl DepthRecord {
     }
 }
 
+impl From<BoundsCounts> for BoundsRecord {
+    fn from(counts: BoundsCounts) -> Self {
+        let BoundsCounts { tested, boxes_kept, spheres_kept, in_frustum, box_ns, sphere_ns } =
+            counts;
+        Self { tested, boxes_kept, spheres_kept, in_frustum, box_ns, sphere_ns }
+    }
+}
+
 impl BoundsRecord {
     fn sum(views: impl Iterator<Item = Self>) -> Option<Self> {
         let mut n = 0u32;
@@ -368,6 +377,21 @@ impl BoundsRecord {
         sum.box_ns /= f64::from(n.max(1));
         sum.sphere_ns /= f64::from(n.max(1));
         (n > 0).then_some(sum)
+    }
+}
+
+impl From<BackfaceCounts> for BackfaceRecord {
+    fn from(of_view: BackfaceCounts) -> Self {
+        Self {
+            views: 1,
+            instances: of_view.instances,
+            exact_instances: of_view.exact_instances,
+            one_sided: of_view.one_sided,
+            facing_away: of_view.facing_away,
+            ideal_by_cluster: of_view.ideal_by_cluster,
+            by_cluster: of_view.by_cluster,
+            by_plane: of_view.by_plane,
+        }
     }
 }
 

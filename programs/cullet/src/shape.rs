@@ -1,14 +1,8 @@
 //! Planes and boxes, as the command line gives them.
 
 use cullet::bounds::Plane;
+use cullet::clip::{ClipError, HalfSpace, Region};
 use cullet_command::exit::Failure;
-use cullet_cut::{Keep, MAX_CUT_PLANES, box_planes};
-
-/// Which part is kept, by its name on the command line.
-pub const KEPT: &[(&str, Keep, &str)] = &[
-    ("inside", Keep::Inside, "What is inside of all planes"),
-    ("outside", Keep::Outside, "What is outside of any"),
-];
 
 fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let values: Option<Vec<f64>> = text.split(',').map(|v| v.trim().parse().ok()).collect();
@@ -43,17 +37,17 @@ pub fn bounds(text: &str) -> Result<[f64; 6], String> {
 
 /// A plane of four numbers, or a box of six, and the text that it was.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shape {
+pub(crate) struct Shape {
     /// The words that it was given as.
-    pub text: String,
+    pub(crate) text: String,
     planes: Vec<Plane>,
 }
 
 /// Either of both, told apart by the count of numbers.
-pub fn shape(text: &str) -> Result<Shape, String> {
+pub(crate) fn shape(text: &str) -> Result<Shape, String> {
     let planes = match text.split(',').count() {
         4 => vec![plane(text)?],
-        6 => of_box(bounds(text)?).to_vec(),
+        6 => of_box(bounds(text)?),
         n => {
             return Err(format!(
                 "'{text}' is {n} numbers; a plane is four (0,1,0,2.5), a box six (0,0,0,1,1,1)"
@@ -63,27 +57,23 @@ pub fn shape(text: &str) -> Result<Shape, String> {
     Ok(Shape { text: text.to_owned(), planes })
 }
 
-/// The planes of a box.
-pub fn of_box([a, b, c, d, e, f]: [f64; 6]) -> [Plane; 6] {
-    box_planes([a, b, c], [d, e, f])
+/// The planes of a box, which point out of it.
+fn of_box([a, b, c, d, e, f]: [f64; 6]) -> Vec<Plane> {
+    let sides =
+        |axis: [f64; 3], low, high| [Plane::new(axis, low).flipped(), Plane::new(axis, high)];
+    [sides([1.0, 0.0, 0.0], a, d), sides([0.0, 1.0, 0.0], b, e), sides([0.0, 0.0, 1.0], c, f)]
+        .concat()
 }
 
-/// The planes of all shapes.
-pub fn planes(shapes: &[Shape]) -> Result<Vec<Plane>, Failure> {
-    let planes: Vec<Plane> = shapes.iter().flat_map(|s| s.planes.iter().copied()).collect();
-    check(&planes)?;
-    Ok(planes)
-}
-
-/// Refuses more planes than can be cut at once.
-pub fn check(planes: &[Plane]) -> Result<(), Failure> {
-    let count = planes.len();
-    if count > MAX_CUT_PLANES {
-        return Err(Failure::usage(format!(
-            "{count} planes exceed the limit of {MAX_CUT_PLANES}; cut the result again"
-        )));
-    }
-    Ok(())
+/// The region within all shapes.
+pub(crate) fn region(shapes: &[Shape]) -> Result<Region<f64, 3>, Failure> {
+    let planes = shapes.iter().flat_map(|s| &s.planes);
+    let sides: Result<Vec<HalfSpace<f64, 3>>, ClipError> =
+        planes.map(|&plane| plane.try_into()).collect();
+    sides.and_then(Region::new).map_err(|e| match e {
+        ClipError::Full { limit } => Failure::usage(format!("--cut: more than {limit} planes")),
+        e => Failure::usage(format!("--cut: {e}")),
+    })
 }
 
 #[cfg(test)]
@@ -109,6 +99,6 @@ mod tests {
         assert!(count("0,1,0").unwrap_err().contains("3 numbers"));
         assert!(count("0,0,0,1").unwrap_err().contains("no direction"));
         let many = vec![shape("0,0,0,1,2,3").expect("a box"); 6];
-        assert!(planes(&many[..5]).is_ok() && planes(&many).is_err());
+        assert!(region(&many[..5]).is_ok() && region(&many).is_err());
     }
 }

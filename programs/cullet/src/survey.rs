@@ -6,14 +6,12 @@ use cullet::{Culler, Handle, Output, Stage, Unit, View, ViewState, Visible};
 use cullet_command::clock::clock;
 use cullet_command::exit::Failure;
 use cullet_command::inputs;
-use cullet_draw::Meter;
 use cullet_draw::{
-    Frame, FrameStats, LevelSteps, LevelsVerification, PixelId, Verification, VerifyOptions,
+    BackfaceTest, BoundsTest, Frame, FrameStats, LevelSteps, LevelsVerification, Meter, PixelId,
+    Verification, VerifyOptions, facing_away, pixels_of_meshes,
 };
 use cullet_io::Model;
 
-use crate::backfaces::BackfaceTest;
-use crate::bounds::BoundsTest;
 use crate::levels::{DeviationRecord, Ladder, LevelsRecord};
 use crate::names::{name_of, reason_text};
 use crate::record::{
@@ -214,8 +212,11 @@ impl Survey {
             losses,
             depth_before: full_proof.map(|v| depth(&v.before, all, pixels)),
             depth_after: proof.map(|v| depth(&v.after, drawn, pixels)),
-            bounds: self.bounds.as_mut().map(|b| b.measure(scene, view, &self.culler)),
-            backfaces,
+            bounds: self
+                .bounds
+                .as_mut()
+                .map(|b| b.measure(scene, view, &self.culler, clock).into()),
+            backfaces: backfaces.map(Into::into),
             levels,
             seconds: start.elapsed().as_secs_f64(),
         });
@@ -300,8 +301,7 @@ impl Survey {
             let triangles = &result.triangles[range.first as usize..][..range.count as usize];
             let mesh = &mut self.meshes[scene.mesh_id(range.slot) as usize];
             mesh.drawn += u64::from(range.count);
-            mesh.facing_away +=
-                facing_away(&self.model, view, [range.slot, range.level], triangles);
+            mesh.facing_away += facing_away(scene, view, [range.slot, range.level], triangles);
             if mesh.last_kept.replace(index) != Some(index) {
                 mesh.kept += 1;
             }
@@ -346,19 +346,10 @@ impl Survey {
         else {
             return;
         };
-        let [columns, rows] = buffer.size();
-        let scaled =
-            |v: u32, from: u32, to: u32| (u64::from(v) * u64::from(to) / u64::from(from)) as u32;
-        for (y, line) in (0..).zip(frame.ids.chunks_exact(frame.width.max(1) as usize)) {
-            let row = scaled(y, frame.height, rows);
-            for (x, id) in (0..).zip(line) {
-                if *id != PixelId::NONE {
-                    let mesh = &mut self.meshes[self.model.scene.mesh_id(id.slot) as usize];
-                    mesh.pixels += 1;
-                    let open = buffer.nearness(scaled(x, frame.width, columns), row) <= 0.0;
-                    mesh.open_pixels += u64::from(open);
-                }
-            }
+        let counts = pixels_of_meshes(&self.model.scene, frame, buffer);
+        for (mesh, pixels) in self.meshes.iter_mut().zip(counts) {
+            mesh.pixels += pixels.owned;
+            mesh.open_pixels += pixels.open;
         }
     }
 
@@ -423,44 +414,4 @@ pub(crate) fn planes(view: &View) -> ([f64; 3], Option<f64>, Option<f64>) {
     let near = near.filter(|_| perspective).map(distance);
     let far = frustum.plane(Far).filter(|_| perspective).map(|p| -distance(p));
     (back.map(|v| -v), near, far)
-}
-
-/// How many of `triangles` (in the mesh's order) of a slot at a level have both sides drawn and face away: what
-/// back-face culling would take if the mesh were one-sided.
-fn facing_away(model: &Model, view: &View, [slot, level]: [u32; 2], triangles: &[u32]) -> u64 {
-    let scene = &model.scene;
-    let mesh = scene.mesh_at(slot, level);
-    let transform = scene.transform(slot);
-    let two_sided = scene.flags(slot).double_sided;
-    let opaque = |p: &cullet::mesh::Part| p.alpha == cullet::mesh::Alpha::Opaque;
-    if !two_sided && !mesh.parts().iter().any(|p| p.two_sided && opaque(p)) {
-        return 0;
-    }
-    let m = transform.to_matrix();
-    let world = |p: [f32; 3]| -> [f64; 3] {
-        let p = p.map(f64::from);
-        std::array::from_fn(|r| m[r] * p[0] + m[4 + r] * p[1] + m[8 + r] * p[2] + m[12 + r])
-    };
-    // A mirrored instance, or a view with clockwise fronts, turns the order of corners round.
-    let mirrored = transform.determinant() < 0.0;
-    let clockwise = view.front_face == cullet::FrontFace::Clockwise;
-    let sign = if mirrored == clockwise { 1.0 } else { -1.0 };
-    let eye = view.eye();
-    let away = |t: u32| {
-        let [a, b, c] = mesh.corners(t).map(world);
-        let sub = |p: [f64; 3], q: [f64; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-        let (u, v) = (sub(b, a), sub(c, a));
-        let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-        let facing: f64 = (0..3).map(|i| n[i] * (eye[i] - a[i] * eye[3])).sum();
-        sign * facing < 0.0
-    };
-    let part_of = |original: u32| {
-        let after = mesh.parts().partition_point(|p| p.first_triangle <= original);
-        mesh.parts().get(after.wrapping_sub(1))
-    };
-    let counts = |t: u32| {
-        part_of(mesh.original_triangle()[t as usize])
-            .is_some_and(|p| opaque(p) && (two_sided || p.two_sided))
-    };
-    triangles.iter().filter(|&&t| counts(t) && away(t)).count() as u64
 }

@@ -4,9 +4,9 @@ use cullet::lod::{IMPOSTOR_PARTS, Impostor, ImpostorError, ImpostorFrame, Texel}
 use cullet::mesh::Alpha;
 use cullet::{Camera, Depth, Instance, Mesh, Projection, Scene, Transform, View};
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::frame::{PixelId, RenderOptions, Selection};
+use crate::parallel;
 use crate::prepare::{Stage, part_of};
 use crate::render::render_stage;
 
@@ -281,7 +281,9 @@ impl Studio<'_> {
         let radius = self.reach();
         let frames = Impostor::frames(options.grid, &bounds, radius);
         let frames: Result<Vec<Vec<Texel>>, ImpostorError> =
-            frames.par_iter().map(|frame| self.texels(frame, options)).collect();
+            parallel::map(frames.len(), &|i| self.texels(&frames[i], options))
+                .into_iter()
+                .collect();
         let (mut shape, mut normals) = (Vec::with_capacity(count), Vec::with_capacity(count));
         for texel in frames?.iter().flatten() {
             let [s, n] = Impostor::pack(texel);

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use cullet::Mesh;
 use cullet::lod::{Impostor, ImpostorError, ImpostorFrame};
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::capture::{ImpostorOptions, Studio, scene_of};
 use super::trace::Tracer;
+use crate::{parallel, sort};
 
 /// Samples along a side of a texel.
 const FINE: u32 = 4;
@@ -118,14 +118,16 @@ impl Studio<'_> {
         seed: u64,
     ) -> Result<ImpostorMeasure, ImpostorError> {
         let tracer = Tracer::new(Arc::new(impostor.clone()));
-        let of = |i: u32| self.distances(&tracer, direction(seed, i));
+        let of = |i: usize| self.distances(&tracer, direction(seed, i as u32));
         let all: Result<Vec<Vec<f32>>, ImpostorError> =
-            (0..directions).into_par_iter().map(of).collect();
+            parallel::map(directions as usize, &of).into_iter().collect();
         let mut all = all?.concat();
-        all.sort_unstable_by(f32::total_cmp);
-        let Some(&max) = all.last() else { return Ok(ImpostorMeasure::default()) };
+        if all.is_empty() {
+            return Ok(ImpostorMeasure::default());
+        }
         let over = (all.len() as f64 * SHARE_OVER) as usize;
-        let [p999, max] = [all[all.len() - 1 - over], max].map(|v| f64::from(v) * self.radius);
+        let [p999, max] =
+            [over, 0].map(|n| f64::from(sort::largest_but(n, &mut all)) * self.radius);
         let pitch = 2.0 * self.radius / f64::from(impostor.texels() * FINE);
         // Between the samples are others.
         let error = p999.max(max / MOST_OVER).max(pitch * 0.25) + pitch * 0.25;

@@ -22,6 +22,7 @@ use super::interval::Interval;
 use super::planar::{Cell, Point, Projected, Projector, Range, range_of};
 use super::reference::{box_triangles, corners};
 use crate::prepare::part_of;
+use crate::sort;
 
 /// Result of the proof that a box is hidden.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,7 +64,7 @@ impl Default for ProofOptions {
 const BUCKET_PX: u32 = 32;
 
 /// A triangle that may hide.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Triangle {
     /// `None` where it is seen edge-on, within rounding: it hides nothing for certain.
     shape: Option<Projected>,
@@ -274,14 +275,14 @@ impl Build {
         }
     }
 
-    fn finish(mut self, view: &View) -> Prover {
-        self.triangles.sort_by_key(|t| t.group);
+    fn finish(self, view: &View) -> Prover {
+        let triangles = sort::sorted_by(&self.triangles, |t| t.group.into());
         let viewport = view.viewport();
         let size = viewport.map(|v| v.div_ceil(BUCKET_PX));
         let mut prover = Prover {
             projector: self.projector,
             viewport: viewport.map(f64::from),
-            triangles: self.triangles,
+            triangles,
             places: self.places,
             buckets: vec![Vec::new(); (size[0] * size[1]) as usize],
             size,
@@ -459,7 +460,8 @@ impl Search<'_> {
         if group.len() < 2 {
             return false;
         }
-        let mut edges: Vec<(u32, u32, bool)> = Vec::new();
+        // Both ends, and whether it runs from the lower one.
+        let mut edges: Vec<(u64, u32)> = Vec::new();
         for &i in group {
             let t = &self.prover.triangles[i as usize];
             let Some(shape) = &t.shape else { continue };
@@ -467,13 +469,13 @@ impl Search<'_> {
                 let (a, b) = (t.vertices[(k + 1) % 3], t.vertices[(k + 2) % 3]);
                 let place = |v: u32| &self.prover.places[v as usize];
                 if edge.over(cell).has_zero() && cell.meets(&place(a).union(place(b))) {
-                    edges.push((a.min(b), a.max(b), a < b));
+                    edges.push((sort::pair(a.min(b), a.max(b)), u32::from(a < b)));
                 }
             }
         }
-        edges.sort_unstable();
-        let shared = edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).all(|uses| {
-            let forward = uses.iter().filter(|u| u.2).count();
+        sort::sort_numbered(&mut edges);
+        let shared = edges.chunk_by(|a, b| a.0 == b.0).all(|uses| {
+            let forward = uses.iter().filter(|u| u.1 == 1).count();
             forward * 2 == uses.len()
         });
         let ([x0, x1], [y0, y1]) = (cell.x, cell.y);

@@ -5,11 +5,11 @@
 
 use cullet::bounds::Aabb;
 use cullet::{Scene, Transform, View, Visible};
-use rayon::prelude::*;
 
 use crate::bounds::{Extent, ScreenBounds, screen_bounds, triangle_rect};
 use crate::frame::Selection;
 use crate::geometry::{Clip, Lens, ObjectLens, Surface};
+use crate::parallel;
 use crate::prepare::Stage;
 use crate::render::{Target, in_pool, tiles_in, tiles_of};
 use crate::sample::{Jitter, Rect, Samples};
@@ -118,7 +118,7 @@ fn boxes_in_pool(
     let push = push_away(view, &lens, options.tolerance);
     let seer = Seer { lens: &lens, object: &object, push, mirrored: view.is_mirrored() };
     let places: Vec<Result<ScreenBounds, Sampled>> =
-        boxes.par_iter().map(|b| place(&lens, &object, b, &samples)).collect();
+        boxes.iter().map(|b| place(&lens, &object, b, &samples)).collect();
     let mut answers: Vec<Sampled> =
         places.iter().map(|p| p.as_ref().err().copied().unwrap_or(Sampled::Hidden)).collect();
     let mut open: Vec<Candidate> = (boxes.iter().zip(&places).enumerate())
@@ -142,14 +142,13 @@ fn boxes_in_pool(
         let last = (first + rows).min(high) - 1;
         let band = |tile: [u32; 2]| (first..=last).contains(&tile[1]) && wanted[at(tile)];
         let mut target = Target::new(samples.clone(), band, false);
-        target.draw(&stage, &lens, Selection::All, &items.within(|r| tiles_in(r).any(band)));
+        target.draw(&stage, &lens, Selection::All, &items.within(&|r| tiles_in(r).any(band)));
         let pixels = [first * TILE, (last * TILE + TILE - 1).min(samples.size[1] - 1)];
-        let seen: Vec<usize> = open
-            .par_iter()
-            .filter(|c| seer.sees(c, &target, &samples, pixels))
-            .map(|c| c.index)
-            .collect();
-        seen.iter().for_each(|&i| answers[i] = Sampled::Visible);
+        let sees = |i: usize| seer.sees(&open[i], &target, &samples, pixels);
+        let seen = parallel::map(open.len(), &sees);
+        for (c, _) in open.iter().zip(&seen).filter(|(_, seen)| **seen) {
+            answers[c.index] = Sampled::Visible;
+        }
         open.retain(|c| answers[c.index] == Sampled::Hidden);
     }
     answers

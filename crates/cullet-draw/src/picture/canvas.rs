@@ -203,33 +203,41 @@ pub fn grouped(n: u64) -> String {
 /// The convex hull of some points, counter-clockwise (Andrew, *Another Efficient Algorithm for Convex
 /// Hulls in Two Dimensions*, 1979). Points that are not finite are left out.
 pub fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let mut sorted: Vec<[f64; 2]> =
-        points.iter().copied().filter(|p| p.iter().all(|v| v.is_finite())).collect();
-    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let mut out = Vec::new();
+    add_hull(points, &mut Vec::new(), &mut out);
+    out
+}
+
+/// Appends the [`hull`] of a few points. `sorted` is room for them.
+pub(super) fn add_hull(points: &[[f64; 2]], sorted: &mut Vec<[f64; 2]>, out: &mut Vec<[f64; 2]>) {
+    sorted.clear();
+    for &p in points.iter().filter(|p| p[0].is_finite() && p[1].is_finite()) {
+        let is_after = |q: &[f64; 2]| q[0].total_cmp(&p[0]).then(q[1].total_cmp(&p[1])).is_gt();
+        let mut at = sorted.len();
+        while at > 0 && is_after(&sorted[at - 1]) {
+            at -= 1;
+        }
+        sorted.insert(at, p);
+    }
     sorted.dedup();
     if sorted.len() < 3 {
-        return sorted;
+        return out.extend_from_slice(sorted);
     }
     let turn = |o: [f64; 2], a: [f64; 2], b: [f64; 2]| {
         (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])
     };
-    let mut out: Vec<[f64; 2]> = Vec::new();
+    let count = sorted.len();
     for pass in 0..2 {
         let start = out.len();
-        let mut add = |p: [f64; 2]| {
+        for i in 0..count {
+            let p = sorted[if pass == 0 { i } else { count - 1 - i }];
             while out.len() >= start + 2 && turn(out[out.len() - 2], out[out.len() - 1], p) <= 0.0 {
                 out.pop();
             }
             out.push(p);
-        };
-        if pass == 0 {
-            sorted.iter().for_each(|p| add(*p));
-        } else {
-            sorted.iter().rev().for_each(|p| add(*p));
         }
         out.pop();
     }
-    out
 }
 
 /// Writes words on a light ground into the top left corner of a picture.

@@ -40,7 +40,7 @@ impl<'a> FrozenView<'a> {
         let from = from_outside(from);
         let frame = from_far(self.scene, &from);
         let color = |id: PixelId| fates.color_of(id);
-        let mut picture = light_evenly(&frame, &from, &self.surfaces, color).halved();
+        let mut picture = light_evenly(&frame, &from, &self.surfaces, &color).halved();
         draw_frustum(&mut picture, self.scene, &self.view, &from, &frame);
         picture
     }

@@ -12,6 +12,7 @@ use super::font::{text_height, text_size, text_width};
 use super::map::Map;
 use super::palette::{CHALK, NIGHT, PROVED, UNSEEN, mix, reason_color};
 use super::space::Space;
+use crate::sort;
 
 /// A box this many times as long as the median of its level is one of a node whose children lie apart.
 const FAR_APART: f64 = 5.0;
@@ -124,8 +125,8 @@ fn draw_level(
         of(f64::max, f64::NEG_INFINITY) - of(f64::min, f64::INFINITY)
     };
     let length = |place: &[[f64; 2]]| across(place, 0).max(across(place, 1));
-    let mut lengths: Vec<f64> = drawn.iter().map(|(_, place)| length(place)).collect();
-    lengths.sort_by(f64::total_cmp);
+    let lengths: Vec<f64> = drawn.iter().map(|(_, place)| length(place)).collect();
+    let lengths = sort::sorted_by(&lengths, |&length| sort::bits(length));
     let median = lengths.get(lengths.len() / 2).copied().unwrap_or(0.0);
     let is_apart = |place: &[[f64; 2]]| length(place) > FAR_APART * median && length(place) > 8.0;
     // Those apart below all others; straddling ones on top: they are what the next level is about.

@@ -39,7 +39,7 @@ pub fn kinds_of(scene: &Scene, view: &View, visible: &Visible, from: &View) -> P
     let frame = from_far(scene, &from);
     let color = |id: PixelId| fates.color_of(id);
     // Colours carry the meaning: no haze.
-    let mut picture = light_through(0.0, scene, &frame, &from, frozen.surfaces(), color).halved();
+    let mut picture = light_through(0.0, scene, &frame, &from, frozen.surfaces(), &color).halved();
     let lines = draw_frustum(&mut picture, scene, view, &from, &frame);
     explain(&mut picture, &frame, &lines, &fates.counts());
     picture

@@ -1,17 +1,16 @@
 //! The scene from above, every instance coloured by its fate.
 
-use std::cmp::Reverse;
-
 use cullet::{Scene, Stage, View, Visible};
 use glam::DVec3;
 
 use super::Picture;
-use super::canvas::{LINE, grouped, hull};
+use super::canvas::{LINE, add_hull, grouped, hull};
 use super::font::{text_height, text_size, text_width};
 use super::outside::contents;
 use super::palette::{CHALK, DROPPED, NIGHT, SEEN, UNSEEN, mix, reason_color, reason_label};
 use super::space::Space;
 use crate::frame::PixelId;
+use crate::{parallel, sort};
 
 /// Fate of an instance: dropped, and by which stage, or kept, and seen or not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -96,32 +95,33 @@ pub fn top_down(
     let frustum = map.frustum(&space);
     picture.fill_convex(&frustum, CHALK, 0.13);
 
-    let mut places: Vec<(Fate, u32, Vec<[f64; 2]>)> = (0..)
-        .zip(&fates)
-        .filter_map(|(slot, fate)| {
-            let place = map.outline(scene, slot)?;
-            (*fate).map(|fate| (fate, slot, place))
-        })
-        .collect();
-    // Dropped instances lie below kept ones, and large ones below small ones.
-    let area = |p: &[[f64; 2]]| {
-        let term = |i: usize| {
-            let (a, b) = (p[i], p[(i + 1) % p.len()]);
-            a[0] * b[1] - b[0] * a[1]
-        };
-        (0..p.len()).map(term).sum::<f64>().abs() * 0.5
-    };
-    let whole = f64::from(map.size[0]) * f64::from(map.size[1]);
-    let is_large = |p: &[[f64; 2]]| area(p) > 0.15 * whole;
-    // Alone on the map, even a large instance covers no other.
-    let crowded = places.iter().any(|(_, _, place)| !is_large(place));
-    let is_ground = |p: &[[f64; 2]]| crowded && is_large(p);
-    // Bits of numbers that are not negative ascend as they do.
-    places.sort_by_cached_key(|(fate, slot, place)| {
-        (Reverse(is_ground(place)), *fate, Reverse(area(place).to_bits()), *slot)
+    let outlines = parallel::tasks(fates.len(), 1024, &|slots| {
+        let mut outlines = Outlines::default();
+        for (slot, fate) in (slots.start as u32..).zip(&fates[slots]) {
+            if let Some(fate) = *fate {
+                outlines.add(&map, scene, slot, fate);
+            }
+        }
+        outlines
     });
-    for (fate, _, place) in &places {
-        draw_place(&mut picture, place, *fate, area(place), is_ground(place));
+    let places: Vec<Place> = outlines.iter().flat_map(Outlines::places).collect();
+    let whole = f64::from(map.size[0]) * f64::from(map.size[1]);
+    let is_large = |place: &Place| place.area > 0.15 * whole;
+    // Alone on the map, even a large instance covers no other.
+    let crowded = places.iter().any(|place| !is_large(place));
+    let is_ground = |place: &Place| crowded && is_large(place);
+    // Dropped instances lie below kept ones, and large ones below small ones.
+    let places = sort::sorted_by(&places, |place| !sort::bits(place.area));
+    let places = sort::sorted_by(&places, |place| {
+        let fate = match place.fate {
+            Fate::Dropped(stage) => stage.map_or(0, |stage| stage as u64),
+            Fate::Unseen => 1 << 8,
+            Fate::Seen => 2 << 8,
+        };
+        if is_ground(place) { fate } else { fate + (3 << 8) }
+    });
+    for place in &places {
+        draw_place(&mut picture, place, is_ground(place));
     }
     picture.outline(&frustum, 1.6, CHALK, 0.9);
     if space.eye.w != 0.0 {
@@ -138,56 +138,120 @@ pub fn top_down(
     let [left, legend] = [map.size[0], width - map.size[0]].map(i64::from);
     picture.fill([left, 0], [legend, i64::from(height)], NIGHT, 1.0);
     picture.fill([left, 0], [1, i64::from(height)], CHALK, 0.35);
-    let counts = counts(&fates);
+    let mut tally = Tally::default();
+    fates.iter().flatten().for_each(|&fate| tally.add(fate, 1));
+    let counts = tally.entries();
     let legend = Legend { at: [left + 20, 20], size, ink: CHALK, paper: NIGHT };
     let total: u64 = counts.iter().map(|c| c.1).sum();
     legend.draw(&mut picture, "seen from above", &plural(total, "instance"), &counts);
     picture
 }
 
-fn draw_place(picture: &mut Picture, place: &[[f64; 2]], fate: Fate, area: f64, ground: bool) {
-    let color = fate.color();
+/// An instance on the map.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    fate: Fate,
+    area: f64,
+    /// Hull of the corners of its mesh's box.
+    outline: &'a [[f64; 2]],
+}
+
+/// Outlines of some instances, end to end.
+#[derive(Default)]
+struct Outlines {
+    points: Vec<[f64; 2]>,
+    /// Fate and area of each, and where its points end.
+    ends: Vec<(Fate, f64, usize)>,
+    room: Vec<[f64; 2]>,
+}
+
+impl Outlines {
+    fn add(&mut self, map: &Map, scene: &Scene, slot: u32, fate: Fate) {
+        let (transform, bounds) = (scene.transform(slot), scene.mesh(slot).bounds());
+        if scene.is_removed(slot) || !transform.is_finite() || bounds.is_empty() {
+            return;
+        }
+        let m = glam::DMat4::from_cols_array(&transform.to_matrix());
+        let corner = |c: [f32; 3]| map.at(m.transform_point3(DVec3::from(c.map(f64::from))));
+        let first = self.points.len();
+        add_hull(&bounds.corners().map(corner), &mut self.room, &mut self.points);
+        let p = &self.points[first..];
+        let term = |i: usize| {
+            let (a, b) = (p[i], p[(i + 1) % p.len()]);
+            a[0] * b[1] - b[0] * a[1]
+        };
+        let area = (0..p.len()).map(term).sum::<f64>().abs() * 0.5;
+        if !p.is_empty() {
+            self.ends.push((fate, area, self.points.len()));
+        }
+    }
+
+    fn places(&self) -> Vec<Place<'_>> {
+        let mut first = 0;
+        let place = |&(fate, area, end): &(Fate, f64, usize)| {
+            let outline = &self.points[first..end];
+            first = end;
+            Place { fate, area, outline }
+        };
+        self.ends.iter().map(place).collect()
+    }
+}
+
+fn draw_place(picture: &mut Picture, place: &Place, ground: bool) {
+    let (color, outline) = (place.fate.color(), place.outline);
     if ground {
         // So large that it would drown the rest.
-        picture.fill_convex(place, color, 0.06);
-        picture.outline(place, 1.0, color, 0.6);
-    } else if area < 5.0 {
+        picture.fill_convex(outline, color, 0.06);
+        picture.outline(outline, 1.0, color, 0.6);
+    } else if place.area < 5.0 {
         // A dot, at least.
         let middle = |axis: usize| {
-            let sum: f64 = place.iter().map(|p| p[axis]).sum();
-            (sum / place.len() as f64).floor() as i64
+            let sum: f64 = outline.iter().map(|p| p[axis]).sum();
+            (sum / outline.len() as f64).floor() as i64
         };
-        let side = if fate == Fate::Seen { 3 } else { 2 };
+        let side = if place.fate == Fate::Seen { 3 } else { 2 };
         picture.fill([middle(0), middle(1)], [side, side], color, 0.9);
     } else {
-        picture.fill_convex(place, color, 0.92);
-        if area > 40.0 {
-            picture.outline(place, 0.8, mix(color, NIGHT, 0.6), 0.8);
+        picture.fill_convex(outline, color, 0.92);
+        if place.area > 40.0 {
+            picture.outline(outline, 0.8, mix(color, NIGHT, 0.6), 0.8);
         }
     }
 }
 
-impl Fate {
-    /// The place in a legend: what is kept, and then what was dropped in the order of the stages.
-    fn place(self) -> (u32, Option<Stage>) {
-        match self {
-            Self::Seen => (0, None),
-            Self::Unseen => (1, None),
-            Self::Dropped(stage) => (2, stage),
-        }
+/// Counts of each fate, in the order of a legend: what is kept, and then what was dropped in the order of the stages.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tally([u64; 3 + Stage::ALL.len()]);
+
+impl Tally {
+    /// Adds `n` of a fate.
+    pub(crate) fn add(&mut self, fate: Fate, n: u64) {
+        let place = match fate {
+            Fate::Seen => 0,
+            Fate::Unseen => 1,
+            Fate::Dropped(stage) => stage.map_or(2, |stage| 2 + stage as usize),
+        };
+        self.0[place] += n;
     }
-}
 
-/// How many there are of each fate that occurs, in the order of a legend.
-pub(crate) fn counts(fates: &[Option<Fate>]) -> Vec<(Fate, u64)> {
-    let mut sorted: Vec<Fate> = fates.iter().copied().flatten().collect();
-    sorted.sort_unstable_by_key(|f| f.place());
-    sorted.chunk_by(|a, b| a == b).map(|run| (run[0], run.len() as u64)).collect()
-}
+    /// Adds what another counted.
+    pub(crate) fn join(&mut self, other: &Self) {
+        self.0.iter_mut().zip(other.0).for_each(|(n, other)| *n += other);
+    }
 
-/// Brings counts into the order of a legend.
-pub(crate) fn sort_counts(counts: &mut [(Fate, u64)]) {
-    counts.sort_unstable_by_key(|c| c.0.place());
+    /// Fates that occur, and their counts.
+    pub(crate) fn entries(&self) -> Vec<(Fate, u64)> {
+        let mut entries = Vec::new();
+        for (place, &n) in self.0.iter().enumerate().filter(|(_, n)| **n > 0) {
+            let fate = match place {
+                0 => Fate::Seen,
+                1 => Fate::Unseen,
+                _ => Fate::Dropped(place.checked_sub(3).map(|stage| Stage::ALL[stage])),
+            };
+            entries.push((fate, n));
+        }
+        entries
+    }
 }
 
 /// So many of something, in words.
@@ -293,18 +357,6 @@ impl Map {
             (p.x - self.middle[0]) * self.pixels + f64::from(self.size[0]) * 0.5,
             (p.z - self.middle[1]) * self.pixels + f64::from(self.size[1]) * 0.5,
         ]
-    }
-
-    /// The outline of an instance: the hull of the corners of its mesh's box.
-    fn outline(&self, scene: &Scene, slot: u32) -> Option<Vec<[f64; 2]>> {
-        let (transform, bounds) = (scene.transform(slot), scene.mesh(slot).bounds());
-        if scene.is_removed(slot) || !transform.is_finite() || bounds.is_empty() {
-            return None;
-        }
-        let m = glam::DMat4::from_cols_array(&transform.to_matrix());
-        let corner = |c: [f32; 3]| self.at(m.transform_point3(DVec3::from(c.map(f64::from))));
-        let place = hull(&bounds.corners().map(corner));
-        (!place.is_empty()).then_some(place)
     }
 
     /// The outline of the frustum, as far as it reaches on the map.

@@ -34,7 +34,7 @@ pub use layers::depth_complexity;
 pub use levels::{beside, difference, even_levels, levels};
 pub use map::top_down;
 pub use occlusion::{Culled, hidden, occluders, occlusion_buffer};
-pub use opened::{OpenedScene, cut_away, opened};
+pub use opened::{Opening, before_cut, cut_away};
 pub use outside::Outlook;
 pub use shaded::{even, shaded, shaded_clear, shaded_levels};
 
@@ -93,6 +93,32 @@ impl Picture {
         Self { width, height, rgb }
     }
 
+    /// The picture averaged down by a whole factor to at most `most` pixels of width.
+    #[must_use]
+    pub fn shrunk(&self, most: u32) -> Self {
+        let factor = self.width.div_ceil(most.max(1)).max(1);
+        if factor == 1 {
+            return self.clone();
+        }
+        let (width, height) = ((self.width / factor).max(1), (self.height / factor).max(1));
+        let high = factor.min(self.height);
+        let n = factor * high;
+        let mut rgb = Vec::with_capacity(width as usize * height as usize * 3);
+        for y in 0..height {
+            for x in 0..width {
+                let mut sum = [n / 2; 3];
+                for dy in 0..high {
+                    let at = ((y * factor + dy) * self.width + x * factor) as usize * 3;
+                    for pixel in self.rgb[at..at + factor as usize * 3].as_chunks::<3>().0 {
+                        (0..3).for_each(|c| sum[c] += u32::from(pixel[c]));
+                    }
+                }
+                rgb.extend(sum.map(|v| (v / n) as u8));
+            }
+        }
+        Self { width, height, rgb }
+    }
+
     /// The bytes of a PNG file.
     #[must_use]
     pub fn to_png(&self) -> Vec<u8> {
@@ -136,6 +162,17 @@ mod tests {
         let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut rgb).unwrap();
         assert_eq!((info.width, info.height, rgb), (7, 5, p.rgb));
+    }
+
+    #[test]
+    fn shrinking_averages_and_keeps_small_pictures() {
+        let rgb = vec![0, 0, 0, 100, 100, 100, 200, 200, 200, 100, 100, 100];
+        let p = Picture { width: 2, height: 2, rgb };
+        assert_eq!(p.shrunk(1), Picture::new(1, 1, [100; 3]));
+        assert_eq!(p.shrunk(2), p);
+        let flat = Picture { width: 5, height: 1, rgb: vec![7; 15] };
+        assert_eq!(flat.shrunk(2), Picture::new(1, 1, [7; 3]));
+        assert_eq!(flat.shrunk(3), Picture::new(2, 1, [7; 3]));
     }
 
     #[test]

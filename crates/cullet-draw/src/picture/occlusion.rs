@@ -15,6 +15,7 @@ use super::shaded::shaded;
 use super::space::{Space, pixel_centre};
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::render::render;
+use crate::sort;
 
 /// Where nothing is proved, or nothing is there.
 const OPEN: [u8; 3] = [0xDD, 0xDE, 0xDC];
@@ -238,9 +239,13 @@ struct NearnessRange {
 
 /// Of what is there, but for the nearest and the farthest hundredth, which may be anything.
 fn range(nearness: impl Iterator<Item = f64>) -> NearnessRange {
-    let mut sorted: Vec<f64> = nearness.filter(|n| *n > 0.0 && n.is_finite()).collect();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let at = |share: f64| sorted.get((sorted.len() as f64 * share) as usize).copied();
+    // Bits of numbers that are not negative ascend as they do.
+    let mut sorted: Vec<u64> =
+        nearness.filter(|n| *n > 0.0 && n.is_finite()).map(f64::to_bits).collect();
+    sort::sort(&mut sorted);
+    let at = |share: f64| {
+        sorted.get((sorted.len() as f64 * share) as usize).copied().map(f64::from_bits)
+    };
     let (low, high) = (at(0.01).unwrap_or(1.0), at(0.99).unwrap_or(1.0));
     NearnessRange { low, high: high.max(low * 1.0001) }
 }

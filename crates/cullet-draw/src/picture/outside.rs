@@ -1,6 +1,8 @@
 //! Standing outside of a view: from where one sees it with what it culls, its frustum as a drawing, and whether the
 //! scene must be cut open for that.
 
+use std::ops::Range;
+
 use cullet::bounds::Aabb;
 use cullet::{Camera, CullFace, Depth, Projection, Scene, View};
 use glam::DVec3;
@@ -9,6 +11,7 @@ use super::Picture;
 use super::palette::{INK, PAPER};
 use super::space::{Space, Surfaces, corners, framing, pixel_centre};
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
+use crate::parallel;
 use crate::render::render;
 
 /// The view, but that everything is shown in it: also what faces away, and all layers.
@@ -133,17 +136,36 @@ const SMALL_WITHIN: f64 = 0.4;
 /// The bounds of the scene, but for a ground or sky that reaches far beyond all else.
 pub(super) fn contents(scene: &Scene) -> Aabb {
     let size = |b: &Aabb| DVec3::from(b.half_extent()).length();
-    let extent = scene.extent();
+    let mut boxes = finite_bounds(scene);
+    let extent = union(&boxes);
     if extent.is_empty() {
         return extent;
     }
     let limit = size(&extent) * 0.5;
-    let contents =
-        scene.slots().map(|s| scene.bounds(s)).filter(|b| b.is_finite() && size(b) < limit);
-    let contents = contents.fold(Aabb::EMPTY, |a, b| a.union(&b));
+    boxes.retain(|b| size(b) < limit);
+    let contents = union(&boxes);
     // An instance that holds all others is a room, not a ground.
     let is_room = contents.is_empty() || size(&contents) > SMALL_WITHIN * size(&extent);
     if is_room { extent } else { contents }
+}
+
+/// The bounds of the scene, as [`Scene::extent`] finds them.
+pub(super) fn extent(scene: &Scene) -> Aabb {
+    union(&finite_bounds(scene))
+}
+
+fn union(boxes: &[Aabb]) -> Aabb {
+    boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b))
+}
+
+/// Bounds of all instances that have some.
+fn finite_bounds(scene: &Scene) -> Vec<Aabb> {
+    let some = |slots: Range<usize>| -> Vec<Aabb> {
+        let is_some = |&slot: &u32| !scene.is_removed(slot) && !scene.is_stand_in(slot);
+        let slots = slots.map(|slot| slot as u32).filter(is_some);
+        slots.map(|slot| scene.bounds(slot)).filter(Aabb::is_finite).collect()
+    };
+    parallel::tasks(scene.slot_count() as usize, 1024, &some).concat()
 }
 
 /// Half the diagonal of [`contents`].
@@ -238,7 +260,7 @@ impl SightLines {
         let point = |at: usize| {
             let [x, y] = pixel_centre(at as u32 % SMALL[0], at as u32 / SMALL[0], SMALL);
             let (p, n) = (space.point(x, y, frame.depth[at]), surfaces.normal(frame.ids[at]));
-            (p, if n.dot(space.towards_eye(p)) < 0.0 { -n } else { n })
+            (p, space.turned(n, p))
         };
         Some(Self(shown.map(point).collect()))
     }

@@ -1,15 +1,16 @@
 //! What became of each triangle of a scene in a view.
 
-use std::collections::BTreeMap;
-
 use cullet::{Scene, Visible};
 use glam::DVec3;
-use rayon::prelude::*;
 
-use super::map::{Fate, fates, sort_counts};
+use super::map::{Fate, Tally, fates};
 use super::shaded::linear;
 use super::space::Surfaces;
 use crate::frame::PixelId;
+use crate::parallel;
+
+/// Slots that one task counts.
+const TASK: usize = 64;
 
 /// Fates of all triangles of a scene in a view.
 pub(super) struct SceneFates<'a> {
@@ -57,27 +58,21 @@ impl<'a> SceneFates<'a> {
     /// How many triangles of the scene there are of each fate that occurs, in the order of a legend.
     pub(super) fn counts(&self) -> Vec<(Fate, u64)> {
         let slots: Vec<u32> = self.scene.slots().collect();
-        let of_slot = |slot: &u32| -> BTreeMap<Fate, u64> {
-            let count = self.scene.mesh(*slot).triangle_count();
-            match self.of_whole(*slot) {
-                Some(dropped) => BTreeMap::from([(dropped, u64::from(count))]),
-                None => {
-                    let mut counts = BTreeMap::new();
-                    for triangle in 0..count {
-                        *counts.entry(self.of(PixelId { slot: *slot, triangle })).or_default() += 1;
-                    }
-                    counts
+        let tallies = parallel::tasks(slots.len(), TASK, &|range| {
+            let mut tally = Tally::default();
+            for &slot in &slots[range] {
+                let count = self.scene.mesh(slot).triangle_count();
+                match self.of_whole(slot) {
+                    Some(dropped) => tally.add(dropped, count.into()),
+                    None => (0..count)
+                        .for_each(|triangle| tally.add(self.of(PixelId { slot, triangle }), 1)),
                 }
             }
-        };
-        let sum = |mut a: BTreeMap<Fate, u64>, b: BTreeMap<Fate, u64>| {
-            b.into_iter().for_each(|(fate, n)| *a.entry(fate).or_default() += n);
-            a
-        };
-        let counts = slots.par_iter().map(of_slot).reduce(BTreeMap::new, sum);
-        let mut counts: Vec<_> = counts.into_iter().filter(|(_, n)| *n > 0).collect();
-        sort_counts(&mut counts);
-        counts
+            tally
+        });
+        let mut sum = Tally::default();
+        tallies.iter().for_each(|tally| sum.join(tally));
+        sum.entries()
     }
 }
 

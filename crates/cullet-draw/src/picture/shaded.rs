@@ -2,14 +2,16 @@
 
 use std::f64::consts::FRAC_PI_8;
 
+use cullet::bounds::Aabb;
 use cullet::{Scene, View, Visible};
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::Picture;
+use super::outside::extent;
 use super::palette;
 use super::space::{Space, Surfaces, pixel_centre};
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
+use crate::parallel;
 use crate::render::render;
 
 /// Where the sun stands.
@@ -65,7 +67,7 @@ fn shade(
     material_colors: &[[f32; 4]],
     surfaces: &Surfaces,
 ) -> Picture {
-    light_through(haze, scene, frame, view, surfaces, material(surfaces, material_colors))
+    light_through(haze, scene, frame, view, surfaces, &material(surfaces, material_colors))
 }
 
 /// The colour of each owner's material.
@@ -94,7 +96,7 @@ pub fn light_through(
     frame: &Frame,
     view: &View,
     surfaces: &Surfaces,
-    color: impl Fn(PixelId) -> DVec3 + Sync,
+    color: &(dyn Fn(PixelId) -> DVec3 + Sync),
 ) -> Picture {
     let space = Space::new(view);
     let (width, height) = (frame.width as usize, frame.height as usize);
@@ -103,42 +105,41 @@ pub fn light_through(
     if width == 0 || height == 0 {
         return picture;
     }
-    let points: Vec<DVec3> = (0..width * height)
-        .into_par_iter()
-        .map(|at| {
-            let [x, y] = pixel_centre((at % width) as u32, (at / width) as u32, size);
-            space.point(x, y, frame.depth[at])
-        })
-        .collect();
-    let open = Ambient::new(frame, &points, |at| {
-        let n = surfaces.normal(frame.ids[at]);
-        if n.dot(space.towards_eye(points[at])) < 0.0 { -n } else { n }
+    let mut points = vec![DVec3::ZERO; width * height];
+    parallel::for_each_chunk(&mut points, width, &|y, row| {
+        for (x, point) in row.iter_mut().enumerate() {
+            let [ndc_x, ndc_y] = pixel_centre(x as u32, y as u32, size);
+            *point = space.point(ndc_x, ndc_y, frame.depth[y * width + x]);
+        }
     });
+    let open = Ambient::new(frame, &points, surfaces, &space);
     let bytes = SrgbTable::new();
     // Haze grows over the size of the scene.
-    let extent = scene.extent();
+    let extent = if air > 0.0 { extent(scene) } else { Aabb::EMPTY };
     let reach = if extent.is_empty() { 1.0 } else { DVec3::from(extent.half_extent()).length() };
-    let rows = picture.rgb.par_chunks_mut(width * 3).enumerate();
-    rows.for_each(|(y, row)| {
+    parallel::for_each_chunk(&mut picture.rgb, width * 3, &|y, row| {
         let mut last = (PixelId::NONE, DVec3::ZERO, DVec3::ZERO);
         for x in 0..width {
             let at = y * width + x;
             let id = frame.ids[at];
             let [ndc_x, ndc_y] = pixel_centre(x as u32, y as u32, size);
-            let (from, sight) = space.ray(ndc_x, ndc_y);
             let lit = if id == PixelId::NONE {
-                sky(sight)
+                sky(space.ray(ndc_x, ndc_y).1)
             } else {
                 if id != last.0 {
                     last = (id, surfaces.normal(id), color(id));
                 }
                 let (_, n, albedo) = last;
                 let p = points[at];
-                // The side that is seen.
-                let n = if n.dot(space.towards_eye(p)) < 0.0 { -n } else { n };
+                let n = space.turned(n, p);
                 let seen = albedo * irradiance(n, open.at(x, y)) * edge(frame, [x, y]);
-                let haze = air * (1.0 - (-(p - from).length() / (2.2 * reach)).exp());
-                seen.lerp(sky(DVec3::new(sight.x, sight.y.max(0.0) * 0.3, sight.z)), haze)
+                if air > 0.0 {
+                    let (from, sight) = space.ray(ndc_x, ndc_y);
+                    let haze = air * (1.0 - (-(p - from).length() / (2.2 * reach)).exp());
+                    seen.lerp(sky(DVec3::new(sight.x, sight.y.max(0.0) * 0.3, sight.z)), haze)
+                } else {
+                    seen
+                }
             };
             for (c, v) in lit.to_array().into_iter().enumerate() {
                 row[x * 3 + c] = bytes.of(v);
@@ -179,7 +180,7 @@ pub fn even_doubled(
         Some(visible) => Surfaces::of_visible(scene, visible),
         None => Surfaces::new(scene, &frame.ids),
     };
-    light_evenly(&frame, view, &surfaces, material(&surfaces, material_colors))
+    light_evenly(&frame, view, &surfaces, &material(&surfaces, material_colors))
 }
 
 /// As [`light_through`], but that a triangle has one shade, by its normal: no haze, no shade of what stands around.
@@ -187,14 +188,13 @@ pub fn light_evenly(
     frame: &Frame,
     view: &View,
     surfaces: &Surfaces,
-    color: impl Fn(PixelId) -> DVec3 + Sync,
+    color: &(dyn Fn(PixelId) -> DVec3 + Sync),
 ) -> Picture {
     let space = Space::new(view);
     let (width, size) = (frame.width as usize, [frame.width, frame.height]);
     let mut picture = Picture::new(frame.width, frame.height, PLAIN_SKY);
     let bytes = SrgbTable::new();
-    let rows = picture.rgb.par_chunks_mut((width * 3).max(1)).enumerate();
-    rows.for_each(|(y, row)| {
+    parallel::for_each_chunk(&mut picture.rgb, width * 3, &|y, row| {
         let mut last = (PixelId::NONE, DVec3::ZERO);
         for x in 0..width {
             let id = frame.ids[y * width + x];
@@ -205,8 +205,7 @@ pub fn light_evenly(
                 let [ndc_x, ndc_y] = pixel_centre(x as u32, y as u32, size);
                 let n = surfaces.normal(id);
                 let p = space.point(ndc_x, ndc_y, frame.depth[y * width + x]);
-                let n = if n.dot(space.towards_eye(p)) < 0.0 { -n } else { n };
-                last = (id, color(id) * irradiance(n, 1.0));
+                last = (id, color(id) * irradiance(space.turned(n, p), 1.0));
             }
             let lit = last.1 * edge(frame, [x, y]);
             for (c, v) in lit.to_array().into_iter().enumerate() {
@@ -237,49 +236,58 @@ struct Ambient {
 }
 
 impl Ambient {
-    fn new(frame: &Frame, points: &[DVec3], normal: impl Fn(usize) -> DVec3 + Sync) -> Self {
+    fn new(frame: &Frame, points: &[DVec3], surfaces: &Surfaces, space: &Space) -> Self {
         let (frame_width, frame_height) = (frame.width as usize, frame.height as usize);
         let step = if frame_height > 500 { 2 } else { 1 };
         let width = frame_width.div_ceil(step);
         let radius = AMBIENT_RADIUS * frame_height as f64;
         // Each of 4 × 4 neighbours turns its places by another angle.
-        let places: Vec<[[f64; 2]; AMBIENT_SAMPLES]> = (0..16)
+        let places: Vec<[[i32; 2]; AMBIENT_SAMPLES]> = (0..16)
             .map(|turn| {
                 std::array::from_fn(|k| {
                     let r = radius * ((k as f64 + 0.5) / AMBIENT_SAMPLES as f64);
                     let (s, c) = (f64::from(turn) * FRAC_PI_8 + k as f64 * 2.399_963).sin_cos();
-                    [c * r, s * r]
+                    [c * r, s * r].map(|v| v.floor() as i32)
                 })
             })
             .collect();
-        let value = |i: usize| {
-            let (cx, cy) = (i % width, i / width);
-            let (x, y) = (cx * step, cy * step);
-            let at = y * frame_width + x;
-            if frame.ids[at] == PixelId::NONE {
-                return 1.0;
-            }
-            openness(frame, points, [x, y], normal(at), &places[cx % 4 * 4 + cy % 4], radius)
-        };
         let height = frame_height.div_ceil(step);
-        let raw: Vec<f64> = (0..width * height).into_par_iter().map(value).collect();
+        let mut raw = vec![1.0; width * height];
+        parallel::for_each_chunk(&mut raw, width, &|cy, row| {
+            let mut last = (PixelId::NONE, DVec3::ZERO);
+            for (cx, open) in row.iter_mut().enumerate() {
+                let (x, y) = (cx * step, cy * step);
+                let at = y * frame_width + x;
+                let id = frame.ids[at];
+                if id == PixelId::NONE {
+                    continue;
+                }
+                if id != last.0 {
+                    last = (id, surfaces.normal(id));
+                }
+                let n = space.turned(last.1, points[at]);
+                *open = openness(frame, points, [x, y], n, &places[cx % 4 * 4 + cy % 4], radius);
+            }
+        });
         // The turns make a pattern of 4 × 4: a mean over as many, of the same instance, has none.
         let slot = |cx: usize, cy: usize| frame.ids[cy * step * frame_width + cx * step].slot;
-        let smooth = |i: usize| {
-            let (cx, cy) = (i % width, i / width);
-            let own = slot(cx, cy);
-            let (mut sum, mut n) = (0.0, 0.0);
-            for y in cy.saturating_sub(1)..(cy + 3).min(height) {
-                for x in cx.saturating_sub(1)..(cx + 3).min(width) {
-                    if slot(x, y) == own {
-                        sum += raw[y * width + x];
-                        n += 1.0;
+        let mut open = vec![0.0; width * height];
+        parallel::for_each_chunk(&mut open, width, &|cy, row| {
+            for (cx, mean) in row.iter_mut().enumerate() {
+                let own = slot(cx, cy);
+                let (mut sum, mut n) = (0.0, 0.0);
+                for y in cy.saturating_sub(1)..(cy + 3).min(height) {
+                    for x in cx.saturating_sub(1)..(cx + 3).min(width) {
+                        if slot(x, y) == own {
+                            sum += raw[y * width + x];
+                            n += 1.0;
+                        }
                     }
                 }
+                *mean = sum / n;
             }
-            sum / n
-        };
-        Self { step, width, open: (0..raw.len()).into_par_iter().map(smooth).collect() }
+        });
+        Self { step, width, open }
     }
 
     fn at(&self, x: usize, y: usize) -> f64 {
@@ -292,7 +300,7 @@ fn openness(
     points: &[DVec3],
     [x, y]: [usize; 2],
     n: DVec3,
-    places: &[[f64; 2]; AMBIENT_SAMPLES],
+    places: &[[i32; 2]; AMBIENT_SAMPLES],
     radius: f64,
 ) -> f64 {
     let (width, height) = (frame.width as usize, frame.height as usize);
@@ -303,11 +311,12 @@ fn openness(
     let world = radius * (right - p).length().min((below - p).length());
     let mut shade = 0.0;
     for [dx, dy] in places {
-        let (sx, sy) = (x as f64 + dx, y as f64 + dy);
-        if !(sx >= 0.0 && sy >= 0.0 && sx < width as f64 && sy < height as f64) {
+        // A place above or to the left of the frame becomes one far beyond it.
+        let (sx, sy) = ((x as i32 + dx) as usize, (y as i32 + dy) as usize);
+        if sx >= width || sy >= height {
             continue;
         }
-        let at = sy as usize * width + sx as usize;
+        let at = sy * width + sx;
         if frame.ids[at] == PixelId::NONE {
             continue;
         }

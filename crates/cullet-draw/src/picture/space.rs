@@ -5,6 +5,7 @@ use cullet::mesh::Part;
 use cullet::{Camera, Depth, Mesh, MeshId, Projection, Scene, View, Visible};
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
+use crate::cut::cut_plane;
 use crate::frame::PixelId;
 use crate::prepare::part_of;
 
@@ -43,6 +44,11 @@ impl Space {
     /// The unit direction from a point towards the viewer.
     pub fn towards_eye(&self, p: DVec3) -> DVec3 {
         (self.eye.truncate() - p * self.eye.w).normalize_or_zero()
+    }
+
+    /// The normal of the side that is seen of a surface at a point.
+    pub(crate) fn turned(&self, normal: DVec3, p: DVec3) -> DVec3 {
+        if normal.dot(self.towards_eye(p)) < 0.0 { -normal } else { normal }
     }
 
     /// Where a point is on a picture of this size, and its depth in normalised device coordinates;
@@ -140,6 +146,8 @@ pub struct Surfaces<'a> {
     order: Vec<Vec<u32>>,
     /// For each slot the level that the frame shows; none for slots beyond, which are shown in full.
     levels: Vec<u32>,
+    /// The normal of each plane at which the frame is cut open.
+    cuts: Vec<DVec3>,
 }
 
 impl<'a> Surfaces<'a> {
@@ -173,8 +181,14 @@ impl<'a> Surfaces<'a> {
         surfaces
     }
 
+    /// Of a frame that is cut open at planes with these normals.
+    pub(crate) fn of_cut(scene: &'a Scene, ids: &[PixelId], cuts: Vec<DVec3>) -> Self {
+        Self { cuts, ..Self::new(scene, ids) }
+    }
+
     fn empty(scene: &'a Scene) -> Self {
-        Self { scene, order: vec![Vec::new(); scene.meshes().len()], levels: Vec::new() }
+        let order = vec![Vec::new(); scene.meshes().len()];
+        Self { scene, order, levels: Vec::new(), cuts: Vec::new() }
     }
 
     fn add(&mut self, mesh: MeshId) {
@@ -239,9 +253,17 @@ impl<'a> Surfaces<'a> {
         part_of(self.mesh_of(id.slot), id.triangle)
     }
 
+    /// The normal of the plane of a cut face.
+    pub(crate) fn cut_normal(&self, id: PixelId) -> Option<DVec3> {
+        self.cuts.get(cut_plane(id)?).copied()
+    }
+
     /// The unit normal of a triangle in the world, towards the side from which its corners are seen
     /// counter-clockwise; zero where there is none.
     pub fn normal(&self, id: PixelId) -> DVec3 {
+        if let Some(normal) = self.cut_normal(id) {
+            return normal;
+        }
         if let Some(texel) = self.texel(id) {
             let [x, y, z] =
                 self.scene.transform(id.slot).linear.map(|c| DVec3::from(c.map(f64::from)));

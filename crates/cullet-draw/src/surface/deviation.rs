@@ -5,6 +5,7 @@ use cullet::mesh::Topology;
 use super::distance::SurfaceTree;
 use super::quantile::LargestDistances;
 use super::samples::surface_points;
+use crate::sort;
 
 /// The share of a surface that may be farther than the error that is stated: 0.1 %.
 pub const SHARE_ABOVE: f64 = 0.001;
@@ -78,8 +79,7 @@ fn one_way(from: SurfaceSlices<'_>, to: SurfaceSlices<'_>, samples: usize, seed:
     }
     let p999 = largest.quantile();
     let mut max = largest.max();
-    let mut corners: Vec<u32> = from.1.to_vec();
-    corners.sort_unstable();
+    let mut corners = sort::sorted_by(from.1, |&v| v.into());
     corners.dedup();
     let mut measured = points.len() as u64;
     for &v in &corners {

@@ -349,7 +349,14 @@ impl<F: Fn(u32) -> Option<[DVec3; 3]>> Build<'_, F> {
     fn child(&mut self, items: &mut [Item]) -> (u32, [[f32; 3]; 2]) {
         let mut bounds = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
         if items.len() <= 4 {
-            items.sort_unstable_by_key(|item| item.number);
+            // Four at the most: no sort is compiled for them.
+            for end in 1..items.len() {
+                let mut at = end;
+                while at > 0 && items[at - 1].number > items[at].number {
+                    items.swap(at - 1, at);
+                    at -= 1;
+                }
+            }
             let mut leaf = Leaf::EMPTY;
             for (k, item) in items.iter().enumerate() {
                 let Some(corners) = (self.load)(item.number) else { continue };

@@ -2,23 +2,26 @@
 
 mod defects;
 mod picture;
+mod standpoint;
 mod svg;
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use clap::Args;
 use cullet::bounds::Plane;
 use cullet_command::args::{PictureViewArgs, SceneArgs};
-use cullet_command::console::{Console, count, grouped};
+use cullet_command::console::{Console, count, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
 use cullet_command::{inputs, parse};
-use cullet_cut::{CutModel, Keep, ModelOptions, ModelReport};
-use cullet_io::{SaveErrorKind, SaveFormat, save};
+use cullet_cut::{
+    CutModel, Keep, MAX_CUT_PLANES, ModelError, ModelOptions, ModelReport, box_planes, cut_model,
+};
+use cullet_io::{Model, SaveErrorKind, SaveFormat, save};
 use serde::Serialize;
 
 use cullet_cli::SCHEMA;
-use cullet_cli::cutting;
 use cullet_cli::shape;
 
 /// End of `cullet cut --help`.
@@ -51,7 +54,7 @@ pub struct CutArgs {
     #[arg(long = "box", value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = shape::bounds, allow_hyphen_values = true)]
     cut_box: Option<[f64; 6]>,
     /// Which part is kept: what is inside of all planes, or the rest
-    #[arg(long, value_parser = parse::choice(shape::KEPT), default_value = "inside")]
+    #[arg(long, value_parser = parse::choice(KEPT), default_value = "inside")]
     keep: Keep,
     /// Close the cut
     #[arg(long)]
@@ -79,6 +82,12 @@ pub struct CutArgs {
     pub(crate) json: Option<PathBuf>,
 }
 
+/// Which part is kept, by its name on the command line.
+const KEPT: &[(&str, Keep, &str)] = &[
+    ("inside", Keep::Inside, "What is inside of all planes"),
+    ("outside", Keep::Outside, "What is outside of any"),
+];
+
 /// The figures of a cut.
 #[derive(Debug, Serialize)]
 struct CutRecord<'a> {
@@ -95,10 +104,15 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
         return Err(Failure::usage(format!("{}: {kind}", out.display())));
     }
     let mut planes = args.plane.clone();
-    if let Some(bounds) = args.cut_box {
-        planes.extend(shape::of_box(bounds));
+    if let Some([a, b, c, d, e, f]) = args.cut_box {
+        planes.extend(box_planes([a, b, c], [d, e, f]));
     }
-    shape::check(&planes)?;
+    let count = planes.len();
+    if count > MAX_CUT_PLANES {
+        return Err(Failure::usage(format!(
+            "{count} planes exceed the limit of {MAX_CUT_PLANES}; cut the result again"
+        )));
+    }
     let model = inputs::load_to_save(&args.scene, console)?;
     let options = ModelOptions {
         planes: &planes,
@@ -110,7 +124,7 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
         ..ModelOptions::default()
     };
     let CutModel { model: mut cut, report, sections, cap_material, .. } =
-        cutting::cut(&model, &options, console)?;
+        cut(&model, &options, console)?;
     print(args, console, &report);
     if let Some(path) = &args.out {
         save(&cut, path).map_err(Failure::input)?;
@@ -133,6 +147,22 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
         write_json(path, &CutRecord { schema: SCHEMA, report: &report })?;
     }
     Ok(Exit::Fine)
+}
+
+/// Cuts a model, with a bar and Ctrl-C.
+fn cut(model: &Model, options: &ModelOptions<'_>, console: &Console) -> Result<CutModel, Failure> {
+    let mut progress = console.progress("cutting", u64::from(model.scene.instance_count()));
+    let each = || {
+        progress.step();
+        if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    cut_model(model, options, each).map_err(|e| match e {
+        ModelError::Stopped => {
+            let message = "interrupted; nothing was written".into();
+            Failure { exit: Exit::Interrupted, message }
+        }
+        e => Failure::input(e),
+    })
 }
 
 fn print(args: &CutArgs, console: &Console, r: &ModelReport) {

@@ -7,7 +7,7 @@ use cullet_cut::ModelOptions;
 use cullet_draw::{Picture, RenderOptions, Selection};
 use cullet_io::Model;
 
-use cullet_cli::standpoint;
+use super::standpoint;
 
 /// Draws. All surfaces become two-sided: an open cut shows insides.
 pub(super) fn draw(

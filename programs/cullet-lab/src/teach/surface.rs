@@ -183,7 +183,7 @@ pub(super) fn colored(
         let color = surfaces.triangle(id).map_or(KEPT, |t| color(id.slot, t));
         DVec3::from(color.map(linear))
     };
-    (light_through(0.0, scene, &frame, &view, &surfaces, of), frame)
+    (light_through(0.0, scene, &frame, &view, &surfaces, &of), frame)
 }
 
 /// A colour for each cluster of a mesh, by number: the least used by the neighbours before it.

@@ -67,7 +67,7 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     Ok(match args.kind {
         PictureKind::Kinds => {
             let (_, result) = cull();
-            let (picture, opened) = opening::kinds(&model, view, &result, args.input.view.size);
+            let (picture, opened) = opening::kinds(scene, view, &result, args.input.view.size);
             if let Some(height) = opened {
                 console.note(format!(
                     "cut open at a height of {height:.4}, for what the view sees is covered from outside"

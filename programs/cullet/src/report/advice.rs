@@ -318,13 +318,7 @@ impl Context<'_> {
 
     fn duplicate_instances(&self) -> Option<Advice> {
         let scene = &self.model.scene;
-        let key = |slot: u32| {
-            let t = scene.transform(slot);
-            let linear = t.linear.map(|c| c.map(f32::to_bits));
-            (scene.mesh_id(slot), linear, t.translation.map(f64::to_bits))
-        };
-        let mut first = std::collections::HashSet::new();
-        let twins: Vec<u32> = scene.slots().filter(|&s| !first.insert(key(s))).collect();
+        let twins = cullet_draw::twins(scene);
         if twins.is_empty() {
             return None;
         }

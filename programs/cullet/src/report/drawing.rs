@@ -92,7 +92,7 @@ pub(crate) fn of_view(
         });
     }
     if featured && seen.verification.is_some() {
-        let (picture, opened) = opening::kinds(model, view, &seen.result, [1280, 720]);
+        let (picture, opened) = opening::kinds(scene, view, &seen.result, [1280, 720]);
         let open = if opened.is_some() { ", cut open above the eye" } else { "" };
         pictures.push(Titled {
             name: "kinds",
@@ -212,46 +212,4 @@ fn half(view: &View) -> View {
     (small.layers, small.front_face, small.cull_face) =
         (view.layers, view.front_face, view.cull_face);
     small
-}
-
-/// The picture, averaged down by a whole factor to at most `most` pixels of width.
-pub(crate) fn shrink(picture: &Picture, most: u32) -> Picture {
-    let factor = picture.width.div_ceil(most.max(1)).max(1);
-    let (width, height) = ((picture.width / factor).max(1), (picture.height / factor).max(1));
-    let mut rgb = Vec::with_capacity(width as usize * height as usize * 3);
-    for y in 0..height {
-        for x in 0..width {
-            for c in 0..3 {
-                let mut sum = 0u32;
-                let mut n = 0;
-                for dy in 0..factor.min(picture.height) {
-                    for dx in 0..factor.min(picture.width) {
-                        let at = (y * factor + dy) as usize * picture.width as usize
-                            + (x * factor + dx) as usize;
-                        sum += u32::from(picture.rgb[at * 3 + c]);
-                        n += 1;
-                    }
-                }
-                rgb.push(((sum + n / 2) / n) as u8);
-            }
-        }
-    }
-    Picture { width, height, rgb }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shrinking_averages_and_keeps_small_pictures() {
-        let rgb = vec![0, 0, 0, 100, 100, 100, 200, 200, 200, 100, 100, 100];
-        let p = Picture { width: 2, height: 2, rgb };
-        let small = shrink(&p, 1);
-        assert_eq!((small.width, small.height, &small.rgb[..]), (1, 1, &[100, 100, 100][..]));
-        assert_eq!(shrink(&p, 2).rgb, p.rgb);
-        let flat = Picture { width: 4, height: 1, rgb: vec![7; 12] };
-        let small = shrink(&flat, 2);
-        assert_eq!((small.width, small.height, small.rgb.len()), (2, 1, 6));
-    }
 }

@@ -1,15 +1,13 @@
 //! `report --cut`: the scene opened, with the frustum and what was culled inside.
 
-use clap::Args;
-use cullet::View;
+use clap::{ArgAction, Args};
+use cullet::{Scene, View};
 use cullet_command::console::Console;
 use cullet_command::exit::Failure;
 use cullet_command::parse;
-use cullet_cut::Keep;
-use cullet_io::Model;
+use cullet_draw::Opening;
 
 use super::drawing::Titled;
-use crate::opening::Opening;
 use crate::shape::{self, Shape};
 use crate::survey::Seen;
 
@@ -21,11 +19,17 @@ pub(crate) struct OpenedArgs {
     #[arg(long, value_name = "PLANE|BOX", value_parser = shape::shape, allow_hyphen_values = true)]
     cut: Vec<Shape>,
     /// With --cut: which part is kept, what is inside of all planes, or the rest
-    #[arg(long, value_parser = parse::choice(shape::KEPT), default_value = "inside", requires = "cut")]
-    cut_keep: Keep,
+    #[arg(long, action = ArgAction::Set, value_parser = parse::choice(KEPT), default_value = "inside", requires = "cut")]
+    cut_keep: bool,
 }
 
-/// A model that was cut open, once.
+/// Whether what is outside is kept, by the names on the command line.
+const KEPT: &[(&str, bool, &str)] = &[
+    ("inside", false, "What is inside of all planes"),
+    ("outside", true, "What is outside of any"),
+];
+
+/// A scene that is cut open, and the words for it.
 #[derive(Debug)]
 pub(super) struct Opened {
     opening: Opening,
@@ -33,33 +37,31 @@ pub(super) struct Opened {
 }
 
 impl Opened {
-    /// Cuts a model, with caps; `None` where it is not wanted.
+    /// Opens a scene; `None` where it is not wanted, or nothing would be left.
     pub(super) fn new(
         args: &OpenedArgs,
-        model: &Model,
+        scene: &Scene,
         console: &Console,
     ) -> Result<Option<Self>, Failure> {
         if args.cut.is_empty() {
             return Ok(None);
         }
-        let planes = shape::planes(&args.cut)?;
-        let opening = Opening::new(&planes, args.cut_keep, None, model, [1280, 720], console)?;
-        if opening.is_empty() {
+        let region = shape::region(&args.cut)?;
+        let Some(opening) = Opening::new(scene, region, args.cut_keep, None, [1280, 720]) else {
             console.note("note: --cut leaves nothing of the scene on the side that is kept");
-        }
-        let texts: Vec<&str> = args.cut.iter().map(|s| s.text.as_str()).collect();
-        let side = match args.cut_keep {
-            Keep::Inside => "what is inside is left",
-            Keep::Outside => "what is outside is left",
+            return Ok(None);
         };
-        Ok(Some(Self { opening, words: format!("{}: {side}", texts.join(" and ")) }))
+        let texts: Vec<&str> = args.cut.iter().map(|s| s.text.as_str()).collect();
+        let side = if args.cut_keep { "outside" } else { "inside" };
+        let words = format!("{}: what is {side} is left", texts.join(" and "));
+        Ok(Some(Self { opening, words }))
     }
 
     /// Draws every triangle of a view in the colour of the stage that culled it, in the opened scene.
-    pub(super) fn picture(&self, model: &Model, view: &View, seen: &Seen) -> Titled {
+    pub(super) fn picture(&self, scene: &Scene, view: &View, seen: &Seen) -> Titled {
         Titled {
             name: "opened",
-            picture: self.opening.draw(model, view, &seen.result),
+            picture: self.opening.draw(scene, view, &seen.result),
             caption: format!(
                 "Cut open at {}. The frustum, and every triangle in the colour of what became of it; cut \
                  faces are darker.",

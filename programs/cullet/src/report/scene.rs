@@ -46,7 +46,7 @@ pub(super) fn of_scene(
     inputs::begin(&mut model, &args.input.view, console)?;
     let views = inputs::culled_views(&model, &args.input.view, &args.input.cull, console)?;
     let triangle_costs = costs.map(|origin| TriangleCosts::new(origin, &model.scene));
-    let opened = Opened::new(&args.opened, &model, console)?;
+    let opened = Opened::new(&args.opened, &model.scene, console)?;
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
     let facts = meshes::facts(&model);
     let mut report = Report::new(args, model, facts, baseline, triangle_costs, console)?;
@@ -170,16 +170,18 @@ impl<'a> Report<'a> {
         let state = if seen.full.is_some() { full_state } else { state };
         let mut pictures = drawing::of_view(model, view, state, seen, featured, &self.args.show);
         let opened = self.opened.as_ref().filter(|_| featured);
-        pictures.extend(opened.map(|o| o.picture(model, view, seen.in_full())));
+        pictures.extend(opened.map(|o| o.picture(&model.scene, view, seen.in_full())));
         for p in pictures {
             let file = format!("view-{index:03}-{}.png", p.name);
             let path = self.args.out.join(&file);
-            std::fs::write(&path, p.picture.to_png()).map_err(|e| Failure::write(&path, &e))?;
+            let png = p.picture.to_png();
+            std::fs::write(&path, &png).map_err(|e| Failure::write(&path, &e))?;
             let embed = |most: u32, caption: String, wide: bool| {
-                let small = drawing::shrink(&p.picture, most);
+                let small = p.picture.shrunk(most);
+                let same = small.width == p.picture.width;
                 Image {
                     file: file.clone(),
-                    data: data_uri(&small.to_png()),
+                    data: if same { data_uri(&png) } else { data_uri(&small.to_png()) },
                     size: [small.width, small.height],
                     caption,
                     wide,

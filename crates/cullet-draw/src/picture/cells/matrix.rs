@@ -6,6 +6,7 @@ use super::super::Picture;
 use super::super::canvas::{LINE, grouped, keys, keys_height};
 use super::super::font::text_size;
 use super::super::palette::{INK, PAPER, PROVED, UNSEEN, mix};
+use crate::sort;
 
 /// Neither sees the other.
 const HIDDEN: [u8; 3] = [0x2B, 0x33, 0x3D];
@@ -52,9 +53,10 @@ pub fn matrix_order(neighbours: &[Vec<u32>]) -> Vec<u32> {
     let is_cell = |c: &&u32| (**c as usize) < count;
     let mut order = Vec::with_capacity(count);
     let mut placed = vec![false; count];
-    let mut from: Vec<u32> = (0..count as u32).collect();
-    from.sort_by_key(|&c| neighbours[c as usize].len());
-    for start in from {
+    let few_first =
+        |cells: &[u32]| sort::sorted_by(cells, |&c| neighbours[c as usize].len() as u64);
+    let all: Vec<u32> = (0..count as u32).collect();
+    for start in few_first(&all) {
         if placed[start as usize] {
             continue;
         }
@@ -75,14 +77,13 @@ pub fn matrix_order(neighbours: &[Vec<u32>]) -> Vec<u32> {
         placed[end as usize] = true;
         while let Some(cell) = queue.pop_front() {
             order.push(cell);
-            let mut next: Vec<u32> = neighbours[cell as usize]
+            let next: Vec<u32> = neighbours[cell as usize]
                 .iter()
                 .filter(is_cell)
                 .copied()
                 .filter(|&n| !std::mem::replace(&mut placed[n as usize], true))
                 .collect();
-            next.sort_by_key(|&n| neighbours[n as usize].len());
-            queue.extend(next);
+            queue.extend(few_first(&next));
         }
     }
     order

@@ -6,6 +6,8 @@ use cullet::cull::portal::{Reached, Visit};
 use cullet::{Scene, View};
 use glam::{DMat4, DVec3, DVec4};
 
+use crate::sort;
+
 /// What each visit shows of its cell.
 pub(super) struct Sight {
     /// By cell: depth, eye and planes of its visits.
@@ -122,8 +124,8 @@ pub fn walk_order(reached: &Reached) -> Vec<u32> {
 #[must_use]
 pub fn shut_doors(scene: &Scene, view: &View, reached: &Reached) -> Vec<DoorInView> {
     let Some(graph) = scene.cell_graph() else { return Vec::new() };
-    let mut visits: Vec<&Visit> = reached.visits().iter().collect();
-    visits.sort_by_key(|visit| visit.depth);
+    let visits: Vec<&Visit> = reached.visits().iter().collect();
+    let visits = sort::sorted_by(&visits, |visit| visit.depth.into());
     let mut doors: Vec<DoorInView> = Vec::new();
     for visit in visits.into_iter().filter(|visit| visit.cell < graph.cell_count()) {
         for &portal in graph.portals_of(visit.cell) {

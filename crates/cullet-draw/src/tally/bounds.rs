@@ -5,13 +5,27 @@ use cullet::bounds::{Boxes, Sphere, Spheres};
 use cullet::clip::outcode::ObjectRegion;
 use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes, cull_spheres};
 use cullet::{Culler, Frustum, Scene, View};
-use cullet_command::clock::clock;
 
-use crate::record::BoundsRecord;
+/// Boxes and spheres of instances in one view.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BoundsCounts {
+    /// Instances that have both.
+    pub tested: u64,
+    /// Those whose box is kept.
+    pub boxes_kept: u64,
+    /// Those whose sphere is kept.
+    pub spheres_kept: u64,
+    /// Those with a triangle that the frustum's triangle test keeps: what a perfect bound keeps.
+    pub in_frustum: u64,
+    /// Nanoseconds that the test of a box takes.
+    pub box_ns: f64,
+    /// Nanoseconds that the test of a sphere takes.
+    pub sphere_ns: f64,
+}
 
 /// Both bounds of every instance that has any, and room for the answers.
 #[derive(Debug)]
-pub(crate) struct BoundsTest {
+pub struct BoundsTest {
     /// Slots of the instances.
     slots: Vec<u32>,
     boxes: Boxes,
@@ -25,7 +39,8 @@ impl BoundsTest {
 
     /// Fits a sphere to each instance with finite bounds. `None` if that would take too long, or if
     /// there is no such instance.
-    pub(crate) fn new(scene: &Scene) -> Option<Self> {
+    #[must_use]
+    pub fn new(scene: &Scene) -> Option<Self> {
         let vertices: u64 = scene.slots().map(|s| scene.mesh(s).positions().len() as u64).sum();
         if vertices > Self::MOST_VERTICES {
             return None;
@@ -60,8 +75,14 @@ impl BoundsTest {
         })
     }
 
-    /// Tests both against a view's frustum, and counts what a perfect bound would keep.
-    pub(crate) fn measure(&mut self, scene: &Scene, view: &View, culler: &Culler) -> BoundsRecord {
+    /// Tests both against a view's frustum, and counts what a perfect bound would keep. `clock` tells nanoseconds.
+    pub fn measure(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        culler: &Culler,
+        clock: fn() -> u64,
+    ) -> BoundsCounts {
         let frustum = view.frustum();
         let planes = Planes::new(&frustum.relative_to(scene.origin()));
         let tested = self.boxes.len();
@@ -82,7 +103,7 @@ impl BoundsTest {
         let (boxes_kept, box_ns) = time(&mut |hits| cull_boxes(culler.level, &planes, boxes, hits));
         let kept = self.hits.iter().map(|&index| self.slots[index as usize]);
         let in_frustum = kept.filter(|&slot| has_triangle_in(scene, &frustum, &planes, slot));
-        BoundsRecord {
+        BoundsCounts {
             tested: tested as u64,
             boxes_kept,
             spheres_kept,

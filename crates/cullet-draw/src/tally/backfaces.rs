@@ -1,13 +1,34 @@
 //! How near the culling of back faces comes to what could be culled, by cluster and by triangle.
 
 use cullet::cull::backface::ViewEye;
-use cullet::{Backface, CullFace, Culler, Scene, Stage, Unit, View, Visible};
+use cullet::mesh::{Alpha, Part};
+use cullet::{Backface, CullFace, Culler, FrontFace, Scene, Stage, Unit, View, Visible};
 
-use crate::record::BackfaceRecord;
+use crate::geometry::{cross, sub};
+use crate::prepare::part_of;
+
+/// Back faces of one-sided parts, counted over the clusters that were left when back faces were culled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BackfaceCounts {
+    /// Instances with backs that can be culled.
+    pub instances: u64,
+    /// Of them, those that only the test from the corners is fine enough for.
+    pub exact_instances: u64,
+    /// Triangles with a back.
+    pub one_sided: u64,
+    /// Of them, those that face away.
+    pub facing_away: u64,
+    /// Those in clusters of which every triangle faces away: what a perfect bound takes.
+    pub ideal_by_cluster: u64,
+    /// Those in clusters that are culled.
+    pub by_cluster: u64,
+    /// Those that are culled with their cluster or by their plane.
+    pub by_plane: u64,
+}
 
 /// Counts what faces away among the clusters that came to the stage of back faces.
 #[derive(Debug, Default)]
-pub(crate) struct BackfaceTest {
+pub struct BackfaceTest {
     /// One bit for each cluster of an instance: taken by a stage before.
     gone: Vec<u64>,
     clusters: Vec<u64>,
@@ -20,13 +41,13 @@ impl BackfaceTest {
 
     /// Counts over the clusters that were left when back faces were culled, as the record of a cull says
     /// ([`Culler::dropped`]). `None` where back faces are not culled, or there are too many triangles to count.
-    pub(crate) fn measure(
+    pub fn measure(
         &mut self,
         scene: &Scene,
         view: &View,
         culler: &Culler,
         result: &Visible,
-    ) -> Option<BackfaceRecord> {
+    ) -> Option<BackfaceCounts> {
         let off = culler.backface == Backface::Off || view.cull_face == CullFace::None;
         let rows = &result.funnel.rows;
         let last =
@@ -35,7 +56,7 @@ impl BackfaceTest {
         if off || came > Self::MOST_TRIANGLES {
             return None;
         }
-        let mut record = BackfaceRecord { views: 1, ..BackfaceRecord::default() };
+        let mut counts = BackfaceCounts::default();
         let eye = ViewEye::new(view);
         let mut dropped = result.dropped.chunk_by(|a, b| a.slot == b.slot).peekable();
         for slot in scene.slots() {
@@ -54,9 +75,9 @@ impl BackfaceTest {
                     self.gone[at / 64] |= 1 << (at % 64);
                 }
             }
-            self.count(scene, &eye, culler, slot, &mut record);
+            self.count(scene, &eye, culler, slot, &mut counts);
         }
-        Some(record)
+        Some(counts)
     }
 
     /// Adds the clusters of an instance that are not gone.
@@ -66,7 +87,7 @@ impl BackfaceTest {
         view_eye: &ViewEye,
         culler: &Culler,
         slot: u32,
-        record: &mut BackfaceRecord,
+        counts: &mut BackfaceCounts,
     ) {
         let mesh = scene.mesh(slot);
         let exempt = scene.exempt()[slot as usize / 64] >> (slot % 64) & 1 == 1;
@@ -95,21 +116,55 @@ impl BackfaceTest {
             let all = u64::from(cluster.triangle_count);
             let away =
                 cluster.triangles().filter(|&t| object.culls(&mesh.corners(t))).count() as u64;
-            record.one_sided += all;
-            record.facing_away += away;
+            counts.one_sided += all;
+            counts.facing_away += away;
             // The eye is behind every plane.
             if away == all {
-                record.ideal_by_cluster += all;
+                counts.ideal_by_cluster += all;
             }
             let whole = fast.is_some() && bit(&self.clusters, c);
-            record.by_cluster += if whole { all } else { 0 };
-            record.by_plane += match &fast {
+            counts.by_cluster += if whole { all } else { 0 };
+            counts.by_plane += match &fast {
                 _ if whole => all,
                 Some(_) => cluster.triangles().filter(|&t| bit(&self.words, t)).count() as u64,
                 None => 0,
             };
         }
-        record.instances += 1;
-        record.exact_instances += u64::from(fast.is_none());
+        counts.instances += 1;
+        counts.exact_instances += u64::from(fast.is_none());
     }
+}
+
+/// How many of `triangles` (in the mesh's order) of a slot at a level have both sides drawn and face away: what
+/// back-face culling would take if the mesh were one-sided.
+#[must_use]
+pub fn facing_away(scene: &Scene, view: &View, [slot, level]: [u32; 2], triangles: &[u32]) -> u64 {
+    let mesh = scene.mesh_at(slot, level);
+    let transform = scene.transform(slot);
+    let two_sided = scene.flags(slot).double_sided;
+    let opaque = |p: &Part| p.alpha == Alpha::Opaque;
+    if !two_sided && !mesh.parts().iter().any(|p| p.two_sided && opaque(p)) {
+        return 0;
+    }
+    let m = transform.to_matrix();
+    let world = |p: [f32; 3]| -> [f64; 3] {
+        let p = p.map(f64::from);
+        std::array::from_fn(|r| m[r] * p[0] + m[4 + r] * p[1] + m[8 + r] * p[2] + m[12 + r])
+    };
+    // A mirrored instance, or a view with clockwise fronts, turns the order of corners round.
+    let mirrored = transform.determinant() < 0.0;
+    let clockwise = view.front_face == FrontFace::Clockwise;
+    let sign = if mirrored == clockwise { 1.0 } else { -1.0 };
+    let eye = view.eye();
+    let away = |t: u32| {
+        let [a, b, c] = mesh.corners(t).map(world);
+        let n = cross(sub(b, a), sub(c, a));
+        let facing: f64 = (0..3).map(|i| n[i] * (eye[i] - a[i] * eye[3])).sum();
+        sign * facing < 0.0
+    };
+    let counts = |t: u32| {
+        let part = part_of(mesh, mesh.original_triangle()[t as usize]);
+        opaque(&part) && (two_sided || part.two_sided)
+    };
+    triangles.iter().filter(|&&t| counts(t) && away(t)).count() as u64
 }
