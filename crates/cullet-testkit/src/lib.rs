@@ -21,7 +21,7 @@
 //! |---|---|
 //! | `CULLET_DATA` | the folder of test data; unset or empty: `../shared/data` beside the repository |
 //! | `CULLET_REQUIRE_DATA` | `1`: data that is not there fails the test instead of skipping it |
-//! | `CULLET_CASES` | how often properties are tried, in percent of what their tests say; 100 where unset |
+//! | `CULLET_CASES` | how often properties are tried, in percent of what their tests say; 25 where unset |
 //! | `CULLET_SKIPPED` | a file to which every skipped test appends a line |
 //!
 //! # A circle that is none
