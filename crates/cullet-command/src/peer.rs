@@ -85,7 +85,7 @@ impl Peer {
         let beside = std::env::current_exe().ok();
         let folders = std::env::var_os("PATH").unwrap_or_default();
         if self.find(beside.as_deref(), &folders).is_none()
-            && let Some(checkout) = beside.as_deref().and_then(|exe| Checkout::of(exe))
+            && let Some(checkout) = beside.as_deref().and_then(Checkout::of)
         {
             self.build(&checkout, quiet)?;
         }
