@@ -22,7 +22,7 @@
 //! | `CULLET_DATA` | the folder of test data; unset or empty: `../shared/data` beside the repository |
 //! | `CULLET_REQUIRE_DATA` | `1`: data that is not there fails the test instead of skipping it |
 //! | `CULLET_CASES` | how often properties are tried, in percent of what their tests say; 100 where unset |
-//! | `CULLET_SKIPPED` | a file to which every skipped test appends a line |
+//! | `CULLET_SKIPPED` | the file to which every skipped test appends a line; unset: `target/skipped-tests.txt` |
 //!
 //! # A circle that is none
 //!
@@ -62,4 +62,4 @@ pub use folder::Folder;
 #[doc(hidden)]
 pub use levels::{At, levels};
 pub use random::Rng;
-pub use skip::skip;
+pub use skip::{skip, tell_skipped};
