@@ -5,6 +5,8 @@ use crate::tools::{Done, cargo, command, root, run, target};
 /// `cullet bench`, and the benches for developers.
 pub(crate) fn all() -> Done {
     cargo(&["run", "--release", "--", "bench"])?;
+    let rooms = ["--manifest-path", "benches/peers/Cargo.toml", "--no-default-features"];
+    cargo(&[&["bench", "--benches"], &rooms[..]].concat())?;
     cargo(&["bench", "--workspace", "--benches"])
 }
 
