@@ -1,5 +1,5 @@
 //! Frustum culling of 1e5 boxes and spheres, index list out, at every SIMD level:
-//! `cargo bench -p cullet --bench frustum`. For figures against the machine's limit use `cullet bench`.
+//! `cargo bench --no-default-features --bench frustum`, in `benches/peers`. For figures against the machine's limit use `cullet bench`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::bounds::{Boxes, Sphere, Spheres};

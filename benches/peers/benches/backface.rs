@@ -1,5 +1,5 @@
 //! Back faces of a ball of 1e5 triangles: from their corners, from quantised planes, from normal masks:
-//! `cargo bench -p cullet --bench backface`.
+//! `cargo bench --no-default-features --bench backface`, in `benches/peers`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::Transform;

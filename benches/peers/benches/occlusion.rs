@@ -1,4 +1,4 @@
-//! A frame of a small city with occlusion and without: `cargo bench -p cullet --bench occlusion`.
+//! A frame of a small city with occlusion and without: `cargo bench --no-default-features --bench occlusion`, in `benches/peers`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::cull::occlusion::Occlusion;

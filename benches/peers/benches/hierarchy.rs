@@ -1,5 +1,5 @@
 //! The hierarchy over 1e5 boxes: built, walked cold, walked with last frame's answer, and the flat sweep beside them:
-//! `cargo bench -p cullet --bench hierarchy`.
+//! `cargo bench --no-default-features --bench hierarchy`, in `benches/peers`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes};

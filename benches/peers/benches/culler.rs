@@ -1,4 +1,4 @@
-//! A frame through the culler, to each depth of its answer: `cargo bench -p cullet --bench culler`.
+//! A frame through the culler, to each depth of its answer: `cargo bench --no-default-features --bench culler`, in `benches/peers`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::{Culler, Output, Preparation, ViewState, Visible};

@@ -1,5 +1,5 @@
 //! An answer as draws: a cull of a city beside the arrays that are made of its answer:
-//! `cargo bench -p cullet --bench draws`.
+//! `cargo bench --no-default-features --bench draws`, in `benches/peers`.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! Triangles without area, as they are and under a transform that flattens: `cargo bench -p cullet --bench degenerate`.
+//! Triangles without area, as they are and under a transform that flattens: `cargo bench --no-default-features --bench degenerate`, in `benches/peers`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::Transform;

@@ -1,4 +1,4 @@
-//! Outcodes of points, lines and polygons clipped: `cargo bench -p cullet --bench clip`.
+//! Outcodes of points, lines and polygons clipped: `cargo bench --no-default-features --bench clip`, in `benches/peers`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::Transform;

@@ -1,4 +1,4 @@
-//! Projected bounds of 1e4 boxes, and which of them are too small: `cargo bench -p cullet --bench detail`.
+//! Projected bounds of 1e4 boxes, and which of them are too small: `cargo bench --no-default-features --bench detail`, in `benches/peers`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::bounds::Aabb;

@@ -1,5 +1,5 @@
 //! Queries of the city of 400 houses: lines of sight beside every triangle one by one, and beside every instance's
-//! box; cells hidden from cells; a thousand lamps: `cargo bench -p cullet --bench queries`.
+//! box; cells hidden from cells; a thousand lamps: `cargo bench --no-default-features --bench queries`, in `benches/peers`.
 
 use std::hint::black_box;
 
