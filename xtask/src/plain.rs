@@ -1,6 +1,7 @@
 //! The README's second command, `cargo test --release`, and what is run of the build that it makes: the tests that lacked data,
 //! the examples, and programs that other steps need.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -121,24 +122,20 @@ pub(crate) fn slow() -> Done {
     match (slow.is_empty(), out.status.success()) {
         (true, true) => Ok(()),
         (true, false) => Err("some tests failed".to_owned()),
-        (false, _) => Err(format!(
-            "slow without a reason in .config/nextest.toml: make them quicker, or say there why not\n  {}",
-            slow.join("\n  ")
-        )),
+        (false, _) => {
+            let slow: Vec<&str> = slow.into_iter().collect();
+            Err(format!(
+                "slow without a reason in .config/nextest.toml: make them quicker, or say there why not\n  {}",
+                slow.join("\n  ")
+            ))
+        }
     }
 }
 
-/// The tests that nextest calls slow, each once.
-fn slow_tests(said: &str) -> Vec<&str> {
-    let is_slow = |line: &&str| line.trim_start().starts_with("SLOW [");
-    let mut names: Vec<&str> = said
-        .lines()
-        .filter(is_slow)
-        .filter_map(|line| Some(line.split_once(']')?.1.trim()))
-        .collect();
-    names.sort_unstable();
-    names.dedup();
-    names
+/// The tests that nextest calls slow, each once: behind a time in `[]` and, in newer ones, a number in `()`.
+fn slow_tests(said: &str) -> BTreeSet<&str> {
+    let slow = said.lines().filter_map(|line| line.trim_start().strip_prefix("SLOW ["));
+    slow.filter_map(|line| Some(line.rsplit_once([']', ')'])?.1.trim())).collect()
 }
 
 #[cfg(test)]
@@ -147,8 +144,9 @@ mod tests {
 
     #[test]
     fn a_slow_test_is_named_once() {
-        let said = "        SLOW [> 10.000s] cullet-io::all a::b\n        PASS [  0.1s] c d\n        \
-                    SLOW [> 20.000s] cullet-io::all a::b\n";
-        assert_eq!(slow_tests(said), ["cullet-io::all a::b"]);
+        let said = "        SLOW [> 10.000s] (───) cullet-io::all a::b\n        PASS [  0.1s] (2/3) c d\n        \
+                    SLOW [> 20.000s] cullet-io::all a::b\n   SLOW [> 10.000s] x y::z\n";
+        let found: Vec<&str> = slow_tests(said).into_iter().collect();
+        assert_eq!(found, ["cullet-io::all a::b", "x y::z"]);
     }
 }
