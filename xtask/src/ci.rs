@@ -72,7 +72,8 @@ fn lay_out(cache: &Path) -> Done {
         return Ok(());
     }
     let kept = fs::read_dir(cache.join("target")).map_err(fail)?.flatten().map(|e| e.path());
-    let mut old: Vec<PathBuf> = kept.filter(|path| !path.ends_with("xtask")).collect();
+    let mut old: Vec<PathBuf> =
+        kept.filter(|path| path.is_dir() && !path.ends_with("xtask")).collect();
     old.extend(["clone", "passed"].map(|name| cache.join(name)).into_iter().filter(|p| p.exists()));
     if !old.is_empty() {
         println!(
