@@ -13,8 +13,7 @@ use std::path::{Path, PathBuf};
 use crate::links;
 use crate::pictures;
 use crate::runner::{End, Ended, Skip};
-use crate::steps;
-use crate::tools::{Done, cargo_install_words, command, optional, root};
+use crate::tools::{Done, cargo_install_words, command, has_program, output, root};
 use crate::web;
 
 pub(crate) use published::test as published;
@@ -47,7 +46,7 @@ pub(crate) fn test() -> Ended {
 
 /// Builds the page, then the book, then puts the one into the other.
 pub(crate) fn build() -> Done {
-    if optional(PACKAGE, &["--version"]).is_none() {
+    if output(PACKAGE, &["--version"]).is_none() {
         return Err(format!("needed: {}", cargo_install_words(PACKAGE)));
     }
     web::build()?;
@@ -67,7 +66,7 @@ fn put_together() -> Result<PathBuf, String> {
 
 /// Without its server and its search, which take half of its dependencies.
 fn has_mdbook() -> Result<bool, String> {
-    steps::has_program(PACKAGE, &["--no-default-features"])
+    has_program(PACKAGE, &["--no-default-features"])
 }
 
 /// Builds the book; what mdBook warns of is an error.

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::tools::{cargo_program, command, install, install_words, is_ci, optional, output};
+use crate::tools::{cargo_program, command, install, install_words, is_ci, output};
 
 /// Debian's compiler, library source and cargo, of one version.
 pub(crate) const DEBIAN: &[&str] = &["rustc-web", "cargo-web", "rust-web-src"];
@@ -21,11 +21,11 @@ pub(crate) enum Compiler {
 impl Compiler {
     /// The one that is there for a target.
     pub(crate) fn installed(target: &str) -> Option<Self> {
-        let library = optional("rustc", &["--print", "target-libdir", "--target", target]);
+        let library = output("rustc", &["--print", "target-libdir", "--target", target]);
         if library.is_some_and(|l| Path::new(l.trim()).is_dir()) {
             return Some(Self::Rustup);
         }
-        let sysroot = optional("/usr/bin/rustc", &["--print", "sysroot"])?;
+        let sysroot = output("/usr/bin/rustc", &["--print", "sysroot"])?;
         let source = Path::new(sysroot.trim()).join("lib/rustlib/src/rust/library");
         let is_there = source.is_dir() && Path::new("/usr/bin/cargo").is_file();
         is_there.then_some(Self::Debian)

@@ -8,7 +8,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::tools::{Done, cargo, command, root, target};
+use crate::tools::{Done, cargo, command, data, root, target};
 
 mod dates;
 #[path = "../../programs/cullet-lab/src/lecture/formula.rs"]
@@ -115,8 +115,7 @@ pub(crate) fn compare(filter: &str, write: bool) -> Done {
 
 /// Runs a command, if the data that it needs is there, and returns its output.
 fn run(words: &str) -> Ran {
-    let data = std::env::var_os("CULLET_DATA").filter(|v| !v.is_empty());
-    let data = data.map_or_else(|| root().join("../shared/data"), |d| root().join(d));
+    let data = data().unwrap_or_default();
     let mut args = vec!["--quiet".to_owned()];
     for word in words.split(' ') {
         args.push(match word.strip_prefix(DATA) {

@@ -1,7 +1,7 @@
 //! Requirements of the viewer's tests beside Rust: a graphics device in software, and a virtual screen.
 
 use crate::runner::{End, Ended, Skip};
-use crate::tools::{install, install_words, is_ci, optional};
+use crate::tools::{install, install_words, is_ci, output};
 
 /// Debian's packages: software Vulkan and OpenGL, a virtual screen, and what a window needs when it starts.
 pub(crate) const DEBIAN: &[&str] = &[
@@ -38,11 +38,26 @@ impl Machine {
         };
         [("WGPU_BACKEND", backends), ("CULLET_REQUIRE_GPU", required)]
     }
+
+    /// What it has, for people.
+    pub(crate) fn words(self) -> &'static str {
+        match self {
+            Self::Nothing => "no graphics device",
+            Self::OpenGl => "OpenGL alone",
+            Self::Vulkan => "Vulkan alone",
+            Self::Both => "Vulkan and OpenGL",
+        }
+    }
 }
 
 /// Whether there is what every test of a device needs: Vulkan, and a virtual screen.
 pub(crate) fn is_there() -> bool {
-    has_vulkan() && optional("sh", &["-c", "command -v xvfb-run"]).is_some()
+    has_vulkan() && output("sh", &["-c", "command -v xvfb-run"]).is_some()
+}
+
+/// Whether there is the library that OpenGL is reached by without a screen.
+pub(crate) fn has_opengl() -> bool {
+    output("sh", &["-c", "PATH=$PATH:/sbin ldconfig -p"]).is_some_and(|l| l.contains("libEGL.so.1"))
 }
 
 /// Whether wgpu may look for Vulkan, and there is a driver: where the environment says, or else where drivers lie.

@@ -1,17 +1,18 @@
-//! Everything that CI does, runnable by hand: `cargo xtask test | web | book | pictures | figures | bench | semver | bare | ci`.
+//! Everything that CI does, runnable by hand: `cargo xtask help` lists it.
 #![forbid(unsafe_code)]
 
-mod bare;
-mod bench_viewer;
+mod benches;
 mod bindings;
 mod book;
+mod changed;
 mod checked;
+mod ci;
 mod compiler;
 mod figures;
 mod graphics;
 mod links;
-mod peers_occlusion;
 mod pictures;
+mod plain;
 mod readers;
 mod release;
 mod rooms;
@@ -23,11 +24,12 @@ mod web;
 use std::process::ExitCode;
 
 const HELP: &str = "\
-cargo xtask test       everything that can be checked here: format, lints, docs, tests at every SIMD level,
-                       examples and more; ends with what was skipped, and what gets it
+cargo xtask test       everything that can be checked here: format, lints, docs, `cargo test --release`, tests at every
+                       SIMD level and on devices, examples, hosts; ends with what was skipped, and what gets it
 cargo xtask test NAME  only the step of that name, or those whose name contains NAME
 cargo xtask machines [nothing | opengl | vulkan | both]
                        the tests that use a graphics device, as a machine with no more than that runs them; or as each of the four
+cargo xtask slow       the tests of `cargo test --release` that take over 10 s without a reason in .config/nextest.toml
 cargo xtask web        builds the viewer's page, then serves it on localhost
 cargo xtask web SCENE  the same with a scene: a file, or a built-in one
 cargo xtask web --no-serve
@@ -48,15 +50,13 @@ cargo xtask bench-gpu masks [FOLDER]
                        the table and graph of normal masks with the device's own back-face culling on, and what tests and
                        triangles cost there, as --costs takes it; into FOLDER, else target/bench-gpu
 cargo xtask peers-cut  cullet's cuts beside those of trimesh and VTK, in a Python environment made for it
-cargo xtask peers-occlusion [--prototype FOLDER] [--scene NAME]... [--rounds N] [--passes N]
-                       drawing occluders beside a prototype in C++, on castle, sponza and city, or on any scene that
-                       `cullet occscn` takes; FOLDER, else CULLET_PROTOTYPES, else ../shared/prototypes, has its source
 cargo xtask semver COMMIT
                        what changed in the public interface since a commit or tag, and whether the version says so
 cargo xtask bare       the README's two commands as a stranger meets them: in a fresh clone of what is committed,
                        with no data beside it and nothing used but Rust and compilers of C and C++
-cargo xtask ci         what CI runs: bare, then in the same clone everything that test has, with nothing left out; what is
-                       missing is installed";
+cargo xtask ci         what CI runs: bare, then in the same clone everything else that test has, with nothing left out; what is
+                       missing is installed; clone and builds are kept in CULLET_CACHE, and steps do not run again whose
+                       files have not changed since they passed, unless CULLET_ALL=1";
 
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -64,8 +64,9 @@ fn main() -> ExitCode {
     let done = match args[..] {
         ["test"] => steps::test(""),
         ["test", name] => steps::test(name),
-        ["machines"] => runner::run(checked::MACHINES, ""),
-        ["machines", name] => runner::run(checked::MACHINES, name),
+        ["machines"] => steps::machines(""),
+        ["machines", name] => steps::machines(name),
+        ["slow"] => plain::slow(),
         ["web"] => web::serve(None),
         ["web", "--no-serve"] => web::build(),
         ["web", scene] if !scene.starts_with('-') => web::serve(Some(scene)),
@@ -77,23 +78,18 @@ fn main() -> ExitCode {
         ["bindings"] => bindings::test(""),
         ["bindings", name] if !name.starts_with('-') => bindings::test(name),
         ["book"] => book::build(),
-        ["bench"] => steps::bench(),
-        ["bench-viewer"] => bench_viewer::measure(None),
-        ["bench-viewer", scene] if !scene.starts_with('-') => bench_viewer::measure(Some(scene)),
-        ["bench-gpu"] => steps::bench_gpu(),
-        ["bench-gpu", "masks"] => steps::bench_gpu_masks(None),
-        ["bench-gpu", "masks", folder] => steps::bench_gpu_masks(Some(folder)),
-        ["peers-cut"] => steps::peers_cut(),
-        ["peers-occlusion", ref options @ ..] => match peers_occlusion::Options::parse(options) {
-            Ok(options) => peers_occlusion::compare(&options),
-            Err(message) => {
-                eprintln!("xtask: {message}\n{HELP}");
-                return ExitCode::from(2);
-            }
-        },
+        ["bench"] => benches::all(),
+        ["bench-viewer"] => benches::viewer(None),
+        ["bench-viewer", scene] if !scene.starts_with('-') => benches::viewer(Some(scene)),
+        ["bench-gpu"] => benches::gpu(),
+        ["bench-gpu", "masks"] => benches::masks(None),
+        ["bench-gpu", "masks", folder] => benches::masks(Some(folder)),
+        ["peers-cut"] => benches::peers_cut(),
         ["semver", since] if !since.starts_with('-') => release::semver(since),
-        ["bare"] => bare::try_out(),
-        ["ci"] => bare::then_all(),
+        ["bare"] => ci::bare(),
+        ["ci"] => ci::all(),
+        // For `ci` alone.
+        ["rest"] => ci::rest(),
         [] | ["help" | "--help" | "-h"] => {
             println!("{HELP}");
             return ExitCode::SUCCESS;

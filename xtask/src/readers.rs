@@ -3,13 +3,13 @@
 use std::fs;
 use std::path::Path;
 
-use crate::checked;
-use crate::runner::{End, Ended, Skip, all};
-use crate::tools::{command, cpp_compiler, run, target};
+use crate::plain;
+use crate::runner::{End, Ended, all};
+use crate::tools::{command, run, target};
 use crate::web;
 
 /// The script and the packages that it needs, from the root.
-const FOLDER: &str = "crates/cullet-baker/tests/readers";
+const FOLDER: &str = "programs/cullet-baker/tests/readers";
 const WHAT: &str = "baked files in gltf-validator and three.js";
 /// A small one with many materials, and cells, whose rooms are instances to be merged.
 const SCENE: &str = "office:floors=1,corridors=1,rooms=4";
@@ -17,15 +17,11 @@ const SCENE: &str = "office:floors=1,corridors=1,rooms=4";
 /// The step of `test`: a generated scene is baked with all that can be baked of it, and once more as a glTF that stays as it
 /// is, and both are read.
 pub(crate) fn test() -> Ended {
-    if checked::without_cpp().is_some() {
-        let cure = cpp_compiler().err().unwrap_or_default();
-        return Ok(End::Skipped(Skip::new(WHAT, cure)));
-    }
     let mut node = match web::script(FOLDER, "readers.mjs", WHAT)? {
         Ok(node) => node,
         Err(skip) => return Ok(End::Skipped(skip)),
     };
-    let baker = checked::program("cullet-baker")?;
+    let baker = plain::program("cullet-baker")?;
     let folder = target().join("readers");
     fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let place = |name: &str| folder.join(name).to_string_lossy().into_owned();

@@ -5,19 +5,19 @@ use std::fs;
 use std::path::Path;
 
 use crate::runner::{End, Ended, Skip, all};
-use crate::tools::{
-    Done, apart, cargo, cargo_install_words, command, is_ci, optional, output, root, run,
-};
+use crate::tools::{Done, apart, cargo, cargo_install_words, command, is_ci, output, root, run};
 
-/// The crates that are published, as options for cargo: all below `crates` whose manifest does not say otherwise.
-fn published() -> Result<Vec<String>, String> {
-    let folder = root().join("crates");
-    let crates = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+/// The crates that are published, as options for cargo: all libraries and programs whose manifest does not say otherwise.
+pub(crate) fn published() -> Result<Vec<String>, String> {
     let mut names = Vec::new();
-    for entry in crates.flatten() {
-        let manifest = fs::read_to_string(entry.path().join("Cargo.toml")).unwrap_or_default();
-        if !manifest.is_empty() && !manifest.lines().any(|line| line == "publish = false") {
-            names.push(entry.file_name().to_string_lossy().into_owned());
+    for folder in ["crates", "programs"].map(|folder| root().join(folder)) {
+        let crates = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        for entry in crates.flatten() {
+            let manifest = fs::read_to_string(entry.path().join("Cargo.toml")).unwrap_or_default();
+            let name = manifest.lines().find_map(|line| line.strip_prefix("name = "));
+            if let Some(name) = name.filter(|_| !manifest.contains("\npublish = false\n")) {
+                names.push(name.trim_matches('"').to_owned());
+            }
         }
     }
     names.sort();
@@ -87,7 +87,7 @@ fn oldest() -> Result<String, String> {
 /// since when each function of the standard library is there.
 pub(crate) fn oldest_compiler() -> Ended {
     let version = oldest()?;
-    let is_there = || optional("rustup", &["run", &version, "rustc", "--version"]).is_some();
+    let is_there = || output("rustup", &["run", &version, "rustc", "--version"]).is_some();
     let install = ["toolchain", "install", &version, "--profile", "minimal"];
     if !is_there() && is_ci() {
         // It ends with an error where there is no network, which is told below.
@@ -108,7 +108,7 @@ pub(crate) fn oldest_compiler() -> Ended {
 /// Lists the changes of the published crates' public interface since a commit or a tag, and whether the version says so.
 pub(crate) fn semver(since: &str) -> Done {
     const PACKAGE: &str = "cargo-semver-checks";
-    if optional(PACKAGE, &["semver-checks", "--version"]).is_none() {
+    if output(PACKAGE, &["semver-checks", "--version"]).is_none() {
         return Err(format!("needed: {}", cargo_install_words(PACKAGE)));
     }
     let published = published()?;

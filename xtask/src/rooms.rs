@@ -6,7 +6,7 @@ mod imports;
 mod tests_listed;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::runner::{Ended, all};
 use crate::tools::root;
@@ -15,13 +15,15 @@ use imports::Files;
 /// The crates, from the ground up. One may depend on those of lower floors.
 const CRATES: &[&[&str]] = &[
     &["cullet"],
-    &["cullet-methods", "cullet-testkit"],
-    &["cullet-bake", "cullet-draw", "cullet-io"],
-    &["cullet-tiles"],
-    &["cullet-command", "cullet-cut", "cullet-gpu", "cullet-work"],
-    &["cullet-browser", "cullet-measure"],
-    &["cullet-lecture"],
-    &["cullet-baker", "cullet-cli", "cullet-profile", "cullet-serve", "cullet-viewer"],
+    &["cullet-testkit"],
+    &["cullet-draw", "cullet-gpu", "cullet-io"],
+    &["cullet-cut", "cullet-scenes"],
+    &["cullet-maps"],
+    &["cullet-bake", "cullet-command", "cullet-tiles"],
+    &["cullet-cli"],
+    &["cullet-baker", "cullet-profile"],
+    &["cullet-lab"],
+    &["cullet-viewer"],
 ];
 
 /// The rooms of the engine, from the ground up. One may name those of lower floors, and of its own where no circle
@@ -41,7 +43,7 @@ const KINDS: &[&str] =
     &["backface", "degenerate", "detail", "frustum", "occlusion", "portal", "pvs", "shadow"];
 
 /// Crates in which not even a module and those that it lies in name each other.
-const STRICT: &[&str] = &["cullet-cli", "cullet-command", "cullet-cut", "cullet-measure"];
+const STRICT: &[&str] = &["cullet-cli", "cullet-command", "cullet-cut"];
 
 const KNOWN: &str = include_str!("rooms/known.txt");
 
@@ -66,14 +68,15 @@ pub(crate) fn check() -> Ended {
 /// A line for each file that is in a circle, and for each arrow that runs upward.
 fn faults() -> Result<BTreeSet<String>, String> {
     let mut faults = BTreeSet::new();
-    let (crates, bindings) = (members("crates")?, members("bindings")?);
-    for name in &crates {
-        faults.extend(upward_crates(name, &crates, &root().join("crates").join(name))?);
+    let crates = [members("crates")?, members("programs")?].concat();
+    for (name, folder) in &crates {
+        faults.extend(upward_crates(name, &crates, folder)?);
     }
-    // Bindings stand beside each other above all crates; in them there is no more to hold than that files form no circle.
-    let names = crates.iter().map(|name| ("crates", name));
-    for (above, name) in names.chain(bindings.iter().map(|name| ("bindings", name))) {
-        let src = root().join(above).join(name).join("src");
+    // Bindings stand beside each other above all crates, and this program beside them; in them there is no more to hold than that
+    // files form no circle.
+    let others = [members("bindings")?, vec![("xtask".to_owned(), root().join("xtask"))]].concat();
+    for (name, folder) in crates.into_iter().chain(others) {
+        let src = folder.join("src");
         let short = |p: &Path| p.strip_prefix(&src).unwrap_or(p).to_string_lossy().into_owned();
         let arrows = Files::read(&src)?.arrows(STRICT.contains(&name.as_str()));
         let arrows: BTreeSet<(String, String)> =
@@ -87,20 +90,26 @@ fn faults() -> Result<BTreeSet<String>, String> {
     Ok(faults)
 }
 
-/// The crates in a folder, by name.
-fn members(folder: &str) -> Result<Vec<String>, String> {
+/// The packages in a folder: their names, and where they lie.
+fn members(folder: &str) -> Result<Vec<(String, PathBuf)>, String> {
     let path = root().join(folder);
     let folders = std::fs::read_dir(&path).map_err(|e| format!("{folder}: {e}"))?;
-    let mut names: Vec<String> = folders
-        .filter_map(|f| Some(f.ok()?.file_name().to_string_lossy().into_owned()))
-        .filter(|name| path.join(name).join("Cargo.toml").exists())
-        .collect();
-    names.sort();
-    Ok(names)
+    let package = |folder: PathBuf| {
+        let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).ok()?;
+        let name = manifest.lines().find_map(|line| line.strip_prefix("name = "))?;
+        Some((name.trim_matches('"').to_owned(), folder))
+    };
+    let mut found: Vec<_> = folders.filter_map(|f| package(f.ok()?.path())).collect();
+    found.sort();
+    Ok(found)
 }
 
 /// Dependencies of a crate that do not stand below it; those of its tests alone do not count.
-fn upward_crates(name: &str, names: &[String], folder: &Path) -> Result<Vec<String>, String> {
+fn upward_crates(
+    name: &str,
+    crates: &[(String, PathBuf)],
+    folder: &Path,
+) -> Result<Vec<String>, String> {
     let floor = |name: &str| {
         let at = CRATES.iter().position(|floor| floor.contains(&name));
         at.ok_or_else(|| format!("{name}: say in xtask/src/rooms.rs on which floor it stands"))
@@ -115,7 +124,7 @@ fn upward_crates(name: &str, names: &[String], folder: &Path) -> Result<Vec<Stri
             counts = line.ends_with("dependencies]") && !line.contains("dev-dependencies");
         }
         let other = line.split(['.', ' ', '=']).next().unwrap_or_default();
-        if counts && names.iter().any(|n| n == other) && floor(other)? >= floor(name)? {
+        if counts && crates.iter().any(|(n, _)| n == other) && floor(other)? >= floor(name)? {
             up.push(format!("up {name} -> {other}"));
         }
     }

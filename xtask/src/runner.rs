@@ -28,6 +28,25 @@ pub(crate) enum End {
     Skipped(Skip),
     /// It failed for this reason, and left out what is named.
     Failed(String, Vec<Skip>),
+    /// It passed at this commit, and nothing that it depends on has changed since.
+    Unchanged(String),
+}
+
+impl End {
+    /// The end of tests that passed, but for those that were skipped.
+    pub(crate) fn of(skipped: impl IntoIterator<Item = SkippedTest>) -> Self {
+        Self::from(Ok(()), skipped)
+    }
+
+    /// The end of tests, some of which were skipped.
+    pub(crate) fn from(done: Done, skipped: impl IntoIterator<Item = SkippedTest>) -> Self {
+        let skips: Vec<Skip> = skipped.into_iter().map(Into::into).collect();
+        match done {
+            Err(why) => Self::Failed(why, skips),
+            Ok(()) if skips.is_empty() => Self::Passed,
+            Ok(()) => Self::Partly(skips),
+        }
+    }
 }
 
 /// How a step ends; the error says in a line why it failed.
@@ -62,8 +81,14 @@ impl Row {
     }
 }
 
-/// Runs the step that is called `filter` or, if none is, those whose name contains it, all of them, and prints the sums; an error names those that failed.
+/// Runs the step that is called `filter` or, if none is, those whose name contains it, all of them, and prints the sums; an error
+/// names those that failed.
 pub(crate) fn run(steps: &[Step], filter: &str) -> Done {
+    run_by(steps, filter, |step| (step.run)())
+}
+
+/// The same, each run by `ended`, which may know how it ends.
+pub(crate) fn run_by(steps: &[Step], filter: &str, ended: impl Fn(&Step) -> Ended) -> Done {
     let is_name = steps.iter().any(|s| s.name == filter);
     let fits = |s: &&Step| if is_name { s.name == filter } else { s.name.contains(filter) };
     let chosen: Vec<&Step> = steps.iter().filter(fits).collect();
@@ -82,17 +107,26 @@ pub(crate) fn run(steps: &[Step], filter: &str) -> Done {
             step.name
         );
         let begun = Instant::now();
-        let end = (step.run)();
+        let end = ended(step);
         match &end {
             Ok(End::Skipped(skip)) => println!("skipped: {}; {}", skip.what, skip.cure),
             // Again at the end, where it can be found.
             Err(e) | Ok(End::Failed(e, _)) => println!("failed: {e}"),
+            Ok(End::Unchanged(commit)) => println!("nothing changed since it passed at {commit}"),
             Ok(_) => {}
         }
         rows.push(Row { name: step.name, end, took: begun.elapsed() });
     }
     println!("\n{}", table(&rows, start.elapsed()));
     println!("{}", missing(&rows));
+    let kept = |row: &Row| matches!(row.end, Ok(End::Unchanged(_))).then_some(row.name);
+    let kept: Vec<&str> = rows.iter().filter_map(kept).collect();
+    if !kept.is_empty() {
+        let kept = kept.join(", ");
+        println!(
+            "not run, for nothing that they depend on changed since they passed (CULLET_ALL=1 runs them): {kept}"
+        );
+    }
     let failed: Vec<String> = rows
         .iter()
         .filter_map(|row| row.failure().map(|e| format!("  {}: {e}", row.name)))
@@ -110,6 +144,7 @@ fn table(rows: &[Row], took: Duration) -> String {
         let end = match row.end {
             Ok(End::Passed | End::Partly(_)) => "passed",
             Ok(End::Skipped(_)) => "skipped",
+            Ok(End::Unchanged(_)) => "kept",
             Ok(End::Failed(..)) | Err(_) => "FAILED",
         };
         text += &format!("{:<14} {end:<8} {:>7.0}\n", row.name, row.took.as_secs_f64());
@@ -144,30 +179,57 @@ fn missing(rows: &[Row]) -> String {
     text
 }
 
-/// Parses the lines that skipped tests write, as `cullet_testkit::skip` does: the test, what is missing and what
-/// gets it; a test that lacks several things is one line.
-pub(crate) fn skipped_tests(text: &str) -> Vec<Skip> {
-    let mut lines: Vec<&str> = text.lines().collect();
-    // In whichever order the tests ended.
-    lines.sort_unstable();
-    let mut tests: Vec<(&str, &str, Vec<&str>)> = Vec::new();
-    for line in lines {
-        let mut fields = line.splitn(3, '\t');
-        let [test, lacks, cure] = [(); 3].map(|()| fields.next().unwrap_or_default());
-        match tests.last_mut() {
-            Some(last) if last.0 == test && last.1 == cure => last.2.push(lacks),
-            _ => tests.push((test, cure, vec![lacks])),
-        }
+/// A test that was skipped.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct SkippedTest {
+    /// Its package, and its path there.
+    test: String,
+    lacks: Vec<String>,
+    cure: String,
+}
+
+impl SkippedTest {
+    /// Its name as the test harness knows it.
+    pub(crate) fn path(&self) -> &str {
+        self.test.split_once("::").map_or(&self.test, |(_, path)| path)
     }
-    let skip = |(test, cure, mut lacks): (&str, &str, Vec<&str>)| {
-        lacks.dedup();
-        let more = match lacks.len() {
+
+    /// Whether it wants the test data, and is known by name.
+    pub(crate) fn lacks_data(&self) -> bool {
+        self.cure.contains("CULLET_DATA") && self.path() != "main"
+    }
+}
+
+impl From<SkippedTest> for Skip {
+    fn from(test: SkippedTest) -> Self {
+        let more = match test.lacks.len() {
             1 => String::new(),
             n => format!(", and {} more", n - 1),
         };
-        Skip::new(format!("{test} ({}{more})", lacks[0]), cure)
-    };
-    tests.into_iter().map(skip).collect()
+        Self::new(format!("{} ({}{more})", test.test, test.lacks[0]), test.cure)
+    }
+}
+
+/// Parses the lines that skipped tests write, as `cullet_testkit::skip` does: the test, what is missing and what
+/// gets it; a test that lacks several things is one. Before them stands the number of the run.
+pub(crate) fn skipped_tests(text: &str) -> Vec<SkippedTest> {
+    let mut lines: Vec<&str> = text.lines().collect();
+    // In whichever order the tests ended.
+    lines.sort_unstable();
+    lines.dedup();
+    let mut tests: Vec<SkippedTest> = Vec::new();
+    for line in lines {
+        let [test, lacks, cure] = line.splitn(3, '\t').collect::<Vec<_>>()[..] else { continue };
+        match tests.last_mut() {
+            Some(last) if last.test == test && last.cure == cure => last.lacks.push(lacks.into()),
+            _ => tests.push(SkippedTest {
+                test: test.into(),
+                lacks: vec![lacks.into()],
+                cure: cure.into(),
+            }),
+        }
+    }
+    tests
 }
 
 /// A time for people.
@@ -235,11 +297,14 @@ mod tests {
     }
 
     #[test]
-    fn a_test_that_lacks_several_models_is_one_line() {
-        let text = "b::t\tx.obj\tset it\na::t\ty.obj\tset it\nb::t\tz.obj\tset it\n";
-        let lines = skipped_tests(text);
-        assert_eq!(lines[0], Skip::new("a::t (y.obj)", "set it"));
-        assert_eq!(lines[1..], [Skip::new("b::t (x.obj, and 1 more)", "set it")]);
+    fn a_test_that_lacks_several_models_is_one() {
+        let text = "77\nb::t\tx.obj\tset CULLET_DATA\na::m::t\ty.obj\tget it\nb::t\tz.obj\tset CULLET_DATA\n";
+        let tests = skipped_tests(text);
+        assert_eq!((tests[0].path(), tests[0].lacks_data()), ("m::t", false));
+        assert_eq!((tests[1].path(), tests[1].lacks_data()), ("t", true));
+        let skips: Vec<Skip> = tests.into_iter().map(Into::into).collect();
+        assert_eq!(skips[0], Skip::new("a::m::t (y.obj)", "get it"));
+        assert_eq!(skips[1..], [Skip::new("b::t (x.obj, and 1 more)", "set CULLET_DATA")]);
         assert!(skipped_tests("").is_empty());
     }
 

@@ -1,24 +1,20 @@
 //! The steps of `test`, in order: what fails fastest comes first.
 
-use std::process::Command;
-
 use crate::bindings;
 use crate::book;
-use crate::checked;
+use crate::checked::{self, MACHINES};
 use crate::compiler::{Compiler, words};
-use crate::graphics;
+use crate::graphics::{self, Machine};
+use crate::plain;
 use crate::readers;
 use crate::release;
 use crate::rooms;
-use crate::runner::{self, End, Ended, Skip, Step, all};
-use crate::tools::{
-    Done, apart, cargo, cargo_install, cargo_install_words, cargo_program, command, is_ci,
-    optional, root, run, target,
-};
+use crate::runner::{self, End, Ended, Skip, Step, all as all_of};
+use crate::tools::{Done, apart, cargo_install_words, cargo_program, command, has_program, run};
 use crate::web;
 
 const STEPS: &[Step] = &[
-    Step { name: "format", run: || all(cargo(&["fmt", "--all", "--check"])) },
+    Step { name: "format", run: || all_of(cargo("fmt", &["--all", "--check"])) },
     Step { name: "rooms", run: rooms::check },
     Step { name: "book", run: book::test },
     Step { name: "licences", run: licences },
@@ -29,8 +25,13 @@ const STEPS: &[Step] = &[
     Step { name: "graphics", run: graphics::prepare },
     Step { name: "lints", run: lints },
     Step { name: "docs", run: docs },
+    Step { name: "plain", run: plain::test },
+    Step { name: "data", run: plain::data },
     Step { name: "build", run: checked::build },
     Step { name: "tests", run: checked::tests },
+    Step { name: "nothing", run: || checked::tests_on(Machine::Nothing) },
+    Step { name: "opengl", run: || checked::beside(Machine::OpenGl) },
+    Step { name: "both", run: || checked::beside(Machine::Both) },
     Step { name: "examples", run: checked::examples },
     Step { name: "readers", run: readers::test },
     Step { name: "web", run: web::test },
@@ -38,49 +39,47 @@ const STEPS: &[Step] = &[
     Step { name: "lists", run: web::lists },
 ];
 
-/// Runs the steps whose name contains `filter`.
-pub(crate) fn test(filter: &str) -> Done {
-    runner::run(&[STEPS, bindings::STEPS].concat(), filter)
+/// All of them.
+pub(crate) fn all() -> Vec<Step> {
+    [STEPS, bindings::STEPS].concat()
 }
 
-/// All of the workspace, what cannot be run here too: checking is cheap, and shares its dependencies with `docs` and
-/// `features`, since all three are of one profile.
+/// Runs the steps whose name contains `filter`.
+pub(crate) fn test(filter: &str) -> Done {
+    runner::run(&all(), filter)
+}
+
+/// Runs the tests that use a graphics device as machines whose name contains `filter`.
+pub(crate) fn machines(filter: &str) -> Done {
+    runner::run(MACHINES, filter)
+}
+
+/// A command of cargo, with the second build beside it: checking is cheap, and its dependencies are shared.
+fn cargo(word: &str, args: &[&str]) -> Done {
+    let mut cargo = command(&cargo_program(), &[&[word], args].concat());
+    cargo.env("CARGO_TARGET_DIR", checked::folder()).env("RUSTDOCFLAGS", "-Dwarnings");
+    run(cargo)
+}
+
+/// All of the workspace, what cannot be run here too.
 fn lints() -> Ended {
-    let mut clippy = command(&cargo_program(), &["clippy", "--workspace", "--all-targets"]);
-    clippy.args(["--profile", checked::PROFILE]);
-    exclude(&mut clippy);
-    clippy.args(["--", "-Dwarnings"]);
-    all(run(clippy))
+    let words = ["--workspace", "--all-targets", "--profile", checked::PROFILE, "--", "-Dwarnings"];
+    all_of(cargo("clippy", &words))
 }
 
 fn docs() -> Ended {
-    let words = ["doc", "--workspace", "--no-deps", "--profile", checked::PROFILE];
-    let mut doc = command(&cargo_program(), &words);
-    exclude(&mut doc);
-    doc.env("RUSTDOCFLAGS", "-Dwarnings");
-    all(run(doc))
+    all_of(cargo("doc", &["--workspace", "--no-deps", "--profile", checked::PROFILE]))
 }
 
-/// Leaves out what would have to be compiled by what is not there.
-fn exclude(command: &mut Command) {
-    if let Some(package) = checked::without_cpp() {
-        command.args(["--exclude", package]);
-    }
-}
-
-/// Each library alone, with no more features than it declares, and each of its features: the workspace may lend it some.
+/// The engine and the cuts with no feature, then all libraries with each: the workspace may lend a crate what it does not ask for.
 fn features() -> Ended {
-    let check = |more: &[&str]| {
-        cargo(&[&["check", "--profile", checked::PROFILE, "--package"], more].concat())
-    };
-    for package in ["cullet", "cullet-methods", "cullet-io", "cullet-draw", "cullet-cut"] {
-        check(&[package])?;
-    }
-    check(&["cullet-cut", "--no-default-features"])?;
-    for feature in ["serde", "mint", "rayon"] {
-        check(&["cullet", "--features", feature])?;
-    }
-    Ok(End::Passed)
+    let check =
+        |words: &[&str]| cargo("check", &[&["--profile", checked::PROFILE], words].concat());
+    check(&["--package", "cullet", "--package", "cullet-cut", "--no-default-features"])?;
+    let published = release::published()?;
+    let mut words = vec!["--lib", "--all-features"];
+    words.extend(published.iter().map(String::as_str));
+    all_of(check(&words))
 }
 
 /// The NEON code is compiled, never run: no machine of ours has it.
@@ -90,19 +89,7 @@ fn neon() -> Ended {
         return Ok(End::Skipped(Skip::new("the NEON code, compiled", words(TARGET))));
     };
     let check = ["check", "--package", "cullet"];
-    all(run(compiler.cargo(&check, TARGET, &apart("neon"))))
-}
-
-/// Whether a program is there, once CI has installed it where it was not: an error where that fails.
-pub(crate) fn has_program(program: &str, options: &[&str]) -> Result<bool, String> {
-    let is_there = || optional(program, &["--version"]).is_some();
-    if !is_there() && is_ci() {
-        cargo_install(program, options)?;
-        if !is_there() {
-            return Err(format!("{program} was installed, but cannot be run"));
-        }
-    }
-    Ok(is_there())
+    all_of(run(compiler.cargo(&check, TARGET, &apart("neon"))))
 }
 
 fn licences() -> Ended {
@@ -112,38 +99,6 @@ fn licences() -> Ended {
         return Ok(End::Skipped(skip));
     }
     // It looks at what is built on any system, more than a build here has fetched.
-    cargo(&["fetch", "--locked"])?;
-    all(run(command(PACKAGE, &["--offline", "check", "licenses", "bans", "sources"])))
-}
-
-/// `cullet bench`, and the benches for developers.
-pub(crate) fn bench() -> Done {
-    cargo(&["run", "--release", "--", "bench"])?;
-    cargo(&["bench", "--workspace", "--benches"])
-}
-
-/// Culling on the graphics device.
-pub(crate) fn bench_gpu() -> Done {
-    cargo(&["bench", "-p", "cullet-gpu", "--bench", "device"])
-}
-
-/// The normal masks' table and graph on the graphics device, into a folder.
-pub(crate) fn bench_gpu_masks(folder: Option<&str>) -> Done {
-    // The bench runs in the folder of its crate.
-    let out = match folder {
-        Some(folder) => std::env::current_dir().map_err(|e| e.to_string())?.join(folder),
-        None => target().join("bench-gpu"),
-    };
-    let out = out.to_string_lossy().into_owned();
-    cargo(&["bench", "-p", "cullet-gpu", "--bench", "masks", "--", "--out", &out])?;
-    println!("written to {out}");
-    Ok(())
-}
-
-/// The cuts of `cullet bench`, and of trimesh and VTK beside them.
-pub(crate) fn peers_cut() -> Done {
-    cargo(&["build", "--release"])?;
-    let script = root().join("benches/peers/cut_python.py");
-    let program = target().join("release/cullet");
-    run(command("python3", &[&script.to_string_lossy(), &program.to_string_lossy()]))
+    cargo("fetch", &["--locked"])?;
+    all_of(run(command(PACKAGE, &["--offline", "check", "licenses", "bans", "sources"])))
 }

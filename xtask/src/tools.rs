@@ -72,23 +72,24 @@ pub(crate) fn output(program: &str, args: &[&str]) -> Option<String> {
     out.status.success().then(|| String::from_utf8_lossy(&out.stdout).into_owned())
 }
 
-/// Whether to behave as on a machine with Rust and a compiler of C and C++ and nothing else: `CULLET_BARE=1`.
-pub(crate) fn is_bare() -> bool {
-    std::env::var_os("CULLET_BARE").is_some_and(|v| v == "1")
-}
-
 /// Whether CI runs this: what is missing is installed there, or a failure.
 pub(crate) fn is_ci() -> bool {
-    !is_bare() && std::env::var_os("CI").is_some_and(|v| v == "true")
+    is_set("CI", "true")
 }
 
-/// Output of a program that need not be there; nothing on a bare machine.
-pub(crate) fn optional(program: &str, args: &[&str]) -> Option<String> {
-    if is_bare() { None } else { output(program, args) }
+/// Whether a variable of the environment has a value.
+pub(crate) fn is_set(name: &str, value: &str) -> bool {
+    std::env::var_os(name).is_some_and(|v| v == value)
 }
 
-/// A C++ compiler that can be run, the one that `CXX` names first. On a bare machine it counts as well: nearly everywhere it comes
-/// with the one for C, and without it much would be built once more afterwards.
+/// The folder of test data, where there is one: `CULLET_DATA`, else beside the checkout.
+pub(crate) fn data() -> Option<PathBuf> {
+    let set = std::env::var_os("CULLET_DATA").filter(|v| !v.is_empty());
+    let folder = root().join(set.unwrap_or_else(|| "../shared/data".into()));
+    folder.is_dir().then_some(folder)
+}
+
+/// A C++ compiler that can be run, the one that `CXX` names first.
 pub(crate) fn cpp_compiler() -> Result<String, String> {
     let set = std::env::var("CXX").ok().filter(|v| !v.is_empty());
     let mut compilers = set.into_iter().chain(["c++", "g++", "clang++"].map(str::to_owned));
@@ -119,9 +120,21 @@ pub(crate) fn cargo_install_words(package: &str) -> String {
     format!("cargo install --locked {package}")
 }
 
+/// Whether a program is there, once CI has installed it where it was not: an error where that fails.
+pub(crate) fn has_program(program: &str, options: &[&str]) -> Result<bool, String> {
+    let is_there = || output(program, &["--version"]).is_some();
+    if !is_there() && is_ci() {
+        cargo_install(program, options)?;
+        if !is_there() {
+            return Err(format!("{program} was installed, but cannot be run"));
+        }
+    }
+    Ok(is_there())
+}
+
 /// Installs a program of a crate into the cache, where [`command`] finds it, with more options for cargo; takes
 /// minutes.
-pub(crate) fn cargo_install(package: &str, options: &[&str]) -> Done {
+fn cargo_install(package: &str, options: &[&str]) -> Done {
     let folder = cache().join("tools");
     let words = ["install", "--quiet", "--locked", package];
     let mut install = command(&cargo_program(), &[&words[..], options].concat());

@@ -14,14 +14,15 @@ use crate::compiler::{self, Compiler, wasm_linker};
 use crate::graphics;
 use crate::runner::{End, Ended, Skip, all};
 use crate::tools::{
-    Done, apart, cargo, command, install, install_words, is_ci, optional, root, run, target,
+    Done, apart, cargo, cargo_program, command, install, install_words, is_ci, output, root, run,
+    target,
 };
 
 const TARGET: &str = "wasm32-unknown-unknown";
 /// Limit on the compressed size of the page: it should load in some seconds over an ordinary line.
 const MAX_COMPRESSED: u64 = 4 << 20;
 /// Sources of the page, from the root; what is in `tests` is none of it.
-const SOURCES: &str = "crates/cullet-viewer/web";
+const SOURCES: &str = "programs/cullet-viewer/web";
 
 /// What the page of lectures shows, from the root.
 const LECTURES: &str = "docs/lectures.json";
@@ -34,15 +35,21 @@ pub(crate) fn page() -> PathBuf {
 /// Builds the page and serves it, with `scene` if there is one.
 pub(crate) fn serve(scene: Option<&str>) -> Done {
     build()?;
-    cargo(&["build", "--quiet", "--release", "--package", "cullet-serve"])?;
-    let program = target().join("release/cullet-serve");
-    run(command(&program.to_string_lossy(), scene.as_slice()))
+    run(command(&server()?.to_string_lossy(), scene.as_slice()))
+}
+
+/// The program that serves it, built without the viewer, as `cullet serve` does.
+fn server() -> Result<PathBuf, String> {
+    let words =
+        ["build", "--quiet", "--release", "--package", "cullet-viewer", "--bin", "cullet-serve"];
+    cargo(&[&words[..], &["--no-default-features", "--features", "serve"]].concat())?;
+    Ok(target().join("release/cullet-serve"))
 }
 
 /// Builds the page into its folder, which is replaced as a whole once everything is there.
 pub(crate) fn build() -> Done {
     let start = Instant::now();
-    let wasm = compile(&["cullet-viewer"])?.join("cullet_viewer.wasm");
+    let wasm = compile(&["--package", "cullet-viewer", "--lib"])?.join("cullet_viewer.wasm");
     let new = target().join("page.new");
     let fail = |path: &Path, e: std::io::Error| format!("{}: {e}", path.display());
     let _ = fs::remove_dir_all(&new);
@@ -95,11 +102,10 @@ fn compress(path: &Path) -> std::io::Result<(u64, u64)> {
 }
 
 /// Compiles libraries for a browser; returns the folder with their modules.
-fn compile(packages: &[&str]) -> Result<PathBuf, String> {
+fn compile(what: &[&str]) -> Result<PathBuf, String> {
     let folder = apart("wasm");
     let compiler = Compiler::get(TARGET)?;
-    let mut words = vec!["build", "--lib", "--profile", "web"];
-    words.extend(packages.iter().flat_map(|package| ["--package", package]));
+    let words = [&["build", "--profile", "web"], what].concat();
     let mut build = compiler.cargo(&words, TARGET, &folder);
     if let Compiler::Debian = compiler {
         build.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", wasm_linker()?);
@@ -111,8 +117,11 @@ fn compile(packages: &[&str]) -> Result<PathBuf, String> {
 
 /// Writes a module into a folder, and the JavaScript that loads it.
 fn bind(wasm: &Path, out: &Path) -> Done {
-    let words = ["run", "--quiet", "--package", "cullet-bindgen", "--"];
-    cargo(&[&words[..], &[&wasm.to_string_lossy(), &out.to_string_lossy()]].concat())
+    let words =
+        ["run", "--quiet", "--package", "xtask", "--features", "bindgen", "--bin", "bindgen"];
+    let mut bind = command(&cargo_program(), &words);
+    bind.arg("--").args([wasm, out]).env("CARGO_TARGET_DIR", apart("bindgen"));
+    run(bind)
 }
 
 /// Packages that tests in JavaScript need.
@@ -137,9 +146,10 @@ pub(crate) fn lists() -> Ended {
         Err(skip) => return Ok(End::Skipped(skip)),
     };
     // With the page, whose features of its dependencies are more: these are built once.
-    let folder = compile(&["cullet-viewer", "cullet-browser"])?;
+    let both = ["--package", "cullet-viewer", "--package", "cullet-gpu", "--lib"];
+    let folder = compile(&[&both[..], &["--example", "lists_page"]].concat())?;
     let out = target().join("lists");
-    bind(&folder.join("cullet_browser.wasm"), &out)?;
+    bind(&folder.join("examples/lists_page.wasm"), &out)?;
     let program = checked::program("examples/lists")?;
     let answers = out.join("answers.txt");
     let mut first = None;
@@ -188,7 +198,7 @@ fn in_browser(script: &str, what: &str) -> Result<Result<Command, Skip>, String>
         Err(skip) => return Ok(Err(skip)),
     };
     build()?;
-    let serve = checked::program("cullet-serve")?;
+    let serve = server()?;
     let node = self::script(&format!("{SOURCES}/tests"), script, what)?;
     Ok(node.map(|mut node| {
         node.env("CHROMIUM", browser).args([serve, page()]);
@@ -262,8 +272,8 @@ pub(crate) fn script(
 }
 
 fn has_node() -> bool {
-    let version = optional("node", &["--version"]).unwrap_or_default();
+    let version = output("node", &["--version"]).unwrap_or_default();
     let major = version.trim().trim_start_matches('v').split('.').next();
     let is_new = major.and_then(|m| m.parse::<u32>().ok()).is_some_and(|m| m >= OLDEST_NODE);
-    is_new && optional("npm", &["--version"]).is_some()
+    is_new && output("npm", &["--version"]).is_some()
 }

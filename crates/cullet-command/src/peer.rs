@@ -40,7 +40,27 @@ impl Peer {
 
     fn run_with(&self, args: &[OsString], output: fn() -> Stdio) -> Outcome {
         let program = self.path().ok_or_else(|| self.missing())?;
+        self.is_of_this_version(&program)?;
         self.start(&program, args, output())
+    }
+
+    /// An error where it says that it is of another version than this program, whose commands it would take for others.
+    fn is_of_this_version(&self, program: &Path) -> Result<(), Failure> {
+        // The rest shows windows, whatever it is asked.
+        let said = self.has_commands.then(|| Command::new(program).arg("--version").output());
+        let said =
+            said.and_then(Result::ok).map(|out| String::from_utf8_lossy(&out.stdout).into_owned());
+        let (what, own, build) = (self.what, env!("CARGO_PKG_VERSION"), self.build.join(" "));
+        match said
+            .as_deref()
+            .and_then(|said| said.trim().strip_prefix(self.name)?.strip_prefix(' '))
+        {
+            Some(version) if version != own => Err(Failure::input(format!(
+                "{what} {} is of version {version} and this program of {own}: build it again, by cargo build --release {build}",
+                program.display()
+            ))),
+            _ => Ok(()),
+        }
     }
 
     /// As [`run`](Self::run); where the program is missing and this one was built from its own source, by cargo, it is built
@@ -260,6 +280,38 @@ mod tests {
         let told = PEER.missing();
         assert_eq!(told.exit, Exit::Input);
         assert!(told.message.contains("cargo build --release --package cullet-peer"));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_peer_of_another_version_is_refused_and_told_what_to_do() {
+        use std::os::unix::fs::PermissionsExt;
+        let file = std::env::temp_dir().join(format!("cullet-old-peer-{}", std::process::id()));
+        for (version, is_right) in [("0.0.1", false), (env!("CARGO_PKG_VERSION"), true)] {
+            std::fs::write(&file, format!("#!/bin/sh\necho cullet-peer {version}\n")).unwrap();
+            std::fs::set_permissions(&file, std::fs::Permissions::from_mode(0o755)).unwrap();
+            let told = PEER.is_of_this_version(&file).map_err(|told| told.message);
+            assert_eq!(told.is_ok(), is_right, "{told:?}");
+            assert!(
+                is_right
+                    || told.unwrap_err().contains("cargo build --release --package cullet-peer")
+            );
+        }
+        std::fs::remove_file(&file).unwrap();
+    }
+
+    #[test]
+    fn a_peer_that_cannot_be_built_is_told_with_what_it_takes() {
+        // A checkout of a workspace without it.
+        let root = std::env::temp_dir().join(format!("cullet-unbuilt-{}", std::process::id()));
+        std::fs::create_dir_all(&root).unwrap();
+        std::fs::write(root.join("Cargo.toml"), "[workspace]\n").unwrap();
+        let checkout =
+            Checkout { root: root.clone(), target: root.join("target"), profile: "release".into() };
+        let told = PEER.build(&checkout, true).unwrap_err();
+        assert_eq!(told.exit, Exit::Input);
+        assert!(told.message.contains("cannot be built") && told.message.contains("It takes time"));
+        std::fs::remove_dir_all(&root).unwrap();
     }
 
     #[test]

@@ -22,14 +22,14 @@
 //! | `CULLET_DATA` | the folder of test data; unset or empty: `../shared/data` beside the repository |
 //! | `CULLET_REQUIRE_DATA` | `1`: data that is not there fails the test instead of skipping it |
 //! | `CULLET_CASES` | how often properties are tried, in percent of what their tests say; 25 where unset |
-//! | `CULLET_SKIPPED` | a file to which every skipped test appends a line |
+//! | `CULLET_SKIPPED` | the file to which every skipped test appends a line; unset: `target/skipped-tests.txt` |
 //!
 //! # A circle that is none
 //!
 //! This crate depends on `cullet`, whose tests depend on this crate. Cargo allows that, for what only tests need does
 //! not count. Two rules follow:
 //!
-//! - Programs in `cullet/tests` and `cullet/benches` see one `cullet`. Unit tests within `cullet/src` are compiled into
+//! - Programs in `cullet/tests` see one `cullet`. Unit tests within `cullet/src` are compiled into
 //!   a second one, whose types are others: they may use what is plain data here ([`random`], [`vectors`], [`soups`],
 //!   [`models`], [`data`], [`cases`], [`skip`]). What needs a mesh, a view or a SIMD level from here is a test of the
 //!   public API, and stands in `tests`.
@@ -62,4 +62,4 @@ pub use folder::Folder;
 #[doc(hidden)]
 pub use levels::{At, levels};
 pub use random::Rng;
-pub use skip::skip;
+pub use skip::{skip, tell_skipped};

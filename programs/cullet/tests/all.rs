@@ -10,6 +10,7 @@ mod explain;
 mod fetch;
 mod film;
 mod fly;
+mod lecture;
 mod levels;
 mod occlusion;
 mod pictures;

@@ -7,10 +7,12 @@ use std::process::Command;
 use super::golden;
 use crate::runner::{End, Ended, Skip};
 use crate::tools::{
-    Done, cargo_program, command, install, install_words, is_ci, optional, root, run, target,
+    Done, cargo_program, command, data, install, install_words, is_ci, is_set, output, root, run,
+    target,
 };
 
-const PROFILE: &str = "checked";
+/// As it is published.
+const PROFILE: &str = "release";
 const WARNINGS: &[&str] = &["-Wall", "-Wextra", "-Werror", "-pedantic", "-g", "-O1"];
 /// What a static library of Rust needs beside it.
 const STATIC: &[&str] = &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl"];
@@ -25,14 +27,14 @@ const TOOLS: &[(&str, &str)] = &[
 /// Installs into the target folder and tests what is there.
 pub(crate) fn test() -> Ended {
     let needed = ["gcc", "g++"];
-    if needed.iter().any(|c| optional(c, &["--version"]).is_none()) {
+    if needed.iter().any(|c| output(c, &["--version"]).is_none()) {
         if !is_ci() {
             let what = "the C and C++ interface";
             return Ok(End::Skipped(Skip::new(what, install_words(&needed))));
         }
         install(&needed)?;
     }
-    let missing = |(program, _): &&(&str, &str)| optional(program, &["--version"]).is_none();
+    let missing = |(program, _): &&(&str, &str)| output(program, &["--version"]).is_none();
     let mut absent: Vec<_> = TOOLS.iter().filter(missing).collect();
     if !absent.is_empty() && is_ci() {
         let packages: Vec<&str> = absent.iter().map(|(_, package)| *package).collect();
@@ -47,7 +49,6 @@ pub(crate) fn test() -> Ended {
         .collect();
     let has = |program: &str| absent.iter().all(|(name, _)| *name != program);
     let host = Host::install()?;
-    host.header()?;
     host.examples()?;
     host.programs(&has, &mut skips)?;
     host.packages(&has)?;
@@ -77,11 +78,6 @@ impl Host {
         install.env("CARGO", cargo_program()).env("CARGO_TARGET_DIR", target());
         run(install)?;
         Ok(host)
-    }
-
-    /// The unit tests, and the header of the tree against the source.
-    fn header(&self) -> Done {
-        run(command(&cargo_program(), &["test", "--quiet", "--profile", PROFILE, "-p", "cullet-c"]))
     }
 
     /// Compiles sources against the shared library; returns the program.
@@ -149,7 +145,7 @@ impl Host {
         if castle.is_none() {
             let what = "masked occlusion culling's interface on intel-castle";
             skips.push(Skip::new(what, "set CULLET_DATA to the folder of test data"));
-            if std::env::var_os("CULLET_REQUIRE_DATA").is_some_and(|v| v == "1") {
+            if is_set("CULLET_REQUIRE_DATA", "1") {
                 return Err("intel-castle is not there, and CULLET_REQUIRE_DATA=1".into());
             }
         }
@@ -215,10 +211,7 @@ impl Host {
 
 /// The model that masked occlusion culling is known by.
 fn castle() -> Option<PathBuf> {
-    let set = std::env::var_os("CULLET_DATA").filter(|v| !v.is_empty());
-    let data = set.map_or_else(|| root().join("../shared/data"), |set| root().join(set));
-    let file = data.join("intel-castle/intel-castle.glb");
-    file.is_file().then_some(file)
+    data().map(|data| data.join("intel-castle/intel-castle.glb")).filter(|file| file.is_file())
 }
 
 fn text(path: &Path) -> String {

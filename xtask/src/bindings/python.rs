@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::golden;
-use crate::checked;
+use crate::plain;
 use crate::runner::{End, Ended, Skip, all};
 use crate::tools::{
-    Done, cache, command, install, install_words, is_bare, is_ci, optional, output, root, run,
-    target,
+    Done, cache, command, data, install, install_words, is_ci, output, root, run, target,
 };
 
 /// What builds and checks a wheel.
@@ -37,9 +36,6 @@ const OLDEST: &str = "import sys; raise SystemExit(sys.version_info < (3, 10))";
 pub(crate) fn test() -> Ended {
     let what = "the Python package, in a fresh environment";
     let cure = format!("{}, then set CI=true once", install_words(SYSTEM));
-    if is_bare() {
-        return Ok(End::Skipped(Skip::new(what, cure)));
-    }
     let mut python = interpreter();
     if python.is_none() && is_ci() {
         install(SYSTEM)?;
@@ -65,8 +61,8 @@ pub(crate) fn test() -> Ended {
 /// An interpreter that is new enough and can make environments.
 pub(crate) fn interpreter() -> Option<String> {
     let fits = |name: &&&str| {
-        optional(name, &["-c", OLDEST]).is_some()
-            && optional(name, &["-c", "import venv, ensurepip"]).is_some()
+        output(name, &["-c", OLDEST]).is_some()
+            && output(name, &["-c", "import venv, ensurepip"]).is_some()
     };
     ["python3", "python3.13", "python3.12", "python3.11", "python3.10"]
         .iter()
@@ -140,12 +136,8 @@ fn build_and_test(python: &str, tools: &Path) -> Done {
         .current_dir(&source)
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env("MYPY_CACHE_DIR", target().join("mypy"));
-    tests.env("CULLET_PROGRAM", checked::program("cullet")?);
-    let data = std::env::var_os("CULLET_DATA").filter(|folder| !folder.is_empty());
-    let data = data.map_or_else(|| root().join("../shared/data"), |folder| root().join(folder));
-    if data.exists() {
-        tests.env("CULLET_DATA", data);
-    }
+    tests.env("CULLET_PROGRAM", plain::program("cullet")?);
+    tests.envs(data().map(|folder| ("CULLET_DATA", folder)));
     if golden::folder().join("golden.json").exists() {
         tests.env("CULLET_GOLDEN", golden::folder());
     }

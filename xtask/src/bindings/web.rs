@@ -7,7 +7,7 @@ use std::process::Command;
 use super::golden;
 use crate::compiler::{Compiler, wasm_linker};
 use crate::runner::{End, Ended, Skip, all};
-use crate::tools::{Done, apart, cache, cargo, command, root, run, target};
+use crate::tools::{Done, apart, cache, command, root, run, target};
 use crate::web::browser;
 
 const TARGET: &str = "wasm32-unknown-unknown";
@@ -23,8 +23,6 @@ pub(crate) fn test() -> Ended {
 }
 
 fn build_and_test(browser: &str) -> Done {
-    // What the modules are made of, tested natively: at the page's speed it takes seconds.
-    cargo(&["test", "--quiet", "--profile", "checked", "--package", "cullet-web", "--lib"])?;
     let package = build()?;
     let packages = fetch()?;
     let mut files = tests(&root().join(SOURCES).join("test"))?;

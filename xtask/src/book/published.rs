@@ -6,7 +6,7 @@ use crate::tools::{cargo_install_words, run};
 use crate::web;
 
 /// Folder of the scripts that use a browser, from the root.
-const SCRIPTS: &str = "crates/cullet-viewer/web/tests";
+const SCRIPTS: &str = "programs/cullet-viewer/web/tests";
 
 /// The step of `test`: every chapter opens, nothing that it shows is missing, and the page starts or says why it cannot.
 pub(crate) fn test() -> Ended {

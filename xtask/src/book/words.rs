@@ -10,7 +10,7 @@ use std::process::Stdio;
 use super::chapters;
 use crate::bindings::python::{environment, interpreter, pip, program};
 use crate::runner::Skip;
-use crate::tools::{Done, cache, command, install, install_words, is_bare, is_ci, output, root};
+use crate::tools::{Done, cache, command, install, install_words, is_ci, output, root};
 
 /// What the environment is made of. The next textstat fetches a dictionary whenever it finds none.
 const TOOLS: &[&str] = &["typos==1.52.*", "textstat==0.7.4", "setuptools==80.*"];
@@ -28,7 +28,7 @@ const SPELLED: &[&str] = &["*.md", "*.rs"];
 pub(super) fn check() -> Result<Option<Skip>, String> {
     let what = "spelling and reading level of the texts";
     let folder = cache().join("book-tools");
-    if is_bare() || (!is_made(&folder) && !is_ci()) {
+    if !is_made(&folder) && !is_ci() {
         let cure = format!("{}; CI=true cargo xtask test book", install_words(SYSTEM));
         return Ok(Some(Skip::new(what, cure)));
     }

@@ -10,11 +10,12 @@ const ALL: &str = "tests/all.rs";
 
 /// Every file of tests of every crate is run.
 pub(crate) fn check() -> Done {
-    let folder = root().join("crates");
-    let crates = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let mut left_out = Vec::new();
-    for folder in crates.flatten().map(|e| e.path()).filter(|p| p.join(ALL).is_file()) {
-        left_out.extend(left_out_of(&folder)?);
+    for folder in ["crates", "programs"].map(|folder| root().join(folder)) {
+        let crates = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        for folder in crates.flatten().map(|e| e.path()).filter(|p| p.join(ALL).is_file()) {
+            left_out.extend(left_out_of(&folder)?);
+        }
     }
     left_out.sort();
     if left_out.is_empty() { Ok(()) } else { Err(left_out.join("\n       ")) }

@@ -10,7 +10,7 @@ assert(folder && answers, "usage: node lists.mjs MODULE_FOLDER ANSWERS");
 const expected = (await readFile(answers, "utf8")).trim();
 
 const PAGE = `<!doctype html><title>lists</title><script type="module">
-import init, { run } from "./cullet_browser.js";
+import init, { run } from "./lists_page.js";
 globalThis.listed = init().then(async () => {
   const begun = performance.now();
   return { text: await run(), took: performance.now() - begun };

@@ -1,8 +1,7 @@
-//! `cullet-bindgen FILE.wasm OUT_DIR`: writes the JavaScript that loads a wasm-bindgen module, and the module
-//! it loads.
+//! `bindgen FILE.wasm OUT_DIR`: writes the JavaScript that loads a wasm-bindgen module, and the module it loads.
 //!
-//! It does what the program `wasm-bindgen --target web` does. As a member of the workspace its version stands
-//! in the same lock file as the library's, so that the two cannot part.
+//! It does what the program `wasm-bindgen --target web` does. Here its version stands in the same lock file as the library's, so
+//! that the two cannot part; as a program of its own, behind a feature, it is built only where a page is.
 #![forbid(unsafe_code)]
 
 use std::path::PathBuf;
@@ -11,7 +10,7 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let mut args = std::env::args_os().skip(1).map(PathBuf::from);
     let (Some(input), Some(out), None) = (args.next(), args.next(), args.next()) else {
-        eprintln!("usage: cullet-bindgen FILE.wasm OUT_DIR");
+        eprintln!("usage: bindgen FILE.wasm OUT_DIR");
         return ExitCode::from(2);
     };
     let mut bindgen = wasm_bindgen_cli_support::Bindgen::new();
@@ -25,7 +24,7 @@ fn main() -> ExitCode {
     match written {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("cullet-bindgen: {}: {error:#}", input.display());
+            eprintln!("bindgen: {}: {error:#}", input.display());
             ExitCode::FAILURE
         }
     }
