@@ -123,8 +123,7 @@ pub fn run(args: &CalibrateArgs, console: &Console) -> Outcome {
 fn place() -> Result<Place, Failure> {
     Place::find().ok_or_else(|| {
         Failure::input(format!(
-            "the system tells no folder for settings; name a file with --out or {}",
-            VARIABLE
+            "the system tells no folder for settings; name a file with --out or {VARIABLE}"
         ))
     })
 }

@@ -180,8 +180,11 @@ fn parsed(args: &[String]) -> Result<Box<dyn FnOnce() -> exit::Outcome>, String>
     }
 }
 
+/// Whether a comparison holds of two numbers.
+type Comparison = fn(f64, f64) -> bool;
+
 /// Operators of comparisons; longer ones first, so that `>=` is not read as `>`.
-const OPERATORS: [(&str, fn(f64, f64) -> bool); 6] = [
+const OPERATORS: [(&str, Comparison); 6] = [
     (" >= ", |a, b| a >= b),
     (" <= ", |a, b| a <= b),
     (" == ", |a, b| a == b),
