@@ -90,7 +90,10 @@ fn step<'a>(value: &'a Value, segment: &str) -> Vec<&'a Value> {
     let fits = |element: &&Value| {
         wanted.iter().all(|(key, wanted)| match &element[*key] {
             Value::String(text) => text == wanted,
-            value => value.to_string() == *wanted,
+            value => {
+                let text = value.to_string();
+                text == *wanted
+            }
         })
     };
     list.iter().filter(|e| (segment == "*" || !wanted.is_empty()) && fits(e)).collect()
