@@ -36,7 +36,7 @@ def enter_environment():
 
 
 def sphere(np, rings=500):
-    """The sphere of crates/cullet-cli/src/bench/cut.rs: 998,000 triangles, closed."""
+    """The sphere of programs/cullet-lab/src/bench/cut.rs: 998,000 triangles, closed."""
     around = rings * 2
     polar = np.pi * np.arange(1, rings) / rings
     turn = 2 * np.pi * np.arange(around) / around

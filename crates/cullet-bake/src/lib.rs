@@ -1,12 +1,16 @@
-//! Prepares meshes for culling: what is done once, so that every frame is cheaper.
+//! Prepares meshes and scenes for culling: work that is done once, offline, so that every frame is cheaper.
 //!
-//! [`clusters`] cuts a mesh into clusters that are culled often; [`joint`] joins them into a hierarchy,
-//! where that pays; [`levels`] makes it of fewer triangles, with errors that are measured; `merged` does so of groups of instances,
-//! and [`stand_in`] makes one mesh of what both have made of many;
-//! [`occluders`] finds boxes and
-//! polygons that hide what the mesh hides; [`pvs`] finds which cells of a graph of portals see each other, [`sampled`] what
-//! can be seen from anywhere in any scene; [`rooms`] finds the cells and portals of closed interiors; [`container`] is the file that such results are kept in,
-//! and [`work`] how what takes long is shared between threads, processes and machines.
+//! | module | makes |
+//! |---|---|
+//! | [`clusters`] | clusters of a mesh that are culled often |
+//! | [`levels`] | levels of detail with measured errors |
+//! | `merged` | one mesh of a group of instances, simplified (feature `meshopt`) |
+//! | [`stand_in`] | one coarse mesh of many levels and merged groups |
+//! | [`occluders`] | boxes and polygons that hide what the mesh hides |
+//! | [`rooms`], [`room_volumes`] | cells and portals of closed interiors, from triangles or from volumes of rooms |
+//! | [`pvs`] | which cells of a graph of portals see each other |
+//! | [`sampled`] | what can be seen from the view cells of any scene, by sampled lines |
+//! | [`work`], [`job`] | units of long work, for threads, processes and machines |
 #![forbid(unsafe_code)]
 
 pub mod clusters;

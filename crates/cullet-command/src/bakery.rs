@@ -2,7 +2,7 @@
 //!
 //! Some options of commands that only read need what bakes: `--cells auto` finds rooms, `--occluders auto` makes occluders,
 //! `--units` keeps results to be joined. Their code is in `cullet-baker`, which runs all of `cullet`'s commands too, once it has
-//! [provided](provide) it. `cullet` itself starts `cullet-baker` where a command line [needs](NEEDS) it.
+//! [provided](provide) it. `cullet` itself starts `cullet-baker` for such a command line (`Command::needs_baker` of `cullet-cli`).
 
 use std::sync::OnceLock;
 

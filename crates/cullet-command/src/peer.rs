@@ -105,7 +105,7 @@ impl Peer {
         let beside = std::env::current_exe().ok();
         let folders = std::env::var_os("PATH").unwrap_or_default();
         if self.find(beside.as_deref(), &folders).is_none()
-            && let Some(checkout) = beside.as_deref().and_then(|exe| Checkout::of(exe))
+            && let Some(checkout) = beside.as_deref().and_then(Checkout::of)
         {
             self.build(&checkout, quiet)?;
         }
@@ -153,6 +153,7 @@ impl Peer {
             Some(1) => Exit::FalseCull,
             Some(2) => Exit::Usage,
             Some(4) => Exit::Limit,
+            Some(5) => Exit::FailIf,
             Some(70) => Exit::Internal,
             Some(130) | None => Exit::Interrupted,
             Some(_) => Exit::Input,
@@ -261,6 +262,17 @@ mod tests {
         assert_eq!(debug.profile, "dev");
         assert_eq!(Checkout::of(Path::new("cullet")), None);
         std::fs::remove_dir_all(&root).unwrap();
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn the_exit_code_of_a_peer_is_handed_on() {
+        use Exit::*;
+        for exit in [Fine, FalseCull, Usage, Input, Limit, FailIf, Internal, Interrupted] {
+            let args = ["-c".into(), format!("exit {}", exit as u8).into()];
+            let ended = PEER.start(Path::new("/bin/sh"), &args, Stdio::null()).unwrap();
+            assert_eq!(ended, exit);
+        }
     }
 
     #[test]

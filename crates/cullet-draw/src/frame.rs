@@ -136,7 +136,7 @@ impl Frame {
 
     /// Fills in the blended triangles, from where each passed in each tile.
     pub(crate) fn set_blended(&mut self, passed: &[(PixelId, [u32; 2])]) {
-        let passed = first_of_each(passed, |id| id.key());
+        let passed = first_of_each(passed, PixelId::key);
         self.blended = passed.iter().map(|p| p.0).collect();
         self.blended_at = passed.iter().map(|p| p.1).collect();
     }

@@ -16,6 +16,10 @@ impl Random {
 
     /// Returns 64 random bits.
     #[inline]
+    #[expect(
+        clippy::should_implement_trait,
+        reason = "an iterator would wrap each number in an option"
+    )]
     pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         // Steele, Lea and Flood, *Fast Splittable Pseudorandom Number Generators*, 2014.

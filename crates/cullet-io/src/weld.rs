@@ -16,10 +16,16 @@ pub struct Welder {
     seed: u64,
 }
 
+impl Default for Welder {
+    fn default() -> Self {
+        Self { positions: Vec::new(), table: vec![EMPTY; 64], seed: RandomState::new().hash_one(0) }
+    }
+}
+
 impl Welder {
     /// A welder without positions.
     pub fn new() -> Self {
-        Self { positions: Vec::new(), table: vec![EMPTY; 64], seed: RandomState::new().hash_one(0) }
+        Self::default()
     }
 
     /// The number of a position.

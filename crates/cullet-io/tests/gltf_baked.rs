@@ -285,7 +285,7 @@ fn another_version_another_mesh_and_damage_are_told_apart() {
         ("levels/0/kind", json!("impostor"), "kind \"impostor\""),
         ("levels/0/measured/seed", json!(8), "damaged"),
         ("levels/0/measured/quantile", json!(0.9), "damaged"),
-        ("levels/0", json!(3), "invalid type"),
+        ("levels/0", json!(3), "expected an object"),
         ("geometry", json!("12"), "sixteen hexadecimal digits"),
         ("geometry", json!("0000000000000000"), "another geometry"),
     ] {

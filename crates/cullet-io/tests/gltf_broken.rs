@@ -150,7 +150,7 @@ fn traps_of_other_suites_end_in_an_error_that_names_the_item() {
         ("assimp/IncorrectVertexArrays/Cube.gltf", "bufferView 2: 432 bytes at 504"),
         (
             "tinygltf/integer-out-of-bounds.gltf",
-            "bufferView 0: invalid value: floating point `1e+300`",
+            "bufferView 0: invalid value: floating point `1e300`",
         ),
         ("tinygltf/invalid-buffer-index.gltf", "bufferView 1: names buffer 1 of 1"),
         ("tinygltf/invalid-buffer-view-index.gltf", "bufferView 0: names buffer 0 of 0"),

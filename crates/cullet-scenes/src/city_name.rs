@@ -1,4 +1,4 @@
-//! What a city in tiles is called: `city:n=1e8,seed=1`.
+//! The name of a city in tiles: `city:n=1e8,seed=1`.
 
 use std::str::FromStr;
 
@@ -7,7 +7,7 @@ use thiserror::Error;
 /// The most instances.
 const MOST: f64 = 1e9;
 
-/// The size of a city in tiles(cullet_io::CityTiles), by its name.
+/// Size and seed of a city in tiles, parsed from its name. `cullet-tiles` makes the city.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CityName {
     /// Instances that it has at least, 1 to 1e9.

@@ -21,7 +21,7 @@
 //! |---|---|
 //! | `CULLET_DATA` | the folder of test data; unset or empty: `../shared/data` beside the repository |
 //! | `CULLET_REQUIRE_DATA` | `1`: data that is not there fails the test instead of skipping it |
-//! | `CULLET_CASES` | how often properties are tried, in percent of what their tests say; 100 where unset |
+//! | `CULLET_CASES` | how often properties are tried, in percent of what their tests say; 25 where unset |
 //! | `CULLET_SKIPPED` | the file to which every skipped test appends a line; unset: `target/skipped-tests.txt` |
 //!
 //! # A circle that is none
@@ -29,7 +29,7 @@
 //! This crate depends on `cullet`, whose tests depend on this crate. Cargo allows that, for what only tests need does
 //! not count. Two rules follow:
 //!
-//! - Programs in `cullet/tests` and `cullet/benches` see one `cullet`. Unit tests within `cullet/src` are compiled into
+//! - Programs in `cullet/tests` see one `cullet`. Unit tests within `cullet/src` are compiled into
 //!   a second one, whose types are others: they may use what is plain data here ([`random`], [`vectors`], [`soups`],
 //!   [`models`], [`data`], [`cases`], [`skip`]). What needs a mesh, a view or a SIMD level from here is a test of the
 //!   public API, and stands in `tests`.

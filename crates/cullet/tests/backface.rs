@@ -11,7 +11,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(4000)))]
 
     /// Nothing is called front or back that the exact answer does not call so. (That no renderer in f64 sees it
-    /// the other way round is tested in `cullet-methods`, with the form after projection.)
+    /// the other way round is tested in `cullet-lab`, with the form after projection.)
     #[test]
     fn what_is_decided_is_right(view in distant_view(), transform in distant_transform(), corners in corners()) {
         let facing = ObjectEye::of_view(&view, &transform).facing(&corners);

@@ -1,4 +1,4 @@
-//! The program `cullet-baker`: writes files that are drawn faster. `cullet` starts it.
+//! The program `cullet-baker`: the commands that write files. `cullet` starts it.
 #![forbid(unsafe_code)]
 
 use std::process::ExitCode;

@@ -56,7 +56,7 @@ impl<'a> Units<'a> {
         end.map_err(|e| Failure::write(self.folder().unwrap_or(Path::new("")), &e))
     }
 
-    /// As [`run`](Self::run) of a [`OneRound`](work::OneRound), each of whose items is kept as soon as it is made.
+    /// As [`run`](Self::run) of a [`OneRound`], each of whose items is kept as soon as it is made.
     ///
     /// # Errors
     /// As of [`run`](Self::run).

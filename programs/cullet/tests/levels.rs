@@ -208,9 +208,16 @@ fn thresholds_that_are_none_are_refused() {
 #[test]
 fn without_levels_and_baker_it_is_said_what_to_do() {
     let folder = Folder::new("lod-none");
-    // Away from what cargo built, there is none beside it.
-    let program = folder.path(&format!("cullet{}", std::env::consts::EXE_SUFFIX));
-    std::fs::copy(env!("CARGO_BIN_EXE_cullet"), &program).unwrap();
+    // Away from what cargo built, there is no baker beside it, but the lab.
+    let copied = |name: &str| {
+        let name = format!("{name}{}", std::env::consts::EXE_SUFFIX);
+        let built = Path::new(env!("CARGO_BIN_EXE_cullet")).with_file_name(&name);
+        let copy = folder.path(&name);
+        std::fs::copy(built, &copy).unwrap();
+        copy
+    };
+    let program = copied("cullet");
+    copied("cullet-lab");
     let run = |args: &[&str]| {
         let mut command = Command::new(&program);
         command.args(args).env("XDG_CACHE_HOME", folder.path("cache")).env("PATH", folder.path(""));

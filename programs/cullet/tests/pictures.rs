@@ -42,10 +42,13 @@ fn every_teaching_picture_is_a_png() {
         "cones",
         "back-regions",
     ];
-    let help = cullet(&["picture", "--help"]);
-    let help = String::from_utf8(help.stdout).unwrap();
+    let help = |words: &[&str]| String::from_utf8(cullet(words).stdout).unwrap();
+    // The list names them all; each has a line in the help of the program that draws it.
+    let (list, lines) = (help(&["picture", "--help"]), help(&["picture", kinds[0], "--help"]));
     for kind in kinds {
-        assert!(help.lines().any(|l| l.starts_with(&format!("{kind} "))), "{kind} has no line");
+        assert!(list.contains(kind), "{kind} is not in the list");
+        let begin = format!("- {kind}:");
+        assert!(lines.lines().any(|l| l.trim_start().starts_with(&begin)), "{kind} has no line");
         let out = folder.path(&format!("{kind}.png"));
         assert_eq!(code(&["picture", kind, "knobs:n=6", "--size", "160x90", "--out", &out]), 0);
         assert!(std::fs::read(&out).unwrap().starts_with(b"\x89PNG\r\n\x1a\n"), "{kind}");

@@ -288,7 +288,7 @@ fn owners(scene: &Scene, view: &View, culled: &Culled<'_>, buffer: &OcclusionBuf
 /// The view as a pale ghost, and over it what each drawn occluder is proved to cover: a colour for each
 /// instance, thin lines between its shapes. Pixels of the buffer that are left pale are open.
 ///
-/// `material_colors` are as for [`shaded`](super::shaded). Words alone where the cull had no occlusion culling. Cost:
+/// `material_colors` are as for [`shaded`](fn@super::shaded). Words alone where the cull had no occlusion culling. Cost:
 /// a frame at twice the size, and each occluder drawn once more, alone.
 #[must_use]
 pub fn occluders(
@@ -339,7 +339,7 @@ pub fn occluders(
 
 /// The view with what occlusion culling hid shining through as ghosts, in the colour of that stage.
 ///
-/// `material_colors` are as for [`shaded`](super::shaded). Words alone where the cull had no occlusion culling. Cost:
+/// `material_colors` are as for [`shaded`](fn@super::shaded). Words alone where the cull had no occlusion culling. Cost:
 /// two frames at twice the size.
 #[must_use]
 pub fn hidden(

@@ -31,7 +31,7 @@ const BACKDROP: [[u8; 3]; 2] = [[0xF1, 0xF3, 0xF5], [0xCB, 0xD1, 0xD8]];
 /// outlined and hatched, each instance's the other way than that before it.
 ///
 /// `frame` must be of `view`, at scale 2 ([`RenderOptions::scale`](crate::RenderOptions::scale)); the picture has half its size.
-/// `material_colors` are as for [`shaded`](super::shaded); ones too bright to show their shading are toned
+/// `material_colors` are as for [`shaded`](fn@super::shaded); ones too bright to show their shading are toned
 /// down. Blended triangles are not drawn. Cost: some 0.3 µs a pixel of the frame.
 #[must_use]
 pub fn cut_away(

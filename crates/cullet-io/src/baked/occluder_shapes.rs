@@ -48,8 +48,8 @@ impl Occluders {
     }
 
     /// The engine's occluder: boxes and polygons drawn by their outline, triangles as patches of a surface. Polygons with a
-    /// [tolerance](OccluderPolygon::tolerance) are left out, for the engine does not test whether they
-    /// [hold](OccluderPolygon::holds_from) from its eye.
+    /// [tolerance](super::OccluderPolygon::tolerance) are left out, for the engine does not test whether they
+    /// [hold](super::OccluderPolygon::holds_from) from its eye.
     ///
     /// # Errors
     /// Where something here is not finite or has no extent, which a baker does not make.

@@ -2,7 +2,7 @@
 
 use super::{Cluster, MeshData, MeshError, is_degenerate};
 use crate::array::{self, Each};
-use crate::sort::{Sorter, of_f32, pair};
+use crate::sort::{Sorter, of_f32};
 
 /// The most vertices that a cluster may use: the mesh-shader limit that vendors recommend.
 pub const MAX_CLUSTER_VERTICES: usize = 64;
@@ -166,7 +166,8 @@ impl Builder<'_> {
         let clusters = range.len().div_ceil(TARGET).max(2);
         let middle = clusters / 2 * range.len() / clusters;
         // Ties by number, so that the two halves are the same sets whatever the selection does inside.
-        self.sorter.split(range, middle, |&(c, t)| pair(of_f32(c[axis]), t));
+        // In place: keys apart would take as much memory again as the centres.
+        range.select_nth_unstable_by_key(middle, |&(c, t)| (of_f32(c[axis]), t));
         let (low, high) = range.split_at_mut(middle);
         self.split(part, low);
         self.split(part, high);

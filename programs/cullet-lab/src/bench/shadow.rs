@@ -177,7 +177,7 @@ mod tests {
         all
     }
 
-    /// The figures of the book: `cargo test -p cullet-measure --profile checked in_the_city -- --nocapture`.
+    /// The figures of the book: `cargo test -p cullet-lab --lib --release in_the_city -- --nocapture`.
     #[test]
     fn what_is_dropped_in_the_city_has_a_floor() {
         let model = cullet_scenes::build("city:cells=40,objects=20000").expect("a good spec");

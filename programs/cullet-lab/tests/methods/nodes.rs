@@ -1,6 +1,6 @@
 //! Bounds of normals on nodes over clusters: all that a flat sweep culls, and nothing wrong.
 //!
-//! `cargo test --release -p cullet-methods --test all nodes -- --nocapture` prints what the nodes save.
+//! `cargo test --release -p cullet-lab --test all nodes -- --nocapture` prints what the nodes save.
 
 use std::time::Instant;
 

@@ -25,7 +25,7 @@ const UNREACHED: [u8; 3] = [0xDA, 0xDB, 0xD9];
 /// with what is seen of each, and the chain in words.
 ///
 /// `reached` is [`ViewState::reached`](cullet::ViewState::reached) after a cull of the view. `material_colors` are as for
-/// [`shaded`](super::super::shaded). The picture is as wide as the view, at least 480, and higher. Words alone where the
+/// [`shaded`](fn@super::super::shaded). The picture is as wide as the view, at least 480, and higher. Words alone where the
 /// scene has no cells, or the eye is in none. Cost: a frame at twice the size, and the plan.
 #[must_use]
 pub fn portals(

@@ -2,8 +2,8 @@
 //!
 //! The fast forms answer with proof: [`Side::Outside`] only where no point of the item can be inside,
 //! [`Side::Inside`] only where none can be outside, both in f64 with a bound of its rounding. What is neither is
-//! [`Side::Straddling`], which means *keep*. The textbook's loops in plain f64 stand beside the tests, in
-//! `tests/frustum_oracles`; they may differ only where an item touches a plane to within rounding.
+//! [`Side::Straddling`], which means *keep*. The textbook's loops in plain f64 are oracles of the tests, in
+//! `cullet_testkit::oracles::frustum`; they may differ only where an item touches a plane to within rounding.
 //!
 //! None of them is exact for large items: a box beside a corner of the frustum may be outside without
 //! being outside of any one plane. See [`exact`](super::exact).

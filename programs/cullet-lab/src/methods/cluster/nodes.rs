@@ -18,7 +18,7 @@ use super::{Bound, ClusterBounds};
 ///
 /// Scanned surfaces gain nothing: sixteen clusters mostly face both ways. From three radii the bunny's 930
 /// clusters cost 101 % of the blocks of a flat sweep, the armadillo's 1138 cost 108 %, and several times the
-/// time, for a sweep reads what lies side by side (`cargo test --release -p cullet-methods --test all nodes --
+/// time, for a sweep reads what lies side by side (`cargo test --release -p cullet-lab --test all nodes --
 /// --nocapture`). It pays where many clusters lie in planes or bend little; see
 /// [`blocks_tested`](ClusterCut::blocks_tested).
 #[derive(Clone, Debug)]

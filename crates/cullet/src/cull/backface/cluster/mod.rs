@@ -2,7 +2,7 @@
 //!
 //! A cluster is back-facing where the eye is behind the planes of all its triangles: in the intersection
 //! of their back half-spaces, a convex region. The cone is a simpler region inside of that one, so that
-//! what it culls is proved. Other bounds, and how they compare, are in the crate `cullet-methods`.
+//! what it culls is proved. Other bounds, and how they compare, are in `cullet-lab`.
 
 mod batch;
 mod ellipse;
