@@ -3,8 +3,9 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use crate::runner::{End, Ended, SkippedTest, skipped_tests};
 use crate::tools::{
@@ -26,7 +27,7 @@ pub(crate) fn test() -> Ended {
     // Where nothing is skipped, nobody writes it.
     let _ = fs::remove_file(list());
     let mut test = command(&cargo_program(), &TEST);
-    test.arg("--no-fail-fast").env_remove("CULLET_SKIPPED");
+    test.arg("--no-fail-fast").env_remove("CULLET_SKIPPED").envs(all_cases());
     run(test).map(|()| End::Passed)
 }
 
@@ -49,6 +50,11 @@ pub(crate) fn data() -> Ended {
     tested(vec![again]).map(|(ended, skips)| End::from(ended, other.into_iter().chain(skips)))
 }
 
+/// All cases of properties, which are tried a quarter as often where nothing is said.
+fn all_cases() -> Option<(&'static str, &'static str)> {
+    std::env::var_os("CULLET_CASES").is_none().then_some(("CULLET_CASES", "100"))
+}
+
 /// A command that runs tests: cargo-nextest's where it is there, for that says which are slow, else cargo's. In a profile of cargo's.
 pub(crate) fn tester(profile: &str, name: &str) -> Result<Command, String> {
     let nextest = has_program("cargo-nextest", &[])?;
@@ -65,7 +71,7 @@ pub(crate) fn tested(commands: Vec<Command>) -> Result<(Done, Vec<SkippedTest>),
     let (mut all, mut skips) = (Ok(()), Vec::new());
     for mut test in commands {
         fs::write(&list, "").map_err(fail)?;
-        test.env("CULLET_SKIPPED", &list);
+        test.env("CULLET_SKIPPED", &list).envs(all_cases());
         all = all.and(run(test));
         skips.extend(skipped_tests(&fs::read_to_string(&list).map_err(fail)?));
     }
@@ -114,12 +120,17 @@ pub(crate) fn slow() -> Done {
     let mut nextest = command(&cargo_program(), &words);
     nextest.args(["--status-level", "slow", "--final-status-level", "none"]);
     println!("$ cargo {}", words.join(" "));
-    nextest.stderr(std::process::Stdio::piped());
-    let out = nextest.output().map_err(|e| format!("cargo nextest: {e}"))?;
-    let said = String::from_utf8_lossy(&out.stderr);
-    print!("{said}");
+    let fail = |e: std::io::Error| format!("cargo nextest: {e}");
+    let mut running = nextest.stderr(Stdio::piped()).spawn().map_err(fail)?;
+    let mut said = String::new();
+    for line in running.stderr.take().into_iter().flat_map(|err| BufReader::new(err).lines()) {
+        let line = line.map_err(fail)?;
+        println!("{line}");
+        said += &(line + "\n");
+    }
+    let status = running.wait().map_err(fail)?;
     let slow = slow_tests(&said);
-    match (slow.is_empty(), out.status.success()) {
+    match (slow.is_empty(), status.success()) {
         (true, true) => Ok(()),
         (true, false) => Err("some tests failed".to_owned()),
         (false, _) => {

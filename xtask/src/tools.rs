@@ -52,6 +52,8 @@ pub(crate) fn run(mut command: Command) -> Done {
         .collect();
     let words = words.join(" ");
     println!("$ {words}");
+    // It stands in the sums at the end as well.
+    let words = words.char_indices().nth(200).map_or(&*words, |(end, _)| &words[..end]);
     let status = command.status().map_err(|e| format!("{words}: {e}"))?;
     if status.success() { Ok(()) } else { Err(format!("{words}: {status}")) }
 }

@@ -118,8 +118,8 @@ fn summary(lines: &str) -> String {
         let package = test.split("::").next().unwrap_or_default();
         cures.entry(cure).or_default().entry(package).or_default().insert(test);
     }
-    let mut text =
-        format!("\nTests that were skipped, and what gets them ({}):\n", list().display());
+    let list = std::fs::canonicalize(list()).unwrap_or_else(|_| list());
+    let mut text = format!("\nTests that were skipped, and what gets them ({}):\n", list.display());
     for (cure, packages) in cures {
         let count =
             |(package, tests): (&&str, &BTreeSet<&str>)| format!("{package} {}", tests.len());

@@ -8,7 +8,7 @@
 //! use cullet::cull::pvs::{Targets, VisibleSets};
 //!
 //! // Three rooms in a row: the outer two do not see each other.
-//! let rows = [0b011, 0b111, 0b110].each(|row| vec![row]);
+//! let rows = [0b011, 0b111, 0b110].map(|row| vec![row]);
 //! let sets = VisibleSets::from_rows(Targets::Cells, 3, rows.iter().map(Vec::as_slice));
 //! assert!(!sets.sees(0, 2));
 //! // What to fetch when the eye goes from the first into the second.
