@@ -28,7 +28,9 @@ fn texts_items_and_what_they_measure_are_shown() {
     let one = cullet(&["lecture", "zachmann", "21"]);
     assert_eq!(one.status.code(), Some(0));
     let text = said(&one);
-    for part in ["21. ", "slide 10", "claim", "said", "here", "test", "try", "see", "read", "-4 and 5"] {
+    for part in
+        ["21. ", "slide 10", "claim", "said", "here", "test", "try", "see", "read", "-4 and 5"]
+    {
         assert!(text.contains(part), "{part}: {text}");
     }
     let missing = cullet(&["lecture", "999"]);
