@@ -224,39 +224,39 @@ fn bytes_are_the_same_for_any_split_into_units_and_after_a_stop() {
     let region = [[-60.0, 0.5, -60.0], [60.0, 4.0, 60.0]];
     let cells = ViewCells::adaptive(&tree, &[region], 30, 1).expect("a box");
     let new = |rays| SampledBake::new(&tree, &cells, &some_rays(rays)).expect("good settings");
-    let whole = bake_sampled(&tree, &cells, &some_rays(500_000), 1).expect("good settings");
+    let whole = bake_sampled(&tree, &cells, &some_rays(200_000), 1).expect("good settings");
     for (shares, threads) in [(&[[0, 1]][..], 2), (&[[1, 3], [2, 3], [0, 3]][..], 1)] {
         let folder = Folder::new("sampled");
         let units = UnitFolder::new(folder.root()).expect("a folder");
         let options = RunOptions { threads, folder: Some(&units), ..RunOptions::default() };
         // Stopped early, so that some of the units of a round lie there.
         let calls = AtomicU32::new(0);
-        let mut stopped = new(500_000);
-        let end = stopped.run(&options, &|_| calls.fetch_add(1, Ordering::Relaxed) < 300);
+        let mut stopped = new(200_000);
+        let end = stopped.run(&options, &|_| calls.fetch_add(1, Ordering::Relaxed) < 120);
         assert_eq!(end.expect("a folder"), RunEnd::Stopped);
         let files = || std::fs::read_dir(folder.root()).expect("a folder").count();
-        assert!(stopped.rays() < 500_000 && files() > 0, "{} files", files());
+        assert!(stopped.rays() < 200_000 && files() > 0, "{} files", files());
         for &share in shares {
-            let mut part = new(500_000);
+            let mut part = new(200_000);
             let end = part.run(&RunOptions { share: Some(share), ..options }, &|_| true);
             assert_eq!(end.expect("a folder"), RunEnd::Share);
         }
         // One that was damaged is done again.
         let some = std::fs::read_dir(folder.root()).expect("a folder").flatten().next();
         std::fs::write(some.expect("a file").path(), b"SAMPUNT1").expect("written");
-        let mut joined = new(500_000);
+        let mut joined = new(200_000);
         assert_eq!(joined.run(&options, &|_| true).expect("a folder"), RunEnd::Whole);
         assert_eq!(joined.finish(), whole, "{shares:?}");
         // A larger budget goes on from the same files.
         let before = files();
-        let mut more = new(700_000);
+        let mut more = new(300_000);
         assert_eq!(more.run(&options, &|_| true).expect("a folder"), RunEnd::Whole);
         assert!(files() > before);
-        let by_itself = bake_sampled(&tree, &cells, &some_rays(700_000), 1);
+        let by_itself = bake_sampled(&tree, &cells, &some_rays(300_000), 1);
         assert_eq!(more.finish(), by_itself.expect("good settings"));
     }
-    let other = SampledBake::new(&tree, &cells, &some_rays(500_000).with_seed(2));
-    assert_ne!(other.expect("good settings").key(), new(500_000).key(), "the seed counts");
+    let other = SampledBake::new(&tree, &cells, &some_rays(200_000).with_seed(2));
+    assert_ne!(other.expect("good settings").key(), new(200_000).key(), "the seed counts");
 }
 
 #[test]

@@ -5,7 +5,7 @@
 //! 16-byte rows of the table that are not zero: a row is looked up by the low four bits of the offset
 //! where its high four bits name the row.
 
-use crate::array::{self, Each};
+use crate::array::Each;
 use crate::simd::dispatch_256;
 use fearless_simd::{Simd, prelude::*, u8x16};
 
@@ -101,6 +101,7 @@ fearless_simd::kernel!(
         table: &[u8; 256],
         out: &mut [u64],
     ) {
+        use crate::array;
         use core::arch::x86_64::*;
         use fearless_simd::u8x64;
         let load = |bytes: &[u8]| -> __m512i { u8x64::from_slice(avx512, bytes).into() };

@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-use crate::array::{self, Each};
+use crate::array::Each;
 use crate::simd::dispatch_256;
 use fearless_simd::{Simd, i16x16, i32x8, prelude::*, u8x32, u16x16};
 use glam::{DVec3, DVec4};
@@ -280,6 +280,7 @@ fearless_simd::kernel!(
         culled: &mut [u64],
         doubt: &mut [u64],
     ) {
+        use crate::array;
         use core::arch::x86_64::*;
         use fearless_simd::u8x64;
         // The eye as high·128 + low, each a signed byte; low in −64..64.
