@@ -1,5 +1,9 @@
-//! The second build: with assertions and checks of overflow on, and the scalar SIMD level beside those of the machine, whose
-//! answers must not differ. The engine is tested in it once more, and what the README's second command leaves out.
+//! The second build: with assertions and checks of overflow on. The engine is tested in it once more, and what the README's
+//! second command leaves out.
+//!
+//! With `CULLET_ALL=1` the scalar SIMD level stands beside those of the machine, whose answers must not differ. It is left out
+//! otherwise, for it makes the engine ten times as long to compile: kernels of 16 lanes are unrolled into thousands of numbers, and
+//! the compiler's allocator of registers takes minutes for the largest of them, `BatchSizes::decide`.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -7,10 +11,10 @@ use std::process::Command;
 use crate::graphics::{self, Machine};
 use crate::plain::{self, run_examples, tested, tester};
 use crate::runner::{End, Ended, Skip, Step, all};
-use crate::tools::{apart, cargo_program, command, install_words, is_ci, run, target};
+use crate::tools::{apart, cargo_program, command, install_words, is_ci, is_set, run, target};
 
 pub(crate) const PROFILE: &str = "checked";
-const FEATURES: &str = "cullet/force_support_fallback";
+const SCALAR: [&str; 2] = ["--features", "cullet/force_support_fallback"];
 /// The viewer takes long to build, so it is built only where it can be run.
 const VIEWER: &str = "cullet-viewer";
 const PACKAGES: &[&str] =
@@ -28,7 +32,10 @@ pub(crate) fn folder() -> PathBuf {
 
 /// A command on that build, of a beginning.
 fn of_build(mut command: Command, args: &[&str]) -> Command {
-    command.args(["--features", FEATURES]).env("CARGO_TARGET_DIR", folder());
+    command.env("CARGO_TARGET_DIR", folder());
+    if is_set("CULLET_ALL", "1") {
+        command.args(SCALAR);
+    }
     for package in packages() {
         command.args(["--package", package]);
     }
