@@ -20,6 +20,7 @@ const SAMPLES: u32 = 4;
 
 /// As the numbers are drawn, but four bytes of a colour, for there may be several of these in a pixel.
 const COLOURS: &str = concat!(
+    include_str!("../src/shaders/places.wgsl"),
     include_str!("../src/shaders/ids.wgsl"),
     "@fragment fn colour(own: Varying) -> @location(0) vec4<f32> {
         return unpack4x8unorm(own.slot + 1u);
