@@ -54,7 +54,7 @@ fn report(name: &str, mut frame: impl FnMut(usize) -> usize) {
 }
 
 fn main() {
-    let name = std::env::args().nth(1).unwrap_or_else(|| "sse4.2".to_owned());
+    let name = std::env::args().nth(1).unwrap_or_else(|| "sse2".to_owned());
     let Some(level) = Simd::all().into_iter().find(|l| l.name() == name) else {
         eprintln!("there is no level {name}; there are {:?}", Simd::all());
         std::process::exit(2);

@@ -42,9 +42,9 @@ pub(crate) fn cut_plane(id: PixelId) -> Option<usize> {
 /// How a closed mesh tells its inside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Closed {
-    /// Its surface winds around it.
+    /// The surface winds around the inside.
     Wound,
-    /// Its triangles are wound both ways, so that every second crossing leads inside.
+    /// Triangles wound both ways: every second crossing leads inside.
     Crossed,
 }
 

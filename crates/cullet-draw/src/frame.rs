@@ -156,7 +156,7 @@ impl Frame {
     }
 }
 
-/// Of what is seen in pixels, the first pixel of each by row and then column; ascending by `key`.
+/// First pixel, by row and then column, of each thing that is seen; ascending by `key`.
 pub(crate) fn first_of_each<T: Copy>(
     seen: &[(T, [u32; 2])],
     key: impl Fn(T) -> u64,

@@ -103,7 +103,7 @@ struct Bins<'a> {
     sprite_entries: Vec<u64>,
 }
 
-/// What is to be drawn into a tile, of sorted entries.
+/// Entries of one tile, of a sorted list.
 fn of_tile(entries: &[u64], tile: u32) -> impl Iterator<Item = usize> {
     let first = entries.partition_point(|&e| (e >> 32) < u64::from(tile));
     let own = entries[first..].iter().take_while(move |&&e| e >> 32 == u64::from(tile));

@@ -1,6 +1,6 @@
 //! Numbers as bytes, little-endian.
 
-/// Appends numbers.
+/// Appends `values`, little-endian.
 pub(crate) fn put_u32s(out: &mut Vec<u8>, values: &[u32]) {
     out.reserve(values.len() * 4);
     for value in values {
@@ -8,7 +8,7 @@ pub(crate) fn put_u32s(out: &mut Vec<u8>, values: &[u32]) {
     }
 }
 
-/// Appends numbers.
+/// Appends `values`, little-endian.
 pub(crate) fn put_f32s(out: &mut Vec<u8>, values: &[f32]) {
     out.reserve(values.len() * 4);
     for value in values {
@@ -16,7 +16,7 @@ pub(crate) fn put_f32s(out: &mut Vec<u8>, values: &[f32]) {
     }
 }
 
-/// Appends numbers.
+/// Appends `values`, little-endian.
 pub(crate) fn put_f64s(out: &mut Vec<u8>, values: &[f64]) {
     out.reserve(values.len() * 8);
     for value in values {

@@ -181,7 +181,7 @@ impl<'a> Surfaces<'a> {
         surfaces
     }
 
-    /// Of a frame that is cut open at planes with these normals.
+    /// Normals of the planes that the frame is cut open at.
     pub(crate) fn of_cut(scene: &'a Scene, ids: &[PixelId], cuts: Vec<DVec3>) -> Self {
         Self { cuts, ..Self::new(scene, ids) }
     }
