@@ -27,7 +27,8 @@ impl<'a> Object<'a> {
     /// A member that is a whole number from 0 to 2⁵³, as glTF's are: `3` or `3.0`.
     pub(super) fn number(&self, name: &str) -> Option<usize> {
         let number = Integer::from_json(Json::parse(self.get(name)?).ok()?).ok()?;
-        Some(number.index()).filter(|&number| number <= 1 << 53)
+        // As a u64: on 32 bits all that memory can address is below.
+        Some(number.index()).filter(|&number| number as u64 <= 1 << 53)
     }
 
     /// A member that is a string.
