@@ -265,7 +265,8 @@ mod tests {
         meshes::block([-1.0; 3], [1.0; 3])
     }
 
-    /// What is behind the plane z = `at`, by a region that holds it, or one that holds the rest.
+    /// A cut that keeps what is behind the plane z = `at`: by a region that holds it, or by one
+    /// that holds the rest.
     fn behind(at: f64, outside: bool) -> Cut {
         let plane = Plane::new([0.0, 0.0, 1.0], at);
         let side = HalfSpace::try_from(if outside { plane.flipped() } else { plane }).unwrap();

@@ -12,17 +12,17 @@ use crate::prepare::part_of;
 pub struct BackfaceCounts {
     /// Instances with backs that can be culled.
     pub instances: u64,
-    /// Of them, those that only the test from the corners is fine enough for.
+    /// The part that only the test from the corners is fine enough for.
     pub exact_instances: u64,
     /// Triangles with a back.
     pub one_sided: u64,
-    /// Of them, those that face away.
+    /// The part that faces away.
     pub facing_away: u64,
-    /// Those in clusters of which every triangle faces away: what a perfect bound takes.
+    /// Triangles in clusters that wholly face away: what a perfect bound takes.
     pub ideal_by_cluster: u64,
-    /// Those in clusters that are culled.
+    /// Triangles in clusters that are culled.
     pub by_cluster: u64,
-    /// Those that are culled with their cluster or by their plane.
+    /// Triangles that are culled with their cluster or by their plane.
     pub by_plane: u64,
 }
 
