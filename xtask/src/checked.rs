@@ -2,8 +2,8 @@
 //! second command leaves out.
 //!
 //! With `CULLET_ALL=1` the scalar SIMD level stands beside those of the machine, whose answers must not differ. It is left out
-//! otherwise, for it makes the engine ten times as long to compile: kernels of 16 lanes are unrolled into thousands of numbers, and
-//! the compiler's allocator of registers takes minutes for the largest of them, `BatchSizes::decide`.
+//! otherwise, for it makes the engine ten times as long to compile: kernels of 16 lanes are unrolled into thousands of numbers
+//! each, `BatchSizes::decide` among them, and the compiler spends minutes in the largest.
 
 use std::path::PathBuf;
 use std::process::Command;
