@@ -48,7 +48,7 @@ pub struct CalibrateArgs {
     /// Keep the costs in this file
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Rounds of which the fastest counts; more are steadier and take longer
+    /// Rounds of which the fastest counts; more are steadier and take longer, and are added where a cost comes out below zero
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: u32,
     /// Write the costs as JSON; - is the standard output
@@ -67,7 +67,7 @@ impl CalibrateArgs {
 /// Costs of this machine from so few rounds, each a third of a second or so; nothing is kept. `None` where the user stopped it.
 #[must_use]
 pub fn measured(rounds: u32) -> Option<cullet::Costs> {
-    Some(Stored::now(measure::measure(rounds, || ())?, rounds).costs())
+    Some(measure::measure(rounds, || ())?.costs())
 }
 
 /// Runs the command.
@@ -92,15 +92,14 @@ pub fn run(args: &CalibrateArgs, console: &Console) -> Outcome {
     }
     let start = Instant::now();
     let mut progress = console.progress("rounds", u64::from(args.rounds) + 1);
-    let Some(spreads) = measure::measure(args.rounds, || progress.step()) else {
+    let Some(stored) = measure::measure(args.rounds, || progress.step()) else {
         progress.finish();
         console.note("stopped: nothing was measured to its end, and nothing is kept");
         return Ok(Exit::Interrupted);
     };
     progress.finish();
-    let stored = Stored::now(spreads, args.rounds);
     stored.costs().check().map_err(|e| {
-        let rounds = args.rounds.saturating_mul(3).min(1000);
+        let rounds = stored.rounds.saturating_mul(2).min(1000);
         Failure::input(format!(
             "{} came out at {:.1} ns, which cannot be: the machine was too busy; try again, or --rounds {rounds}",
             e.what.replace('_', " "),
