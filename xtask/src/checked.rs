@@ -20,6 +20,9 @@ const VIEWER: &str = "cullet-viewer";
 const PACKAGES: &[&str] =
     &["cullet", "cullet-gpu", "cullet-profile", "cullet-c", "cullet-web", "xtask", VIEWER];
 
+/// Libraries whose units `cargo test` leaves out, so that it need not compile them twice.
+const UNITS: &[&str] = &["cullet", "cullet-bake", "cullet-draw", "cullet-io", "cullet-lab"];
+
 fn packages() -> impl Iterator<Item = &'static str> {
     let is_there = graphics::is_there();
     PACKAGES.iter().copied().filter(move |&package| package != VIEWER || is_there)
@@ -52,9 +55,19 @@ fn test(args: &[&str]) -> Result<Command, String> {
     Ok(of_build(begun, &[&["--no-fail-fast"], args].concat()))
 }
 
+/// A command on the units of the libraries, of a beginning.
+fn of_units(mut command: Command) -> Command {
+    command.env("CARGO_TARGET_DIR", folder()).arg("--lib");
+    for package in UNITS {
+        command.args(["--package", package]);
+    }
+    command
+}
+
 /// The step that builds it all, apart from running it, so that its time is seen.
 pub(crate) fn build() -> Ended {
     run(cargo("test", &["--no-run"]))?;
+    run(of_units(command(&cargo_program(), &["test", "--profile", PROFILE, "--no-run"])))?;
     if graphics::is_there() {
         return Ok(End::Passed);
     }
@@ -65,12 +78,14 @@ pub(crate) fn build() -> Ended {
 /// The step that runs all its tests, whichever fail. Where there is Vulkan, and CI runs this, those that need a device must find it.
 pub(crate) fn tests() -> Ended {
     let mut all = test(&[])?;
+    let mut units = of_units(tester("--cargo-profile", PROFILE)?);
+    units.arg("--no-fail-fast");
     if graphics::is_there() && is_ci() {
         all.envs(Machine::Vulkan.environment());
     }
     // nextest has no doc tests; those of the engine are run in release.
     let docs = cargo("test", &["--doc", "--", "gpu", "profile", "viewer"]);
-    tested(vec![all, docs]).map(|(ended, skips)| End::from(ended, skips))
+    tested(vec![all, units, docs]).map(|(ended, skips)| End::from(ended, skips))
 }
 
 /// The tests that draw or compute on a device, as each machine runs them.

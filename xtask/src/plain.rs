@@ -45,7 +45,7 @@ pub(crate) fn data() -> Ended {
         return Ok(End::of(lack.into_iter().chain(other)));
     };
     let mut again = tester("--cargo-profile", "release")?;
-    again.args(["--lib", "--bins", "--tests", "--no-fail-fast", "--", "--exact"]);
+    again.args(["--bins", "--tests", "--no-fail-fast", "--", "--exact"]);
     again.args(lack.iter().map(SkippedTest::path)).env("CULLET_DATA", data);
     tested(vec![again]).map(|(ended, skips)| End::from(ended, other.into_iter().chain(skips)))
 }
