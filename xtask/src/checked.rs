@@ -105,12 +105,16 @@ pub(crate) fn beside(machine: Machine) -> Ended {
     Ok(End::Skipped(Skip::new(what, install_words(graphics::DEBIAN))))
 }
 
-/// Runs the tests and examples that use a graphics device as a machine would that has less than this one.
+/// Runs the tests and examples that use a graphics device as a machine would that has less than this one. Of two backends the better
+/// is taken, by which all tests have run: there only what chooses is run again.
 pub(crate) fn tests_on(machine: Machine) -> Ended {
-    let of_passes = ["--lib", "--test", "all", "--", "gpu_", "checked::tests"];
+    let chooses = machine == Machine::Both;
+    let passes = if chooses { "gpu_devices" } else { "gpu_" };
+    let of_passes = ["--lib", "--test", "all", "--", passes, "checked::tests"];
     let mut programs = vec!["--test", "profile"];
     if packages().any(|package| package == VIEWER) {
-        programs.extend(["--test", "draw", "--test", "fading", "--test", "window"]);
+        let drawn: &[&str] = if chooses { &[] } else { &["--test", "draw", "--test", "fading"] };
+        programs.extend([&["--test", "window"], drawn].concat());
     }
     let mut commands = vec![test(&of_passes)?, test(&programs)?];
     let folder = program("examples")?;

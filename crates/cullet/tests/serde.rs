@@ -1,5 +1,4 @@
 //! Settings and results as data: with the names that files have, back to the last bit, and checked.
-#![cfg(feature = "serde")]
 
 use cullet::bounds::Aabb;
 use cullet::cull::detail::{Detail, Measure};
