@@ -228,7 +228,7 @@ fn no_line_of_sight_is_lost() {
             Err(e) => panic!("case {case}: {e}"),
         };
         let bounds = bounds(&plan.scene);
-        let looked = looks(&mut rng, &mut plan.scene, &cells, bounds, 2000);
+        let looked = looks(&mut rng, &mut plan.scene, &cells, bounds, 1000);
         assert_eq!(looked[1], 0, "case {case}: {} of {} looks are lost", looked[1], looked[0]);
         all += looked[0];
         lost += looked[1];

@@ -290,6 +290,10 @@ mod tests {
         for (version, is_right) in [("0.0.1", false), (env!("CARGO_PKG_VERSION"), true)] {
             std::fs::write(&file, format!("#!/bin/sh\necho cullet-peer {version}\n")).unwrap();
             std::fs::set_permissions(&file, std::fs::Permissions::from_mode(0o755)).unwrap();
+            // A test beside this one may have been forked while the file was open: it cannot be run until that has ended.
+            while Command::new(&file).output().is_err() {
+                std::thread::yield_now();
+            }
             let told = PEER.is_of_this_version(&file).map_err(|told| told.message);
             assert_eq!(told.is_ok(), is_right, "{told:?}");
             assert!(

@@ -19,7 +19,7 @@ const OUTLIERS: f64 = 0.002;
 
 fn golden(name: &str, got: &Picture) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let path = root.join("tests/golden").join(name).with_extension("png");
+    let path = root.join("../cullet-draw/tests/golden").join(name).with_extension("png");
     let bytes = got.to_png();
     assert!(bytes.len() <= 30_000, "{name} has {} bytes; keep golden pictures small", bytes.len());
     if std::env::var_os("CULLET_UPDATE_GOLDEN").is_some() {

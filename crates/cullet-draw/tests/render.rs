@@ -308,7 +308,7 @@ fn owners_are_what_rays_meet() {
     // Shares no arithmetic with the renderer: a turned matrix or a wrong winding would show.
     let scene = city(5, 1, 40);
     let (eye, target) = ([-13.0, 9.0, 71.0], [4.0, 2.0, 0.0]);
-    let size = [96u32, 54];
+    let size = [64u32, 36];
     let frame = render(&scene, &look(eye, target, size), Selection::All, &RenderOptions::default());
     let unit = |v: [f64; 3]| v.map(|c| c / v.iter().map(|c| c * c).sum::<f64>().sqrt());
     let cross = |a: [f64; 3], b: [f64; 3]| {
@@ -329,6 +329,6 @@ fn owners_are_what_rays_meet() {
             apart += u32::from(slot != frame.id(x, y).slot);
         }
     }
-    assert!(frame.stats.covered_pixels > 3000);
+    assert!(frame.stats.covered_pixels > 1300);
     assert!(apart <= 2, "{apart} pixels differ");
 }

@@ -145,7 +145,7 @@ fn floor() -> Recording {
 }
 
 fn folder() -> PathBuf {
-    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/recordings"))
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../cullet-maps/tests/recordings"))
 }
 
 #[test]

@@ -104,7 +104,7 @@ fn a_report_has_the_classic_table_and_baked_occluders_lose_nothing() {
     let out = folder.path("report");
     let common = ["--path", "walk", "--views", "2", "--size", "160x90", "--out", &out];
     for kind in ["mesh", "baked", "auto"] {
-        let args = [&["report", "city:cells=6,objects=100", "--occluders", kind][..], &common];
+        let args = [&["report", "city:cells=4,objects=60", "--occluders", kind][..], &common];
         ends(&args.concat(), 0);
         let page = std::fs::read_to_string(folder.path("report/index.html")).unwrap();
         for words in ["After occlusion culling", "After view-frustum culling", "Full model"] {

@@ -118,7 +118,7 @@ fn built_in_models_need_no_data() {
 
 #[test]
 fn people_read_tables() {
-    let output = reproduce(&["--directions", "8"]);
+    let output = reproduce(&["knobs", "--directions", "8"]);
     assert_eq!(output.status.code(), Some(0));
     let text = String::from_utf8(output.stdout).unwrap();
     for words in NAMES.iter().chain(&["taken for one-sided", "take the middle", "tests a frame"]) {

@@ -65,11 +65,11 @@ fn check(scene: &str, model: &Model, path: &str) -> [u64; Stage::ALL.len() + 1] 
 fn built_in_scenes_share_as_their_stages_do_alone() {
     let mut sums = [0; Stage::ALL.len() + 1];
     for (scene, path) in [
-        ("city:objects=3000,cells=24", "walk"),
-        ("city:objects=600,cells=12,sub=5", "fly"),
+        ("city:objects=1000,cells=16", "walk"),
+        ("city:objects=300,cells=8,sub=5", "fly"),
         ("office", "walk"),
         ("plant:bays=3,floors=2,kinds=4", "walk"),
-        ("forest:n=5000", "walk"),
+        ("forest:n=2000", "walk"),
         ("solids", "fly"),
         ("knobs", "orbit"),
         ("moving", "walk"),
