@@ -9,19 +9,36 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::graphics::{self, Machine};
-use crate::plain::{self, run_examples, tested, tester};
+use crate::plain::{self, has_nextest, run_examples, tested, tester};
 use crate::runner::{End, Ended, Skip, Step, all};
 use crate::tools::{apart, cargo_program, command, install_words, is_ci, is_set, run, target};
 
 pub(crate) const PROFILE: &str = "checked";
-const SCALAR: [&str; 2] = ["--features", "cullet/force_support_fallback"];
+const SCALAR: [&str; 2] =
+    ["--features", "cullet/force_support_fallback,cullet-testkit/force_support_fallback"];
 /// The viewer takes long to build, so it is built only where it can be run.
 const VIEWER: &str = "cullet-viewer";
-const PACKAGES: &[&str] =
-    &["cullet", "cullet-gpu", "cullet-profile", "cullet-c", "cullet-web", "xtask", VIEWER];
+const PACKAGES: &[&str] = &[
+    "cullet",
+    "cullet-bake",
+    "cullet-draw",
+    "cullet-io",
+    "cullet-lab",
+    "cullet-testkit",
+    "cullet-gpu",
+    "cullet-profile",
+    "cullet-c",
+    "cullet-web",
+    "xtask",
+    VIEWER,
+];
 
-/// Libraries whose units `cargo test` leaves out, so that it need not compile them twice.
-const UNITS: &[&str] = &["cullet", "cullet-bake", "cullet-draw", "cullet-io", "cullet-lab"];
+/// All targets, and the libraries whose units `cargo test` leaves out, so that it need not compile them twice.
+const TARGETS: [&str; 4] = ["--lib", "--bins", "--tests", "--examples"];
+
+/// What cargo-nextest leaves out: programs of tests that the README's second command runs, but for the engine's.
+const ANEW: &str = "not (kind(test) & (package(cullet-bake) | package(cullet-lab) | \
+                    (package(cullet-testkit) & not binary(/^cullet/))))";
 
 fn packages() -> impl Iterator<Item = &'static str> {
     let is_there = graphics::is_there();
@@ -55,19 +72,9 @@ fn test(args: &[&str]) -> Result<Command, String> {
     Ok(of_build(begun, &[&["--no-fail-fast"], args].concat()))
 }
 
-/// A command on the units of the libraries, of a beginning.
-fn of_units(mut command: Command) -> Command {
-    command.env("CARGO_TARGET_DIR", folder()).arg("--lib");
-    for package in UNITS {
-        command.args(["--package", package]);
-    }
-    command
-}
-
 /// The step that builds it all, apart from running it, so that its time is seen.
 pub(crate) fn build() -> Ended {
-    run(cargo("test", &["--no-run"]))?;
-    run(of_units(command(&cargo_program(), &["test", "--profile", PROFILE, "--no-run"])))?;
+    run(cargo("test", &[&TARGETS[..], &["--no-run"]].concat()))?;
     if graphics::is_there() {
         return Ok(End::Passed);
     }
@@ -77,15 +84,16 @@ pub(crate) fn build() -> Ended {
 
 /// The step that runs all its tests, whichever fail. Where there is Vulkan, and CI runs this, those that need a device must find it.
 pub(crate) fn tests() -> Ended {
-    let mut all = test(&[])?;
-    let mut units = of_units(tester("--cargo-profile", PROFILE)?);
-    units.arg("--no-fail-fast");
+    let mut all = test(&TARGETS)?;
+    if has_nextest()? {
+        all.args(["-E", ANEW]);
+    }
     if graphics::is_there() && is_ci() {
         all.envs(Machine::Vulkan.environment());
     }
     // nextest has no doc tests; those of the engine are run in release.
     let docs = cargo("test", &["--doc", "--", "gpu", "profile", "viewer"]);
-    tested(vec![all, units, docs]).map(|(ended, skips)| End::from(ended, skips))
+    tested(vec![all, docs]).map(|(ended, skips)| End::from(ended, skips))
 }
 
 /// The tests that draw or compute on a device, as each machine runs them.
@@ -128,7 +136,7 @@ pub(crate) fn tests_on(machine: Machine) -> Ended {
 
 /// A program of that build, or its folder of examples, made where it is not there yet.
 pub(crate) fn program(name: &str) -> Result<PathBuf, String> {
-    run(cargo("test", &["--no-run", "--quiet"]))?;
+    run(cargo("test", &[&TARGETS[..], &["--no-run", "--quiet"]].concat()))?;
     Ok(folder().join(PROFILE).join(name))
 }
 

@@ -57,10 +57,15 @@ fn all_cases() -> Option<(&'static str, &'static str)> {
 
 /// A command that runs tests: cargo-nextest's where it is there, for that says which are slow, else cargo's. In a profile of cargo's.
 pub(crate) fn tester(profile: &str, name: &str) -> Result<Command, String> {
-    let nextest = has_program("cargo-nextest", &[])?;
+    let nextest = has_nextest()?;
     let words: &[&str] = if nextest { &["nextest", "run"] } else { &["test"] };
     let profile = if nextest { profile } else { "--profile" };
     Ok(command(&cargo_program(), &[words, &[profile, name]].concat()))
+}
+
+/// Whether cargo-nextest is there; CI installs it.
+pub(crate) fn has_nextest() -> Result<bool, String> {
+    has_program("cargo-nextest", &[])
 }
 
 /// Runs all of some commands, whichever fail, and returns which tests were skipped.

@@ -281,7 +281,7 @@ fn lies_are_typed_errors() {
 }
 
 /// How long a file of 1 GB takes to open, and to be read once. Run alone:
-/// `cargo test --release -p cullet-io --test all baked_file -- --ignored --nocapture`.
+/// `cargo test --release -p cullet-testkit --test io baked_file -- --ignored --nocapture`.
 #[test]
 #[ignore = "writes a file of 1 GB and prints times"]
 fn opening_a_gigabyte() {

@@ -24,6 +24,10 @@
 //! | `CULLET_CASES` | how often properties are tried, in percent of what their tests say; 25 where unset |
 //! | `CULLET_SKIPPED` | the file to which every skipped test appends a line; unset: `target/skipped-tests.txt` |
 //!
+//! The tests of `cullet`, `cullet-draw`, `cullet-io`, `cullet-maps`, `cullet-scenes` and `cullet-tiles` lie in the
+//! folders of those crates and are programs of this one, which `Cargo.toml` lists: here they are built unoptimised, and
+//! what they call is not.
+//!
 //! # A circle that is none
 //!
 //! This crate depends on `cullet`, whose tests depend on this crate. Cargo allows that, for what only tests need does

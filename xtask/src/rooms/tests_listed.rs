@@ -7,6 +7,8 @@ use crate::tools::{Done, root};
 
 /// The program that has the tests of a crate.
 const ALL: &str = "tests/all.rs";
+/// The package that builds the tests of other crates too.
+const TESTKIT: &str = "crates/cullet-testkit/Cargo.toml";
 
 /// Every file of tests of every crate is run.
 pub(crate) fn check() -> Done {
@@ -25,7 +27,10 @@ pub(crate) fn check() -> Done {
 fn left_out_of(folder: &Path) -> Result<Vec<String>, String> {
     let read =
         |path: &Path| fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()));
-    let (all, manifest) = (read(&folder.join(ALL))?, read(&folder.join("Cargo.toml"))?);
+    let (all, own) = (read(&folder.join(ALL))?, read(&folder.join("Cargo.toml"))?);
+    let testkit = read(&root().join(TESTKIT))?;
+    let at = folder.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let manifest = own + &programs_at(&testkit, at);
     let tests = folder.join("tests");
     let files = fs::read_dir(&tests).map_err(|e| format!("{}: {e}", tests.display()))?;
     let paths = files.flatten().map(|e| e.path());
@@ -36,8 +41,17 @@ fn left_out_of(folder: &Path) -> Result<Vec<String>, String> {
     });
     let left_out = names.filter(|name| is_left_out(name, &all, &manifest));
     Ok(left_out
-        .map(|name| format!("{}: {name} is in neither {ALL} nor Cargo.toml", tests.display()))
+        .map(|name| {
+            format!("{}: {name} is in none of {ALL}, Cargo.toml and {TESTKIT}", tests.display())
+        })
         .collect())
+}
+
+/// The programs of tests in the folder of a crate that the testkit builds, as the crate's own manifest would name them.
+fn programs_at(testkit: &str, folder: &str) -> String {
+    let begins = format!("path = \"../{folder}/tests/");
+    let names = testkit.lines().filter_map(|l| l.strip_prefix(&begins)?.strip_suffix(".rs\""));
+    names.map(|name| format!("[[test]]\nname = \"{name}\"\n")).collect()
 }
 
 fn is_left_out(name: &str, all: &str, manifest: &str) -> bool {
@@ -56,6 +70,12 @@ mod tests {
         let found: Vec<&str> =
             ["a", "b", "c"].into_iter().filter(|n| is_left_out(n, all, manifest)).collect();
         assert_eq!(found, ["b"]);
+        let testkit = "path = \"../x/tests/b.rs\"\npath = \"../y/tests/a.rs\"\n";
+        let manifest = programs_at(testkit, "x");
+        assert_eq!(
+            [is_left_out("a", "", &manifest), is_left_out("b", "", &manifest)],
+            [true, false]
+        );
         check().unwrap();
     }
 }

@@ -11,7 +11,7 @@
 //!
 //! The gain depends on how many groups a step leaves alone, and that is soon known: a group that
 //! straddles a plane holds boxes by the dozen on either side, and some change sides. Measured on a Zen 4
-//! server, one thread, 1e6 boxes of 1 to 6 units in a cube of 2000 (`cargo test --release -p cullet --test all
+//! server, one thread, 1e6 boxes of 1 to 6 units in a cube of 2000 (`cargo test --release -p cullet-testkit --test cullet
 //! hierarchy_coherent -- --ignored --nocapture`); *same* is the share of the straddling groups whose answer
 //! is that of the frame before, which no memory of groups can exceed:
 //!
