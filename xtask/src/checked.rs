@@ -21,9 +21,12 @@ const VIEWER: &str = "cullet-viewer";
 const PACKAGES: &[&str] = &[
     "cullet",
     "cullet-bake",
+    "cullet-cut",
     "cullet-draw",
     "cullet-io",
     "cullet-lab",
+    "cullet-maps",
+    "cullet-scenes",
     "cullet-testkit",
     "cullet-gpu",
     "cullet-profile",
@@ -37,7 +40,7 @@ const PACKAGES: &[&str] = &[
 const TARGETS: [&str; 4] = ["--lib", "--bins", "--tests", "--examples"];
 
 /// What cargo-nextest leaves out: programs of tests that the README's second command runs, but for the engine's.
-const ANEW: &str = "not (kind(test) & (package(cullet-bake) | package(cullet-lab) | \
+const ANEW: &str = "not (kind(test) & (package(cullet-bake) | package(cullet-cut) | package(cullet-lab) | \
                     (package(cullet-testkit) & not binary(/^cullet/))))";
 
 fn packages() -> impl Iterator<Item = &'static str> {

@@ -103,7 +103,7 @@ fn a_report_has_the_classic_table_and_baked_occluders_lose_nothing() {
     let folder = Folder::new("occlusion-report");
     let out = folder.path("report");
     let common = ["--path", "walk", "--views", "2", "--size", "160x90", "--out", &out];
-    for kind in ["mesh", "baked", "auto"] {
+    for kind in ["mesh", "auto"] {
         let args = [&["report", "city:cells=4,objects=60", "--occluders", kind][..], &common];
         ends(&args.concat(), 0);
         let page = std::fs::read_to_string(folder.path("report/index.html")).unwrap();

@@ -2,7 +2,7 @@
 
 use std::process::{Command, Output};
 
-use cullet_testkit::data;
+use cullet_testkit::{cases, data};
 use serde_json::Value;
 
 const NAMES: [&str; 8] = [
@@ -103,8 +103,10 @@ fn scanned_models_reach_the_shares_of_the_ideal() {
 
 #[test]
 fn built_in_models_need_no_data() {
-    let record = found(&[]);
-    assert_eq!(record["model"]["triangles"], 69_312);
+    // The model where none is named has 69,312 triangles, which take long: it is run where all cases are wanted.
+    let all = cases(4) >= 4;
+    let record = found(if all { &[] } else { &["knobs"] });
+    assert_eq!(record["model"]["triangles"], if all { 69_312 } else { 19_200 });
     assert_eq!(record["model"]["defect"], Value::Null);
     let elliptic = bound(&record, "bounds", "elliptic");
     assert!(number(elliptic, "share_of_ideal_percent") >= 90.0, "{elliptic}");

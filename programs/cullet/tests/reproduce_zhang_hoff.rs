@@ -111,7 +111,7 @@ fn the_bunny_gives_the_table_of_the_paper() {
 #[test]
 fn the_built_in_solid_needs_no_data() {
     let folder = Folder::new("zhang-hoff-solid");
-    let output = reproduce(folder.root(), &["--directions", "40"]);
+    let output = reproduce(folder.root(), &["--directions", "20"]);
     let record = found(&output);
     check(&record);
     assert_eq!(record["model"]["defect"], Value::Null);

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use clap::Parser;
 use cullet_cli::neighbours::{BAKER, LAB, elsewhere};
@@ -122,7 +123,9 @@ impl Runs {
         }
         args.extend(["--json".to_owned(), "-".to_owned()]);
         // Two commands write pictures too, whether these are wanted or not.
-        let folder = std::env::temp_dir().join(format!("cullet-lecture-{}", std::process::id()));
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let (process, number) = (std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let folder = std::env::temp_dir().join(format!("cullet-lecture-{process}-{number}"));
         if matches!(&*args[1], "report" | "reproduce") {
             args.extend(["--out".to_owned(), folder.to_string_lossy().into_owned()]);
         }

@@ -110,11 +110,11 @@ fn each_item_is_whole_and_what_it_names_is_there() {
     assert!(faults >= 10, "{faults} faults of the texts are told");
 }
 
-#[test]
-fn each_claim_that_commands_show_holds_with_the_figures_of_the_book() {
+/// What is wrong with items that commands show, a line each.
+fn wrong(items: &[&Item]) -> Vec<String> {
     let mut runs = Runs::new(cullet_testkit::data(""));
     let mut wrong = Vec::new();
-    for item in &lectures().items {
+    for item in items {
         let begin = std::time::Instant::now();
         let Some(found) = runs.check(item) else { continue };
         println!(
@@ -126,19 +126,42 @@ fn each_claim_that_commands_show_holds_with_the_figures_of_the_book() {
         );
         let told = match (&item.fault, item.differs) {
             (Some(_), _) => Outcome::Mended,
-            (None, differs) => {
-                if differs {
-                    Outcome::Differs
-                } else {
-                    Outcome::Holds
-                }
-            }
+            (None, true) => Outcome::Differs,
+            (None, false) => Outcome::Holds,
         };
         let is_told = found.outcome == told || matches!(found.outcome, Outcome::NotHere(_));
         if !is_told || !found.others.is_empty() {
             wrong.push(format!("{}: {found:?}", item.number));
         }
     }
+    wrong
+}
+
+/// The items that commands show, in two halves: those whose first command is the same stay together, for it is run once.
+fn halves() -> [Vec<&'static Item>; 2] {
+    let shown = lectures().items.iter().filter(|item| !item.check.run.is_empty());
+    let mut firsts: Vec<&str> = Vec::new();
+    let mut halves = [Vec::new(), Vec::new()];
+    for item in shown {
+        let first = &*item.check.run[0];
+        let at = firsts.iter().position(|f| *f == first).unwrap_or_else(|| {
+            firsts.push(first);
+            firsts.len() - 1
+        });
+        halves[at % 2].push(item);
+    }
+    halves
+}
+
+#[test]
+fn each_claim_that_commands_show_holds_with_the_figures_of_the_book() {
+    let wrong = wrong(&halves()[0]);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn each_other_claim_that_commands_show_holds_too() {
+    let wrong = wrong(&halves()[1]);
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
