@@ -299,7 +299,7 @@ fn pictures_of_a_city_show_next_to_nothing_that_the_sets_lack() {
         let region = [[-96.0, 0.2, -96.0], [96.0, 3.0, 96.0]];
         let cells = ViewCells::adaptive(&tree, &[region], 80, 1).expect("a box");
         assert_eq!(cells.len(), 80);
-        let pvs = bake_sampled(&tree, &cells, &some_rays(900_000), 2).expect("good settings");
+        let pvs = bake_sampled(&tree, &cells, &some_rays(1_500_000), 2).expect("good settings");
         let all = u64::from(tree.targets().count()) * 80;
         assert!(pvs.visible_pairs() * 10 < all * 7, "{} of {all}", pvs.visible_pairs());
         let check = check_pictures(&tree, &cells, &pvs.visible, POSES, 24, 1, 2);
@@ -320,7 +320,7 @@ fn the_estimate_falls_and_tells_the_size_of_what_is_missing() {
     let tree = RayTree::new(&scene, &RayTreeOptions::default()).expect("a scene");
     let region = [[-72.0, 0.2, -72.0], [72.0, 3.0, 72.0]];
     let cells = ViewCells::adaptive(&tree, &[region], 40, 1).expect("a box");
-    let mut bake = SampledBake::new(&tree, &cells, &some_rays(400_000)).expect("good settings");
+    let mut bake = SampledBake::new(&tree, &cells, &some_rays(800_000)).expect("good settings");
     assert_eq!(bake.missing(), 1.0, "nothing is known yet");
     let options = RunOptions { threads: 2, ..RunOptions::default() };
     // A moment later than nothing.
