@@ -10,7 +10,7 @@ use cullet_scenes::paths::{self, Overrides, PathSpec};
 use cullet_testkit::oracles::alone;
 use serde_json::Value;
 
-const VIEWS: usize = 4;
+const VIEWS: usize = 2;
 const SIZE: [u32; 2] = [480, 270];
 
 /// Records of `cullet verify` for every view.
