@@ -40,3 +40,13 @@ pub fn get() -> Result<&'static Bakery, Failure> {
         Failure::usage("--cells, --occluders and --unit need the baker: run the same command with cullet-baker")
     })
 }
+
+impl Items<'_> {
+    /// Does the work, with a bar.
+    ///
+    /// # Errors
+    /// If a unit cannot be written or read; or where units are kept, in a program without the baker.
+    pub fn run(&self, console: &Console) -> ItemsResult {
+        if self.units.are_kept() { (get()?.units)(self, console) } else { self.run_whole(console) }
+    }
+}

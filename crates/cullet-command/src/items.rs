@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use crate::args::UnitArgs;
-use crate::bakery;
 use crate::console::{Console, interrupted};
 use crate::exit::Failure;
 
@@ -64,14 +63,8 @@ impl Items<'_> {
         })
     }
 
-    /// Does the work, with a bar.
-    ///
-    /// # Errors
-    /// If a unit cannot be written or read; or where units are kept, in a program without the baker.
-    pub fn run(&self, console: &Console) -> ItemsResult {
-        if self.units.are_kept() {
-            return (bakery::get()?.units)(self, console);
-        }
+    /// Does all of the work on this process, with a bar, and keeps nothing.
+    pub(crate) fn run_whole(&self, console: &Console) -> ItemsResult {
         let whole = self.costs.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         let bar = console.share_bar();
         let mut done = 0.0;

@@ -10,12 +10,7 @@ use wgpu::{
 
 use super::checked::checked;
 use super::error::GpuError;
-
-/// Workgroups in a row of a dispatch, in all shaders too: 65,535 are the most along one dimension.
-pub(crate) const ROW: u32 = 32768;
-
-/// Items that a workgroup takes.
-pub(crate) const GROUP: u32 = 256;
+use super::tier::ROW;
 
 /// A buffer of some items, none of which is written; at least 16 bytes.
 ///

@@ -10,11 +10,12 @@ use wgpu::{
     ComputePipeline, Device, Queue,
 };
 
-use super::buffers::{Access, GROUP, buffer, buffers_layout, dispatch_rows, group, pipelines};
+use super::buffers::{Access, buffer, buffers_layout, dispatch_rows, group, pipelines};
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
 use super::lanes::{Bucket, Kind, Lanes};
 use super::lists::{DrawArguments, ListSource};
+use super::tier::GROUP;
 
 /// The clusters of all instances of a scene, those that are drawn alike one after the other, else in the order of slots. A number
 /// stands for each.

@@ -1,5 +1,7 @@
 //! What can go wrong with a device.
 
+use wgpu::Device;
+
 use super::tier::{Lack, Tier};
 
 /// What can go wrong with a device, and what can be done.
@@ -94,4 +96,15 @@ pub enum GpuError {
     /// It went away while it worked.
     #[error("the device was lost: {0}; open another, and upload the scene again")]
     Lost(String),
+}
+
+impl Tier {
+    /// Returns an error unless an opened device has this tier.
+    ///
+    /// # Errors
+    /// [`GpuError::Tier`], which names what is missing.
+    pub fn demand(self, device: &Device) -> Result<(), GpuError> {
+        let lack = self.lack_of_device(device);
+        lack.map_or(Ok(()), |lack| Err(GpuError::Tier { tier: self, lack }))
+    }
 }

@@ -8,9 +8,10 @@ use wgpu::{
     ComputePassDescriptor, ComputePipeline, Device, Queue,
 };
 
-use super::buffers::{Access, GROUP, buffer, buffers_layout, dispatch_rows, group, pipelines};
+use super::buffers::{Access, buffer, buffers_layout, dispatch_rows, group, pipelines};
 use super::error::GpuError;
 use super::lanes::Lanes;
+use super::tier::GROUP;
 
 /// The pipelines that make lists: eight storage buffers, no optional feature.
 #[derive(Debug)]

@@ -9,12 +9,13 @@ use wgpu::{
 };
 
 use super::blocks::{BLOCK, Blocks};
-use super::buffers::{Access, GROUP, buffer, buffers_layout, dispatch_rows, group, pipelines};
+use super::buffers::{Access, buffer, buffers_layout, dispatch_rows, group, pipelines};
 use super::error::GpuError;
 use super::grid::GridBox;
 use super::instances::InstanceBits;
 use super::planes::BlockPlanes;
 use super::pyramid::{Pyramid, PyramidPass, of_depths};
+use super::tier::GROUP;
 
 /// The pipeline that tests instances against a pyramid: seven storage buffers and two textures, no optional feature.
 #[derive(Debug)]

@@ -4,8 +4,11 @@ use std::fmt;
 
 use wgpu::{Adapter, AdapterInfo, Backend, Device, DownlevelFlags, Features, Limits};
 
-use super::buffers::{GROUP, ROW};
-use super::error::GpuError;
+/// Workgroups in a row of a dispatch, in all shaders too: 65,535 are the most along one dimension.
+pub(crate) const ROW: u32 = 32768;
+
+/// Items that a workgroup takes.
+pub(crate) const GROUP: u32 = 256;
 
 /// Storage buffers of the pass that binds most.
 const STORAGE_BUFFERS: u32 = 8;
@@ -87,13 +90,9 @@ impl Tier {
         Offered::by_adapter(adapter).lack(self)
     }
 
-    /// Returns an error unless an opened device has this tier.
-    ///
-    /// # Errors
-    /// [`GpuError::Tier`], which names what is missing.
-    pub fn demand(self, device: &Device) -> Result<(), GpuError> {
-        let lack = Offered::by_device(device).lack(self);
-        lack.map_or(Ok(()), |lack| Err(GpuError::Tier { tier: self, lack }))
+    /// What an opened device lacks of this tier.
+    pub(crate) fn lack_of_device(self, device: &Device) -> Option<Lack> {
+        Offered::by_device(device).lack(self)
     }
 
     /// Returns the optional features that a device of this tier is opened with.

@@ -3,12 +3,13 @@
 use std::borrow::Cow;
 
 use cullet::cell::CellError;
+use cullet::cull::pvs::VisibleSets;
 use cullet::{Handle, Projection, Scene, Transform};
 use serde::{Deserialize, Serialize};
 
 use crate::baked::Baked;
-use crate::{Attributes, CellGraph, Motion, NodeTree, NodeTreeStatistics};
-use cullet::cull::pvs::VisibleSets;
+use crate::motion::{Clip, Rig};
+use crate::{Attributes, CellGraph, NodeTree, NodeTreeStatistics};
 
 /// A scene, and what its file says beyond geometry.
 #[derive(Debug, Default)]
@@ -136,5 +137,49 @@ pub struct Warning {
 impl std::fmt::Display for Warning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.item, self.message)
+    }
+}
+
+/// How a model moves: the animations, skins and morph targets of a glTF, or a built-in scene's time.
+#[derive(Debug)]
+pub struct Motion {
+    pub(crate) kind: MotionKind,
+}
+
+pub(crate) enum MotionKind {
+    /// Of a file.
+    Rig(Rig),
+    /// A model that is made anew at each time.
+    Made(Make),
+}
+
+/// Makes a model as it is at a number of seconds; an error is a sentence.
+type Make = Box<dyn Fn(f64) -> Result<Model, String> + Send + Sync>;
+
+impl std::fmt::Debug for MotionKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Rig(rig) => f.debug_tuple("Rig").field(rig).finish(),
+            Self::Made(_) => f.write_str("Made"),
+        }
+    }
+}
+
+impl Motion {
+    /// The motion of a model that is made by rule: `make` gives it as it is after a number of seconds, with the same
+    /// instances and meshes.
+    #[must_use]
+    pub fn made(make: impl Fn(f64) -> Result<Model, String> + Send + Sync + 'static) -> Self {
+        Self { kind: MotionKind::Made(Box::new(make)) }
+    }
+
+    /// For how many seconds it moves before it has shown everything: the longest animation. 0 where
+    /// skins and morph targets stand still, `None` where it does not end.
+    #[must_use]
+    pub fn seconds(&self) -> Option<f64> {
+        match &self.kind {
+            MotionKind::Rig(rig) => Some(rig.clips.iter().map(Clip::seconds).fold(0.0, f64::max)),
+            MotionKind::Made(_) => None,
+        }
     }
 }

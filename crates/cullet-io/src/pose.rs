@@ -9,7 +9,8 @@ use thiserror::Error;
 
 use crate::Model;
 use crate::deform::{Morphs, Skin};
-use crate::motion::{Deformed, MotionKind, Rig, transform};
+use crate::model::MotionKind;
+use crate::motion::{Deformed, Rig, transform};
 
 /// Why a model cannot be posed.
 #[derive(Debug, Error)]

@@ -41,7 +41,8 @@ use cullet::{Mesh, MeshData, Scene};
 
 use crate::beside::Beside;
 use crate::blocks::Source;
-use crate::motion::{Deformed, Motion, MotionKind};
+use crate::model::{Motion, MotionKind};
+use crate::motion::Deformed;
 use crate::{Attributes, CameraNode, ErrorKind, LoadOptions, Material, Model, NodeTree};
 use instances::Placement;
 use notes::Notes;
