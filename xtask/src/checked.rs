@@ -127,6 +127,9 @@ pub(crate) fn tests_on(machine: Machine) -> Ended {
         let drawn: &[&str] = if chooses { &[] } else { &["--test", "draw", "--test", "fading"] };
         programs.extend([&["--test", "window"], drawn].concat());
     }
+    if chooses {
+        programs.extend(["--", "a_screenshot_has", "what_a_program_culls"]);
+    }
     let mut commands = vec![test(&of_passes)?, test(&programs)?];
     let folder = program("examples")?;
     let example = |name| command(&folder.join(name).to_string_lossy(), &[]);
