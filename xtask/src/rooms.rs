@@ -3,6 +3,7 @@
 //! is left out.
 
 mod imports;
+mod openings;
 mod tests_listed;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -50,6 +51,7 @@ const KNOWN: &str = include_str!("rooms/known.txt");
 /// The step: every line of what breaks the order is one of those that are known, and the other way round.
 pub(crate) fn check() -> Ended {
     tests_listed::check()?;
+    openings::check()?;
     let found = faults()?;
     let is_line = |line: &&str| !line.is_empty() && !line.starts_with('#');
     let known: BTreeSet<&str> = KNOWN.lines().map(str::trim).filter(is_line).collect();

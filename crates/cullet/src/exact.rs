@@ -171,7 +171,8 @@ fn exact_determinant_sign(columns: &[[f32; 3]; 3]) -> i32 {
     sum.sign()
 }
 
-/// Which side of the plane of (a, b, c) a point is on: 1 where its normal (b − a) × (c − a) points.
+/// Returns the side of the plane of `corners` = (a, b, c) that `point` is on: 1 where the normal
+/// (b − a) × (c − a) points, −1 on the other side, 0 on the plane.
 pub(crate) fn side_sign(corners: &[[f32; 3]; 3], point: [f32; 3]) -> i32 {
     let [a, b, c] = *corners;
     // The determinant of the points with a column of ones, by that column.

@@ -242,9 +242,9 @@ pub struct OcclusionWork {
     /// Shapes that were considered: those that by the size of their nodes and instances on the screen might have a
     /// higher score than what was chosen; all in the view, where the budget is enough for all.
     pub considered: u64,
-    /// Those of them that the budget allowed.
+    /// Considered shapes that the budget allowed.
     pub chosen: u64,
-    /// Those of them that were drawn: the others were hidden by then.
+    /// Chosen shapes that were drawn. The others were hidden by then.
     pub drawn: u64,
     /// Nodes of the hierarchy, instances and clusters whose boxes were tested.
     pub tests: u64,

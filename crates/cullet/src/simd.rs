@@ -67,7 +67,7 @@ macro_rules! compiled {
 
 pub(crate) use {compiled, dispatch, dispatch_256, dispatch_level};
 
-/// Which vector instructions the batched tests use. The answer is the same at every level.
+/// Vector instructions that the batched tests use. The answer is the same at every level.
 ///
 /// A value of a level can only be had on a machine that has it. Detection takes a few look-ups; a
 /// [`Culler`](crate::Culler) holds its level.

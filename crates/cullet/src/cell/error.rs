@@ -89,7 +89,7 @@ pub enum PortalProblem {
          limit of {limit:.3e}"
     )]
     OffBorder {
-        /// Which cell.
+        /// The cell whose border the corner is off.
         cell: u32,
         /// Number of the corner.
         corner: usize,
@@ -104,7 +104,7 @@ pub enum PortalProblem {
          {distance:.3e} to the other side, over the limit of {limit:.3e}"
     )]
     WrongSide {
-        /// Which cell.
+        /// The cell that reaches through to the other side.
         cell: u32,
         /// Number of the corner.
         corner: usize,

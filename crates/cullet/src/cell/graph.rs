@@ -145,7 +145,8 @@ impl CellGraph {
         self.is_open(portal).then(|| self.if_open(portal, from)).flatten()
     }
 
-    /// As [`beyond`](Self::beyond), if it were open.
+    /// Returns the cell that `portal` leads to from `from`, like [`beyond`](Self::beyond), but as
+    /// if the portal were open.
     pub(crate) fn if_open(&self, portal: u32, from: u32) -> Option<u32> {
         let [first, second] = self.portals[portal as usize].cells;
         if from == first {

@@ -9,15 +9,15 @@ use super::tree::{Bounds, PieceTree};
 use crate::array::Each;
 use crate::bounds::Plane;
 
-/// As many pieces as touch a small box.
+/// Number of pieces near a box that are listed without allocating. A small box rarely touches more.
 const FEW: usize = 64;
 
 /// A convex piece of a cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellPiece {
-    /// Of which cell.
+    /// Number of the cell that the piece belongs to.
     pub cell: u32,
-    /// What it is within; normals point out of it. They need not have unit length.
+    /// Planes that bound the piece. Their normals point out of it and need not have unit length.
     pub planes: Vec<Plane>,
 }
 
@@ -336,8 +336,10 @@ impl CellLocator for CellShapes {
         });
     }
 
-    /// By halves, cut at the sides of the pieces' boxes: exact where pieces are boxes along the axes; of others, which
-    /// meet along slanted sides, a box that is in no single one of them counts as reaching out.
+    /// Tests by halves: a box that lies in no single piece is cut at a side of a piece's box, and
+    /// both halves are tested. The test is exact where pieces are boxes along the axes, for up to
+    /// 256 cuts. A box that needs more cuts counts as reaching out. Where other pieces meet along
+    /// slanted sides, a part of the box that lies in no single one of them counts as reaching out.
     fn is_within(&self, min: [f64; 3], max: [f64; 3]) -> bool {
         self.is_sealed || self.holds(&[min, max], self.walls, true)
     }

@@ -17,7 +17,8 @@ const DEEPEST: usize = 96;
 /// Boxes of pieces and of other nodes.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    /// By axis, rounded outward; of children that are not there, nothing is met.
+    /// Corners of the children's boxes by axis, rounded outward: the lowest here, the highest in
+    /// `max`. A missing child has an inverted infinite box, which no finite box meets.
     min: [[f32; WIDE]; 3],
     max: [[f32; WIDE]; 3],
     /// Nodes, and pieces with [`PIECE`].

@@ -63,9 +63,9 @@ impl OutcodeResult {
 /// Triangles sorted by their outcodes; keeps its memory from call to call.
 #[derive(Clone, Debug, Default)]
 pub struct Sorted {
-    /// Those that need no clipping, ascending.
+    /// Triangles that need no clipping, ascending.
     pub accepted: Vec<u32>,
-    /// Those that may, ascending. Of these some miss the region, unless
+    /// Triangles that may need clipping, ascending. Some of them miss the region, unless
     /// [`resolve`](ObjectRegion::resolve) took them out.
     pub candidates: Vec<u32>,
     /// How many were rejected.

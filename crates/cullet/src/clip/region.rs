@@ -91,7 +91,7 @@ pub enum ClipError {
     /// A window whose sides are out of order, or NaN.
     #[error("the window's axis {axis} runs from {low} to {high}: low must not exceed high")]
     NoWindow {
-        /// Which coordinate, from 0.
+        /// Number of the coordinate, from 0.
         axis: usize,
         /// Its low side.
         low: f64,

@@ -139,7 +139,7 @@ mod tests {
         Transform { linear: columns, ..Transform::IDENTITY }
     }
 
-    /// By both ways to it.
+    /// Returns the rank of `transform`. Asserts that `Transform` and `Flattening` agree on it.
     fn rank(transform: Transform) -> u8 {
         assert_eq!(transform.rank(), Flattening::of(&transform).rank());
         transform.rank()

@@ -63,7 +63,8 @@ impl Detail {
         weight >= 0.0 && self.measured(size, weight) < self.threshold_px
     }
 
-    /// What is compared with the threshold. NaN for an infinite weight of nothing.
+    /// Returns the number that is compared with the threshold, in pixels (square pixels for
+    /// [`Measure::Area`]). It is NaN where `weight` is infinite and both lengths are zero.
     fn measured(&self, [w, h]: [f64; 2], weight: f64) -> f64 {
         let (w, h) = (w * weight, h * weight);
         match self.measure {

@@ -12,9 +12,9 @@ pub enum Evidence {
     None,
     /// Layers, one bit each: it stays where the two share one.
     Layers {
-        /// Of the instance.
+        /// Layers of the instance.
         instance: u32,
-        /// Of the view.
+        /// Layers of the view.
         view: u32,
     },
     /// The instance's box against each plane of the frustum that there is.
@@ -45,7 +45,7 @@ pub enum Evidence {
         drawn: u64,
         /// Triangles of the mesh in full.
         triangles: u64,
-        /// By how many pixels what is drawn may be off.
+        /// Number of pixels by which the drawn levels may be off from the full mesh.
         pixels: f64,
     },
 }
@@ -98,7 +98,7 @@ pub struct CoverTest {
     pub open: Option<[u32; 2]>,
 }
 
-/// What a stage found of an instance, in words and as numbers.
+/// Finding of a stage on one instance, in words and as numbers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Finding {
     pub(super) words: String,

@@ -59,8 +59,8 @@ impl Culler {
         self.explain_to(scene, Viewer::Camera(view), handle)
     }
 
-    /// As [`explain`](Self::explain), for a light: the reason is the one that [`cull_shadows`](Self::cull_shadows)
-    /// writes.
+    /// Explains an instance for a light, as [`explain`](Self::explain) does for a camera. The
+    /// reason is the one that [`cull_shadows`](Self::cull_shadows) writes.
     ///
     /// # Errors
     /// If the handle names no instance.

@@ -49,9 +49,10 @@ pub(super) struct Frame<'a> {
     /// In world space, and relative to the scene's origin, as its boxes are: of a light, where casters matter.
     pub(super) world_frustum: Frustum,
     pub(super) frustum: Frustum,
-    /// Of `frustum`.
+    /// Planes of `frustum`, ready for tests of boxes.
     pub(super) planes: Planes,
-    /// Of a light, relative to the scene's origin.
+    /// Region in which casters of the light matter, relative to the scene's origin; `None` for a
+    /// camera.
     pub(super) casters: Option<CasterRegion>,
     /// The one instance that is culled, where an explanation is wanted.
     pub(super) only: Option<Alone<'a>>,

@@ -58,9 +58,11 @@ pub enum Backface {
     /// triangles are tested from their corners. The triangles left are those that `Exact` leaves.
     #[default]
     Fast,
-    /// As `Fast`, but where the eye is outside the sphere around a mesh, its triangles by classes of their normals:
-    /// two bytes each, one mask of 256 bytes an instance. It finds less, the nearer the eye the less. Masks are
-    /// [prepared](Preparation::masks); without, as `Fast`.
+    /// Normal masks: like `Fast`, but where the eye is outside the sphere around a mesh, its
+    /// triangles are culled by classes of their normals. Masks take two bytes a triangle, and 256
+    /// bytes for each instance. They find less than `Fast`, and the nearer the eye is, the less
+    /// they find. Masks are [prepared](Preparation::masks). A mesh without masks, or with normals
+    /// in too much doubt for the eye, is culled as by `Fast`.
     Masks,
     /// Every triangle from its corners, where the output is triangles: nothing is prepared, and it
     /// takes some fifty times as long.
@@ -130,8 +132,9 @@ pub struct Culler {
     pub output: Output,
     /// Fill [`Visible::reasons`]. Default off. Cost: two bytes a slot.
     pub reasons: bool,
-    /// With [`reasons`](Self::reasons), also fill [`Visible::dropped`]: what every stage took of instances that it did
-    /// not take as a whole. Default off.
+    /// Whether [`Visible::dropped`] is filled too: the triangles that stages took from instances
+    /// that they did not take as a whole. It has no effect without [`reasons`](Self::reasons).
+    /// Default off.
     pub dropped: bool,
     /// The SIMD level; the answer is the same at every level. Default: the best of the machine.
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -200,16 +203,19 @@ pub enum CullError {
 }
 
 impl Culler {
-    /// As much as can be proved: all that a wide buffer and a budget beyond any frame's find. Nothing lossy. For tools, and
-    /// for renderers to which a triangle costs much: `cullet report --preset exact` shows what there is to be found.
+    /// Returns settings that find as much as can be proved: all that a wide buffer and a budget
+    /// larger than any frame needs can find. No stage is lossy. They are for tools, and for
+    /// renderers to which a triangle costs much: `cullet report --preset exact` shows what there is
+    /// to be found.
     #[must_use]
     pub fn exact() -> Self {
         let occlusion = Occlusion { width: 1280, budget: 100_000.0, risk: None };
         Self { frustum_exact: true, occlusion: Some(occlusion), ..Self::balanced() }
     }
 
-    /// What pays: every stage that is not lossy, and of occlusion no more than [1.5 %](Occlusion::risk) of what is left to
-    /// draw is spent where nothing is found.
+    /// Returns settings that pay in most frames: every stage that is not lossy. Where occlusion
+    /// finds nothing, it spends no more than [1.5 %](Occlusion::risk) of the cost of drawing what
+    /// is left.
     #[must_use]
     pub fn balanced() -> Self {
         Self {
@@ -232,8 +238,9 @@ impl Culler {
         }
     }
 
-    /// What is found soonest: occlusion in a narrow buffer, by few occluders. Nothing lossy: [`detail`](Self::detail) under a
-    /// pixel was tried, and projecting each of a city's instances took longer than all else together.
+    /// Returns settings for the shortest culling time: occlusion in a narrow buffer, by few
+    /// occluders. No stage is lossy. [`detail`](Self::detail) under a pixel was tried: projecting
+    /// each of a city's instances took longer than all else together.
     #[must_use]
     pub fn fast() -> Self {
         let occlusion = Occlusion { width: 320, budget: 80.0, risk: Some(0.015) };

@@ -29,7 +29,7 @@ const PICKED: usize = 1024;
 
 /// Result of [`sort`].
 pub(super) struct Sorted {
-    /// By slot: its index is the number of the box in the input.
+    /// One handle per slot. Its index is the number of the box in the input.
     pub(super) handles: Vec<Handle>,
     pub(super) boxes: Boxes,
     pub(super) curve: Curve,

@@ -53,9 +53,9 @@ pub enum NodesError {
     Loose {
         /// The level of the node, 0 next to the boxes.
         level: usize,
-        /// Which node.
+        /// Number of the node in its level.
         node: usize,
-        /// Which child or box, by its own number.
+        /// Number of the child: a node of the level below, or a box below level 0.
         child: usize,
     },
 }

@@ -170,7 +170,8 @@ pub(super) struct Curve {
     low: [f32; 3],
     scale: [f32; 3],
     last: [f32; 3],
-    /// By axis, for the lower and the upper byte of a coordinate: its bits, spread.
+    /// Spread bits of a coordinate: one table per axis, for its lower and then its upper byte, by
+    /// the value of that byte.
     spread: Box<[[[u32; 256]; 2]; 3]>,
 }
 

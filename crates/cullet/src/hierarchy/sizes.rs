@@ -15,10 +15,10 @@ pub(crate) struct SizeRange {
 }
 
 impl SizeRange {
-    /// Of no box.
+    /// Range of no box. Its union with another range is that range.
     const NONE: Self = Self { largest: [0.0; 3], smallest: [f32::INFINITY; 3] };
 
-    /// Of all of some.
+    /// Returns the union of `some`, or [`NONE`](Self::NONE) if there are none.
     pub(super) fn of_all<'a>(some: impl Iterator<Item = &'a Self>) -> Self {
         some.fold(Self::NONE, Self::union)
     }

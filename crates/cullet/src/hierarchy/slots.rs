@@ -42,12 +42,12 @@ pub(crate) const NO_SLOT: u32 = u32::MAX;
 
 const NOTHING: Handle = Handle { index: NO_SLOT, generation: 0 };
 
-/// Which handle lies in which slot. Either way is O(1).
+/// Map between handles and slots. A look-up in either direction is O(1).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Slots {
-    /// By slot.
+    /// One handle per slot; `NOTHING` in an empty slot.
     handles: Vec<Handle>,
-    /// By handle index: generation and slot.
+    /// One entry per handle index: generation and slot.
     entries: Vec<(u32, u32)>,
     free: Vec<u32>,
     removed: u32,
@@ -56,7 +56,8 @@ pub(super) struct Slots {
 }
 
 impl Slots {
-    /// Of handles that are the numbers 0 to n − 1, none reused, by slot.
+    /// Makes the map of `handles`, one per slot. Their indices must be the numbers 0 to n − 1, each
+    /// once, and their generations 0.
     pub(super) fn in_order(handles: Vec<Handle>) -> Self {
         let mut entries = vec![(0, NO_SLOT); handles.len()];
         (0..).zip(&handles).for_each(|(slot, handle)| entries[handle.index as usize].1 = slot);

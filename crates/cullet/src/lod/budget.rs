@@ -17,7 +17,8 @@ const FINEST: f64 = 0.125;
 /// How many triangles and clusters are drawn at each threshold.
 type Drawn = [[i64; 2]; STEPS];
 
-/// What is left of all that one stands for, and how many triangles are drawn of it at each threshold.
+/// Totals of all that one stand-in stands for: the instances that are left, their clusters, and the
+/// triangles drawn at each threshold.
 #[derive(Clone, Copy, Debug)]
 struct Below {
     instances: u64,
@@ -31,9 +32,10 @@ struct Below {
 pub(crate) struct Budget {
     finest: f64,
     all: [u64; STEPS],
-    /// By the number of those that stand for others.
+    /// One total per stand-in, by its number.
     below: Vec<Below>,
-    /// Of each group of some levels the first threshold at which it is within.
+    /// Number of the first threshold that each group is within, for the levels counted last. It is
+    /// `STEPS` for a group that is within none.
     within: Vec<u8>,
 }
 

@@ -13,7 +13,8 @@ use crate::simd::Simd;
 /// Groups a vector.
 const WIDTH: usize = 8;
 
-/// Of fewer groups a sweep over all is quicker than a walk that asks one by one.
+/// Least number of groups for a walk that asks one by one. With fewer groups a sweep over all is
+/// quicker.
 const LEAST_TO_WALK: usize = 256;
 /// A walk that has visited this part of all groups gives up: it was worth little, and the sweep is worth it.
 const SHARE_TO_WALK: usize = 16;
@@ -142,7 +143,9 @@ impl Levels {
         Some(true)
     }
 
-    /// As [`select`](Self::select), slow and obvious: one bit a cluster by the rule alone, also where not all is there.
+    /// Chooses the clusters that [`select`](Self::select) chooses, by the rule alone: slow and
+    /// obvious. Returns one flag per cluster. The flags are also set where clusters that would be
+    /// drawn are missing from the levels; `select` then chooses nothing.
     #[must_use]
     pub fn select_ref(&self, eye: &LevelEye) -> Vec<bool> {
         self.select_where(|group| eye.is_over(group))

@@ -9,8 +9,9 @@ use crate::view::{EyeBall, View};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Lod {
-    /// By how many pixels the surface that is drawn may be off, from 0; as many as the errors of the levels are bounds.
-    /// A value that is not above 0, or NaN, draws everything in full.
+    /// Number of pixels that the drawn surface may be off, from 0. The limit holds as far as the
+    /// errors of the levels are bounds. A value that is not above 0, or NaN, draws everything in
+    /// full.
     pub pixels: f64,
     /// Whether that holds in the corners of the image too, where a pixel is a smaller angle than at its centre. Then it is
     /// held everywhere as in the farthest corner, by 1/cos² of its angle to the centre: 2.4 times as fine at 60 degrees and
@@ -47,7 +48,8 @@ pub struct PixelScale {
 }
 
 impl PixelScale {
-    /// Of a view, at the centre of its image or in its farthest corner.
+    /// Returns the scale of `view` at the centre of its image, or with `at_corners` in its farthest
+    /// corner.
     #[must_use]
     pub fn of(view: &View, at_corners: bool) -> Self {
         // Columns of four: row r of the matrix is m[r], m[r + 4], m[r + 8] and, of the translation, m[r + 12].
@@ -119,11 +121,12 @@ impl LevelEye {
     /// An eye that draws everything in full.
     pub const FULL: Self = Self { eye: [0.0; 3], reach: f32::INFINITY, ball: 0.0, nearest: -1.0 };
 
-    /// Of `lod` in a view with `scale`, for an instance with `transform`; `ball` in place of the view's eye.
+    /// Makes the eye of `lod` in a view with `scale`, for an instance with `transform`. A `ball`
+    /// takes the place of the view's eye; parallel lines of sight have no eye and ignore it.
     ///
-    /// Where the transform stretches unevenly, distances are taken by its least and errors by its largest factor, so that
-    /// what is chosen is finer than needed and never coarser. A transform that is not finite, or flat, draws everything in
-    /// full, and so does a threshold that is not above 0.
+    /// Where the transform stretches unevenly, distances are scaled by its least factor and errors
+    /// by its largest. The choice is then finer than needed and never coarser. A transform that is
+    /// flat or not finite draws everything in full. So does a threshold that is not above 0.
     #[must_use]
     pub fn new(
         lod: &Lod,

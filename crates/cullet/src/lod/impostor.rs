@@ -40,7 +40,7 @@ pub enum ImpostorError {
     /// Not as many texels as the grid has.
     #[error("{what} has {found} texels, but the grid has {expected}")]
     Count {
-        /// Which plane of the atlas.
+        /// Name of the plane of the atlas.
         what: &'static str,
         /// How many it has.
         found: usize,
@@ -62,7 +62,7 @@ pub enum ImpostorError {
     /// A texel of a part that the mesh has not.
     #[error("texel {texel} is of part {part}, but the mesh has {parts}")]
     NoSuchPart {
-        /// Which texel.
+        /// Number of the texel.
         texel: usize,
         /// The part.
         part: u32,
@@ -80,7 +80,7 @@ pub enum ImpostorError {
     Levels(#[from] super::LevelsError),
 }
 
-/// What a texel of a frame says.
+/// Contents of one texel of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Texel {
     /// The share of it that the mesh covers, from 0 to 1.

@@ -22,8 +22,8 @@ pub struct Group {
 }
 
 impl Group {
-    /// By how much the sphere of `self` reaches beyond that of `other`, as a share of the larger of the two radii;
-    /// 0 where it lies within.
+    /// Returns how far the sphere of `self` reaches beyond that of `other`, as a share of the
+    /// larger of the two radii. Returns 0 where it lies within.
     fn beyond(&self, other: &Self) -> f64 {
         let between: f64 = (0..3)
             .map(|a| (f64::from(self.centre[a]) - f64::from(other.centre[a])).powi(2))
@@ -42,7 +42,7 @@ pub enum LevelsError {
     /// Not one number for each cluster.
     #[error("{what} has {given} entries, but the mesh has {clusters} clusters")]
     Length {
-        /// Which list.
+        /// Name of the list that is wrong.
         what: &'static str,
         /// How many entries it has.
         given: usize,
@@ -68,9 +68,9 @@ pub enum LevelsError {
     /// A number beyond the groups.
     #[error("{what} of cluster {cluster} is {group}, but there are {groups} groups")]
     NoSuchGroup {
-        /// Which list.
+        /// Name of the list that is wrong.
         what: &'static str,
-        /// Which cluster.
+        /// The cluster whose entry is wrong.
         cluster: usize,
         /// The number.
         group: u32,
@@ -80,9 +80,9 @@ pub enum LevelsError {
     /// A sphere or an error that is not finite or below zero.
     #[error("group {group} has a sphere or an error that is negative or not finite: {value:?}")]
     NotFinite {
-        /// Which group.
+        /// Number of the group.
         group: usize,
-        /// What it is.
+        /// The group itself.
         value: Group,
     },
     /// Triangles that were simplified from others would be nearer to the original, or reach beyond them: a choice
@@ -98,7 +98,7 @@ pub enum LevelsError {
         coarser: u32,
         /// Error or sphere.
         what: &'static str,
-        /// What is wrong with it.
+        /// Description of the fault.
         more: String,
     },
 }

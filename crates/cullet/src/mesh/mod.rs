@@ -116,7 +116,7 @@ pub enum MeshError {
     /// A vertex with a NaN or infinite coordinate.
     #[error("vertex {vertex} is not finite: {position:?}")]
     NotFinite {
-        /// Which vertex.
+        /// Number of the vertex.
         vertex: usize,
         /// Where it is.
         position: [f32; 3],
@@ -124,7 +124,7 @@ pub enum MeshError {
     /// An index beyond the vertices.
     #[error("index {at} is {index}, but there are {vertices} vertices")]
     Index {
-        /// Which entry of the index list.
+        /// Position of the entry in the index list.
         at: usize,
         /// Its value.
         index: u32,
@@ -137,7 +137,7 @@ pub enum MeshError {
     /// More than fits the 32-bit numbers of a mesh.
     #[error("{count} {what} exceed the limit of {limit}")]
     TooMany {
-        /// Of what.
+        /// Kind of the items that are too many: vertices or triangles.
         what: &'static str,
         /// How many.
         count: usize,
@@ -147,7 +147,7 @@ pub enum MeshError {
     /// Parts that do not cover the triangles in order.
     #[error("part {part} starts at triangle {first}, expected {expected} of {triangles}")]
     Parts {
-        /// Which part.
+        /// Number of the part.
         part: usize,
         /// Where it starts.
         first: u32,

@@ -1,4 +1,4 @@
-//! Which shells of a surface lie within which: for telling a cavity from a body wound inward.
+//! Nesting of the shells of a surface: it tells a cavity from a body wound inward.
 
 use super::surface::Surface;
 use crate::bounds::Aabb;

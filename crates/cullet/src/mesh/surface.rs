@@ -12,13 +12,13 @@ pub(super) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// With equal positions made one vertex.
+    /// Builds the surface of a triangle list, with equal positions made one vertex.
     pub(super) fn welded(positions: &'a [[f32; 3]], indices: &[u32]) -> Self {
         let first = weld(positions);
         Self::build(positions, indices, |v| first.get(v as usize).copied())
     }
 
-    /// With vertices as they are numbered.
+    /// Builds the surface of a triangle list and keeps its vertex numbering.
     pub(super) fn indexed(positions: &'a [[f32; 3]], indices: &[u32]) -> Self {
         Self::build(positions, indices, |v| ((v as usize) < positions.len()).then_some(v))
     }
@@ -105,7 +105,8 @@ pub(super) fn for_each_edge(surface: &Surface<'_>, visit: impl FnMut(&[HalfEdge]
     for_each_edge_within(surface, least.max(LEAST_HALF_EDGES), visit);
 }
 
-/// With no more than `limit` half edges held at once, unless a single vertex has more.
+/// Calls `visit` with the uses of each edge. Holds no more than `limit` half edges at once, unless
+/// a single vertex has more.
 fn for_each_edge_within(surface: &Surface<'_>, limit: usize, mut visit: impl FnMut(&[HalfEdge])) {
     let half_edges = || {
         surface.corners.iter().enumerate().flat_map(|(t, &[a, b, c])| {

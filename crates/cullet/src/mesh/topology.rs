@@ -18,7 +18,7 @@ pub enum NotSolid {
     /// A part is blended or alpha-masked.
     #[error("part {part} is not opaque")]
     NotOpaque {
-        /// Which part.
+        /// Number of the part.
         part: u32,
     },
     /// Edges with one triangle.
@@ -50,7 +50,7 @@ pub enum NotSolid {
     InwardShells {
         /// How many.
         shells: u32,
-        /// Of how many shells in all.
+        /// Total number of shells.
         of: u32,
     },
     /// It encloses nothing.
@@ -199,7 +199,8 @@ pub(super) struct ShellFacts {
     pub(super) misoriented: bool,
     /// No choice of sides makes all its edges agree: a Möbius strip.
     pub(super) one_sided: bool,
-    /// As it is wound; about a point of its own. Of use for closed shells only.
+    /// Signed volume, positive when the shell is wound outward, about one of its own vertices. It
+    /// has a meaning for closed shells only.
     pub(super) volume: f64,
 }
 

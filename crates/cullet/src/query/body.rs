@@ -47,9 +47,9 @@ impl Corners {
 #[derive(Clone, Copy, Debug)]
 struct Face {
     corner: DVec3,
-    /// Of the length of the cross product of two edges.
+    /// Normal of the plane: the cross product of two edges, not scaled to unit length.
     normal: DVec3,
-    /// The lengths of those.
+    /// Lengths of those two edges.
     edges: [f64; 2],
     error: f64,
 }

@@ -22,11 +22,12 @@ use crate::visible::Visible;
 pub enum LightReason {
     /// It lights nothing at all: its range or its cone is not above zero.
     Unlit,
-    /// What it reaches lies outside the view's frustum.
+    /// The light's reach lies outside the view's frustum.
     Frustum,
-    /// What it reaches is too small on the screen: lossy, and off unless set.
+    /// The light's reach is too small on the screen. This stage is lossy, and off unless
+    /// [`LightOptions::detail`] is set.
     Detail,
-    /// What it reaches lies behind what the occlusion buffer has, or beyond the buffer's edges.
+    /// The light's reach lies behind what the occlusion buffer has, or beyond the buffer's edges.
     Occlusion,
     /// It reaches nothing that the view was found to see.
     NoReceiver,
@@ -50,7 +51,7 @@ impl LightReason {
     }
 }
 
-/// What is known of a view, and what a light culler is to do with it.
+/// Settings of [`cull_lights`], and what is known of the view.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LightOptions<'a> {
     /// Drop lights whose reach is this small on the screen. Lossy. Default none.
@@ -73,7 +74,7 @@ pub struct LightRow {
     pub left: u64,
 }
 
-/// Which lights matter. Reused from frame to frame; see [`cull_lights`].
+/// Result of [`cull_lights`]: the lights that may matter. Reuse it from frame to frame.
 #[derive(Clone, Debug, Default)]
 pub struct LightAnswer {
     /// The numbers of the lights that may matter, ascending.

@@ -1,7 +1,8 @@
-//! What will be needed along a motion, and from where on: for streaming.
+//! Instances that will be needed along a motion, and from which distance on: for streaming.
 //!
-//! The way is cut into steps; the eyes of a step are the box around it with the motion's uncertainty on every side;
-//! and each box is searched for what may be seen from it and was not found before.
+//! The way is cut into steps. The eyes of a step lie in the box around it, enlarged on every side
+//! by the motion's uncertainty. Each box is searched for what may be seen from it and was not found
+//! before.
 
 use super::region::{EyeBox, Outlook, RegionCuller, RegionError, RegionState, RegionWork};
 use crate::array;

@@ -195,11 +195,13 @@ impl RegionCuller {
         self.run(scene, eyes, None, state, visible)
     }
 
-    /// As [`cull`](Self::cull), of eyes that all look as a view does: its orientation, projection and layers, carried to
-    /// each point of the box. What is outside of all their frusta is dropped too.
+    /// Finds what may be seen from any eye in a box, like [`cull`](Self::cull), for eyes that all
+    /// look as `view` does: with its orientation, projection and layers, carried to each point of
+    /// the box. Drops what is outside of all their frusta too.
     ///
     /// # Errors
-    /// As [`cull`](Self::cull), and [`RegionError::Orthographic`].
+    /// [`RegionError::Setting`] for a setting out of its range, and [`RegionError::Orthographic`]
+    /// for a view whose lines of sight are parallel.
     pub fn cull_view(
         &self,
         scene: &Scene,
@@ -350,7 +352,8 @@ pub(super) struct Outlook {
 }
 
 impl Outlook {
-    /// Of all eyes that look as a view does, or anywhere.
+    /// Makes the outlook of all eyes that look as `view` does, or in all directions where it is
+    /// `None`. Returns the errors of [`RegionCuller::cull_view`].
     pub(super) fn new(culler: &RegionCuller, view: Option<&View>) -> Result<Self, RegionError> {
         culler.check()?;
         let near = culler.near_world.max(LEAST_NEAR);
@@ -390,7 +393,8 @@ impl RegionState {
         self.work
     }
 
-    /// What was found since: it is sought no more. Calls back with its slots, ascending.
+    /// Takes what was found since the last call: it is sought no more. Calls `each` with its slots,
+    /// ascending.
     pub(super) fn take_found(&mut self, mut each: impl FnMut(u32)) {
         bits::in_words(&self.found).for_each(|slot| each(slot as u32));
         for (sought, found) in self.sought.iter_mut().zip(&mut self.found) {

@@ -10,7 +10,7 @@ use crate::hierarchy::Handle;
 use crate::mesh::{Alpha, Cluster, Mesh};
 use crate::scene::Scene;
 
-/// Which side of one-sided triangles blocks.
+/// The side of one-sided triangles that blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum BlockingSides {
     /// The side that is drawn: a triangle of a one-sided part blocks who looks at its front, and is looked through from
@@ -21,7 +21,7 @@ pub enum BlockingSides {
     Both,
 }
 
-/// Which blocker is wanted.
+/// The blocker that a query is to find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Find {
     /// The one nearest to the start.
@@ -36,9 +36,9 @@ pub enum Find {
 pub struct SightOptions {
     /// Instances in none of these layers do not block. Default all.
     pub layers: u32,
-    /// Which side of one-sided triangles blocks. Default [`BlockingSides::AsDrawn`].
+    /// The side of one-sided triangles that blocks. Default [`BlockingSides::AsDrawn`].
     pub sides: BlockingSides,
-    /// Which blocker is wanted. Default [`Find::Nearest`].
+    /// The blocker to find. Default [`Find::Nearest`].
     pub find: Find,
     /// Instances that do not block, such as who looks and who is looked at. A handle that names none is no error.
     pub ignored: [Option<Handle>; 2],
@@ -55,7 +55,7 @@ impl Default for SightOptions {
     }
 }
 
-/// What is between two points.
+/// Result of a line-of-sight query between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sight {
     /// Nothing that blocks.

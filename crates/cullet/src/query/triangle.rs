@@ -126,7 +126,7 @@ mod tests {
     use super::*;
     use cullet_testkit::Rng;
 
-    /// By whole numbers.
+    /// Finds the crossing by whole numbers, which do not round.
     fn crossing_ref(along: [i128; 3], [p, q, r]: [[i128; 3]; 3]) -> Option<(f64, bool)> {
         let det = |a: [i128; 3], b: [i128; 3], c: [i128; 3]| {
             a[0] * (b[1] * c[2] - b[2] * c[1])

@@ -27,18 +27,18 @@ impl Default for VolumeOptions {
     }
 }
 
-/// What hides a box from another.
+/// The occluder that hides one box from another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HiddenBy {
     /// The instance of the occluder.
     pub handle: Handle,
     /// The slot of that.
     pub slot: u32,
-    /// Which shape of its [occluder](crate::Prepared::occluder).
+    /// Number of the shape in its [occluder](crate::Prepared::occluder).
     pub shape: u32,
 }
 
-/// What can be seen of a box from another.
+/// Result of [`box_to_box`]: whether one box can be seen from another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoxSight {
     /// One of the boxes is empty: there is nothing to see, or nowhere to see it from.
@@ -111,7 +111,9 @@ struct Query<'a> {
 }
 
 impl Query<'_> {
-    /// What hides one box from the other, or the first half of them from each other.
+    /// Returns what hides one box from the other, or `None` without a proof. Where no single
+    /// occluder is found and the boxes do not touch, it halves the box with the longest edge, up to
+    /// `splits` times, and seeks a proof for each half. Then it returns what hides the first half.
     fn prove(&self, boxes: [[DVec3; 2]; 2], splits: u32) -> Option<HiddenBy> {
         if let Some(by) = self.prove_whole(boxes) {
             return Some(by);
@@ -137,7 +139,8 @@ impl Query<'_> {
         Some(by)
     }
 
-    /// What hides all of one box from all of the other.
+    /// Returns the occluder that hides all of one box from all of the other, or `None` without a
+    /// proof.
     fn prove_whole(&self, boxes: [[DVec3; 2]; 2]) -> Option<HiddenBy> {
         let corners = boxes.each(|[min, max]| Corners::of(min, max));
         // An occluder that all segments pass is passed by that between the middles.

@@ -10,7 +10,7 @@ use crate::array::Each;
 /// An instance whose geometry leaves its bounds: it may vanish while it is in sight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundsViolation {
-    /// Which instance.
+    /// Handle of the instance.
     pub handle: Handle,
     /// Its slot.
     pub slot: u32,
@@ -18,8 +18,8 @@ pub struct BoundsViolation {
     pub vertex: u32,
     /// Where that vertex is, in world space, relative to the scene's origin.
     pub position: [f64; 3],
-    /// By how much it is outside along its worst axis, in world units; infinite where it is not finite.
-    /// Bounds that grow by this on every side hold the instance.
+    /// Distance by which the vertex is outside along its worst axis, in world units; infinite where
+    /// its position is not finite. Bounds that grow by this on every side hold the instance.
     pub excess: f64,
     /// How many of its vertices are outside.
     pub outside: u32,

@@ -15,7 +15,7 @@ use crate::cull::pvs::{SetsError, Targets, VisibleSets};
 pub(crate) struct SceneCells {
     graph: CellGraph,
     place: Box<dyn CellLocator>,
-    /// By slot: where its cells begin among all, and how many they are.
+    /// Two numbers per slot: where its cells begin in `all`, and how many they are.
     of_slots: Vec<[u32; 2]>,
     /// Cells of one slot after the other, ascending; what moved leaves gaps.
     all: Vec<u32>,
@@ -73,7 +73,7 @@ impl SceneCells {
         &self.loose
     }
 
-    /// What may be seen from each cell.
+    /// Returns the sets of what may be seen from each cell, if any.
     pub(crate) fn sets(&self) -> Option<&VisibleSets<'static>> {
         self.sets.as_ref()
     }

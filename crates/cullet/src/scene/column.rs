@@ -13,7 +13,7 @@ pub(super) struct Column<T> {
 }
 
 impl<T: Copy + PartialEq> Column<T> {
-    /// Of no slot.
+    /// Creates a column without slots.
     pub(super) fn new(default: T) -> Self {
         Self { default, len: 0, each: Vec::new() }
     }

@@ -48,7 +48,7 @@ pub enum BoundsOverride {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Instance {
-    /// Which mesh.
+    /// Number of its mesh.
     pub mesh: MeshId,
     /// Where.
     pub transform: Transform,
@@ -58,8 +58,9 @@ pub struct Instance {
     pub flags: InstanceFlags,
     /// Its bounds.
     pub bounds: BoundsOverride,
-    /// By how much its size on the screen counts for [`Culler::detail`](crate::Culler::detail): 2 is culled where others of
-    /// twice its size are. Infinite, NaN or below 0: never culled for its size. Default 1.
+    /// Factor by which its size on the screen counts for [`Culler::detail`](crate::Culler::detail).
+    /// With 2 it is culled where an instance of twice its size and weight 1 would be. A factor that
+    /// is infinite, NaN or below 0 means that it is never culled for its size. Default 1.
     pub size_weight: f32,
     /// A number of the caller's, such as the entity that it stands for. The engine only keeps it.
     pub user: u64,

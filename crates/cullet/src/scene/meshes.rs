@@ -63,7 +63,8 @@ impl Scene {
         self.edit_meshes_of(0..self.meshes.len(), &mut edit);
     }
 
-    /// As [`edit_meshes`](Self::edit_meshes), of one mesh; nothing if there is no such mesh.
+    /// Edits one mesh, as [`edit_meshes`](Self::edit_meshes) edits all. Does nothing if there is no
+    /// such mesh.
     pub fn edit_mesh(&mut self, mesh: MeshId, edit: impl FnOnce(&mut Mesh)) {
         let at = mesh as usize;
         if at < self.meshes.len() {

@@ -201,7 +201,8 @@ impl Scene {
         self.users.get(slot as usize)
     }
 
-    /// By how much the size of a slot counts; see [`Instance::size_weight`].
+    /// Returns the factor by which the size of the instance of `slot` counts; see
+    /// [`Instance::size_weight`].
     #[must_use]
     pub fn size_weight(&self, slot: u32) -> f32 {
         self.size_weights.get(slot as usize)

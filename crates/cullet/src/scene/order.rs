@@ -62,8 +62,8 @@ impl Scene {
         commit
     }
 
-    /// As [`commit`](Self::commit), without sorting: for a scene whose instances were added in the order of the slots
-    /// of one that was committed. The slots stay as they are, and no mesh is prepared. See
+    /// Commits without sorting. Use it for a scene whose instances were added in the slot order of
+    /// a scene that was committed. The slots stay as they are, and no mesh is prepared. See
     /// [`Hierarchy::commit_in_order`](crate::hierarchy::Hierarchy::commit_in_order).
     pub fn commit_in_order(&mut self) {
         self.hierarchy.commit_in_order();

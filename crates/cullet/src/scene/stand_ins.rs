@@ -48,9 +48,9 @@ pub(crate) struct StandIn {
 /// All of a scene.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StandIns {
-    /// Those below have lower numbers than those above.
+    /// Stand-ins of the scene. Those below come before those above.
     pub(crate) all: Vec<StandIn>,
-    /// By slot: the number of the one that stands for its instance.
+    /// One entry per slot: the number of the stand-in for its instance, or [`NO_STAND_IN`].
     of_slot: Vec<u32>,
     /// One bit a slot: its instance stands for others.
     own: Vec<u64>,
@@ -153,7 +153,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Those that stand for others, if there are any.
+    /// Returns the stand-ins of this scene, if any.
     pub(crate) fn stand_ins(&self) -> Option<&StandIns> {
         self.stand_ins.as_deref()
     }

@@ -60,7 +60,7 @@ pub(super) struct Tallies {
     by_mesh: Vec<Tally>,
     /// The instances of each word of 64 slots.
     by_word: Vec<Tally>,
-    /// Those of each 64 words.
+    /// The instances of each group of 64 words.
     by_group: Vec<Tally>,
     /// The instances of each mask of layers.
     by_layers: HashMap<u32, Tally>,

@@ -24,7 +24,7 @@ use crate::array::Each;
 use crate::bounds::{Plane, ROUNDING};
 use crate::matrix::Matrix;
 
-/// Which clip depth is near.
+/// The end of the clip depth range that is near.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
@@ -48,7 +48,7 @@ pub enum FrontFace {
     Clockwise,
 }
 
-/// Which faces of one-sided meshes are culled.
+/// Faces of one-sided meshes that are culled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
@@ -83,7 +83,7 @@ pub enum ViewError {
     /// A projection with an empty or inverted range.
     #[error("{what} is {value}; it must be {must}")]
     Range {
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
         /// Its value.
         value: f64,
@@ -124,7 +124,7 @@ pub struct View {
     pub layers: u32,
     /// The winding that this view takes for front-facing.
     pub front_face: FrontFace,
-    /// Which faces of one-sided meshes this view does not draw.
+    /// Faces of one-sided meshes that this view does not draw.
     pub cull_face: CullFace,
     /// The eyes that levels of detail are chosen for, where it is not the view's own alone; of parallel lines of sight
     /// nothing. Not written with a view.
@@ -265,7 +265,7 @@ impl View {
         self.mirrored
     }
 
-    /// Which clip depth is near.
+    /// Returns which end of the clip depth range is near.
     #[must_use]
     pub fn depth(&self) -> Depth {
         self.depth

@@ -15,7 +15,7 @@ use crate::transform::Transform;
 pub(crate) struct SizeBounds {
     /// Rows of x, y, depth and w: what each unit along an axis adds.
     rows: [DVec3; 4],
-    /// What is there at the zero of the space.
+    /// Values of the rows at the zero of the space.
     at_zero: [f64; 4],
     /// Half the viewport, in pixels.
     half: [f64; 2],
@@ -40,12 +40,12 @@ impl View {
 }
 
 impl SizeBounds {
-    /// Of boxes given relative to `origin`.
+    /// Makes the bounds for boxes given relative to `origin`.
     pub(crate) fn of_world(view: &View, origin: [f64; 3]) -> Self {
         Self::new(view, &(view.clip_from_world * DMat4::from_translation(origin.into())))
     }
 
-    /// Of boxes in the space of what has a transform.
+    /// Makes the bounds for boxes in the space of an instance with `transform`.
     pub(crate) fn of_object(view: &View, transform: &Transform) -> Self {
         let own = DMat4::from_cols_array(&transform.to_matrix());
         Self::new(view, &(view.clip_from_world * own))
@@ -93,7 +93,8 @@ impl SizeBounds {
         sizes.iter().all(|v| v.is_finite()).then_some(sizes)
     }
 
-    /// As [`of`](Self::of), of one box.
+    /// Returns the bound of [`of`](Self::of) for the single box `b`: its width and height in
+    /// pixels.
     pub(crate) fn of_box(&self, b: &Aabb) -> Option<[f64; 2]> {
         self.of(b, array::from_fn(|a| b.max[a] - b.min[a]))
     }

@@ -23,9 +23,10 @@ use crate::bounds::Sphere;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Pod, Zeroable)]
 #[repr(C)]
 pub struct NormalMask {
-    /// Which byte.
+    /// The index of the byte in the [`BackfaceMask`].
     pub byte_offset: u8,
-    /// Which bit; 0 for a triangle whose normal is not certain, which no mask culls.
+    /// The bit of that byte, as a mask. It is 0 for a triangle whose normal is not certain, which
+    /// no mask culls.
     pub bit_mask: u8,
 }
 

@@ -42,7 +42,7 @@ pub use triangle::{ObjectEye, ViewEye, facing_ref};
 
 use crate::view::FrontFace;
 
-/// Which side of a triangle the eye sees.
+/// The side of a triangle that the eye sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Facing {
     /// Its front.

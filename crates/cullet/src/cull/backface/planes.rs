@@ -87,9 +87,10 @@ pub struct Planes8 {
     /// Each number plus 128: the dot product takes unsigned by signed bytes.
     bytes: Vec<[u8; 4]>,
     len: usize,
-    /// By how much each of the four numbers was rounded, at most: half, and nothing where all normals
-    /// lie along an axis, as those of boxes do. Seen from afar near their horizon, those of a city would
-    /// be kept for the half alone.
+    /// Largest rounding of each of the four numbers, over all planes. It is at most one half. It is
+    /// zero for the numbers of the normal where all normals lie along an axis, as those of boxes
+    /// do. With one half for all meshes, triangles of a city seen from afar, near their horizon,
+    /// would be kept for that half alone.
     rounded: DVec4,
 }
 
@@ -102,14 +103,15 @@ pub struct PlaneEye {
 }
 
 impl PlaneEye {
-    /// What a plane is multiplied by: a triangle is culled where the product is below minus the
+    /// Returns the four numbers of the eye. A triangle is culled where their dot product with the
+    /// numbers of its plane (its [bytes](Planes8::bytes) less 128) is below minus the
     /// [`bound`](Self::bound).
     #[must_use]
     pub fn numbers(&self) -> [i32; 4] {
         self.eye
     }
 
-    /// By how much a product may be off; positive.
+    /// Returns the most by which such a dot product may be off. It is positive.
     #[must_use]
     pub fn bound(&self) -> i32 {
         self.bound
@@ -236,8 +238,9 @@ impl Planes8 {
         self.test_words(level, eye, first, culled, &mut []);
     }
 
-    /// As [`cull_words`](Self::cull_words), and fills the mask of what is in doubt: neither culled nor proved to be kept,
-    /// nearly edge-on or without a plane. `doubt` is as long as `culled`, or empty where it is not wanted.
+    /// Fills `culled` like [`cull_words`](Self::cull_words), and fills `doubt` with the triangles
+    /// that are neither culled nor proved to be kept. Those are nearly edge-on, or have no plane.
+    /// `doubt` is as long as `culled`, or empty where it is not wanted.
     pub(crate) fn test_words(
         &self,
         level: crate::Simd,

@@ -31,7 +31,7 @@ const MASK_CELLS: u32 = 16;
 #[derive(Clone, Debug)]
 pub struct Backfaces {
     planes: Planes8,
-    /// With a sphere around the mesh.
+    /// The masks of the normals and a sphere around the mesh; `None` where no masks were added.
     masks: Option<(NormalMasks, Sphere)>,
     frame: Frame,
     /// The most that the coordinates of a triangle's corner and its two edges add up to.
@@ -216,8 +216,9 @@ impl Backfaces {
         self.planes.cull_words(level, &eye.planes, first, culled);
     }
 
-    /// As [`cull_words`](Self::cull_words), and fills `doubt`, as long, with what is neither culled nor proved to be kept:
-    /// triangles nearly edge-on, or without a plane.
+    /// Fills `culled` like [`cull_words`](Self::cull_words), and fills `doubt` with the triangles
+    /// that are neither culled nor proved to be kept. Those are nearly edge-on, or have no plane.
+    /// `doubt` is as long as `culled`.
     pub(crate) fn test_words(
         &self,
         level: Simd,
@@ -245,7 +246,8 @@ pub struct BackfaceEye {
 }
 
 impl BackfaceEye {
-    /// Which side is culled where the eye sees it: the one that the cones must have been fitted for.
+    /// Returns the side that is culled where the eye sees it. The cones must have been fitted for
+    /// the same side.
     #[must_use]
     pub fn facing(&self) -> Facing {
         self.facing

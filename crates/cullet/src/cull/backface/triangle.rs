@@ -82,7 +82,8 @@ impl ViewEye {
         }
     }
 
-    /// Which side of counter-clockwise triangles is culled where it is seen; `Edge` where none is.
+    /// Returns the side of counter-clockwise triangles that is culled where it is seen; `Edge`
+    /// where no side is culled.
     #[must_use]
     pub fn culled_side(&self) -> Facing {
         culled_side(self.sides.0, self.sides.1)
@@ -95,7 +96,7 @@ impl ViewEye {
     }
 }
 
-/// Of counter-clockwise triangles.
+/// Returns the side of counter-clockwise triangles that is culled; `Edge` where no side is culled.
 #[inline]
 fn culled_side(front_face: FrontFace, cull: CullFace) -> Facing {
     match (cull, front_face) {
@@ -189,7 +190,8 @@ impl ObjectEye {
         if result.eye.is_finite() && result.weight.is_finite() { result } else { undecided }
     }
 
-    /// Which side of a triangle the eye sees, or [`Facing::Edge`] where that is not proved.
+    /// Returns the side of the triangle `corners` that the eye sees, or [`Facing::Edge`] where that
+    /// is not proved.
     #[inline]
     #[must_use]
     pub fn facing(&self, corners: &[[f32; 3]; 3]) -> Facing {
@@ -230,7 +232,7 @@ impl ObjectEye {
         }
     }
 
-    /// As [`ViewEye::culled_side`].
+    /// Returns the culled side, as [`ViewEye::culled_side`] does.
     #[must_use]
     pub fn culled_side(&self) -> Facing {
         culled_side(self.front_face, self.cull)

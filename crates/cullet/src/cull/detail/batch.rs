@@ -22,19 +22,19 @@ use crate::view::View;
 /// 2⁻¹⁹: more than stored boxes are [wider](crate::bounds::Boxes) than what they are of, and f32 rounds.
 const STEP: f32 = 1.0 / (1 << 19) as f32;
 
-/// What decides the sizes of boxes in one view.
+/// Test of the sizes of boxes in one view against the threshold of detail culling.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BatchSizes {
     /// Rows of x, y, depth and w.
     rows: [[f32; 4]; 4],
-    /// Of the viewport, in pixels.
+    /// Size of the viewport, in pixels.
     size: [f32; 2],
     measure: Measure,
     threshold: f32,
 }
 
 impl BatchSizes {
-    /// Of boxes given relative to `origin`.
+    /// Creates the test for boxes given relative to `origin`.
     pub(crate) fn new(view: &View, origin: [f64; 3], detail: &Detail) -> Self {
         let rows = view.depth_rows(origin).each(|row| row.each(|v| v as f32));
         let threshold = match detail.measure {
@@ -120,7 +120,10 @@ impl BatchSizes {
         (small, large)
     }
 
-    /// Of boxes with halves between two; the lanes are those boxes, or where `within` hold them.
+    /// Decides sixteen lanes. Returns one bit each for the lanes whose boxes are all surely small,
+    /// and for those of which surely none is. The half extents of the boxes lie between the two of
+    /// `halves`. The lanes are the boxes themselves, or, where `within` is set, nodes that hold
+    /// them.
     #[inline(always)]
     fn decide_lanes<S: fearless_simd::Simd>(
         &self,
@@ -217,14 +220,14 @@ impl<S: fearless_simd::Simd> Lanes<S> {
             + self.splat(row[3])
     }
 
-    /// By how much a row changes from the middles to the sides at the most.
+    /// Returns the most by which `row` changes from the middle of each box to its sides.
     #[inline(always)]
     fn half(&self, row: &[f32; 4]) -> f32x16<S> {
         let [x, y, z] = self.reach;
         (self.splat(row[0].abs()) * x + self.splat(row[1].abs()) * y) + self.splat(row[2].abs()) * z
     }
 
-    /// By how much a row may be off for rounding.
+    /// Returns the most by which rounding may put `row` off, for each box.
     #[inline(always)]
     fn off(&self, row: &[f32; 4]) -> f32x16<S> {
         let [x, y, z] = self.most;

@@ -52,8 +52,8 @@ impl SamplePattern {
     }
 }
 
-/// By how much a corner on the screen may be off, in pixels: renderers round corners to at least 1/256 of a pixel, and work
-/// out where they are in f32.
+/// Error bound of a corner on the screen, in pixels. Renderers round corners to 1/256 of a pixel or
+/// finer, and compute their places in f32.
 const OFF: f64 = 1.0 / 256.0 + 1.0 / 1024.0;
 
 /// The most pixels around a triangle whose samples are tested one by one; what is larger is kept.

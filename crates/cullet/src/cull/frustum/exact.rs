@@ -75,8 +75,8 @@ impl ExactFrustum {
         any_rejects(&self.planes[..self.count], b)
     }
 
-    /// As [`is_outside`](Self::is_outside), for a box that the plane test has already kept: only the tests
-    /// that it lacks.
+    /// Tests a box that the plane test has already kept, like [`is_outside`](Self::is_outside).
+    /// Does only the tests that the plane test lacks.
     #[must_use]
     pub fn is_outside_beyond_planes(&self, b: &Aabb) -> bool {
         any_rejects(&self.planes[self.own..self.count], b)

@@ -54,7 +54,7 @@ pub enum OcclusionError {
     /// A vertex with a NaN or infinite coordinate.
     #[error("vertex {vertex} is not finite: {position:?}")]
     NotFinite {
-        /// Which vertex.
+        /// The index of the vertex.
         vertex: usize,
         /// Where it is.
         position: [f32; 3],

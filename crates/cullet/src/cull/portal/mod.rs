@@ -43,11 +43,11 @@ pub use walk::{Reached, Visit, walk_portals};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum PortalClip {
-    /// As polygons: what is seen behind a portal is bounded by the planes through its edges.
+    /// Polygons. The planes through the edges of a portal bound what is seen behind it.
     #[default]
     Polygons,
-    /// As rectangles of the screen around them: four planes each, found sooner, that let more be seen where doors are not
-    /// upright in the picture.
+    /// Rectangles of the screen around the portals. They have four planes each and are found
+    /// sooner. They let more be seen where doors are not upright in the picture.
     Rectangles,
 }
 

@@ -15,7 +15,7 @@ use crate::view::Frustum;
 /// A cell that is seen, and through what: one step of a chain that begins in the cell of the eye.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visit {
-    /// Which cell.
+    /// The index of the cell.
     pub cell: u32,
     /// The portal that it is seen through; `None` where the walk began, and of one that is seen in a mirror.
     pub portal: Option<u32>,
@@ -84,8 +84,9 @@ impl Reached {
         planes.iter().map(|(n, d)| Plane::new((*n).into(), *d))
     }
 
-    /// What is seen of the last portal or mirror of a visit, in world space; none at the first, and none where all of a
-    /// portal near the eye is seen through.
+    /// Returns the corners of the visible part of the last portal or mirror of `visit`, in world
+    /// space. There are none where the walk began, none at a [limited](Visit::is_limited) visit,
+    /// and none where the eye is so near a portal that it sees through all of it.
     pub fn polygon(&self, visit: &Visit) -> impl Iterator<Item = [f64; 3]> + '_ {
         let eye = DVec3::from(visit.eye);
         let polygon = &self.polygons[visit.polygon.start as usize..visit.polygon.end as usize];

@@ -22,15 +22,15 @@ mod sets;
 pub use bytes::SetsError;
 pub use sets::VisibleSets;
 
-/// What the sets of cells are of.
+/// The kind of targets that the sets of cells hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 #[repr(u32)]
 pub enum Targets {
-    /// Of cells: an instance may be seen where one of its cells may.
+    /// Cells. An instance may be seen where one of its cells may.
     Cells = 0,
-    /// Of instances, by the [index](crate::Handle::index) of their handles: those that came or moved since the sets were
-    /// given to a scene count as seen from everywhere.
+    /// Instances, by the [index](crate::Handle::index) of their handles. Instances that came or
+    /// moved since the sets were given to a scene count as seen from everywhere.
     Instances = 1,
 }

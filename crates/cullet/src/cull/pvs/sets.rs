@@ -9,13 +9,15 @@ use crate::bits;
 /// Words of a row that one word of its index tells of.
 const BLOCK: usize = 64;
 
-/// Which targets may be seen from each cell, compressed.
+/// Sets of the targets that may be seen from each cell, compressed.
 ///
-/// A row keeps those of its words of 64 targets that are not zero, and before them, for each 64 words, which those are and
-/// how many come before: one lookup reads three words, wherever the target. Rows that are equal are kept once. At the worst,
-/// where all is seen from everywhere, that is 3 % more than plain bits.
+/// A row keeps those of its words of 64 targets that are not zero. An index before them tells, for
+/// each 64 words, which of the words are kept and how many come before. One lookup reads three
+/// words, wherever the target is. Equal rows are kept once. At worst, where everything is seen from
+/// everywhere, the sets take 3 % more than plain bits.
 ///
-/// Sets may borrow from a file that is [mapped](Self::from_bytes) into memory: then what is never asked is never read.
+/// Sets may borrow from a file that is [mapped](Self::from_bytes) into memory. Parts that are never
+/// asked for are then never read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VisibleSets<'a> {
     pub(super) targets: Targets,
@@ -27,8 +29,9 @@ pub struct VisibleSets<'a> {
 }
 
 impl VisibleSets<'static> {
-    /// Of one row for each cell: bit t of a row is bit t mod 64 of its word t / 64. Words that are missing at the end of a
-    /// row are zero, and bits from `target_count` on count for nothing. O(words).
+    /// Creates sets from one row for each cell. Bit t of a row is bit t mod 64 of its word t / 64.
+    /// Words that are missing at the end of a row are zero. Bits from `target_count` on are
+    /// ignored. O(words).
     ///
     /// # Panics
     /// If 2³² words, 32 GiB, are not enough.
@@ -79,7 +82,7 @@ fn pack(row: &[u64], width: usize, out: &mut Vec<u64>) {
 }
 
 impl VisibleSets<'_> {
-    /// What the sets are of.
+    /// Returns the kind of targets that the sets hold.
     #[must_use]
     pub fn targets(&self) -> Targets {
         self.targets

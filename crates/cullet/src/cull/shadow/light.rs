@@ -33,7 +33,8 @@ pub enum Light {
         /// The angle between the axis and the side of the cone, where light ends altogether. From a right angle on
         /// it is no cone, and the light counts as a point light; one that is not above zero lights nothing.
         half_angle_radians: f64,
-        /// As that of a point light.
+        /// The reach of the light, in world units; infinite for no limit. One that is not above
+        /// zero lights nothing.
         range: f64,
     },
 }

@@ -14,9 +14,9 @@ pub(in super::super) struct Cut {
     /// The mesh that holds them.
     pub(in super::super) mesh: MeshId,
     pub(in super::super) level: u32,
-    /// What they hold.
+    /// Counts of what is drawn of these levels.
     pub(in super::super) tally: Tally,
-    /// What the mesh holds that they replace.
+    /// Counts of the mesh that these levels replace.
     whole: Tally,
     /// Where their ranges of clusters are listed.
     ranges: Range<usize>,
@@ -26,10 +26,11 @@ pub(in super::super) struct Cut {
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Coarse {
     cuts: Vec<Cut>,
-    /// Of clusters.
+    /// Ranges of clusters, of one cut after the other.
     ranges: Vec<Range<u32>>,
-    /// What all cuts hold, and the meshes in whose place they are.
+    /// Counts of all cuts.
     drawn: Tally,
+    /// Counts of the meshes that the cuts replace.
     replaced: Tally,
     sorter: Sorter,
 }
@@ -75,12 +76,12 @@ impl Coarse {
         self.sorter.sort(&mut self.cuts, |cut| cut.slot.into());
     }
 
-    /// What they hold.
+    /// Returns the counts of all cuts.
     pub(in super::super) fn drawn(&self) -> Tally {
         self.drawn
     }
 
-    /// What the meshes hold in whose place they are.
+    /// Returns the counts of the meshes that the cuts replace.
     pub(in super::super) fn replaced(&self) -> Tally {
         self.replaced
     }

@@ -62,8 +62,9 @@ impl Instances {
         }
     }
 
-    /// As [`take`](Self::take), of all words of a group at once, of which none has an exempt instance, one that stands for
-    /// others, or one in no layer of the view.
+    /// Takes all words of `group` at once, as [`take`](Self::take) does one word. The caller
+    /// ensures that no instance of the group is exempt, stands for others or is in no layer of the
+    /// view. `visible` and `inside` have one entry for each word of the group.
     pub(in super::super) fn take_group(
         &mut self,
         scene: &Scene,

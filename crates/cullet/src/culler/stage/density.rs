@@ -29,7 +29,7 @@ pub(super) struct Density {
 }
 
 impl Density {
-    /// Of sampled instances, in a buffer of `size` pixels.
+    /// Measures the density of the sampled instances of `slots`, in a buffer of `size` pixels.
     pub(super) fn sample(
         &mut self,
         scene: &Scene,

@@ -58,10 +58,10 @@ pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &
 /// few of them are decided, that took more than it gained.
 const LEVEL: usize = 1;
 
-/// What is known of sixteen nodes.
+/// Decisions on the nodes of one block of sixteen.
 #[derive(Clone, Copy, Debug)]
 struct Decided {
-    /// Which sixteen.
+    /// Number of the block; `usize::MAX` for none.
     number: usize,
     /// One bit each: all instances below are surely small; none is.
     small: u16,

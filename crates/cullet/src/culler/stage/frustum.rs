@@ -24,8 +24,9 @@ use crate::visible::TriangleRange;
 /// State that the stage keeps of a view.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Cache {
-    /// Which scene the last frame was of, and what it saw.
+    /// Id of the scene of the last frame.
     scene: u64,
+    /// Results of the last frames, which save tests in the next one.
     coherent: Coherent,
     cut: Cut,
     of_levels: Vec<Run>,
@@ -412,7 +413,9 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
     debug_assert_eq!(log.left.counts.triangles, set.list.len() as u64);
 }
 
-/// By how much an instance is outside of a plane, or inside of all.
+/// Returns how far the instance of `slot` is outside the plane that rejected it, or how far it
+/// reaches inside its nearest plane. For a rejected caster of a light, the words say why its shadow
+/// cannot matter. The evidence has the distances to every plane.
 pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32, reason: Option<Reason>) -> Finding {
     let bounds = frame.scene.bounds(slot);
     let words = words_of(frame, &bounds, reason);

@@ -25,10 +25,12 @@ use crate::view::View;
 /// Smaller ones hide next to nothing.
 const LEAST_PIXELS: f32 = 16.0;
 
-/// Of an instance with no more shapes each is boxed in the space of the scene.
+/// The most shapes of an instance of which each is boxed in the space of the scene. The boxes of
+/// more shapes are tested in the space of the instance.
 const FEW_SHAPES: usize = 6;
 
-/// With more meshes than this it costs more to look up the least cost of each than knowing it saves.
+/// The most meshes of which the least costs are looked up. With more, the look-up costs more than
+/// it saves.
 const MOST_MESHES: usize = 1024;
 
 /// Search for occluders: everything that it looks at.
@@ -55,7 +57,7 @@ pub(super) struct Search<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group {
     score: f32,
-    /// Of 16, 256 or 4,096 slots: its level of the hierarchy, 0 to 2.
+    /// Level of the node in the hierarchy, 0 to 2: it holds 16, 256 or 4,096 slots.
     level: usize,
     number: u32,
 }
@@ -81,12 +83,13 @@ impl PartialEq for Group {
 
 impl Eq for Group {}
 
-/// What refuses a node without looking into it.
+/// Limits that refuse a node without looking into it.
 #[derive(Clone, Copy, Debug)]
 struct Limits {
-    /// Of a shape of the scene.
+    /// Least cost of a shape of the scene.
     least_cost: LeastCost,
-    /// What has less has a lower score than any that may be taken.
+    /// Least value worth looking at. A shape with less has a lower score than any that may be
+    /// taken.
     least_value: f32,
 }
 
@@ -142,14 +145,17 @@ impl Search<'_> {
         (value >= least).then_some(value)
     }
 
-    /// As [`value`](Self::value), of an instance or a shape itself.
+    /// Returns the [`value`](Self::value) of an instance or a shape itself, by its `bounds`. `None`
+    /// is for less than `least`.
     fn value_of(&self, bounds: Option<ScreenBounds>, least: f32) -> Option<f32> {
         let pixels = bounds.map_or(f32::INFINITY, |f| f.pixels());
         self.value(bounds, pixels, self.density.densest(), least)
     }
 
-    /// As [`value`](Self::value), of what is below a node of a level, 0 to 2: however large the node is, all that it
-    /// holds may be small.
+    /// Returns an upper bound of the [`value`](Self::value) of every shape below `node` of `level`,
+    /// 0 to 2. A shape's pixels are limited by the largest box below the node, since a large node
+    /// may hold only small boxes. `None` is for less than `least`, and for fewer pixels than
+    /// [`LEAST_PIXELS`].
     fn value_below(
         &self,
         bounds: Option<ScreenBounds>,

@@ -420,7 +420,8 @@ pub(in super::super) fn clusters(
     log.occlusion.tests += tests;
 }
 
-/// Those of a word of which no cluster is hidden by itself, as far as that is known.
+/// Returns one bit for each slot of `word`: its instance is known to have no cluster that is hidden
+/// by itself. All bits are set where the stage is off or was left out.
 pub(super) fn unhidden(frame: &Frame<'_>, cache: &Cache, word: usize) -> u64 {
     match frame.culler.occlusion.filter(|_| !cache.is_left_out) {
         Some(_) => cache.whole.get(word).copied().unwrap_or(0),

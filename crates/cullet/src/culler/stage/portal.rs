@@ -17,7 +17,7 @@ use crate::mesh::Mesh;
 use crate::scene::{SceneCells, Tally};
 use crate::view::Frustum;
 
-/// What the stage found of a view.
+/// Findings of the stage in one view, and memory that is used again.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Cache {
     reached: Reached,
@@ -132,7 +132,8 @@ impl Cache {
         sum
     }
 
-    /// Those of a word that are seen in part, as far as portals go.
+    /// Returns one bit for each slot of `word`: its instance is seen only in part, as far as
+    /// portals go. No bit is set where the stage did nothing.
     pub(super) fn straddling(&self, frame: &Frame<'_>, word: usize) -> u64 {
         match frame.scene.cells().filter(|_| frame.culler.portal.is_some() && self.idle == Idle::No)
         {
@@ -159,7 +160,7 @@ impl Cache {
             && frame.scene.is_rigid(slot)
     }
 
-    /// By which portals an instance is seen, or why it is not.
+    /// Returns the portals through which the instance of `slot` is seen, or why it is not seen.
     pub(in super::super) fn finding(&self, frame: &Frame<'_>, slot: u32) -> Finding {
         let Some(cells) = frame.scene.cells() else { return Idle::NoCells.words().into() };
         if self.idle != Idle::No {
@@ -276,7 +277,7 @@ impl Cache {
     }
 }
 
-/// What bounds that which is seen at a visit, relative to an origin.
+/// Returns the frustum around what is seen of the cell at `visit`, relative to `origin`.
 fn bounds_of(
     frame: &Frame<'_>,
     cells: &SceneCells,

@@ -11,12 +11,17 @@ use crate::cull::pvs::{Targets, VisibleSets};
 use crate::funnel::{Reason, Stage};
 use crate::scene::{Scene, SceneCells, Tally};
 
-/// What the stage knows of a view: what may be seen from the cells that the eye is in, found anew when those are others.
+/// Knowledge of the stage about a view: what may be seen from the cells that the eye is in. It is
+/// found anew when the eye comes into other cells, and when the cells, their slots, their sets or
+/// the use of mirrors change.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Cache {
     idle: Idle,
-    /// Which cells with which slots, and whether through mirrors; and where the eye was among them.
+    /// [Version](SceneCells::version) of the cells for which `row` and `seen` were found, and
+    /// whether with mirrors.
     of: Option<((u64, u64), bool)>,
+    /// Cells for which `row` and `seen` were found: those that the near plane may be in, that of
+    /// the eye first.
     starts: Vec<u32>,
     found: Vec<u32>,
     /// One bit a target.
@@ -94,7 +99,9 @@ impl Cache {
         }
     }
 
-    /// What may be seen from a mirror's cell may be seen in the mirror.
+    /// Adds the sets of the mirrors' cells to the row: what may be seen from a mirror's cell may be
+    /// seen in the mirror. Where the targets are cells, it adds only mirrors whose cell is in the
+    /// row by then. Where they are instances, it adds all mirrors.
     fn add_mirrors(&mut self, cells: &SceneCells, sets: &VisibleSets<'_>) {
         let mut left: Vec<u32> = cells.graph().mirrors().iter().map(|mirror| mirror.cell).collect();
         left.sort_unstable();

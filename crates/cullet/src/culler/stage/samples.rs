@@ -31,10 +31,11 @@ const OUTLIER: f64 = 8.0;
 /// The most clusters of an instance that are sampled.
 const MOST_OF_ONE: usize = 32;
 
-/// Of more shapes most are passed over, by the nodes.
+/// The most shapes that a search is expected to look at. Of more shapes, the nodes pass over most.
 const MOST_LOOKED_AT: f64 = 4096.0;
 
-/// Of more clusters it is not tested whether they face away: that takes a test of each.
+/// The most clusters of a mesh of which samples are tested for facing away: that takes a test of
+/// every cluster.
 const MANY: usize = 1 << 14;
 
 /// Some of the instances that are left, and some of their clusters.
@@ -104,7 +105,8 @@ impl Samples {
         self.parts.iter().map(|part| part.triangles).sum::<f64>() + self.unknown
     }
 
-    /// What looking for occluders costs, in nanoseconds, however little is drawn; and what testing costs.
+    /// Returns two costs in nanoseconds: of looking for occluders, however little is drawn, and of
+    /// testing `instances` instances and the clusters that are likely to be left.
     pub(super) fn overheads_ns(&self, costs: &OccluderCosts, instances: f64) -> [f64; 2] {
         let OccluderCosts { begin_ns, look_ns, test_ns, .. } = costs;
         let look = begin_ns + look_ns * self.shapes.min(MOST_LOOKED_AT);

@@ -26,8 +26,8 @@ pub(super) struct Stake {
 }
 
 impl Stake {
-    /// Of a frame in which so many instances are left, and about so many triangles of them to draw; looking for occluders
-    /// and testing take so many nanoseconds.
+    /// Creates the stake of a frame in which `instances` are left, with about `triangles` triangles
+    /// to draw. Looking for occluders takes `look_ns` nanoseconds, and testing takes `test_ns`.
     pub(super) fn new(
         settings: &Occlusion,
         costs: &Costs,
@@ -50,7 +50,7 @@ impl Stake {
         self.limit
     }
 
-    /// What it saves to hide such a share.
+    /// Returns what hiding the share `hidden` saves, in microseconds.
     pub(super) fn saved(&self, hidden: f32) -> f32 {
         self.draw * hidden
     }
@@ -65,7 +65,8 @@ impl Stake {
         self.first < self.limit
     }
 
-    /// What may be spent on drawing occluders where such a share is known to be hidden. No more than the limit.
+    /// Returns how many microseconds may be spent on drawing occluders where the share `hidden` is
+    /// known to be hidden. It is no more than the limit, and 0 for a limit that is not above 0.
     pub(super) fn budget(&self, hidden: f32) -> f32 {
         // A limit of NaN is none to be spent.
         if self.limit > 0.0 {

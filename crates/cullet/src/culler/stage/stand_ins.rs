@@ -11,21 +11,23 @@ use crate::funnel::{Counts, Reason, Stage};
 use crate::lod::{LevelEye, Lod, PixelScale, Selection};
 use crate::scene::{Scene, StandIns, Tally};
 
-/// What is known of each in a view. Memory that is used again.
+/// State of every stand-in in one view. Its memory is used again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cache {
     of: Vec<OfStandIn>,
-    /// Those of which something is left, ascending.
+    /// Numbers of the stand-ins that stand for an instance that is left, ascending.
     touched: Vec<u32>,
     selection: Selection,
 }
 
-/// What is known of one.
+/// State of one stand-in.
 #[derive(Clone, Copy, Debug, Default)]
 struct OfStandIn {
     touched: bool,
-    /// What is left of what it stands for: its meshes, and the fewest triangles that any levels have.
+    /// Counts of the meshes of the instances that are left, of those that it stands for.
     left: Tally,
+    /// Fewest triangles that may be drawn for those instances, by any levels of theirs or of the
+    /// stand-ins between.
     fewest: u64,
     /// Triangles of its cut, and which of its mesh's levels that is of; `None` where it must not be drawn.
     own: Option<(u64, u32)>,
@@ -217,7 +219,7 @@ pub(super) fn finding(frame: &Frame<'_>, slot: u32) -> Option<String> {
     Some(format!("slot {by} is drawn in its place, which stands for {count} instances"))
 }
 
-/// What is drawn of an instance of which these clusters are.
+/// Returns the counts of one instance that is drawn as the clusters of `selection`.
 pub(super) fn counts_of(selection: &Selection) -> Counts {
     Counts {
         instances: 1,

@@ -39,7 +39,7 @@ struct Candidate {
 pub(super) struct Bodies {
     candidates: Vec<Candidate>,
     all: Vec<Body>,
-    /// By distance from the cell: the nearest first.
+    /// Distance from the middle of the cell and index in `all` of each body, the nearest first.
     order: Vec<(f64, u32)>,
     boxes: Boxes,
     sorter: Sorter,

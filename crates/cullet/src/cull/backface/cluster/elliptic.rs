@@ -111,7 +111,7 @@ impl Shape {
         Self { axis, s, t }
     }
 
-    /// With both half-axes longer by twice `by`.
+    /// Returns the ellipse with both half-axes lengthened by `2 * by`.
     fn widened(self, by: f64) -> Self {
         let longer = |v: DVec3| v * (1.0 + 2.0 * by / v.length());
         Self { s: longer(self.s), t: longer(self.t), ..self }

@@ -253,7 +253,7 @@ impl Apex {
         (DVec3::from(self.axis) + u * p[0] + v * p[1]).into()
     }
 
-    /// With a hull around squares of twice this side in place of the points; `by` is not negative.
+    /// Fits the hull around squares of side `2 * by` instead of points. `by` must not be negative.
     #[must_use]
     pub fn widened(&self, by: f64) -> Self {
         let corners = [[by, by], [-by, by], [-by, -by], [by, -by]].each(DVec2::from);
@@ -403,7 +403,8 @@ fn convex_hull(points: Vec<DVec2>) -> Vec<DVec2> {
 mod tests {
     use super::*;
 
-    /// Of the two faces of an edge, whose normals' x were zeros of both signs, one was lost.
+    /// Guards against a past fault: one of the two faces at an edge was lost where the x of their
+    /// normals were zeros of both signs.
     #[test]
     fn zeros_of_both_signs_are_one() {
         let points = [[-0.0, 1.0], [0.0, -1.0], [0.0, 1.0], [-0.0, -1.0], [0.0, 1.5]];

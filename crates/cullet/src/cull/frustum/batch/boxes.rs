@@ -22,8 +22,9 @@ pub(super) fn visible(
     });
 }
 
-/// Which boxes are proved inside every plane, of words `first..` of a batch; the words hold what is
-/// visible, and those of which nothing is are not looked at.
+/// Sets the bits in `inside` of the visible boxes that are proved inside every plane, and clears
+/// all others. `inside` and `visible` are words `first..` of a batch. Words without a visible box
+/// are not tested.
 pub(super) fn inside(
     level: crate::Simd,
     planes: &Planes,

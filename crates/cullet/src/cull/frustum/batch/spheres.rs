@@ -26,7 +26,8 @@ pub(super) fn visible(
     }
 }
 
-/// Which spheres are proved inside every plane, of those whose bits are set in `visible`.
+/// Sets the bits in `inside` of the spheres that are proved inside every plane, and clears all
+/// others. Only spheres whose bits are set in `visible` count.
 pub(super) fn inside(
     level: crate::Simd,
     planes: &Planes,

@@ -211,7 +211,8 @@ struct Memory {
 /// How far a plane may go from where it was.
 #[derive(Clone, Copy, Debug)]
 struct Margin {
-    /// With another first row, it is another sum.
+    /// Rows of the plane that was tested. A plane with another first row sums other numbers, so the
+    /// margin never holds for it.
     rows: [u8; 3],
     /// The least sum that is not negative, and how far the nearest negative one is from zero.
     low: f32,
@@ -261,7 +262,9 @@ impl Margin {
         half: [0.0; 2],
     };
 
-    /// Of a plane that came as near as `low` and `high` to corners within `around`, rows of a block of boxes.
+    /// Returns the margin of `plane`. `low` is the least of its sums that is not negative, and
+    /// `high` is how far the nearest negative one is from zero. `around` is a box around the group,
+    /// as the six rows of a block.
     fn new(plane: &BoxPlane, [low, high]: [f32; 2], around: &[f32; 6]) -> Self {
         // The term of row q lies in −(row q + 3) ..= row q: at the near corners it is −min or max of
         // a box, at the far ones the other of the two, with its sign turned.

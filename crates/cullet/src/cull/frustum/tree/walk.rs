@@ -246,11 +246,13 @@ fn leaves<S: Simd>(
     target.counts.leaves += front.len as u64;
 }
 
-/// Of sixteen boxes: which no open plane rejects, which are not inside all of them, and, by box, the
-/// planes that it is not inside of.
+/// Tests sixteen boxes against the planes of `open`. Returns the boxes that no open plane rejects,
+/// and the boxes that are not inside all open planes. Fills `still_open`, by box, with the planes
+/// that the box is not inside of.
 ///
-/// The same arithmetic as the flat sweep's. Rounding is monotone and all coefficients are positive, so
-/// what holds for a node's larger box holds for each box in it: the answers are the same, to the last bit.
+/// The arithmetic is the same as the flat sweep's. Rounding is monotone and all coefficients are
+/// positive, so what holds for a node's larger box holds for each box in it: the answers are the
+/// same, to the last bit.
 #[inline(always)]
 pub(super) fn test<S: Simd>(
     simd: S,

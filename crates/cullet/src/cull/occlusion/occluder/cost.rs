@@ -90,7 +90,7 @@ pub(crate) struct LeastCost {
 }
 
 impl LeastCost {
-    /// Of shapes that are not known.
+    /// The least cost of shapes that are not known: that of a convex shape without edges.
     pub(crate) const ANY: Self = Self { convex: Some(0), patch: None };
 
     pub(super) fn of(shapes: &[EdgeCount]) -> Self {
@@ -102,7 +102,7 @@ impl LeastCost {
         })
     }
 
-    /// Of both.
+    /// Returns the fewest edges of the shapes of both, for each kind.
     pub(crate) fn or(self, other: Self) -> Self {
         let least = |a: Option<u32>, b: Option<u32>| a.into_iter().chain(b).min();
         Self { convex: least(self.convex, other.convex), patch: least(self.patch, other.patch) }

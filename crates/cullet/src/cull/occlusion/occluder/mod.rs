@@ -84,7 +84,7 @@ impl PartialEq for Occluder {
 }
 
 impl Occluder {
-    /// Of shapes that the caller knows to lie within what the mesh hides.
+    /// Creates an occluder of `shapes`, which the caller knows to lie within what the mesh hides.
     #[must_use]
     pub fn new(shapes: Vec<Shape>) -> Self {
         let boxes: Vec<Aabb> = shapes.iter().map(Shape::bounds).collect();

@@ -146,12 +146,14 @@ impl<'a> BoxTests<'a> {
         Self::of_object(self.buffer, self.level, transform)
     }
 
-    /// With this, what is before everything that was drawn is found to be so by its node, and not tested itself.
+    /// Adds the nearest depths of the buffer. They let a node that lies in front of everything
+    /// drawn over its pixels accept all boxes below it without testing them.
     pub(crate) fn with_nearest(self, nearest: &'a Nearest) -> Self {
         Self { nearest: Some(nearest), ..self }
     }
 
-    /// As [`hide_boxes`](OcclusionBuffer::hide_boxes).
+    /// Clears the bits in `alive` of the boxes that are hidden or outside, as
+    /// [`hide_boxes`](OcclusionBuffer::hide_boxes) does. Returns the number of tests.
     pub(crate) fn hide(&self, nodes: &Nodes, boxes: &Boxes, alive: &mut [u64]) -> u64 {
         let mut tests = 0;
         for (group, words) in alive.chunks_mut(64).enumerate() {
@@ -187,8 +189,9 @@ impl<'a> BoxTests<'a> {
         self.bounds_with(1.0, block, wanted, least, each);
     }
 
-    /// As [`bounds_of`](Self::bounds_of), for nodes: what is below one has its screen bounds within, and where
-    /// there are none for want of pixels or being outside, neither has what is below.
+    /// Calls `each` like [`bounds_of`](Self::bounds_of), for nodes. The screen bounds of a node
+    /// hold those of everything below it. Where a node is left out, because it has less than
+    /// `least` pixels or is outside, so is everything below it.
     pub(crate) fn bounds_of_nodes(
         &self,
         block: &BoxBlock,

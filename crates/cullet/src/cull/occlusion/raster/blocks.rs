@@ -70,7 +70,7 @@ pub(crate) struct Blocks<'a> {
     /// The first row, and the one beyond the last.
     pub(super) rows: [usize; 2],
     pub(super) blocks: &'a [Block],
-    /// Which tiles of a block have pixels.
+    /// Masks, one per block, of the tiles that have a number for each pixel.
     pub(super) parted: &'a [u8],
     pub(super) pixels: &'a [Pixels],
 }
@@ -215,7 +215,7 @@ impl Rectangle {
 /// Rows of blocks of a buffer, to be drawn into.
 #[derive(Debug)]
 pub(crate) struct BlocksMut<'a> {
-    /// That of the whole buffer, in pixels.
+    /// Size of the whole buffer, in pixels.
     pub(crate) size: [u32; 2],
     pub(super) scale: Scale,
     pub(super) columns: usize,
@@ -287,8 +287,9 @@ impl BlocksMut<'_> {
         self.blocks[block].least = raised;
     }
 
-    /// Which tiles of a block have something farther than the nearest that may be drawn there, and pixels of which the
-    /// farthest and the nearest lie more than a few steps apart, a bit each.
+    /// Returns a bit for each steep tile of a block. A tile is steep where one of its pixels is
+    /// farther than `near`, and `far` and `near` are more than [`FEW_STEPS`] apart. `far` and
+    /// `near` are the least and the greatest nearness that may be drawn in each tile.
     #[inline(always)]
     pub(super) fn steep<S: Simd>(
         &self,

@@ -47,7 +47,8 @@ impl Rectangles {
         outside: 0,
     };
 
-    /// Those of one box; without meaning where it is not `bounded`.
+    /// Returns the screen bounds of the box in `lane`. They have no meaning where it is not
+    /// `bounded`.
     #[inline(always)]
     pub(crate) fn bounds(&self, lane: usize) -> ScreenBounds {
         ScreenBounds {

@@ -24,7 +24,7 @@ pub struct OcclusionBuffer {
     /// Blocks in a row.
     columns: usize,
     blocks: Vec<Block>,
-    /// Which tiles of a block have pixels.
+    /// Masks, one per block, of the tiles that have a number for each pixel.
     parted: Vec<u8>,
     pixels: Vec<Pixels>,
     screen: Option<Screen>,
@@ -106,7 +106,8 @@ impl OcclusionBuffer {
         [self.columns, self.blocks.len() / self.columns]
     }
 
-    /// That of the view that it was turned to last.
+    /// Returns the scale of the view that the buffer was turned to last; that of a parallel view
+    /// before any.
     fn scale(&self) -> Scale {
         self.screen.as_ref().map_or(Scale::parallel(), |screen| screen.scale)
     }

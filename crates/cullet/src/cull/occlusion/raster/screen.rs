@@ -213,7 +213,8 @@ pub(crate) struct Doubt {
 }
 
 impl Doubt {
-    /// That of points in front of the near plane whose numbers may be off by `error`.
+    /// Returns the error bound of the points `clips`, which lie in front of the near plane, given
+    /// numbers that may be off by `error`.
     pub(crate) fn of<'a>(error: &Clip, clips: impl Iterator<Item = &'a Clip>) -> Self {
         let (mut w, mut x, mut nearness) = (f64::INFINITY, 0.0_f64, 0.0_f64);
         for c in clips {
@@ -224,8 +225,9 @@ impl Doubt {
         Self::within(error, w, x, nearness)
     }
 
-    /// That of points whose w is at least `w`, no farther than `x` pixels from the top left corner along either
-    /// axis, and no nearer than `nearness`.
+    /// Returns the error bound of points whose numbers may be off by `error`. Their w is at least
+    /// `w`, they lie no farther than `x` pixels from the top left corner along either axis, and
+    /// they are no nearer than `nearness`.
     pub(crate) fn within(error: &Clip, w: f64, x: f64, nearness: f64) -> Self {
         let over = 1.0 / (w - error.w).max(1e-300);
         let of = |error: f64, value: f64, of_w: f64| (error + value * of_w) * over;

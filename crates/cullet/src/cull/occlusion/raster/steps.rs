@@ -20,14 +20,14 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
-    /// Of a view whose lines of sight meet, the near plane of which is at about `w`.
+    /// Returns the scale of a view whose lines of sight meet. Its near plane is at about `w`.
     pub(super) fn perspective(w: f64) -> Self {
         let w = if w > 1e-6 && w < 1e12 { w } else { 1e-3 };
         let top = (1.0 / w).log2().floor() as i32 + 1;
         Self { shift: 12, first: ((top - 32 + 127) as u32) << 11, offset: 0.0, rounding: 0.0 }
     }
 
-    /// Of a view whose lines of sight are parallel: nearness from 0 to 1.
+    /// Returns the scale of a view whose lines of sight are parallel. Its nearness is from 0 to 1.
     pub(super) fn parallel() -> Self {
         Self { shift: 7, first: 127 << 16, offset: 1.0, rounding: 2.0_f32.powi(-22) }
     }
@@ -61,7 +61,8 @@ impl Scale {
         }
     }
 
-    /// As [`of_drawn`](Self::of_drawn), of eight, none of them NaN.
+    /// Returns the steps of eight values, each as [`of_drawn`](Self::of_drawn) does. None of them
+    /// may be NaN.
     #[inline(always)]
     pub(super) fn of_eight_drawn<S: Simd>(&self, simd: S, nearness: f32x8<S>) -> u16x8<S> {
         let zero = f32x8::splat(simd, 0.0);

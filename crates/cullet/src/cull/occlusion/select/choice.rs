@@ -112,7 +112,7 @@ impl Choice {
         self.found.truncate(count + 1);
     }
 
-    /// Those that are within the budget, the better one first.
+    /// Drops the candidates that are over the budget. Returns the others, the better one first.
     pub(crate) fn ranked(&mut self) -> &[Candidate] {
         self.cut();
         let (budget, mut sum) = (self.budget, 0.0);

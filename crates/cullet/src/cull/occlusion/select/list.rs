@@ -70,16 +70,18 @@ impl OcclusionBuffer {
         drawn
     }
 
-    /// As [`draw_unless_hidden`](Self::draw_unless_hidden), as so many jobs: the buffer is the same to the last
-    /// bit, for any number of them. `run` is given the jobs, each to be run once, on any thread and in any
-    /// order. Each has a [`Band`] of the buffer, some rows of blocks, and goes through the whole list: what
-    /// touches the band and is not hidden there by then is drawn, so an occluder may be drawn in several bands,
+    /// Does the work of [`draw_unless_hidden`](Self::draw_unless_hidden) in `jobs` jobs. The buffer
+    /// is the same to the last bit, for any number of them. `run` is given the jobs. Each must be
+    /// run once, on any thread and in any order. A job has a [`Band`] of the buffer, which is some
+    /// rows of blocks, and goes through the whole list. It draws each occluder that touches its
+    /// band and is not hidden there by then. An occluder may therefore be drawn in several bands,
     /// or in none.
     ///
-    /// With rayon: `|jobs| jobs.into_par_iter().for_each(DrawJob::run)`. As many jobs as there are threads are
-    /// best: bands are cut so that each has about as much to do, and what crosses from one into the next is set
-    /// up in both. The boxes are projected before, by the caller's thread. None is 1 job, and
-    /// there are no more than rows of blocks.
+    /// To use rayon, pass `|jobs| jobs.into_par_iter().for_each(DrawJob::run)` as `run`. It is best
+    /// to have as many jobs as threads: bands are cut so that each has about as much to do, and an
+    /// occluder that crosses from one band into the next is set up in both. The boxes are projected
+    /// before, by the caller's thread. A number of 0 counts as 1, and there are never more jobs
+    /// than rows of blocks.
     ///
     /// # Panics
     /// If `order` has a number that is no box.
@@ -186,7 +188,7 @@ struct RowCosts {
 }
 
 impl RowCosts {
-    /// Of so many occluders, in a buffer of so many columns and rows of blocks.
+    /// Estimates the costs of `listed` occluders in a buffer of `columns` by `rows` blocks.
     fn new(rectangles: &[Rectangles], listed: usize, [columns, rows]: [usize; 2]) -> Self {
         let mut rows = vec![[0_u64; 3]; rows + 1];
         for (some, r) in rectangles.iter().enumerate() {

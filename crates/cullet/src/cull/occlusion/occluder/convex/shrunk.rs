@@ -15,8 +15,8 @@ use crate::transform::Transform;
 /// leaves too little.
 const LEAST_AREA: f64 = 1e-7;
 
-/// What rounding does to the distance of a face from the middle, as a share of the body's size: the normal of a face
-/// of [`LEAST_AREA`] is off by some 1e-7.
+/// Error that rounding causes in the distance of a face from the middle, as a share of the body's
+/// size. The normal of a face of [`LEAST_AREA`] is off by some 1e-7.
 const ROUNDING: f64 = 4e-7;
 
 /// How much further than asked for faces move, as a share of the body's size: more than [`ROUNDING`] and that of the

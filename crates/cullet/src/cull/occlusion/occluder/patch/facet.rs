@@ -16,7 +16,7 @@ pub(super) const NONE: u32 = u32::MAX;
 /// A facet: three vertices, or four of a quad whose diagonal runs from the first to the third.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Facet {
-    /// That of a triangle ends with its third vertex twice.
+    /// Vertex indices of the facet. A triangle repeats its third vertex.
     pub(super) corners: [u32; 4],
 }
 

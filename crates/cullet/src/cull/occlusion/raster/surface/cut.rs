@@ -18,9 +18,9 @@ const CORNERS: usize = 3 + PLANES;
 pub(super) struct Cut {
     /// How many vertices there are, those that were added included.
     vertices: usize,
-    /// Those without a number were to be added.
+    /// Whether a vertex could not be added, so that a facet or an edge is missing.
     is_full: bool,
-    /// Of the facets that show their fronts, and of those that show their backs.
+    /// Remains of the facets that show their fronts, and of those that show their backs.
     sides: [CutSide; 2],
 }
 

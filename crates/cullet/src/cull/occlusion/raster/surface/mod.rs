@@ -45,7 +45,7 @@ pub(super) struct Surface {
     x: Numbers<f32>,
     y: Numbers<f32>,
     n: Numbers<f32>,
-    /// Of each vertex the planes beyond which it lies; see [`cut`].
+    /// Codes of the vertices: bits of the planes beyond which each lies; see [`cut`].
     codes: Numbers<i32>,
     /// All bits for a facet that is drawn, else none.
     drawn: Numbers<u32>,

@@ -48,7 +48,8 @@ pub(crate) struct Projection {
 }
 
 impl Projection {
-    /// That of an object on a screen of `size` pixels. `None` where its numbers are too large for f32, or it is flat.
+    /// Returns the projection of an object onto a screen of `size` pixels. `None` where its numbers
+    /// are too large for f32, or where the object is flat.
     pub(crate) fn new(screen: &ObjectScreen, size: [u32; 2]) -> Option<Self> {
         let perspective = screen.perspective;
         let order = [0, 1, if perspective { 4 } else { 2 }, 3];
