@@ -90,7 +90,7 @@ impl Tier {
         Offered::by_adapter(adapter).lack(self)
     }
 
-    /// What an opened device lacks of this tier.
+    /// Returns what an opened device lacks of this tier, if anything.
     pub(crate) fn lack_of_device(self, device: &Device) -> Option<Lack> {
         Offered::by_device(device).lack(self)
     }

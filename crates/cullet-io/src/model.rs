@@ -147,7 +147,7 @@ pub struct Motion {
 }
 
 pub(crate) enum MotionKind {
-    /// Of a file.
+    /// Animations, skins and morph targets of a file.
     Rig(Rig),
     /// A model that is made anew at each time.
     Made(Make),

@@ -1,4 +1,4 @@
-//! What moves in a model of a file: its animations, skins and morph targets.
+//! Parts of a model of a file that move: its animations, skins and morph targets.
 
 mod rig;
 pub(crate) mod track;

@@ -110,7 +110,7 @@ fn each_item_is_whole_and_what_it_names_is_there() {
     assert!(faults >= 10, "{faults} faults of the texts are told");
 }
 
-/// What is wrong with items that commands show, a line each.
+/// Returns what is wrong with `items` that commands show, a line each.
 fn wrong(items: &[&Item]) -> Vec<String> {
     let mut runs = Runs::new(cullet_testkit::data(""));
     let mut wrong = Vec::new();
