@@ -39,7 +39,7 @@ const PACKAGES: &[&str] = &[
 /// All targets, and the libraries whose units `cargo test` leaves out, so that it need not compile them twice.
 const TARGETS: [&str; 4] = ["--lib", "--bins", "--tests", "--examples"];
 
-/// What cargo-nextest leaves out: programs of tests that the README's second command runs, but for the engine's.
+/// Filter of cargo-nextest: leaves out the programs of tests that the README's second command runs, but for the engine's.
 const ANEW: &str = "not (kind(test) & (package(cullet-bake) | package(cullet-cut) | package(cullet-lab) | \
                     (package(cullet-testkit) & not binary(/^cullet/))))";
 

@@ -59,7 +59,7 @@ pub struct Instance {
     /// Its bounds.
     pub bounds: BoundsOverride,
     /// Factor by which its size on the screen counts for [`Culler::detail`](crate::Culler::detail).
-    /// With 2 it is culled where an instance of twice its size and weight 1 would be. A factor that
+    /// A factor of 2 culls it where an instance of twice its size and weight 1 would be. One that
     /// is infinite, NaN or below 0 means that it is never culled for its size. Default 1.
     pub size_weight: f32,
     /// A number of the caller's, such as the entity that it stands for. The engine only keeps it.
