@@ -36,8 +36,9 @@ const PACKAGES: &[&str] = &[
     VIEWER,
 ];
 
-/// All targets, and the libraries whose units `cargo test` leaves out, so that it need not compile them twice.
-const TARGETS: [&str; 4] = ["--lib", "--bins", "--tests", "--examples"];
+/// All that has tests, the libraries among it whose units `cargo test` leaves out, so that it need not compile them twice.
+/// Examples are built apart: named here they would be built as tests, and not as programs.
+const TARGETS: [&str; 3] = ["--lib", "--bins", "--tests"];
 
 /// Filter of cargo-nextest: leaves out the programs of tests that the README's second command runs, but for the engine's.
 const ANEW: &str = "not (kind(test) & (package(cullet-bake) | package(cullet-cut) | package(cullet-lab) | \
@@ -78,6 +79,7 @@ fn test(args: &[&str]) -> Result<Command, String> {
 /// The step that builds it all, apart from running it, so that its time is seen.
 pub(crate) fn build() -> Ended {
     run(cargo("test", &[&TARGETS[..], &["--no-run"]].concat()))?;
+    run(cargo("build", &["--examples"]))?;
     if graphics::is_there() {
         return Ok(End::Passed);
     }
@@ -131,7 +133,7 @@ pub(crate) fn tests_on(machine: Machine) -> Ended {
         programs.extend(["--", "a_screenshot_has", "what_a_program_culls"]);
     }
     let mut commands = vec![test(&of_passes)?, test(&programs)?];
-    let folder = program("examples")?;
+    let folder = examples_folder()?;
     let example = |name| command(&folder.join(name).to_string_lossy(), &[]);
     commands.extend(["own_program", "lists"].map(example));
     for command in &mut commands {
@@ -140,10 +142,10 @@ pub(crate) fn tests_on(machine: Machine) -> Ended {
     tested(commands).map(|(ended, skips)| End::from(ended, skips))
 }
 
-/// A program of that build, or its folder of examples, made where it is not there yet.
-pub(crate) fn program(name: &str) -> Result<PathBuf, String> {
-    run(cargo("test", &[&TARGETS[..], &["--no-run", "--quiet"]].concat()))?;
-    Ok(folder().join(PROFILE).join(name))
+/// The folder of that build's examples, made where they are not there yet.
+pub(crate) fn examples_folder() -> Result<PathBuf, String> {
+    run(cargo("build", &["--examples", "--quiet"]))?;
+    Ok(folder().join(PROFILE).join("examples"))
 }
 
 /// The step that runs every example, of every package, to its end.
@@ -151,5 +153,5 @@ pub(crate) fn examples() -> Ended {
     let is_plain = |name: &str| name == "cullet" || !PACKAGES.contains(&name);
     run_examples(&plain::program("examples")?, is_plain)?;
     let is_built = |name: &str| !is_plain(name) && packages().any(|package| package == name);
-    all(run_examples(&program("examples")?, is_built))
+    all(run_examples(&examples_folder()?, is_built))
 }

@@ -150,7 +150,7 @@ pub(crate) fn lists() -> Ended {
     let folder = compile(&[&both[..], &["--example", "lists_page"]].concat())?;
     let out = target().join("lists");
     bind(&folder.join("examples/lists_page.wasm"), &out)?;
-    let program = checked::program("examples/lists")?;
+    let program = checked::examples_folder()?.join("lists");
     let answers = out.join("answers.txt");
     let mut first = None;
     for backend in ["vulkan", "gl"] {
