@@ -2,10 +2,10 @@
 
 use cullet::bounds::Aabb;
 use cullet::cull::shadow::Light;
-use cullet::query::{
+use cullet::{Instance, Mesh, MeshData, Scene, Transform, View};
+use cullet_cells::query::{
     self, BoxSight, LightAnswer, LightOptions, Sight, SightOptions, VolumeOptions,
 };
-use cullet::{Instance, Mesh, MeshData, Scene, Transform, View};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2 & 1].map(|bit| bit as f32 * 10.0 - 5.0);

@@ -1,7 +1,7 @@
 //! What may be seen from anywhere in a box of eyes, and what will be needed along a way.
 
-use cullet::query::{EyeBox, Motion, MotionQuery, RegionCuller, RegionState, RegionVisible};
 use cullet::{Instance, Mesh, MeshData, Scene, Transform};
+use cullet_cells::query::{EyeBox, Motion, MotionQuery, RegionCuller, RegionState, RegionVisible};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A cube, −1..1 along each axis; its faces by the numbers of its corners.

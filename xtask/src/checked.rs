@@ -21,6 +21,7 @@ const VIEWER: &str = "cullet-viewer";
 const PACKAGES: &[&str] = &[
     "cullet",
     "cullet-bake",
+    "cullet-cells",
     "cullet-cut",
     "cullet-draw",
     "cullet-io",
@@ -42,7 +43,7 @@ const TARGETS: [&str; 3] = ["--lib", "--bins", "--tests"];
 
 /// Filter of cargo-nextest: leaves out the programs of tests that the README's second command runs, but for the engine's.
 const ANEW: &str = "not (kind(test) & (package(cullet-bake) | package(cullet-cut) | package(cullet-lab) | \
-                    (package(cullet-testkit) & not binary(/^cullet/))))";
+                    (package(cullet-testkit) & not binary(/^(cells|cullet)/))))";
 
 fn packages() -> impl Iterator<Item = &'static str> {
     let is_there = graphics::is_there();

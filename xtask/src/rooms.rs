@@ -16,6 +16,7 @@ use imports::Files;
 /// The crates, from the ground up. One may depend on those of lower floors.
 const CRATES: &[&[&str]] = &[
     &["cullet"],
+    &["cullet-cells"],
     &["cullet-testkit"],
     &["cullet-draw", "cullet-gpu", "cullet-io"],
     &["cullet-cut", "cullet-scenes"],
@@ -36,7 +37,7 @@ const ROOMS: &[&[&str]] = &[
     &["clip", "hierarchy", "mesh"],
     &["cell", "costs", "cull", "lod", "prepared"],
     &["funnel", "scene", "visible"],
-    &["culler", "query"],
+    &["culler"],
 ];
 
 /// The kinds of culling, which do not know each other.

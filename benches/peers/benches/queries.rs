@@ -7,7 +7,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::Occlusion;
 use cullet::cull::shadow::Light;
-use cullet::query::{
+use cullet_cells::query::{
     BlockingSides, BoxSight, Find, LightAnswer, LightOptions, Segment, Sight, SightOptions,
     VolumeOptions, box_to_box, cull_lights, lines_of_sight,
 };

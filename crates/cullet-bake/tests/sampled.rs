@@ -3,13 +3,13 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use cullet::mesh::{Alpha, Part};
-use cullet::query::{Sight, SightOptions, line_of_sight};
 use cullet::{Handle, Instance, Mesh, MeshData, Scene, Transform};
 use cullet_bake::sampled::{
     Granularity, RayTree, RayTreeOptions, SampledBake, SampledError, SampledSettings, ScenePvs,
     SolidVoxels, ViewCells, bake_sampled, check_pictures, scene_hash,
 };
 use cullet_bake::work::{Rounds, RunEnd, RunOptions, UnitFolder, split};
+use cullet_cells::query::{Sight, SightOptions, line_of_sight};
 use cullet_testkit::{Folder, Rng, cases, meshes, scenes};
 
 /// A square of this half side in the plane z = 0, its front towards +z.

@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use cullet::query::{EyeBox, Motion, MotionQuery, RegionCuller, RegionState, RegionVisible};
 use cullet::{Camera, Depth, Projection, Scene, View};
+use cullet_cells::query::{EyeBox, Motion, MotionQuery, RegionCuller, RegionState, RegionVisible};
 use cullet_draw::{RenderOptions, Selection, render};
 use cullet_testkit::{Rng, cases, scenes};
 

@@ -1,7 +1,7 @@
 //! The cells of the built-in office, as its scene culls by them: nothing in sight is dropped, and much that is not.
 
-use cullet::query::{Sight, SightOptions, line_of_sight};
 use cullet::{Culler, Output, Stage, View, ViewState, Visible};
+use cullet_cells::query::{Sight, SightOptions, line_of_sight};
 use cullet_testkit::{Rng, cases};
 
 #[test]

@@ -24,7 +24,7 @@
 //! | `CULLET_CASES` | how often properties are tried, in percent of what their tests say; 25 where unset |
 //! | `CULLET_SKIPPED` | the file to which every skipped test appends a line; unset: `target/skipped-tests.txt` |
 //!
-//! The tests of `cullet`, `cullet-draw`, `cullet-io`, `cullet-maps`, `cullet-scenes` and `cullet-tiles` lie in the
+//! The tests of `cullet`, `cullet-cells`, `cullet-draw`, `cullet-io`, `cullet-maps`, `cullet-scenes` and `cullet-tiles` lie in the
 //! folders of those crates and are programs of this one, which `Cargo.toml` lists: here they are built unoptimised, and
 //! what they call is not.
 //!

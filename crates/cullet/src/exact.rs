@@ -142,8 +142,9 @@ pub(crate) fn dot_area_sign(k: &[[f64; 2]; 3], corners: &[[f32; 3]; 3]) -> i32 {
     sum.sign()
 }
 
-/// The sign of the determinant of three columns. Exact arithmetic only where f64 cannot tell.
-pub(crate) fn determinant_sign(columns: &[[f32; 3]; 3]) -> i32 {
+/// Returns the sign of the determinant of three columns. Exact arithmetic only where f64 cannot tell.
+#[must_use]
+pub fn determinant_sign(columns: &[[f32; 3]; 3]) -> i32 {
     let [x, y, z] = columns.each(wide);
     let (mut value, mut size) = (0.0, 0.0);
     for axis in 0..3 {

@@ -45,7 +45,6 @@
 //! | [`hierarchy`] | bounding-volume hierarchies over instances and clusters |
 //! | [`cull`] | one room for each kind of culling: [`frustum`](cull::frustum), [`backface`](cull::backface), [`detail`](cull::detail), [`degenerate`](cull::degenerate), [`occlusion`](cull::occlusion), [`portal`](cull::portal), [`shadow`](cull::shadow) |
 //! | [`lod`] | levels of detail: which clusters are drawn for an eye |
-//! | [`query`] | line of sight, volume to volume, lights, what may be seen from a box of eyes and along a motion |
 //! | the root | [`Scene`], [`Prepared`], [`Culler`], [`ViewState`], [`Visible`], [`Funnel`] |
 //!
 //! # Features
@@ -75,7 +74,6 @@ pub mod lod;
 mod matrix;
 pub mod mesh;
 mod prepared;
-pub mod query;
 mod scene;
 mod simd;
 mod sort;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use cullet::Scene;
 use cullet::bounds::Plane;
-use cullet::query::{Sight, SightOptions, line_of_sight};
+use cullet_cells::query::{Sight, SightOptions, line_of_sight};
 use glam::DVec3;
 
 use super::RoomOptions;

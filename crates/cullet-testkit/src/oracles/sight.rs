@@ -1,8 +1,8 @@
 //! Triangles between two points, one after the other.
 
 use cullet::mesh::Alpha;
-use cullet::query::{BlockingSides, SightOptions};
 use cullet::{Scene, Transform};
+use cullet_cells::query::{BlockingSides, SightOptions};
 
 use crate::vectors::{cross, dot};
 

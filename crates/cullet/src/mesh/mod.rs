@@ -383,7 +383,7 @@ impl Mesh {
 
     /// Nodes over the boxes of the clusters.
     #[must_use]
-    pub(crate) fn cluster_nodes(&self) -> &Nodes {
+    pub fn cluster_nodes(&self) -> &Nodes {
         &self.cluster_nodes
     }
 

@@ -134,7 +134,8 @@ pub struct View {
 impl View {
     /// Whether it draws the fronts of one-sided meshes: where it draws their backs alone, as some shadow passes do, their
     /// fronts hide nothing.
-    pub(crate) fn draws_fronts(&self) -> bool {
+    #[must_use]
+    pub fn draws_fronts(&self) -> bool {
         match self.cull_face {
             CullFace::None => true,
             CullFace::Back => self.front_face == FrontFace::CounterClockwise,

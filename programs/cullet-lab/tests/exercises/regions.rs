@@ -4,14 +4,14 @@ use std::error::Error;
 
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, ScreenBounds, Visibility};
-use cullet::query::{
-    BoxSight, EyeBox, RegionCuller, RegionState, RegionVisible, SightOptions, VolumeOptions,
-    box_to_box, line_of_sight,
-};
 use cullet::{Instance, Mesh, Scene, Simd, Transform, View};
 use cullet_bake::occluders::{OccluderOptions, OccluderPolygon, Occluders, occluders};
 use cullet_bake::sampled::{
     RayTree, RayTreeOptions, SampledBake, SampledSettings, ScenePvs, ViewCells,
+};
+use cullet_cells::query::{
+    BoxSight, EyeBox, RegionCuller, RegionState, RegionVisible, SightOptions, VolumeOptions,
+    box_to_box, line_of_sight,
 };
 use cullet_testkit::{meshes, soups};
 

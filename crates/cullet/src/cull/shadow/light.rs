@@ -89,8 +89,9 @@ impl Light {
         }
     }
 
-    /// The same light in coordinates relative to `origin`.
-    pub(crate) fn relative_to(self, origin: [f64; 3]) -> Self {
+    /// Returns the same light in coordinates relative to `origin`.
+    #[must_use]
+    pub fn relative_to(self, origin: [f64; 3]) -> Self {
         let moved = |p: [f64; 3]| array::from_fn(|a| p[a] - origin[a]);
         match self {
             Self::Directional { .. } => self,

@@ -1,7 +1,6 @@
 //! Convex occluders: drawn as one, by their silhouette.
 
 mod draw;
-mod shrunk;
 
 use std::collections::HashMap;
 
@@ -257,7 +256,7 @@ impl Convex {
         })
     }
 
-    /// How many faces there are.
+    /// Number of faces.
     pub(crate) fn face_count(&self) -> usize {
         self.spread.len()
     }
@@ -273,14 +272,15 @@ impl Convex {
         self.bounds
     }
 
-    /// Its corners.
-    pub(crate) fn vertices(&self) -> &[[f32; 3]] {
+    /// Returns the corners.
+    #[must_use]
+    pub fn vertices(&self) -> &[[f32; 3]] {
         &self.vertices
     }
 
-    /// Each face: three of its corners that lie well apart, and all of them, both counter-clockwise seen from outside. A
+    /// Returns each face: three of its corners that lie well apart, and all of them, both counter-clockwise seen from outside. A
     /// one-sided polygon has no back.
-    pub(crate) fn faces(&self) -> impl Iterator<Item = ([u32; 3], &[u32])> {
+    pub fn faces(&self) -> impl Iterator<Item = ([u32; 3], &[u32])> {
         let all = (0..self.face_count()).map(|f| (self.spread[f], self.face(f)));
         all.filter(|(_, corners)| !corners.is_empty())
     }

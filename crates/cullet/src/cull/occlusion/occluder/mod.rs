@@ -150,7 +150,8 @@ impl Occluder {
     }
 
     /// Whether a view has one of the shapes: one that begins within [`sealed`](Self::with_sealed), or another.
-    pub(crate) fn is_for(&self, shape: usize, within: bool) -> bool {
+    #[must_use]
+    pub fn is_for(&self, shape: usize, within: bool) -> bool {
         let for_near = shape + self.near >= self.shapes.len();
         match &self.shapes[shape] {
             _ if for_near || !within => for_near == within,

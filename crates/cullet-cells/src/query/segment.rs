@@ -1,8 +1,18 @@
 //! Segments against boxes, sixteen at a time, and the walk of nodes from near to far that follows one.
 
-use crate::array::{self, Each};
-use crate::bounds::{BoxBlock, Boxes, LANES};
-use crate::hierarchy::Nodes;
+use cullet::bounds::Boxes;
+use cullet::hierarchy::Nodes;
+
+/// Boxes of a block, and children of a node.
+const LANES: usize = 16;
+
+/// Numbers of a block: six of each box, as [`Boxes::as_floats`] has them.
+const NUMBERS: usize = 6 * LANES;
+
+/// The blocks of a batch.
+fn blocks(boxes: &Boxes) -> &[[f32; NUMBERS]] {
+    boxes.as_floats().as_chunks().0
+}
 
 /// Segment from a point along a vector, in f64, with the slack within which its coordinates and those of what is
 /// in the boxes are known. Shares of the way run from 0 to 1.
@@ -21,18 +31,18 @@ impl Span {
     /// Boxes are met where they come within `slack` of the segment, along each axis. A slack of zero becomes the
     /// smallest number above it: a box that is merely touched is met.
     pub(super) fn new(start: [f64; 3], along: [f64; 3], slack: [f64; 3]) -> Self {
-        let slack = slack.each(|s| s + f64::MIN_POSITIVE);
-        Self { start, inverse: along.each(|v| 1.0 / v), slack }
+        let slack = slack.map(|s| s + f64::MIN_POSITIVE);
+        Self { start, inverse: along.map(|v| 1.0 / v), slack }
     }
 
     /// The share of the way at which the segment enters each of sixteen boxes: 0 where it starts within, infinite
     /// where it misses the box or enters it beyond `limit`. Never later than it does.
     #[inline(always)]
-    pub(super) fn enter(&self, block: &BoxBlock, limit: f64) -> [f64; LANES] {
+    pub(super) fn enter(&self, block: &[f32; NUMBERS], limit: f64) -> [f64; LANES] {
         let (mut near, mut far) = ([0.0; LANES], [limit; LANES]);
         for axis in 0..3 {
             let inverse = self.inverse[axis];
-            let (min, max) = (&block.0[axis], &block.0[axis + 3]);
+            let (min, max) = (&block[axis * LANES..], &block[(axis + 3) * LANES..]);
             let (low, high) =
                 (self.start[axis] + self.slack[axis], self.start[axis] - self.slack[axis]);
             for lane in 0..LANES {
@@ -44,7 +54,7 @@ impl Span {
                 far[lane] = if leave < far[lane] { leave } else { far[lane] };
             }
         }
-        array::from_fn(|lane| {
+        std::array::from_fn(|lane| {
             let meets = near[lane] <= far[lane] * (1.0 + SHARE_ROUNDING);
             if meets { near[lane] } else { f64::INFINITY }
         })
@@ -66,7 +76,7 @@ pub(super) fn walk(
         return true;
     }
     let first = under / LANES;
-    let after = if under < boxes.len() { &boxes.blocks()[first..] } else { &[] };
+    let after = if under < boxes.len() { &blocks(boxes)[first..] } else { &[] };
     after.iter().enumerate().any(|(at, block)| {
         let numbers =
             ((first + at) * LANES).max(under)..((first + at + 1) * LANES).min(boxes.len());
@@ -95,7 +105,7 @@ impl Tree<'_> {
         visit: &mut impl FnMut(usize, &mut f64) -> bool,
     ) -> bool {
         let of_level = level.checked_sub(1).map_or(self.boxes, |l| &self.nodes.levels()[l]);
-        let block = &of_level.blocks()[at];
+        let block = &blocks(of_level)[at];
         visit_block(self.span.enter(block, *limit), limit, |lane, limit| {
             let child = at * LANES + lane;
             match level {
@@ -132,8 +142,8 @@ fn visit_block(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Simd;
-    use crate::bounds::Aabb;
+    use cullet::Simd;
+    use cullet::bounds::Aabb;
     use cullet_testkit::Rng;
 
     fn met(nodes: &Nodes, boxes: &Boxes, from: [f64; 3], along: [f64; 3]) -> Vec<usize> {

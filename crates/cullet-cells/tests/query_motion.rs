@@ -1,9 +1,9 @@
 //! Motions: steps, lower bounds of distances, and degenerate ways.
 
-use cullet::query::{
+use cullet::{Instance, Scene, Transform};
+use cullet_cells::query::{
     EyeBox, Motion, MotionQuery, Needed, RegionCuller, RegionState, RegionVisible,
 };
-use cullet::{Instance, Scene, Transform};
 use cullet_testkit::Rng;
 use cullet_testkit::meshes::block;
 

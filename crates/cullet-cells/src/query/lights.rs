@@ -1,20 +1,16 @@
 //! Lights: which of many can change a picture, and which casters matter for those.
 
+use cullet::bounds::{Aabb, Side};
+use cullet::cull::Indices;
+use cullet::cull::detail::Detail;
+use cullet::cull::frustum::batch::Planes;
+use cullet::cull::frustum::tree::Cut;
+use cullet::cull::occlusion::{OcclusionBuffer, Visibility};
+use cullet::cull::shadow::{CasterRegion, Light};
+use cullet::{Culler, Frustum, Scene, ShadowView, Simd, View, ViewState, Visible};
 use glam::DVec3;
 
-use crate::array::Each;
 use crate::bits;
-use crate::bounds::{Aabb, Side};
-use crate::cull::Indices;
-use crate::cull::detail::Detail;
-use crate::cull::frustum::batch::Planes;
-use crate::cull::frustum::tree::Cut;
-use crate::cull::occlusion::{OcclusionBuffer, Visibility};
-use crate::cull::shadow::{CasterRegion, Light};
-use crate::culler::{Culler, ShadowView, ViewState};
-use crate::scene::Scene;
-use crate::view::{Frustum, View};
-use crate::visible::Visible;
 
 /// Why a light cannot change a picture, by the stage that found it out; in the order in which the stages run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -52,8 +48,10 @@ impl LightReason {
 }
 
 /// Settings of [`cull_lights`], and what is known of the view.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct LightOptions<'a> {
+    /// SIMD level; the answer is the same at every level. Default: the best of the machine.
+    pub simd: Simd,
     /// Drop lights whose reach is this small on the screen. Lossy. Default none.
     pub detail: Option<Detail>,
     /// The view's occlusion buffer, relative to the scene's origin, as a cull with occlusion leaves it in
@@ -61,6 +59,12 @@ pub struct LightOptions<'a> {
     pub buffer: Option<&'a OcclusionBuffer>,
     /// The answer of the view's own cull: what it was found to see. Default none: any place may receive light.
     pub visible: Option<&'a Visible>,
+}
+
+impl Default for LightOptions<'_> {
+    fn default() -> Self {
+        Self { simd: Simd::best(), detail: None, buffer: None, visible: None }
+    }
 }
 
 /// How many lights came to a stage, and how many it left.
@@ -133,7 +137,7 @@ impl LightAnswer {
 ///
 /// ```
 /// use cullet::cull::shadow::Light;
-/// use cullet::query::{LightAnswer, LightOptions, LightReason, cull_lights};
+/// use cullet_cells::query::{LightAnswer, LightOptions, LightReason, cull_lights};
 /// use cullet::{Scene, View};
 ///
 /// let lamp = |z: f64| Light::Point { position: [0.0, 0.0, z], range: 5.0 };
@@ -176,7 +180,7 @@ pub fn cull_lights(
     }
     answer.receivers.clear();
     if let Some(visible) = options.visible {
-        find_receivers(scene, &frustum, lights, visible, answer);
+        find_receivers((scene, options.simd), &frustum, lights, visible, answer);
     } else {
         answer.receivers.resize(answer.kept.len(), None);
     }
@@ -203,7 +207,7 @@ pub fn cull_light_casters(
 
 /// The stage that tests what the view sees of what a light reaches.
 fn find_receivers(
-    scene: &Scene,
+    (scene, simd): (&Scene, Simd),
     frustum: &Frustum,
     lights: &[Light],
     visible: &Visible,
@@ -219,13 +223,12 @@ fn find_receivers(
         bits::set(&mut seen, slot as usize, true);
     }
     let hierarchy = scene.hierarchy();
-    let level = crate::Simd::best();
     answer.stage(LightReason::NoReceiver, |number| {
         let light = lights[number as usize].relative_to(scene.origin());
         // The lit part of the view is within the region of its casters.
         let region = CasterRegion::new(frustum, None, &light);
-        cut.cull(level, &Planes::new(region.frustum()), hierarchy.nodes(), hierarchy.boxes());
-        cut.list(level, &mut reached);
+        cut.cull(simd, &Planes::new(region.frustum()), hierarchy.nodes(), hierarchy.boxes());
+        cut.list(simd, &mut reached);
         let lit = reached.iter().filter(|&&slot| bits::get(&seen, slot as usize));
         let boxes = lit.map(|&slot| scene.bounds(slot)).filter(|b| !region.is_beyond_range(b));
         let mut found = false;
@@ -244,9 +247,10 @@ fn find_receivers(
 /// Whether a light has no reach. NaN is no such proof.
 fn is_unlit(light: &Light) -> bool {
     match *light {
-        Light::Directional { .. } => false,
         Light::Point { range, .. } => range <= 0.0,
         Light::Spot { range, half_angle_radians, .. } => range <= 0.0 || half_angle_radians <= 0.0,
+        // A directional light, or one of a kind that is not known here.
+        _ => false,
     }
 }
 
@@ -260,11 +264,12 @@ fn is_outside(frustum: &Frustum, light: &Light) -> bool {
 /// A box around all that a light reaches, rounded outward; everything, where that has no end or is not known.
 fn reach_of(light: &Light) -> Aabb {
     let (position, range, cone) = match *light {
-        Light::Directional { .. } => return Aabb::EVERYTHING,
         Light::Point { position, range } => (position, range, None),
         Light::Spot { position, direction, half_angle_radians, range } => {
             (position, range, Some((DVec3::from(direction), half_angle_radians)))
         }
+        // A directional light, or one of a kind that is not known here.
+        _ => return Aabb::EVERYTHING,
     };
     let tip = DVec3::from(position);
     if !tip.is_finite() || !range.is_finite() {
@@ -284,7 +289,7 @@ fn reach_of(light: &Light) -> Aabb {
                 // The angle from the cone's axis to that of space, less what the cone spreads.
                 let share =
                     |v: f64| ((v * sign).clamp(-1.0, 1.0).acos() - half_angle).max(0.0).cos();
-                shares[side] = DVec3::from(axis.to_array().each(share)).max(DVec3::ZERO);
+                shares[side] = DVec3::from(axis.to_array().map(share)).max(DVec3::ZERO);
             }
         }
     }

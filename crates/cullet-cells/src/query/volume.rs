@@ -1,14 +1,12 @@
 //! Volume to volume: whether one box is hidden from another, as a whole.
 
+use cullet::bounds::Aabb;
+use cullet::cull::occlusion::{Occluder, Shape};
+use cullet::{Handle, Scene};
 use glam::DVec3;
 
 use super::body::{Corners, blocks};
 use super::segment::{Span, walk};
-use crate::array::Each;
-use crate::bounds::Aabb;
-use crate::cull::occlusion::{Occluder, Shape};
-use crate::hierarchy::Handle;
-use crate::scene::Scene;
 
 /// Settings of volume queries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +32,7 @@ pub struct HiddenBy {
     pub handle: Handle,
     /// The slot of that.
     pub slot: u32,
-    /// Number of the shape in its [occluder](crate::Prepared::occluder).
+    /// Number of the shape in its [occluder](cullet::Prepared::occluder).
     pub shape: u32,
 }
 
@@ -60,7 +58,7 @@ const MOST_SPLITS: u32 = 16;
 /// [committed](Scene::commit): closed convex meshes, convex closed regions of meshes, polygons and bodies that were baked
 /// or given. As there, instances do not hide that are flagged `no_occlusion` or transparent, or are not
 /// [rigid](Scene::is_rigid), and nobody stands inside of what is solid: a body says nothing of an eye within the boxes that
-/// its occluder [seals](crate::cull::occlusion::Occluder::sealed). A one-sided polygon hides from its front alone, so the
+/// its occluder [seals](cullet::cull::occlusion::Occluder::sealed). A one-sided polygon hides from its front alone, so the
 /// two boxes are not always exchangeable. Surfaces that are not convex, as terrain, hide nothing here.
 ///
 /// [`Visible`](BoxSight::Visible) is the absence of a proof, and what a box is whose numbers are not finite; and all that
@@ -71,7 +69,7 @@ const MOST_SPLITS: u32 = 16;
 ///
 /// ```
 /// use cullet::bounds::Aabb;
-/// use cullet::query::{BoxSight, VolumeOptions, box_to_box};
+/// use cullet_cells::query::{BoxSight, VolumeOptions, box_to_box};
 /// # use cullet::{Instance, Mesh, MeshData, Scene, Transform};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// # let positions = vec![[9.0, 9.0, 9.0], [-9.0, -9.0, 9.0], [-9.0, 9.0, -9.0], [9.0, -9.0, -9.0]];
@@ -100,7 +98,7 @@ pub fn box_to_box(scene: &Scene, from: &Aabb, to: &Aabb, options: &VolumeOptions
     if !(from.is_finite() && to.is_finite()) {
         return BoxSight::Visible;
     }
-    let boxes = [from, to].each(|b| [b.min, b.max].each(|p| DVec3::from(p.each(f64::from))));
+    let boxes = [from, to].map(|b| [b.min, b.max].map(|p| DVec3::from(p.map(f64::from))));
     let query = Query { scene, layers: options.layers };
     query.prove(boxes, options.splits.min(MOST_SPLITS)).map_or(BoxSight::Visible, BoxSight::Hidden)
 }
@@ -142,9 +140,9 @@ impl Query<'_> {
     /// Returns the occluder that hides all of one box from all of the other, or `None` without a
     /// proof.
     fn prove_whole(&self, boxes: [[DVec3; 2]; 2]) -> Option<HiddenBy> {
-        let corners = boxes.each(|[min, max]| Corners::of(min, max));
+        let corners = boxes.map(|[min, max]| Corners::of(min, max));
         // An occluder that all segments pass is passed by that between the middles.
-        let [from, to] = boxes.each(|[min, max]| (min + max) * 0.5);
+        let [from, to] = boxes.map(|[min, max]| (min + max) * 0.5);
         let slack = (from.abs() + to.abs()) * (16.0 * f64::EPSILON);
         let span = Span::new(from.into(), (to - from).into(), slack.into());
         let (hierarchy, mut found) = (self.scene.hierarchy(), None);

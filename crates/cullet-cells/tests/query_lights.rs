@@ -4,20 +4,20 @@ use cullet::bounds::Aabb;
 use cullet::cull::detail::Detail;
 use cullet::cull::occlusion::Occlusion;
 use cullet::cull::shadow::Light;
-use cullet::query::{
-    BlockingSides, LightAnswer, LightOptions, LightReason, SightOptions, cull_light_casters,
-    cull_lights, line_of_sight,
-};
 use cullet::{
     BoundsOverride, Culler, Instance, Output, Scene, ShadowView, Transform, View, ViewState,
     Visible,
+};
+use cullet_cells::query::{
+    BlockingSides, LightAnswer, LightOptions, LightReason, SightOptions, cull_light_casters,
+    cull_lights, line_of_sight,
 };
 use cullet_testkit::meshes::block;
 use cullet_testkit::oracles::sight::place;
 use cullet_testkit::scenes::{city, random_scene};
 use cullet_testkit::vectors::dot;
 use cullet_testkit::views::{look, random_view};
-use cullet_testkit::{Rng, cases};
+use cullet_testkit::{Rng, at_every_level, cases};
 
 fn minus(p: [f64; 3], q: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|a| p[a] - q[a])
@@ -260,9 +260,15 @@ fn stages_run_that_were_asked_for() {
         detail: Some(Detail { threshold_px: 40.0, ..Detail::default() }),
         buffer: state.occlusion_buffer(),
         visible: Some(&visible),
+        ..LightOptions::default()
     };
     let (stages, small) = ran(&all);
     assert_eq!(stages, LightReason::ALL);
+    at_every_level!(|simd| {
+        let (_, answer) = ran(&LightOptions { simd, ..all });
+        assert_eq!((&answer.kept, &answer.reasons), (&small.kept, &small.reasons));
+        assert_eq!(answer.receivers, small.receivers);
+    });
     for (lamp, reason) in lamps.iter().zip(&small.reasons) {
         if *reason == Some(LightReason::Detail) {
             // The range is a radius: a ball of 40 pixels at 554 pixels a unit of tangent is so far away.
@@ -324,7 +330,7 @@ fn casters_are_kept_that_stand_between_a_light_and_what_it_lights() {
                 let sides = SightOptions { sides: BlockingSides::Both, ..sides };
                 for share in [1.0, 0.99] {
                     let sight = line_of_sight(&scene, from, along(from, *p, share), &sides);
-                    if let cullet::query::Sight::Blocked(by) = sight {
+                    if let cullet_cells::query::Sight::Blocked(by) = sight {
                         between += 1;
                         let reason = casters.reasons[by.slot as usize];
                         assert_eq!(reason, None, "{light:?} {p:?} {by:?}");

@@ -8,7 +8,6 @@
 //! are consistent only by edge, in one order of the vertices: Woop, Benthin & Wald, *Watertight Ray/Triangle
 //! Intersection*, 2013.)
 
-use crate::array::Each;
 use crate::exact::Exact;
 
 /// Crossing of a segment and a triangle.
@@ -80,7 +79,7 @@ fn exact(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> Exact {
 #[inline(always)]
 pub(super) fn crossing(along: [f64; 3], [p, q, r]: [[f64; 3]; 3]) -> Option<Crossing> {
     let edges = [(p, q), (q, r), (r, p)];
-    let dets = edges.each(|(a, b)| Det::of(along, a, b));
+    let dets = edges.map(|(a, b)| Det::of(along, a, b));
     // Most are missed, and by far: two edges are passed on different sides.
     let beyond = |d: &Det, sign: f64| d.value * sign > d.size * ROUNDING;
     if dets.iter().any(|d| beyond(d, 1.0)) && dets.iter().any(|d| beyond(d, -1.0)) {

@@ -17,20 +17,19 @@
 mod bodies;
 mod cells;
 mod open;
-
-use thiserror::Error;
+mod shrunk;
 
 pub use cells::EyeBox;
 
-use crate::Simd;
+use cullet::cull::frustum::batch::{Planes, mask_boxes};
+use cullet::cull::occlusion::OcclusionBuffer;
+use cullet::{
+    Camera, Counts, Depth, Funnel, FunnelRow, Handle, Mesh, Projection, Reason, Scene, Simd, Stage,
+    Unit, View,
+};
+use thiserror::Error;
+
 use crate::bits;
-use crate::cull::frustum::batch::{Planes, mask_boxes};
-use crate::cull::occlusion::OcclusionBuffer;
-use crate::funnel::{Counts, Funnel, FunnelRow, Reason, Stage, Unit};
-use crate::hierarchy::Handle;
-use crate::mesh::Mesh;
-use crate::scene::{Scene, Tally};
-use crate::view::{Camera, Depth, Projection, View};
 use bodies::{Bodies, Limits};
 use cells::{Carried, Cell, Cells};
 use open::OpenTest;
@@ -45,14 +44,14 @@ const OVERLAP: f64 = 1e-4;
 ///
 /// Only closed convex bodies hide anything here: boxes, solids that are convex, and the convex bodies of baked
 /// occluders. Polygons and surfaces have no thickness that could be taken off, so walls that are sheets hide nothing. Neither
-/// do instances that the [`Culler`](crate::Culler) takes no occluder of.
+/// do instances that the [`Culler`](cullet::Culler) takes no occluder of.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct RegionCuller {
-    /// The instructions that are used; the answer is the same with any.
+    /// SIMD level; the answer is the same at every level. Default: the best of the machine.
     #[cfg_attr(feature = "serde", serde(skip))]
-    pub level: Simd,
+    pub simd: Simd,
     /// Layers that the eyes see, of what is seen and of what hides. A [view](Self::cull_view) brings its own. Default all.
     pub layers: u32,
     /// Longest side of a cell, in world units, above 0. Bodies lose half of it on every side, so that it must be smaller
@@ -78,7 +77,7 @@ pub struct RegionCuller {
 impl Default for RegionCuller {
     fn default() -> Self {
         Self {
-            level: Simd::best(),
+            simd: Simd::best(),
             layers: u32::MAX,
             cell_world: 2.0,
             most_cells: 64,
@@ -258,10 +257,10 @@ impl RegionCuller {
         let RegionState { sought, found, framed, wanted, mask, .. } = state;
         wanted.clone_from(sought);
         if let Some(carried) = &outlook.carried {
-            mask_boxes(self.level, &Planes::new(&carried.to(&whole)), hierarchy.boxes(), 0, mask);
+            mask_boxes(self.simd, &Planes::new(&carried.to(&whole)), hierarchy.boxes(), 0, mask);
             both(wanted, mask);
         }
-        mask_boxes(self.level, &Planes::new(&whole.grown(margin)), hierarchy.boxes(), 0, mask);
+        mask_boxes(self.simd, &Planes::new(&whole.grown(margin)), hierarchy.boxes(), 0, mask);
         for (i, word) in found.iter_mut().enumerate() {
             *word |= wanted[i] & mask[i];
             framed[i] |= *word;
@@ -281,7 +280,7 @@ impl RegionCuller {
             }
             if let Some(carried) = &outlook.carried {
                 let planes = Planes::new(&carried.to(&cell));
-                mask_boxes(self.level, &planes, hierarchy.boxes(), 0, mask);
+                mask_boxes(self.simd, &planes, hierarchy.boxes(), 0, mask);
                 both(wanted, mask);
             }
             framed.iter_mut().zip(&*wanted).for_each(|(framed, wanted)| *framed |= wanted);
@@ -311,15 +310,15 @@ impl RegionCuller {
             // By the sides of the square: what is beside it may cross the plane in which it begins, and would be open.
             let planes = Planes::new(&view.frustum());
             let RegionState { test, found, wanted, mask, bodies, work, .. } = &mut *state;
-            mask_boxes(self.level, &planes, hierarchy.boxes(), 0, mask);
+            mask_boxes(self.simd, &planes, hierarchy.boxes(), 0, mask);
             both(mask, wanted);
             if mask.iter().all(|w| *w == 0) {
                 continue;
             }
             buffer.begin(&view, [0.0; 3]);
             work.squares += 1;
-            work.drawn += bodies.draw(self.level, scene, &planes, &mut buffer);
-            test.find(self.level, &buffer, hierarchy, mask, found);
+            work.drawn += bodies.draw(self.simd, scene, &planes, &mut buffer);
+            test.find(self.simd, &buffer, hierarchy, mask, found);
             wanted.iter_mut().zip(&*found).for_each(|(wanted, found)| *wanted &= !found);
         }
         state.buffer = Some(buffer);
@@ -428,14 +427,8 @@ impl RegionState {
     fn count(&self, scene: &Scene, has_frustum: bool, funnel: &mut Funnel) {
         *funnel = Funnel { rows: std::mem::take(&mut funnel.rows), ..Funnel::default() };
         funnel.rows.clear();
-        let counts = |mask: &[u64]| {
-            let mut sum = Tally::default();
-            for (word, bits) in mask.iter().enumerate().filter(|(_, bits)| **bits != 0) {
-                sum += scene.tally_of_bits(word, *bits);
-            }
-            sum.counts
-        };
-        let mut entered = scene.tally().counts;
+        let counts = |mask| counts_of(scene, bits::in_words(mask).map(|slot| slot as u32));
+        let mut entered = counts_of(scene, scene.slots());
         let mut row = |stage, left: Counts| {
             let nanoseconds = FunnelRow::NO_TIME;
             let unit = Unit::Instances;
@@ -460,6 +453,18 @@ impl RegionState {
         };
         Some(Reason { stage, detail })
     }
+}
+
+/// Returns how many clusters and triangles the instances of `slots` have.
+fn counts_of(scene: &Scene, slots: impl Iterator<Item = u32>) -> Counts {
+    slots.fold(Counts::default(), |sum, slot| {
+        let mesh = scene.mesh(slot);
+        Counts {
+            instances: sum.instances + 1,
+            clusters: sum.clusters + mesh.clusters().len() as u64,
+            triangles: sum.triangles + u64::from(mesh.triangle_count()),
+        }
+    })
 }
 
 /// Leaves what is in both masks.

@@ -1,10 +1,10 @@
 //! Lines of sight against every triangle one by one, through seams, and where the answer is by definition.
 
 use cullet::mesh::{Alpha, Part};
-use cullet::query::{
+use cullet::{BoundsOverride, Instance, InstanceFlags, Mesh, MeshData, Scene, Transform};
+use cullet_cells::query::{
     BlockingSides, Find, Segment, Sight, SightOptions, line_of_sight, lines_of_sight,
 };
-use cullet::{BoundsOverride, Instance, InstanceFlags, Mesh, MeshData, Scene, Transform};
 use cullet_testkit::meshes::{of_parts, one_sided};
 use cullet_testkit::oracles::sight::{place, sight_ref};
 use cullet_testkit::scenes::{city, elsewhere, mixed_scene, random_scene};

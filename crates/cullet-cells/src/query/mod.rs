@@ -1,7 +1,7 @@
 //! Queries of a scene that games and tools make, and no frame: line of sight, volume to volume, lights, regions of eyes and
 //! motions.
 //!
-//! They stand beside the [`Culler`](crate::Culler) and read a [`Scene`](crate::Scene) alone, so that any thread may query. Each
+//! They stand beside the [`Culler`](cullet::Culler) and read a [`Scene`](cullet::Scene) alone, so that any thread may query. Each
 //! says which way it may err; none claims that something is hidden unless that is proved.
 //!
 //! | query | answer |
@@ -14,6 +14,7 @@
 
 mod body;
 mod lights;
+mod linear;
 mod motion;
 mod region;
 mod segment;

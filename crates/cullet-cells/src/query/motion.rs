@@ -4,10 +4,9 @@
 //! by the motion's uncertainty. Each box is searched for what may be seen from it and was not found
 //! before.
 
+use cullet::{Handle, Scene};
+
 use super::region::{EyeBox, Outlook, RegionCuller, RegionError, RegionState, RegionWork};
-use crate::array;
-use crate::hierarchy::Handle;
-use crate::scene::Scene;
 
 /// Rounding of distances along a way: they are lower bounds.
 const ROUNDING: f64 = 1e-12;
@@ -33,7 +32,7 @@ impl<'a> Motion<'a> {
     /// The corners of the way of an eye that goes straight on for some seconds, `velocity` world units in each.
     #[must_use]
     pub fn straight(start: [f64; 3], velocity: [f64; 3], seconds: f64) -> [[f64; 3]; 2] {
-        [start, array::from_fn(|a| start[a] + velocity[a] * seconds)]
+        [start, std::array::from_fn(|a| start[a] + velocity[a] * seconds)]
     }
 }
 
@@ -192,7 +191,7 @@ impl Steps<'_> {
             whole if whole > 0.0 => self.along / whole,
             _ => 0.0,
         };
-        array::from_fn(|a| from[a] + (to[a] - from[a]) * share)
+        std::array::from_fn(|a| from[a] + (to[a] - from[a]) * share)
     }
 }
 

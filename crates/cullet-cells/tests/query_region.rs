@@ -1,10 +1,10 @@
 //! Region queries: an oracle of single rays, degenerate boxes of eyes, and what is said of the rest.
 
 use cullet::bounds::Aabb;
-use cullet::query::{EyeBox, RegionCuller, RegionError, RegionState, RegionVisible};
 use cullet::{
     BoundsOverride, CullFace, Instance, InstanceFlags, Reason, Scene, Stage, Transform, View,
 };
+use cullet_cells::query::{EyeBox, RegionCuller, RegionError, RegionState, RegionVisible};
 use cullet_testkit::meshes::{block, of_parts};
 use cullet_testkit::scenes::random_transform;
 use cullet_testkit::views::look;
@@ -164,7 +164,7 @@ fn answers_are_the_same_at_every_level_and_with_used_memory() {
     let eyes = EyeBox::new([-1.0, -1.0, -1.0], [1.0, 1.0, 1.5]);
     let fresh: Vec<RegionVisible> = scenes.iter().map(|s| query(&culler(), s, &eyes)).collect();
     at_every_level!(|level| {
-        let culler = RegionCuller { level, ..culler() };
+        let culler = RegionCuller { simd: level, ..culler() };
         let (mut state, mut visible) = (RegionState::default(), RegionVisible::default());
         for (scene, fresh) in scenes.iter().zip(&fresh).chain(scenes.iter().zip(&fresh).rev()) {
             culler.cull(scene, &eyes, &mut state, &mut visible).unwrap();

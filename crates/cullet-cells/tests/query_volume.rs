@@ -2,10 +2,10 @@
 
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Convex, Occluder, Shape};
-use cullet::query::{
+use cullet::{BoundsOverride, Handle, Instance, Mesh, Preparation, Scene, Transform};
+use cullet_cells::query::{
     BlockingSides, BoxSight, SightOptions, VolumeOptions, box_to_box, line_of_sight,
 };
-use cullet::{BoundsOverride, Handle, Instance, Mesh, Preparation, Scene, Transform};
 use cullet_testkit::meshes::{block, one_sided};
 use cullet_testkit::oracles::sight::sight_ref;
 use cullet_testkit::scenes::{city, random_transform};

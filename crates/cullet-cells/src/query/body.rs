@@ -8,12 +8,11 @@
 //!
 //! Everything is computed in f64, with bounds on what rounding does to it, and the bound that proves less is taken.
 
+use cullet::cull::occlusion::Convex;
+use cullet::{Transform, exact};
 use glam::DVec3;
 
-use crate::array::{self, Each};
-use crate::cull::occlusion::Convex;
-use crate::exact;
-use crate::transform::Transform;
+use super::linear::linear;
 
 /// The corners of a box, each once.
 #[derive(Clone, Copy, Debug)]
@@ -26,13 +25,13 @@ impl Corners {
     pub(super) fn of(min: DVec3, max: DVec3) -> Self {
         let mut corners = Self { all: [min; 8], count: 0 };
         for i in 0..8 {
-            let high = [i & 1, i >> 1 & 1, i >> 2 & 1].each(|bit| bit == 1);
+            let high = [i & 1, i >> 1 & 1, i >> 2 & 1].map(|bit| bit == 1);
             // Along an axis without extent low and high are one.
             if (0..3).any(|a| high[a] && min[a] == max[a]) {
                 continue;
             }
             corners.all[corners.count] =
-                DVec3::from_array(array::from_fn(|a| if high[a] { max[a] } else { min[a] }));
+                DVec3::from_array(std::array::from_fn(|a| if high[a] { max[a] } else { min[a] }));
             corners.count += 1;
         }
         corners
@@ -97,13 +96,13 @@ pub(super) fn blocks(
     if turn == 0.0 || !transform.is_finite() {
         return false;
     }
-    let m = transform.linear_f64();
+    let m = linear(transform);
     let (translation, origin) = (DVec3::from(transform.translation), DVec3::from(origin));
     let shift = translation - origin;
     let mut size = 0.0_f64;
     let mut vertices = Vec::with_capacity(convex.vertices().len());
     for &p in convex.vertices() {
-        let p = DVec3::from(p.each(f64::from));
+        let p = DVec3::from(p.map(f64::from));
         let reach =
             m.x_axis.abs() * p.x.abs() + m.y_axis.abs() * p.y.abs() + m.z_axis.abs() * p.z.abs();
         size = size.max((reach + translation.abs() + origin.abs()).max_element());
@@ -116,17 +115,17 @@ pub(super) fn blocks(
         return false;
     }
     let mut faces = convex.faces();
-    if convex.face_count() > 2 {
-        let mut planes = faces.map(|(spread, _)| Face::new(spread.each(at), turn, error));
+    if convex.faces().nth(2).is_some() {
+        let mut planes = faces.map(|(spread, _)| Face::new(spread.map(at), turn, error));
         return passes_solid(&mut planes, a, b);
     }
     // A polygon is passed from its front, or from the back that it may have.
     faces.any(|(spread, rim)| {
-        let plane = Face::new(spread.each(at), turn, error);
+        let plane = Face::new(spread.map(at), turn, error);
         plane.span_of(a)[0] > 0.0
             && plane.span_of(b)[1] < 0.0
             && (0..rim.len()).all(|k| {
-                let [p, q] = [rim[k], rim[(k + 1) % rim.len()]].each(at);
+                let [p, q] = [rim[k], rim[(k + 1) % rim.len()]].map(at);
                 // The plane through the eye and the edge, which points away from the polygon.
                 a.iter().all(|eye| Face::new([eye, p, q], turn, error).span_of(b)[1] < 0.0)
             })

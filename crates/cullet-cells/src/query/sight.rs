@@ -1,14 +1,13 @@
 //! Line of sight: what stands between two points.
 
+use cullet::exact;
+use cullet::mesh::{Alpha, Cluster};
+use cullet::{Handle, Mesh, Scene};
 use glam::{DMat3, DVec3};
 
+use super::linear::linear;
 use super::segment::{Span, walk};
 use super::triangle::{SHARE_ERROR, crossing};
-use crate::array::Each;
-use crate::exact;
-use crate::hierarchy::Handle;
-use crate::mesh::{Alpha, Cluster, Mesh};
-use crate::scene::Scene;
 
 /// The side of one-sided triangles that blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -120,7 +119,7 @@ const FARTHEST: f64 = 1e17;
 /// rounding hides a sign. It is right at any time; [commit](Scene::commit) the scene for it to be quick.
 ///
 /// ```
-/// use cullet::query::{Sight, SightOptions, line_of_sight};
+/// use cullet_cells::query::{Sight, SightOptions, line_of_sight};
 /// # use cullet::{Instance, Mesh, MeshData, Scene, Transform};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// # let positions = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]];
@@ -151,7 +150,7 @@ pub fn line_of_sight(scene: &Scene, from: [f64; 3], to: [f64; 3], options: &Sigh
     let size = start.abs() + DVec3::from(to).abs() + DVec3::from(origin).abs();
     let relative = start - DVec3::from(origin);
     let span = Span::new(relative.into(), along.into(), (size * BOX_ROUNDING).into());
-    let ignored = options.ignored.each(|h| h.and_then(|h| scene.slot(h).ok()));
+    let ignored = options.ignored.map(|h| h.and_then(|h| scene.slot(h).ok()));
     let mut search = Search { scene, options, start, along, nearest: None };
     let mut limit = 1.0;
     let hierarchy = scene.hierarchy();
@@ -235,7 +234,7 @@ impl<'a> Search<'a> {
         (turn != 0).then(|| Body {
             slot,
             mesh: scene.mesh(slot),
-            linear: transform.linear_f64(),
+            linear: linear(transform),
             shift: DVec3::from(transform.translation) - self.start,
             is_mirrored: turn < 0,
             double_sided: flags.double_sided,
@@ -251,8 +250,8 @@ impl<'a> Search<'a> {
         for triangle in cluster.triangles() {
             // The same numbers for a vertex, whichever triangle it is of.
             let place =
-                |p: [f32; 3]| (body.linear * DVec3::from(p.each(f64::from)) + body.shift).into();
-            let corners: [[f64; 3]; 3] = body.mesh.corners(triangle).each(place);
+                |p: [f32; 3]| (body.linear * DVec3::from(p.map(f64::from)) + body.shift).into();
+            let corners: [[f64; 3]; 3] = body.mesh.corners(triangle).map(place);
             let Some(found) = crossing(self.along.into(), corners) else { continue };
             if !(both || found.from_front != body.is_mirrored) {
                 continue;
@@ -295,9 +294,9 @@ impl Body<'_> {
             m.x_axis.abs() * v.x + m.y_axis.abs() * v.y + m.z_axis.abs() * v.z
         };
         let bounds = self.mesh.bounds();
-        let size = DVec3::from(bounds.min.each(f64::from))
+        let size = DVec3::from(bounds.min.map(f64::from))
             .abs()
-            .max(DVec3::from(bounds.max.each(f64::from)).abs());
+            .max(DVec3::from(bounds.max.map(f64::from)).abs());
         // Every rounding on the way there, and that of the vertices on their way here, is relative to these terms; that
         // of the inverse, by the condition too.
         let here =

@@ -5,11 +5,11 @@
 //! and nothing is allocated. Of a box, however scaled and sheared, that image is all that is left; of any other body it
 //! is the larger of two: the body made smaller along the axes of its mesh, or evenly about its middle.
 
+use cullet::Transform;
+use cullet::cull::occlusion::Convex;
 use glam::{DMat3, DVec3};
 
-use super::Convex;
-use crate::array::Each;
-use crate::transform::Transform;
+use super::super::linear::linear;
 
 /// A face whose three corners span less, as a share of the square of the body's size, has a normal of which rounding
 /// leaves too little.
@@ -39,29 +39,29 @@ struct Faces<'a> {
 impl<'a> Faces<'a> {
     /// `None` for polygons and for what is not finite.
     fn new(body: &'a Convex, transform: &Transform) -> Option<Self> {
-        if !body.is_closed() || !transform.is_finite() {
+        if !is_closed(body) || !transform.is_finite() {
             return None;
         }
-        let sum: DVec3 = body.vertices.iter().map(|v| DVec3::from(v.each(f64::from))).sum();
-        let middle = sum / body.vertices.len() as f64;
-        let mut faces = Self { body, linear: transform.linear_f64(), middle, size: 0.0 };
+        let sum: DVec3 = body.vertices().iter().map(|v| DVec3::from(v.map(f64::from))).sum();
+        let middle = sum / body.vertices().len() as f64;
+        let mut faces = Self { body, linear: linear(transform), middle, size: 0.0 };
         faces.size = faces.corners().map(|v| (faces.linear * v).length()).fold(0.0, f64::max);
         (faces.size > 0.0 && faces.size.is_finite()).then_some(faces)
     }
 
     fn corner(&self, vertex: u32) -> DVec3 {
-        DVec3::from(self.body.vertices[vertex as usize].each(f64::from)) - self.middle
+        DVec3::from(self.body.vertices()[vertex as usize].map(f64::from)) - self.middle
     }
 
     /// All corners from the middle, not transformed.
     fn corners(&self) -> impl Iterator<Item = DVec3> + '_ {
-        (0..self.body.vertices.len() as u32).map(|v| self.corner(v))
+        (0..self.body.vertices().len() as u32).map(|v| self.corner(v))
     }
 
     /// The unit normal of each face, outward, and its distance from the middle; `None` for a face that rounding hides.
     fn planes(&self) -> impl Iterator<Item = Option<(DVec3, f64)>> + '_ {
-        self.body.spread.iter().map(|corners| {
-            let [a, b, c] = corners.each(|v| self.linear * self.corner(v));
+        self.body.faces().map(|(corners, _)| {
+            let [a, b, c] = corners.map(|v| self.linear * self.corner(v));
             let normal = (b - a).cross(c - a);
             let area = normal.length();
             if area.is_nan() || area < LEAST_AREA * self.size * self.size {
@@ -143,89 +143,85 @@ impl<'a> Faces<'a> {
     }
 }
 
-impl Convex {
-    /// Whether it is a body, with an inside: not a polygon.
-    pub(crate) fn is_closed(&self) -> bool {
-        self.face_count() > 2
-    }
+/// Whether `body` has an inside: it is not a polygon.
+pub(super) fn is_closed(body: &Convex) -> bool {
+    body.faces().nth(2).is_some()
+}
 
-    /// A transform under which the body lies within what is left of it, as it stands at `transform`, once each face
-    /// has moved inward by the extent of a box of half sides `by`, in world units, along its normal: wherever in such a
-    /// box around a point of the shrunk body one is, one is within the body.
-    ///
-    /// `None` where nothing is left, or too little to be sure of; for polygons, which have no inside; and where a
-    /// number is not finite. Exact for boxes but for some millionths of their size. Cost: faces times corners.
-    pub(crate) fn shrunk(&self, by: [f64; 3], transform: &Transform) -> Option<Transform> {
-        let faces = Faces::new(self, transform)?;
-        let by = DVec3::from(by);
-        if by == DVec3::ZERO {
-            // What is flat has no inside.
-            let has_depth = |(_, distance)| distance > ROUNDING * faces.size;
-            return faces.planes().all(|plane| plane.is_some_and(has_depth)).then_some(*transform);
-        }
-        // A NaN fails here, and something negative would grow it.
-        if !(by.min_element() >= 0.0 && by.is_finite()) {
-            return None;
-        }
-        let even = faces.even_scale(by).map(DVec3::splat);
-        let axes = faces.axis_scales(by);
-        let scales = [axes, even];
-        let best = scales.into_iter().flatten().max_by(|a, b| {
-            let volume = |s: &DVec3| s.x * s.y * s.z;
-            volume(a).total_cmp(&volume(b))
-        })?;
-        let linear = faces.scaled(best);
-        if !faces.holds(linear, by) {
-            return None;
-        }
-        let column = |c: DVec3| c.as_vec3().into();
-        let translation =
-            DVec3::from(transform.translation) + (faces.linear - linear) * faces.middle;
-        translation.is_finite().then(|| Transform {
-            linear: [column(linear.x_axis), column(linear.y_axis), column(linear.z_axis)],
-            translation: translation.into(),
-        })
+/// Returns a transform under which `body` lies within what is left of it, as it stands at `transform`, once each face
+/// has moved inward by the extent of a box of half sides `by`, in world units, along its normal: wherever in such a
+/// box around a point of the shrunk body one is, one is within the body.
+///
+/// `None` where nothing is left, or too little to be sure of; for polygons, which have no inside; and where a
+/// number is not finite. Exact for boxes but for some millionths of their size. Cost: faces times corners.
+pub(super) fn shrunk(body: &Convex, by: [f64; 3], transform: &Transform) -> Option<Transform> {
+    let faces = Faces::new(body, transform)?;
+    let by = DVec3::from(by);
+    if by == DVec3::ZERO {
+        // What is flat has no inside.
+        let has_depth = |(_, distance)| distance > ROUNDING * faces.size;
+        return faces.planes().all(|plane| plane.is_some_and(has_depth)).then_some(*transform);
     }
+    // A NaN fails here, and something negative would grow it.
+    if !(by.min_element() >= 0.0 && by.is_finite()) {
+        return None;
+    }
+    let even = faces.even_scale(by).map(DVec3::splat);
+    let axes = faces.axis_scales(by);
+    let scales = [axes, even];
+    let best = scales.into_iter().flatten().max_by(|a, b| {
+        let volume = |s: &DVec3| s.x * s.y * s.z;
+        volume(a).total_cmp(&volume(b))
+    })?;
+    let linear = faces.scaled(best);
+    if !faces.holds(linear, by) {
+        return None;
+    }
+    let column = |c: DVec3| c.as_vec3().into();
+    let translation = DVec3::from(transform.translation) + (faces.linear - linear) * faces.middle;
+    translation.is_finite().then(|| Transform {
+        linear: [column(linear.x_axis), column(linear.y_axis), column(linear.z_axis)],
+        translation: translation.into(),
+    })
+}
 
-    /// Whether the body, as it stands at `transform`, is proved to be farther than `distance` from a box of half sides
-    /// `by` around a point: by one of its faces. False where a number is not finite.
-    pub(crate) fn is_apart(
-        &self,
-        transform: &Transform,
-        point: [f64; 3],
-        by: [f64; 3],
-        distance: f64,
-    ) -> bool {
-        let Some(faces) = Faces::new(self, transform) else { return false };
-        let middle = DVec3::from(transform.translation) + faces.linear * faces.middle;
-        let (to, by) = (DVec3::from(point) - middle, DVec3::from(by));
-        let slack = ROUNDING * (faces.size + to.length());
-        faces
-            .planes()
-            .flatten()
-            .any(|(normal, d)| normal.dot(to) - normal.abs().dot(by) - d > distance + slack)
-    }
+/// Whether `body`, as it stands at `transform`, is proved to be farther than `distance` from a box of half sides
+/// `by` around a point: by one of its faces. False where a number is not finite.
+pub(super) fn is_apart(
+    body: &Convex,
+    transform: &Transform,
+    point: [f64; 3],
+    by: [f64; 3],
+    distance: f64,
+) -> bool {
+    let Some(faces) = Faces::new(body, transform) else { return false };
+    let middle = DVec3::from(transform.translation) + faces.linear * faces.middle;
+    let (to, by) = (DVec3::from(point) - middle, DVec3::from(by));
+    let slack = ROUNDING * (faces.size + to.length());
+    faces
+        .planes()
+        .flatten()
+        .any(|(normal, d)| normal.dot(to) - normal.abs().dot(by) - d > distance + slack)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bounds::Aabb;
+    use cullet::bounds::Aabb;
 
     fn corners_of(body: &Convex, at: &Transform) -> Vec<DVec3> {
-        let place = |p: &[f32; 3]| {
-            at.linear_f64() * DVec3::from(p.map(f64::from)) + DVec3::from(at.translation)
-        };
-        body.vertices.iter().map(place).collect()
+        let place =
+            |p: &[f32; 3]| linear(at) * DVec3::from(p.map(f64::from)) + DVec3::from(at.translation);
+        body.vertices().iter().map(place).collect()
     }
 
     #[test]
     fn a_box_loses_what_is_asked_on_every_side_whatever_its_scale() {
         let body = Convex::from_box(&Aabb::new([3.0, 0.0, -1.0], [5.0, 1.0, 1.0])).unwrap();
         let at = Transform::from_scale_translation([4.0, -20.0, 0.5], [1e6, 7.0, -3.0]);
-        let shrunk = body.shrunk([0.25, 1.0, 0.125], &at).unwrap();
+        let smaller = shrunk(&body, [0.25, 1.0, 0.125], &at).unwrap();
         let before = at.transform_box(&body.bounds(), at.translation);
-        let after = shrunk.transform_box(&body.bounds(), at.translation);
+        let after = smaller.transform_box(&body.bounds(), at.translation);
         for (axis, by) in [0.25, 1.0, 0.125].into_iter().enumerate() {
             for (a, b) in
                 [(after.min[axis], before.min[axis] + by), (before.max[axis] - by, after.max[axis])]
@@ -234,10 +230,10 @@ mod tests {
             }
         }
         // Two of its half sides are 4 and 0.5: half a unit leaves nothing of it.
-        assert_eq!(body.shrunk([0.0, 0.0, 0.5], &at), None);
-        assert_eq!(body.shrunk([f64::NAN, 0.0, 0.0], &at), None);
-        assert_eq!(body.shrunk([0.1, -0.1, 0.0], &at), None);
-        assert_eq!(body.shrunk([0.0; 3], &at), Some(at));
+        assert_eq!(shrunk(&body, [0.0, 0.0, 0.5], &at), None);
+        assert_eq!(shrunk(&body, [f64::NAN, 0.0, 0.0], &at), None);
+        assert_eq!(shrunk(&body, [0.1, -0.1, 0.0], &at), None);
+        assert_eq!(shrunk(&body, [0.0; 3], &at), Some(at));
     }
 
     #[test]
@@ -250,8 +246,8 @@ mod tests {
         for (body, at) in
             [(&polygon, Transform::IDENTITY), (&flat, Transform::IDENTITY), (&cube, flattened)]
         {
-            assert_eq!(body.shrunk([1e-3; 3], &at), None);
-            assert_eq!(body.shrunk([0.0; 3], &at), None);
+            assert_eq!(shrunk(body, [1e-3; 3], &at), None);
+            assert_eq!(shrunk(body, [0.0; 3], &at), None);
         }
     }
 
@@ -288,8 +284,9 @@ mod tests {
             [0.0, 3.0, 0.0],
         ];
         let build = |corners: &[[f32; 3]], faces: &[&[u32]]| {
-            let loops: Vec<Vec<u32>> = faces.iter().map(|f| f.to_vec()).collect();
-            Convex::from_loops(corners.to_vec(), &loops).unwrap()
+            let fan = |f: &&[u32]| (2..f.len()).flat_map(|k| [f[0], f[k - 1], f[k]]).collect();
+            let indices: Vec<Vec<u32>> = faces.iter().map(fan).collect();
+            Convex::from_mesh(corners, &indices.concat()).unwrap()
         };
         let sheared = Transform {
             linear: [[1.0, 0.2, 0.0], [-0.3, 1.5, 0.1], [0.0, 0.4, -2.0]],
@@ -300,17 +297,17 @@ mod tests {
         {
             for at in [Transform::IDENTITY, sheared] {
                 for by in [[0.1; 3], [0.2, 0.0, 0.05]] {
-                    let shrunk = body.shrunk(by, &at).unwrap();
+                    let smaller = shrunk(&body, by, &at).unwrap();
                     let faces = Faces::new(&body, &at).unwrap();
                     let middle = DVec3::from(at.translation) + faces.linear * faces.middle;
-                    for corner in corners_of(&body, &shrunk) {
+                    for corner in corners_of(&body, &smaller) {
                         for plane in faces.planes() {
                             let (normal, distance) = plane.unwrap();
                             let reach = normal.abs().dot(DVec3::from(by));
                             assert!(normal.dot(corner - middle) + reach <= distance);
                         }
                     }
-                    let share = shrunk.determinant() / at.determinant();
+                    let share = smaller.determinant() / at.determinant();
                     assert!(share > least && share < 1.0, "{share}");
                 }
             }
@@ -322,7 +319,7 @@ mod tests {
         let body = Convex::from_box(&Aabb::new([0.0; 3], [1.0; 3])).unwrap();
         let at = Transform::from_translation([100.0, 0.0, 0.0]);
         let apart = |x: f64, by: f64, distance: f64| {
-            body.is_apart(&at, [x, 0.5, 0.5], [by, 0.0, 0.0], distance)
+            is_apart(&body, &at, [x, 0.5, 0.5], [by, 0.0, 0.0], distance)
         };
         assert!(apart(98.0, 0.5, 1.4) && !apart(98.0, 0.5, 1.6));
         assert!(!apart(100.5, 0.0, 0.0) && !apart(f64::NAN, 0.0, 0.0));

@@ -1,8 +1,8 @@
 //! Boxes of eyes, cut into cells that are looked at from one point each.
 
-use crate::array::{self, Each};
-use crate::bounds::{Aabb, Boxes, Plane};
-use crate::view::{Frustum, FrustumPlane, View};
+use cullet::bounds::{Aabb, Boxes, Plane};
+use cullet::view::FrustumPlane;
+use cullet::{Frustum, View};
 
 /// All eyes in a box, in world space.
 ///
@@ -37,7 +37,7 @@ impl EyeBox {
                 (b.min[a], b.max[a]) = (b.min[a].min(p[a]), b.max[a].max(p[a]));
             }
         }
-        Self { min: b.min.each(|v| v - radius), max: b.max.each(|v| v + radius) }
+        Self { min: b.min.map(|v| v - radius), max: b.max.map(|v| v + radius) }
     }
 
     /// Whether there is no eye in it. One with a NaN is not empty: what it holds is not known.
@@ -99,7 +99,7 @@ impl Cells {
     pub(super) fn new(eyes: &EyeBox, origin: [f64; 3], side: f64, most: u32) -> Option<Self> {
         let mut all = Cell { center: [0.0; 3], half: [0.0; 3] };
         for a in 0..3 {
-            let [low, high] = [eyes.min[a], eyes.max[a]].each(|v| v - origin[a]);
+            let [low, high] = [eyes.min[a], eyes.max[a]].map(|v| v - origin[a]);
             let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
             // Rounding of these lines. A single point stays one.
             let far = eyes.min[a].abs().max(eyes.max[a].abs()) + origin[a].abs();
@@ -112,7 +112,7 @@ impl Cells {
         }
         let counts = |side: f64| {
             // Slack of a point is no reason for a second cell.
-            all.half.each(|h| ((2.0 * h / side * (1.0 - 1e-9)).ceil()).clamp(1.0, 1e6) as u32)
+            all.half.map(|h| ((2.0 * h / side * (1.0 - 1e-9)).ceil()).clamp(1.0, 1e6) as u32)
         };
         let number = |c: [u32; 3]| c.iter().map(|&c| f64::from(c)).product::<f64>();
         let (mut side, mut best) = (side, counts(side));
@@ -130,7 +130,7 @@ impl Cells {
 
     /// Half the sides of each.
     pub(super) fn half(&self) -> [f64; 3] {
-        array::from_fn(|a| {
+        std::array::from_fn(|a| {
             // They overlap by more than their centres round.
             self.all.half[a] / f64::from(self.counts[a])
                 + if self.counts[a] > 1 { self.all.center[a].abs() * 1e-15 } else { 0.0 }
@@ -142,7 +142,7 @@ impl Cells {
         let half = self.half();
         (0..z).flat_map(move |k| (0..y).flat_map(move |j| (0..x).map(move |i| [i, j, k]))).map(
             move |place| {
-                let center = array::from_fn(|a| {
+                let center = std::array::from_fn(|a| {
                     let share = (2.0 * f64::from(place[a]) + 1.0) / f64::from(self.counts[a]);
                     self.all.center[a] + self.all.half[a] * (share - 1.0)
                 });
@@ -169,7 +169,7 @@ impl Carried {
         }
         let eye = [x / w, y / w, z / w];
         let frustum = view.frustum();
-        let planes = FrustumPlane::ALL.each(|which| {
+        let planes = FrustumPlane::ALL.map(|which| {
             let plane = frustum.plane(which)?;
             let slack = eye.iter().map(|v| v.abs()).sum::<f64>() + plane.d.abs();
             let d = -plane.distance(eye) + slack * 2e-15;
@@ -187,7 +187,7 @@ impl Carried {
     /// The half-spaces that hold the frusta of all eyes of a cell: each plane moved outward by the cell's extent along
     /// its normal.
     pub(super) fn to(&self, cell: &Cell) -> Frustum {
-        Frustum::from_planes(self.planes.each(|plane| {
+        Frustum::from_planes(self.planes.map(|plane| {
             let plane = plane?;
             let (mut d, mut size) = (plane.d, plane.d.abs());
             for a in 0..3 {

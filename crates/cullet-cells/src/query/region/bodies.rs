@@ -1,14 +1,13 @@
 //! Bodies that hide: which of a scene are drawn for a box of eyes, made smaller by the extent of its cells.
 
+use cullet::bounds::{Aabb, Boxes};
+use cullet::cull::frustum::batch::{Planes, mask_boxes};
+use cullet::cull::occlusion::{Convex, OcclusionBuffer, Shape};
+use cullet::{Scene, Simd, Transform};
+
 use super::cells::Cell;
-use crate::Simd;
+use super::shrunk::{is_apart, is_closed, shrunk};
 use crate::bits;
-use crate::bounds::{Aabb, Boxes};
-use crate::cull::frustum::batch::{Planes, mask_boxes};
-use crate::cull::occlusion::{Convex, OcclusionBuffer, Shape};
-use crate::scene::Scene;
-use crate::sort::{Sorter, of_f64, pair};
-use crate::transform::Transform;
 
 /// Bodies of fewer pixels of a square, seen from the middle of the box, hide next to nothing.
 const LEAST_PIXELS: f64 = 16.0;
@@ -42,7 +41,6 @@ pub(super) struct Bodies {
     /// Distance from the middle of the cell and index in `all` of each body, the nearest first.
     order: Vec<(f64, u32)>,
     boxes: Boxes,
-    sorter: Sorter,
 }
 
 /// Limits within which bodies are chosen.
@@ -94,16 +92,19 @@ impl Bodies {
         }
         let most = limits.most as usize;
         if self.candidates.len() > most {
-            // Of one score those of the first slots, for so they come.
-            self.sorter.split(&mut self.candidates, most, |c| (!of_f64(c.score)).into());
+            // Of one score those of the first slots.
+            let place = |c: &Candidate| (c.slot, c.shape);
+            self.candidates.select_nth_unstable_by(most, |a, b| {
+                b.score.total_cmp(&a.score).then_with(|| place(a).cmp(&place(b)))
+            });
             self.candidates.truncate(most);
-            self.sorter.sort(&mut self.candidates, |c| pair(c.slot, c.shape));
+            self.candidates.sort_unstable_by_key(place);
         }
         self.all.clear();
         for c in &self.candidates {
             let Some(convex) = body_of(scene, c.slot, c.shape) else { continue };
             let at = relative(scene, c.slot);
-            if let Some(shrunk) = convex.shrunk(by, &at) {
+            if let Some(shrunk) = shrunk(convex, by, &at) {
                 let bounds = convex.bounds();
                 self.all.push(Body {
                     slot: c.slot,
@@ -125,13 +126,13 @@ impl Bodies {
         for (number, body) in (0..).zip(&self.all) {
             let is_apart = cell.distance(&body.whole) > near * (1.0 + 1e-6)
                 || body_of(scene, body.slot, body.shape).is_some_and(|convex| {
-                    convex.is_apart(&relative(scene, body.slot), cell.center, cell.half, near)
+                    is_apart(convex, &relative(scene, body.slot), cell.center, cell.half, near)
                 });
             if is_apart {
                 self.order.push((point.distance(&body.bounds), number));
             }
         }
-        self.sorter.sort(&mut self.order, |&(distance, _)| of_f64(distance).into());
+        self.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         self.boxes.resize(self.order.len());
         for (i, (_, number)) in self.order.iter().enumerate() {
             self.boxes.set(i, &self.all[*number as usize].bounds);
@@ -182,7 +183,7 @@ fn may_hide(scene: &Scene, slot: u32) -> bool {
 /// The closed bodies of an occluder.
 fn bodies_of(shapes: &[Shape]) -> impl Iterator<Item = (u32, &Convex)> {
     (0..).zip(shapes).filter_map(|(number, shape)| match shape {
-        Shape::Convex(convex) if convex.is_closed() => Some((number, convex)),
+        Shape::Convex(convex) if is_closed(convex) => Some((number, convex)),
         _ => None,
     })
 }

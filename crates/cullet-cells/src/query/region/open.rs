@@ -1,10 +1,11 @@
 //! Tests of all boxes of a scene against a buffer, the nodes above them first.
 
-use crate::Simd;
+use cullet::Simd;
+use cullet::bounds::Boxes;
+use cullet::cull::occlusion::OcclusionBuffer;
+use cullet::hierarchy::Hierarchy;
+
 use crate::bits;
-use crate::bounds::Boxes;
-use crate::cull::occlusion::OcclusionBuffer;
-use crate::hierarchy::Hierarchy;
 
 /// Children of a node.
 const CHILDREN: usize = 16;
