@@ -198,6 +198,32 @@ fn flags_layers_and_overrides_are_obeyed() {
 }
 
 #[test]
+fn margins_never_shrink_bounds() {
+    let mut scene = cullet::Scene::new();
+    let mesh = scene.add_mesh(meshes::tetrahedron());
+    let (before, aside) = ([0.0, 0.0, -5.0], [50.0, 0.0, -5.0]);
+    let mut add = |place: [f64; 3], margin: f32| {
+        let bounds = BoundsOverride::Margin(margin);
+        let transform = Transform::from_translation(place);
+        scene.add(Instance { bounds, ..Instance::new(mesh, transform) }).expect("the mesh exists")
+    };
+    let shrunk = [-0.0, -0.1, -10.0, f32::MIN, f32::NEG_INFINITY];
+    let kept: Vec<Handle> = shrunk
+        .map(|margin| add(before, margin))
+        .into_iter()
+        .chain([f32::NAN, f32::INFINITY].map(|margin| add(aside, margin)))
+        .collect();
+    let dropped = shrunk.map(|margin| add(aside, margin));
+    scene.commit();
+    let visible: BTreeSet<u32> =
+        answers::slots(&cull(&triangles(), &scene, &looking_down_z())).into_iter().collect();
+    let is_visible = |&handle: &Handle| visible.contains(&scene.slot(handle).expect("it is there"));
+    assert!(kept.iter().all(is_visible));
+    assert!(!dropped.iter().any(is_visible));
+    assert_eq!(scene.audit(|_| None).expect("no positions are given"), []);
+}
+
+#[test]
 fn removed_instances_leave_no_trace() {
     let mut rng = Rng(8);
     for _ in 0..30 {

@@ -178,7 +178,8 @@ impl Scene {
             BoundsOverride::Margin(m) if m.is_nan() => Aabb::EVERYTHING,
             BoundsOverride::Margin(m) => {
                 let b = mesh();
-                let m = f64::from(m);
+                // A box that shrinks would no longer hold its mesh.
+                let m = f64::from(m.max(0.0));
                 let grow = |v: [f32; 3], by: f64| v.each(|v| f64::from(v) + by);
                 Aabb::rounded_out(grow(b.min, -m), grow(b.max, m))
             }

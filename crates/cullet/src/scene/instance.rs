@@ -40,7 +40,8 @@ pub enum BoundsOverride {
     /// This box in world space, relative to the scene's origin.
     World(Aabb),
     /// The box of the mesh, grown on every side by this distance in world units: for vertices that a
-    /// shader displaces.
+    /// shader displaces. A distance below 0 counts as 0; one that is NaN or infinite means that
+    /// there are no bounds.
     Margin(f32),
 }
 
