@@ -364,18 +364,19 @@ impl CulletScene {
             for (word, bits) in is_moved.iter().enumerate().filter(|(_, bits)| **bits != 0) {
                 self.touch(word as u32 * 64 + bits.trailing_zeros());
             }
-            let mut boxes = self.scene.bounds_mut();
             let mut near = [Aabb::EMPTY; 64];
-            for (word, &bits) in is_moved.iter().enumerate().filter(|(_, bits)| **bits != 0) {
-                // Read before any is written: reads that miss the cache wait for each other the least when nothing is
-                // between them.
-                for (near, slot) in near.iter_mut().zip(slots_of(word, bits)) {
-                    let [list, at] = self.at_slot[slot as usize];
-                    *near = lists[list as usize][at as usize].bounds;
+            self.scene.write_bounds(|boxes| {
+                for (word, &bits) in is_moved.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+                    // Read before any is written: reads that miss the cache wait for each other the
+                    // least when nothing is between them.
+                    for (near, slot) in near.iter_mut().zip(slots_of(word, bits)) {
+                        let [list, at] = self.at_slot[slot as usize];
+                        *near = lists[list as usize][at as usize].bounds;
+                    }
+                    let own = slots_of(word, bits).zip(&near);
+                    own.for_each(|(slot, bounds)| boxes.set(slot, bounds));
                 }
-                slots_of(word, bits).zip(&near).for_each(|(slot, bounds)| boxes.set(slot, bounds));
-            }
-            drop(boxes);
+            });
             is_moved.fill(0);
             self.is_moved = is_moved;
         }

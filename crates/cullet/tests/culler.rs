@@ -341,9 +341,7 @@ fn bounds_written_in_place_are_bounds_given_by_handle() {
             })
             .collect();
         for round in 0..2 {
-            let mut writer = scene.bounds_mut();
-            given.iter().for_each(|(slot, b)| writer.set(*slot, b));
-            drop(writer);
+            scene.write_bounds(|writer| given.iter().for_each(|(slot, b)| writer.set(*slot, b)));
             scene.hierarchy().validate().expect("refitted");
             let written = cull(&triangles(), &scene, &view);
             for (slot, b) in &given {
@@ -354,4 +352,21 @@ fn bounds_written_in_place_are_bounds_given_by_handle() {
             assert_eq!(written, by_handle, "round {round}");
         }
     }
+}
+
+#[test]
+fn nodes_hold_what_was_written_before_a_panic() {
+    let mut scene = random_scene(&mut Rng(34), 150);
+    scene.commit();
+    let far = cullet::bounds::Aabb::new([900.0; 3], [901.0; 3]);
+    let version = scene.change_version();
+    let written = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        scene.write_bounds(|writer| {
+            (0..100).for_each(|slot| writer.set(slot, &far));
+            std::panic::resume_unwind(Box::new("a caller's panic"));
+        });
+    }));
+    assert!(written.is_err());
+    assert!(scene.bounds(7) == far && scene.change_version() > version);
+    scene.hierarchy().validate().expect("refitted");
 }

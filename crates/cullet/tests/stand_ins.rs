@@ -219,7 +219,7 @@ proptest! {
             3 => scene.set_bounds(changed, BoundsOverride::Margin(1.0)).unwrap(),
             4 => {
                 let bounds = scene.bounds(slot);
-                scene.bounds_mut().set(slot, &bounds);
+                scene.write_bounds(|writer| writer.set(slot, &bounds));
             }
             _ => scene.edit_mesh(scene.mesh_id(slot), |mesh| mesh.set_two_sided(true)),
         }

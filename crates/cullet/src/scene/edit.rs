@@ -135,12 +135,15 @@ impl Scene {
         Ok(())
     }
 
-    /// Bounds in world space of many instances, written straight to their slots: for what the caller moves by
-    /// means of its own (see [`BoundsOverride::World`]). Dropping it fits the nodes above them: the cost is that
-    /// of what was written, and at most O(n), once through all nodes. The first bounds that a scene is given make room for
-    /// those of all slots: 28 bytes each.
-    pub fn bounds_mut(&mut self) -> SceneBoundsMut<'_> {
-        SceneBoundsMut { scene: self }
+    /// Writes bounds in world space of many instances straight to their slots: for what the caller
+    /// moves by means of its own (see [`BoundsOverride::World`]). Fits the nodes above them when
+    /// `write` returns. The cost is that of what was written, and at most O(n), once through all
+    /// nodes. The first bounds that a scene is given make room for those of all slots: 28 bytes
+    /// each.
+    pub fn write_bounds(&mut self, write: impl FnOnce(&mut SceneBoundsMut<'_>)) {
+        // A guard that the caller owned could be leaked, which would leave nodes that do not hold
+        // their boxes. This one is dropped even if `write` panics.
+        write(&mut SceneBoundsMut { scene: self });
     }
 
     /// Moves the origin, and with it the point around which f32 bounds are finest. O(instances).
@@ -208,7 +211,7 @@ impl Scene {
     }
 }
 
-/// The bounds of a [`Scene`], to be written in place.
+/// The bounds of a scene while [`Scene::write_bounds`] runs.
 #[derive(Debug)]
 pub struct SceneBoundsMut<'a> {
     scene: &'a mut Scene,
