@@ -77,7 +77,7 @@ impl InRust {
         self.culler.cull_one(&self.scene, &view, &mut self.state, &mut self.visible);
         self.slots.clear();
         self.slots.extend(self.visible.slots());
-        self.draws.fill(&self.scene, &self.visible, &[]);
+        self.draws.fill(&self.scene, &self.visible, &[])?;
         Ok(self.slots.len())
     }
 }

@@ -350,10 +350,11 @@ pub unsafe extern "C" fn cullet_visible_draws(
         let Frame { visible, draws: list, triangles, .. } = &mut *state;
         let places = bytemuck::cast_slice(places);
         if *triangles {
-            list.fill_triangles(&scene, visible, places);
+            list.fill_triangles(&scene, visible, places)
         } else {
-            list.fill(&scene, visible, places);
+            list.fill(&scene, visible, places)
         }
+        .map_err(crate::scene::scene_error)?;
         all.command_count = list.commands.len();
         all.instance_count = list.instances.len();
         all.index_count = if *triangles { list.indices.len() } else { 0 };

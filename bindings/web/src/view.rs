@@ -156,10 +156,11 @@ impl SceneView {
     pub fn fill_draws(&mut self, set: &SceneSet) -> Result<(), Fault> {
         self.check_unchanged(set)?;
         if self.culler.output == Output::Triangles {
-            self.draws.fill_triangles(&set.scene, &self.visible, &set.places);
+            self.draws.fill_triangles(&set.scene, &self.visible, &set.places)
         } else {
-            self.draws.fill(&set.scene, &self.visible, &set.places);
+            self.draws.fill(&set.scene, &self.visible, &set.places)
         }
+        .map_err(|stale| Fault::new(Code::Argument, stale))?;
         for entry in &mut self.draws.instances {
             *entry = set.scene.handle(*entry).map_or(0, |handle| handle.index);
         }

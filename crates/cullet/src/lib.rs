@@ -22,7 +22,7 @@
 //! let projection = Projection::Perspective { fov_y_radians: 0.9, aspect: 1.6, near: 0.1, far: 500.0 };
 //! let view = View::new(&Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], projection), Depth::Reversed, [1280, 720])?;
 //! culler.cull_one(&scene, &view, &mut state, &mut visible);
-//! for draw in visible.draws(&scene) {
+//! for draw in visible.draws(&scene)? {
 //!     draw_indexed(draw.mesh, draw.indices, draw.slot);
 //! }
 //! # assert!(visible.instance_count > 2 && visible.instance_count < 10);
@@ -93,7 +93,7 @@ pub use mesh::{Mesh, MeshData};
 pub use prepared::{Preparation, Prepared};
 pub use scene::{
     BoundsOverride, BoundsViolation, Instance, InstanceFlags, MeshId, MeshLevels, Scene,
-    SceneBoundsMut, SceneError, StandInError,
+    SceneBoundsMut, SceneError, SceneVersion, StandInError,
 };
 pub use simd::Simd;
 pub use transform::Transform;

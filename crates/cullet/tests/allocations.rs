@@ -30,8 +30,8 @@ fn steady_state_allocates_nothing() {
         let mut result = Visible::default();
         let mut list = DrawList::default();
         let mut fill = |result: &Visible| {
-            list.fill(&scene, result, &[]);
-            list.fill_triangles(&scene, result, &[]);
+            list.fill(&scene, result, &[]).unwrap();
+            list.fill_triangles(&scene, result, &[]).unwrap();
         };
         for view in &views {
             culler.cull_one(&scene, view, &mut state, &mut result);

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use cullet::cull::shadow::Light;
 use cullet::mesh::{Alpha, Part};
 use cullet::{
     Culler, DrawCommand, DrawKey, DrawList, DrawState, Instance, InstanceFlags, Mesh, MeshData,
-    MeshPlace, Output, Preparation, Scene, Transform, ViewState, Visible,
+    MeshPlace, Output, Preparation, Scene, SceneError, ShadowView, Transform, ViewState, Visible,
 };
 use cullet_testkit::scenes::random_scene;
 use cullet_testkit::views::{looking_down_z, random_culler, random_view};
@@ -141,7 +142,7 @@ fn draws_hold_each_visible_triangle_once_in_the_order_of_states() {
             let expected = of_clusters(&scene, &visible);
             assert!(expected.values().all(|&n| n == 1));
 
-            let draws = visible.draws(&scene);
+            let draws = visible.draws(&scene).unwrap();
             assert!(is_sorted(draws.iter().map(|d| (d.state, d.material, d.mesh))));
             let mut drawn = Drawn::new();
             for d in &draws {
@@ -156,13 +157,13 @@ fn draws_hold_each_visible_triangle_once_in_the_order_of_states() {
             }
             assert_eq!(drawn, expected);
 
-            list.fill(&scene, &visible, &places);
+            list.fill(&scene, &visible, &places).unwrap();
             assert!(is_sorted(list.keys.iter().map(|k| (k.state, k.material, k.mesh))));
             assert_eq!(rendered(&scene, &list, &all, &places), expected);
             instanced += list.commands.iter().filter(|c| c.instance_count > 1).count();
             partial += visible.partial.len();
             if output == Output::Triangles {
-                list.fill_triangles(&scene, &visible, &places);
+                list.fill_triangles(&scene, &visible, &places).unwrap();
                 let found = rendered(&scene, &list, &list.indices, &places);
                 assert_eq!(found, of_triangles(&scene, &visible));
             }
@@ -175,12 +176,63 @@ fn draws_hold_each_visible_triangle_once_in_the_order_of_states() {
 fn an_empty_answer_has_no_draws_and_meshes_without_a_place_begin_at_zero() {
     let scene = scene(&mut Rng(5));
     let mut list = DrawList::default();
-    list.fill(&scene, &Visible::default(), &[]);
+    let nothing = Visible { version: scene.version(), ..Visible::default() };
+    list.fill(&scene, &nothing, &[]).unwrap();
     assert!(list.commands.is_empty() && list.instances.is_empty());
     let everything = Culler { frustum: false, output: Output::Instances, ..Culler::default() };
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
     everything.cull_one(&scene, &looking_down_z(), &mut state, &mut visible);
-    list.fill(&scene, &visible, &[]);
+    list.fill(&scene, &visible, &[]).unwrap();
     let mut firsts = list.keys.iter().zip(&list.commands).filter(|(key, _)| key.part == 0);
     assert!(firsts.all(|(_, command)| (command.first_index, command.base_vertex) == (0, 0)));
+}
+
+#[test]
+fn a_result_that_is_older_than_its_scene_is_refused() {
+    let (mut rng, mut list) = (Rng(6), DrawList::default());
+    let everything = Culler { frustum: false, output: Output::Triangles, ..Culler::default() };
+    let (view, sun) = (looking_down_z(), Light::Directional { direction: [0.0, -1.0, 0.0] });
+    // What makes the numbers of slots or clusters others, and what does not.
+    let removes_half = |scene: &mut Scene| {
+        let handles: Vec<_> = scene.slots().filter_map(|slot| scene.handle(slot)).collect();
+        handles.iter().step_by(2).for_each(|&handle| scene.remove(handle).unwrap());
+        scene.commit();
+    };
+    let edits = |scene: &mut Scene| scene.edit_mesh(0, |mesh| *mesh = meshes::tetrahedron());
+    let moves = |scene: &mut Scene| {
+        let handle = scene.handle(0).expect("the slot is taken");
+        scene.set_transform(handle, Transform::from_translation([1.0, 2.0, 3.0])).unwrap();
+        scene.add(Instance::new(0, Transform::IDENTITY)).unwrap();
+    };
+    let changes: [(&dyn Fn(&mut Scene), bool); 4] = [
+        (&removes_half, true),
+        (&edits, true),
+        (&|scene| *scene = random_scene(&mut Rng(6), 3), true),
+        (&moves, false),
+    ];
+    for (change, is_stale) in changes {
+        let mut scene = scene(&mut rng);
+        scene.commit();
+        let (mut state, mut visible) = (ViewState::default(), Visible::default());
+        let is_refused = |scene: &Scene, visible: &Visible, list: &mut DrawList| {
+            let refused = [
+                visible.draws(scene).err(),
+                list.fill(scene, visible, &[]).err(),
+                list.fill_triangles(scene, visible, &[]).err(),
+                ShadowView::new(view.clone(), sun).receiving(scene, visible).err(),
+            ];
+            let [result, scene] = [visible.version, scene.version()];
+            let expected = (result != scene).then_some(SceneError::Stale { result, scene });
+            assert_eq!(refused, [expected; 4]);
+            assert!(expected.is_none() || list.commands.is_empty() && list.indices.is_empty());
+            expected.is_some()
+        };
+        assert!(is_refused(&scene, &visible, &mut list), "never culled");
+        everything.cull_one(&scene, &view, &mut state, &mut visible);
+        assert!(!is_refused(&scene, &visible, &mut list));
+        change(&mut scene);
+        assert_eq!(is_refused(&scene, &visible, &mut list), is_stale);
+        everything.cull_one(&scene, &view, &mut state, &mut visible);
+        assert!(!is_refused(&scene, &visible, &mut list));
+    }
 }

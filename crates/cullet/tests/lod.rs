@@ -303,18 +303,18 @@ fn draws_are_of_the_mesh_that_holds_the_levels() {
     let view = look([0.0, 0.0, 20.0], [0.0, 0.0, -100.0], [320, 200]);
     let culler = Culler { lod: Some(Lod { pixels: 4.0, ..Lod::default() }), ..Culler::default() };
     let visible = cull(&culler, &scene, &view);
-    let draws = visible.draws(&scene);
+    let draws = visible.draws(&scene).unwrap();
     let coarse = draws.iter().filter(|d| d.level == 1).count();
     assert!(coarse > 0 && draws.iter().all(|d| d.mesh == scene.mesh_id_at(d.slot, d.level)));
     let mut list = DrawList::default();
-    list.fill(&scene, &visible, &[]);
+    list.fill(&scene, &visible, &[]).unwrap();
     let indices: u64 = draws.iter().map(|d| d.indices.len() as u64).sum();
     let of = list.commands.iter().map(|c| u64::from(c.index_count * c.instance_count));
     assert_eq!(of.sum::<u64>(), indices);
     assert!(list.keys.iter().any(|key| key.level == 1 && key.mesh % 2 == 1));
     let triangles = Culler { output: Output::Triangles, ..culler };
     let visible = cull(&triangles, &scene, &view);
-    list.fill_triangles(&scene, &visible, &[]);
+    list.fill_triangles(&scene, &visible, &[]).unwrap();
     assert!(list.keys.iter().any(|key| key.level == 1 && key.mesh % 2 == 1));
 }
 

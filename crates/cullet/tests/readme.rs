@@ -31,7 +31,7 @@ fn run(
     let camera = Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], projection);
     let view = View::new(&camera, Depth::Reversed, [1280, 720])?;
     culler.cull_one(&scene, &view, &mut state, &mut visible);
-    for draw in visible.draws(&scene) {
+    for draw in visible.draws(&scene)? {
         draw_indexed(draw.mesh, draw.indices, draw.slot);
     }
     // end

@@ -238,7 +238,7 @@ fn what_shades_a_seen_point_is_kept_down_to_the_triangle() {
         }
         let mut seen = Visible::default();
         telling(Output::Triangles).cull_one(&scene, &camera, &mut ViewState::default(), &mut seen);
-        let mut shadows = ShadowView::new(camera.clone(), light).receiving(&scene, &seen);
+        let mut shadows = ShadowView::new(camera.clone(), light).receiving(&scene, &seen).unwrap();
         let with_map = round % 2 == 0;
         if with_map {
             let mut map = map_of(&mut rng, &light, offset);
@@ -521,8 +521,10 @@ fn receivers_are_what_the_camera_sees() {
     let shadows = ShadowView::new(camera, SUN);
     let by_frustum: Vec<bool> = kept(&shadows);
     assert_eq!(by_frustum, [true, true, true]);
-    let by_receivers: Vec<bool> = kept(&shadows.clone().receiving(&scene, &seen));
+    let by_receivers: Vec<bool> = kept(&shadows.clone().receiving(&scene, &seen).unwrap());
     assert_eq!(by_receivers, [true, true, false]);
-    let by_none: Vec<bool> = kept(&shadows.receiving(&scene, &Visible::default()));
+    let nothing = Visible { version: scene.version(), ..Visible::default() };
+    let by_none: Vec<bool> = kept(&shadows.clone().receiving(&scene, &nothing).unwrap());
     assert_eq!(by_none, [false, false, false]);
+    assert!(shadows.receiving(&scene, &Visible::default()).is_err(), "never culled");
 }

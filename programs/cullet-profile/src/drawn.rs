@@ -111,7 +111,8 @@ impl<'a> Drawn<'a> {
         let Culled { culler, states } = &mut self.cullers[culler];
         let view = &self.views[number];
         culler.cull_one(self.scene, view, &mut states[number], &mut self.visible);
-        self.list.fill(self.scene, &self.visible, &self.drawing.places);
+        let filled = self.list.fill(self.scene, &self.visible, &self.drawing.places);
+        filled.expect("the scene stands as it was culled");
     }
 }
 

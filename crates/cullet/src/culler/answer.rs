@@ -10,6 +10,7 @@ use crate::visible::{DrawRange, SlotRange, Visible};
 
 /// Writes what is left. The triangles are in the answer's own lists already.
 pub(super) fn write(frame: &Frame<'_>, sets: &Sets, work: Work, result: &mut Visible) {
+    result.version = frame.scene.version();
     result.whole.clear();
     result.partial.clear();
     (result.funnel.frustum, result.funnel.occlusion) = (work.frustum, work.occlusion);

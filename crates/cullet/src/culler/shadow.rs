@@ -2,7 +2,7 @@
 
 use crate::bounds::Aabb;
 use crate::cull::shadow::Light;
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneError};
 use crate::view::View;
 use crate::visible::Visible;
 
@@ -31,7 +31,7 @@ use crate::visible::Visible;
 /// assert_eq!(visible.instance_count, 1);
 ///
 /// let sun = Light::Directional { direction: [0.0, -1.0, 0.0] };
-/// let shadows = ShadowView::new(camera, sun).receiving(&scene, &visible);
+/// let shadows = ShadowView::new(camera, sun).receiving(&scene, &visible)?;
 /// let mut casters = Visible::default();
 /// culler.cull_shadows(&scene, &shadows, &mut ViewState::default(), &mut casters);
 /// assert_eq!(casters.instance_count, 2);
@@ -76,11 +76,14 @@ impl ShadowView {
 
     /// The same, received by nothing but what the camera was found to see: `visible` is the answer of its cull. O(what
     /// is visible). A receiver without bounds stands anywhere.
-    #[must_use]
-    pub fn receiving(self, scene: &Scene, visible: &Visible) -> Self {
+    ///
+    /// # Errors
+    /// [`SceneError::Stale`] if `visible` is not of the scene as it is.
+    pub fn receiving(self, scene: &Scene, visible: &Visible) -> Result<Self, SceneError> {
+        visible.check(scene)?;
         let bounds = visible.slots().map(|slot| scene.bounds(slot));
         let receivers = bounds.fold(Aabb::EMPTY, |all, b| all.union(&b));
-        Self { receivers: Some(receivers), ..self }
+        Ok(Self { receivers: Some(receivers), ..self })
     }
 
     /// The view that is drawn, or that of the camera while there is none.

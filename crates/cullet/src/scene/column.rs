@@ -18,10 +18,10 @@ impl<T: Copy + PartialEq> Column<T> {
         Self { default, len: 0, each: Vec::new() }
     }
 
-    /// The value of a slot.
+    /// Returns the value of a slot. Panics if there is no such slot, whether values are stored or not.
     #[inline]
     pub(super) fn get(&self, slot: usize) -> T {
-        debug_assert!(slot < self.len, "slot {slot} of {}", self.len);
+        assert!(slot < self.len, "slot {slot} of {}", self.len);
         if self.each.is_empty() { self.default } else { self.each[slot] }
     }
 
@@ -46,9 +46,11 @@ impl<T: Copy + PartialEq> Column<T> {
         }
     }
 
-    /// Replaces the value of a slot. O(slots) for the first that is not the default.
+    /// Replaces the value of a slot. O(slots) for the first that is not the default. Panics if there
+    /// is no such slot.
     #[inline]
     pub(super) fn set(&mut self, slot: usize, value: T) {
+        assert!(slot < self.len, "slot {slot} of {}", self.len);
         if self.each.is_empty() {
             if value == self.default {
                 return;

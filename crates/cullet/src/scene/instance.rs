@@ -83,6 +83,27 @@ impl Instance {
     }
 }
 
+/// State of a scene in which slots and clusters have the numbers that a result gives them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SceneVersion {
+    /// Id of the scene; 0 is no scene.
+    pub scene: u64,
+    /// [Version of its order](super::Scene::order_version).
+    pub order: u64,
+    /// Rises whenever its meshes or their levels are edited.
+    pub meshes: u64,
+}
+
+impl std::fmt::Display for SceneVersion {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { scene, order, meshes } = self;
+        match scene {
+            0 => f.write_str("no scene"),
+            _ => write!(f, "scene {scene} (order {order}, meshes {meshes})"),
+        }
+    }
+}
+
 /// Why a scene refuses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
@@ -97,6 +118,14 @@ pub enum SceneError {
         mesh: MeshId,
         /// How many there are.
         meshes: usize,
+    },
+    /// A result is of another scene, or its slots or clusters have other numbers by now.
+    #[error("a result of {result} does not fit {scene}: cull the scene as it is now")]
+    Stale {
+        /// Versions that the result is of.
+        result: SceneVersion,
+        /// Versions of the scene as it is.
+        scene: SceneVersion,
     },
     /// Slots are u32.
     #[error("a scene holds at most {0} instances")]

@@ -51,6 +51,7 @@ impl Scene {
         self.levels.resize_with(meshes, Vec::new);
         self.levels[mesh as usize].push(MeshLevels { mesh: held_by, levels, impostor: None });
         self.change += 1;
+        self.mesh_version += 1;
         Ok(())
     }
 
@@ -98,6 +99,9 @@ impl Scene {
     }
 
     /// The impostor that is drawn for a slot at a level, where that is one.
+    ///
+    /// # Panics
+    /// If there is no such slot.
     #[must_use]
     pub fn impostor(&self, slot: u32, level: u32) -> Option<&Arc<Impostor>> {
         let levels = self.levels(self.mesh_id(slot));
@@ -109,6 +113,7 @@ impl Scene {
         if let Some(levels) = self.levels.get_mut(mesh as usize) {
             levels.clear();
             self.change += 1;
+            self.mesh_version += 1;
         }
     }
 
@@ -125,6 +130,9 @@ impl Scene {
 
     /// The number of the mesh that is drawn for a slot at a level of a [`DrawRange`](crate::DrawRange): its own at level
     /// 0, and where there is no such level.
+    ///
+    /// # Panics
+    /// If there is no such slot.
     #[must_use]
     pub fn mesh_id_at(&self, slot: u32, level: u32) -> MeshId {
         let own = self.mesh_id(slot);
@@ -133,6 +141,9 @@ impl Scene {
     }
 
     /// The mesh that is drawn for a slot at a level; see [`mesh_id_at`](Self::mesh_id_at).
+    ///
+    /// # Panics
+    /// If there is no such slot.
     #[must_use]
     pub fn mesh_at(&self, slot: u32, level: u32) -> &Mesh {
         &self.meshes[self.mesh_id_at(slot, level) as usize]

@@ -33,6 +33,9 @@ impl Scene {
     }
 
     /// Data prepared of the mesh of a slot.
+    ///
+    /// # Panics
+    /// If there is no such slot.
     #[must_use]
     pub fn prepared_of(&self, slot: u32) -> &Prepared {
         &self.prepared[self.mesh[slot as usize] as usize]
@@ -107,6 +110,7 @@ impl Scene {
         }
         self.drop_stale_levels();
         self.change += 1;
+        self.mesh_version += 1;
     }
 
     /// Makes what is wanted of every mesh, and not yet there. Nothing of it for two-sided and for deformable meshes; see

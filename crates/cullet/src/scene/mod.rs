@@ -23,7 +23,7 @@ pub use audit::BoundsViolation;
 pub(crate) use cells::SceneCells;
 use column::Column;
 pub use edit::SceneBoundsMut;
-pub use instance::{BoundsOverride, Instance, InstanceFlags, MeshId, SceneError};
+pub use instance::{BoundsOverride, Instance, InstanceFlags, MeshId, SceneError, SceneVersion};
 pub use levels::MeshLevels;
 pub use stand_ins::StandInError;
 pub(crate) use stand_ins::{NO_STAND_IN, StandIns};
@@ -45,6 +45,8 @@ pub struct Scene {
     id: u64,
     origin: [f64; 3],
     change: u64,
+    // Rises when the clusters of a mesh or of its levels may be others.
+    mesh_version: u64,
     meshes: Vec<Mesh>,
     // By mesh.
     prepared: Vec<Prepared>,
@@ -89,6 +91,7 @@ impl Scene {
             id: NEXT.fetch_add(1, Ordering::Relaxed),
             origin: [0.0; 3],
             change: 0,
+            mesh_version: 0,
             meshes: Vec::new(),
             prepared: Vec::new(),
             levels: Vec::new(),
@@ -119,6 +122,12 @@ impl Scene {
     #[must_use]
     pub fn order_version(&self) -> u64 {
         self.hierarchy.order_version()
+    }
+
+    /// Versions that slots and clusters of a result belong to: see [`Visible::version`](crate::Visible::version).
+    #[must_use]
+    pub fn version(&self) -> SceneVersion {
+        SceneVersion { scene: self.id, order: self.order_version(), meshes: self.mesh_version }
     }
 
     /// Rises with every change of any instance.
@@ -172,30 +181,45 @@ impl Scene {
     }
 
     /// The number of the mesh of a slot.
+    ///
+    /// # Panics
+    /// If there is no such slot.
     #[must_use]
     pub fn mesh_id(&self, slot: u32) -> MeshId {
         self.mesh[slot as usize]
     }
 
     /// The mesh of a slot.
+    ///
+    /// # Panics
+    /// If there is no such slot.
     #[must_use]
     pub fn mesh(&self, slot: u32) -> &Mesh {
         &self.meshes[self.mesh[slot as usize] as usize]
     }
 
     /// The transform of a slot.
+    ///
+    /// # Panics
+    /// If there is no such slot.
     #[must_use]
     pub fn transform(&self, slot: u32) -> &Transform {
         &self.transforms[slot as usize]
     }
 
     /// The layers of a slot; 0 for an empty one.
+    ///
+    /// # Panics
+    /// If there is no such slot.
     #[must_use]
     pub fn layers(&self, slot: u32) -> u32 {
         self.layers[slot as usize]
     }
 
     /// The caller's number of a slot; see [`Instance::user`].
+    ///
+    /// # Panics
+    /// If there is no such slot.
     #[must_use]
     pub fn user(&self, slot: u32) -> u64 {
         self.users.get(slot as usize)
@@ -203,6 +227,9 @@ impl Scene {
 
     /// Returns the factor by which the size of the instance of `slot` counts; see
     /// [`Instance::size_weight`].
+    ///
+    /// # Panics
+    /// If there is no such slot.
     #[must_use]
     pub fn size_weight(&self, slot: u32) -> f32 {
         self.size_weights.get(slot as usize)
@@ -222,12 +249,18 @@ impl Scene {
     }
 
     /// The flags of a slot.
+    ///
+    /// # Panics
+    /// If there is no such slot.
     #[must_use]
     pub fn flags(&self, slot: u32) -> InstanceFlags {
         self.flags.get(slot as usize)
     }
 
     /// The bounds of a slot, relative to the origin; [`Aabb::EVERYTHING`] where there are none.
+    ///
+    /// # Panics
+    /// If there is no such slot.
     #[must_use]
     pub fn bounds(&self, slot: u32) -> Aabb {
         self.world_box(slot as usize)
@@ -293,6 +326,9 @@ impl Scene {
     /// Whether the instance is drawn just as its mesh says, so that its clusters and triangles may be
     /// culled on their own. Not so where the caller gave bounds (a shader may move the vertices) or
     /// the mesh can deform.
+    ///
+    /// # Panics
+    /// If there is no such slot.
     #[must_use]
     pub fn is_rigid(&self, slot: u32) -> bool {
         self.overrides.get(slot as usize) == BoundsOverride::Mesh

@@ -12,7 +12,7 @@ use std::ops::Range;
 use super::Visible;
 use crate::hierarchy::Handle;
 use crate::mesh::{Alpha, Mesh};
-use crate::scene::{MeshId, Scene};
+use crate::scene::{MeshId, Scene, SceneError};
 
 /// Some indices of a mesh, drawn for one instance.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -85,8 +85,11 @@ impl Visible {
     /// out.
     ///
     /// Allocates the list. O(n log n) of what is visible.
-    #[must_use]
-    pub fn draws(&self, scene: &Scene) -> Vec<Draw> {
+    ///
+    /// # Errors
+    /// [`SceneError::Stale`] if the result is not of the scene as it is.
+    pub fn draws(&self, scene: &Scene) -> Result<Vec<Draw>, SceneError> {
+        self.check(scene)?;
         let mut draws = Vec::new();
         self.for_each_range(scene, |slot, level, clusters| {
             let (Some(handle), mesh) = (scene.handle(slot), scene.mesh_at(slot, level)) else {
@@ -109,7 +112,7 @@ impl Visible {
         draws.sort_unstable_by_key(|d| {
             (d.state, d.material, d.mesh, d.part, d.level, d.slot, d.indices.start)
         });
-        draws
+        Ok(draws)
     }
 
     /// Calls `each` with slot, level and clusters, first of the instances that are whole.
@@ -179,7 +182,8 @@ pub struct DrawList {
     pub indices: Vec<u32>,
     /// How many whole instances of each mesh and variant there are; then where their next slot is written.
     counts: Vec<u32>,
-    /// The entries of `counts` that are not zero.
+    /// The entries of `counts` that are not zero. Only these are cleared before the next list: a
+    /// scene may have as many meshes as instances.
     counted: Vec<u32>,
     /// The entry of each whole instance.
     variants: Vec<u32>,
@@ -195,8 +199,17 @@ impl DrawList {
     /// among them the command counts from its mesh's first index.
     ///
     /// O(visible + commands log commands). Allocates only while it grows.
-    pub fn fill(&mut self, scene: &Scene, visible: &Visible, places: &[MeshPlace]) {
-        self.clear(scene);
+    ///
+    /// # Errors
+    /// [`SceneError::Stale`] if `visible` is not of the scene as it is; the list is empty then.
+    pub fn fill(
+        &mut self,
+        scene: &Scene,
+        visible: &Visible,
+        places: &[MeshPlace],
+    ) -> Result<(), SceneError> {
+        self.clear();
+        visible.check(scene)?;
         self.count_whole(scene, visible);
         for at in 0..self.counted.len() {
             let variant = self.counted[at] as usize;
@@ -227,6 +240,7 @@ impl DrawList {
             }
         }
         self.finish();
+        Ok(())
     }
 
     /// Fills the list with the triangles of an answer with [`Output::Triangles`](crate::Output::Triangles): one command
@@ -234,8 +248,17 @@ impl DrawList {
     /// the base vertices matter.
     ///
     /// O(triangles). Allocates only while it grows.
-    pub fn fill_triangles(&mut self, scene: &Scene, visible: &Visible, places: &[MeshPlace]) {
-        self.clear(scene);
+    ///
+    /// # Errors
+    /// [`SceneError::Stale`] if `visible` is not of the scene as it is; the list is empty then.
+    pub fn fill_triangles(
+        &mut self,
+        scene: &Scene,
+        visible: &Visible,
+        places: &[MeshPlace],
+    ) -> Result<(), SceneError> {
+        self.clear();
+        visible.check(scene)?;
         for range in &visible.triangle_ranges {
             let slot = range.slot;
             let id = scene.mesh_id_at(slot, range.level);
@@ -268,21 +291,22 @@ impl DrawList {
             }
         }
         self.finish();
+        Ok(())
     }
 
-    fn clear(&mut self, scene: &Scene) {
+    fn clear(&mut self) {
         self.commands.clear();
         self.keys.clear();
         self.instances.clear();
         self.indices.clear();
         self.entries.clear();
-        self.counted.clear();
+        self.counted.drain(..).for_each(|variant| self.counts[variant as usize] = 0);
         self.variants.clear();
-        self.counts.clear();
-        self.counts.resize(scene.meshes().len() * VARIANTS, 0);
     }
 
     fn count_whole(&mut self, scene: &Scene, visible: &Visible) {
+        let variants = scene.meshes().len() * VARIANTS;
+        self.counts.resize(self.counts.len().max(variants), 0);
         for slot in visible.whole.iter().flat_map(|r| r.first..r.first + r.count) {
             let variant = variant_of(scene, slot);
             if self.counts[variant] == 0 {

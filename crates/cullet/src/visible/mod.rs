@@ -5,6 +5,7 @@ mod draws;
 pub use draws::{Draw, DrawCommand, DrawKey, DrawList, DrawState, MeshPlace};
 
 use crate::funnel::{Funnel, Reason, Stage, Unit};
+use crate::scene::{Scene, SceneError, SceneVersion};
 
 /// A range of slots whose instances are drawn whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -69,9 +70,16 @@ pub struct DroppedRange {
 
 /// Visible set of one view: a superset of what is truly visible. Ascending by slot; reused from frame to
 /// frame without allocation once it has grown.
-#[derive(Clone, Debug, Default, PartialEq)]
+///
+/// Two results are equal if they list the same, whichever [`version`](Self::version) they are of.
+#[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Visible {
+    /// Versions of the scene that was culled. Only while they are [its own](Scene::version) do slots
+    /// and clusters have the numbers that are listed here. They hold within one process: a result
+    /// that was read from elsewhere is of no scene.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub version: SceneVersion,
     /// Slots whose instances are drawn whole.
     pub whole: Vec<SlotRange>,
     /// Clusters of instances that are drawn in part, ascending by slot and cluster; no slot is both
@@ -97,7 +105,36 @@ pub struct Visible {
     pub lod_pixels: Option<f64>,
 }
 
+impl PartialEq for Visible {
+    fn eq(&self, other: &Self) -> bool {
+        let Self {
+            version: _,
+            whole,
+            partial,
+            triangle_ranges,
+            triangles,
+            reasons,
+            dropped,
+            funnel,
+            triangle_count,
+            instance_count,
+            lod_pixels,
+        } = self;
+        (whole, partial) == (&other.whole, &other.partial)
+            && (triangle_ranges, triangles) == (&other.triangle_ranges, &other.triangles)
+            && (reasons, dropped, funnel) == (&other.reasons, &other.dropped, &other.funnel)
+            && (triangle_count, instance_count, lod_pixels)
+                == (&other.triangle_count, &other.instance_count, &other.lod_pixels)
+    }
+}
+
 impl Visible {
+    /// Refuses where the result is not of the scene as it is.
+    pub(crate) fn check(&self, scene: &Scene) -> Result<(), SceneError> {
+        let (result, scene) = (self.version, scene.version());
+        if result == scene { Ok(()) } else { Err(SceneError::Stale { result, scene }) }
+    }
+
     /// The stage that took a triangle, given in the order of its instance's mesh; `None` for one that is drawn.
     /// Needs [`reasons`](Self::reasons) and [`dropped`](Self::dropped). O(log of what is in `dropped`).
     #[must_use]

@@ -200,7 +200,8 @@ mod tests {
             let mut kept = |by_receivers: bool, light: Light| {
                 let mut shadows = ShadowView::new(view.clone(), light);
                 if by_receivers {
-                    shadows = shadows.receiving(&model.scene, &in_view);
+                    let fits = shadows.receiving(&model.scene, &in_view);
+                    shadows = fits.expect("the scene stands as it was culled");
                 }
                 culler.cull_shadows(&model.scene, &shadows, &mut of_light, &mut casters);
                 counts(&casters, &seen)

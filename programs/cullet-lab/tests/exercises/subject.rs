@@ -90,7 +90,7 @@ fn limit_of_a_frame() -> Computed {
         let culler = Culler { output: Output::Instances, ..Culler::default().only(Stage::Layer) };
         let (mut visible, mut list) = (Visible::default(), DrawList::default());
         culler.cull_one(scene, &view, &mut ViewState::default(), &mut visible);
-        list.fill(scene, &visible, &[]);
+        list.fill(scene, &visible, &[])?;
         let bytes = size_of_val(&list.commands[..]) + size_of_val(&list.instances[..]);
         let options = RenderOptions { count_layers: true, ..RenderOptions::default() };
         let frame = render(scene, &view, Selection::All, &options);

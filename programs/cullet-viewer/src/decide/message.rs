@@ -75,6 +75,7 @@ impl Decision {
     pub fn pack(&self) -> Vec<u8> {
         let Self { request, visible, occluders, buffer: _, milliseconds, number: _ } = self;
         let Visible {
+            version: _,
             whole,
             partial,
             triangle_ranges,

@@ -138,7 +138,8 @@ pub(super) fn measure(
 impl OneView {
     /// What is left to draw, not timed yet.
     fn drawn(scene: &Scene, result: &Visible, costs: &Costs) -> Self {
-        let (triangles, draws) = (result.triangle_count, result.draws(scene).len() as u64);
+        let draws = result.draws(scene).expect("the scene stands as it was culled");
+        let (triangles, draws) = (result.triangle_count, draws.len() as u64);
         let draw_ns = triangles as f64 * costs.opaque_triangle_ns + draws as f64 * costs.draw_ns;
         Self { cull_ns: [f64::INFINITY; 2], triangles, draws, draw_ns }
     }
