@@ -15,6 +15,7 @@ mod draws;
 mod funnel;
 mod hierarchy;
 mod hierarchy_coherent;
+mod many_meshes;
 mod mesh;
 mod mesh_data;
 mod occlusion;

@@ -50,6 +50,7 @@ impl Scene {
         levels.check(&self.meshes[held_by as usize])?;
         self.levels.resize_with(meshes, Vec::new);
         self.levels[mesh as usize].push(MeshLevels { mesh: held_by, levels, impostor: None });
+        self.level_count += 1;
         self.change += 1;
         self.mesh_version += 1;
         Ok(())
@@ -111,6 +112,7 @@ impl Scene {
     /// Takes the levels of a mesh away.
     pub fn clear_levels(&mut self, mesh: MeshId) {
         if let Some(levels) = self.levels.get_mut(mesh as usize) {
+            self.level_count -= levels.len();
             levels.clear();
             self.change += 1;
             self.mesh_version += 1;
@@ -119,7 +121,7 @@ impl Scene {
 
     /// Whether any mesh has levels.
     pub(crate) fn has_levels(&self) -> bool {
-        self.levels.iter().any(|levels| !levels.is_empty())
+        self.level_count > 0
     }
 
     /// The levels of a mesh, in the order of their numbers, from 1.
@@ -157,5 +159,6 @@ impl Scene {
                 is_of_own && l.levels.check(&self.meshes[l.mesh as usize]).is_ok()
             });
         }
+        self.level_count = self.levels.iter().map(Vec::len).sum();
     }
 }

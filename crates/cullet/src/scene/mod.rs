@@ -52,6 +52,8 @@ pub struct Scene {
     prepared: Vec<Prepared>,
     // Empty for meshes beyond the last that has any.
     levels: Vec<Vec<MeshLevels>>,
+    // How many levels there are of all meshes.
+    level_count: usize,
     // By slot.
     mesh: Vec<MeshId>,
     transforms: Vec<Transform>,
@@ -95,6 +97,7 @@ impl Scene {
             meshes: Vec::new(),
             prepared: Vec::new(),
             levels: Vec::new(),
+            level_count: 0,
             mesh: Vec::new(),
             transforms: Vec::new(),
             layers: Vec::new(),

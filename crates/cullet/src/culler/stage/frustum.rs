@@ -31,6 +31,9 @@ pub(in super::super) struct Cache {
     cut: Cut,
     of_levels: Vec<Run>,
     of_meshes: Vec<OfMesh>,
+    /// Entries of `of_meshes` that are not the default. Only these are cleared for the next view: a
+    /// scene may have as many meshes as instances.
+    noted: Vec<u32>,
 }
 
 /// Facts of all instances of a mesh in one view.
@@ -204,8 +207,9 @@ pub(in super::super) fn clusters(
     let backs = frame.culls_backs_by_cluster().then(|| Backs::new(frame));
     let Sets { instances, coarse, clusters, .. } = sets;
     clusters.settled.resize(instances.alive.len(), 0);
-    cache.of_meshes.clear();
-    cache.of_meshes.resize(scene.meshes().len(), OfMesh::default());
+    let Cache { of_meshes, noted, .. } = cache;
+    noted.drain(..).for_each(|mesh| of_meshes[mesh as usize] = OfMesh::default());
+    of_meshes.resize(scene.meshes().len(), OfMesh::default());
     // What holds of every mesh: of such scenes most words are settled without a look at their instances.
     let is_few = scene.meshes().len() < instances.live.len();
     let none_has_backs = settles
@@ -281,6 +285,9 @@ pub(in super::super) fn clusters(
             // True of the mesh, and not of this instance alone.
             let of_mesh = &mut cache.of_meshes[mesh_id as usize];
             let has_no_backs = backs.as_ref().is_none_or(|b| b.none_of_mesh(mesh_id as usize));
+            if of_mesh.tally == Tally::default() {
+                cache.noted.push(mesh_id);
+            }
             *of_mesh = OfMesh { has_no_backs, is_whole: !is_parted(mesh), tally };
         }
     }
