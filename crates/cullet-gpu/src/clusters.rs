@@ -135,8 +135,7 @@ fn of_instance<'a>(
 ) -> impl Iterator<Item = (Draw, u32, u32, u32)> + 'a {
     let of_mesh = |level: u32| {
         let mesh = scene.mesh_id_at(slot, level);
-        let all = scene.meshes()[mesh as usize].levels().first();
-        let clusters = all.map_or(0..0, |l| l.first_cluster..l.first_cluster + l.cluster_count);
+        let clusters = 0..scene.meshes()[mesh as usize].cluster_count();
         (Kind { mesh, ..kind }, level, clusters)
     };
     let coarser = levels_of(scene, kind.mesh).map(|(level, ..)| of_mesh(level));

@@ -228,12 +228,10 @@ fn place(scene: &Scene, slot: u32) -> Place {
     if scene.is_removed(slot) { Place::default() } else { Place::new(scene.transform(slot)) }
 }
 
-/// Clusters of the finest level, joined where they are drawn in one way.
+/// Clusters of a mesh, joined where they are drawn in one way.
 fn runs(mesh: &Mesh, first_index: u32) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
-    let Some(level) = mesh.levels().first() else { return runs };
-    let (first, count) = (level.first_cluster as usize, level.cluster_count as usize);
-    for cluster in &mesh.clusters()[first..first + count] {
+    for cluster in mesh.clusters() {
         let part = mesh.parts().get(cluster.part as usize).copied().unwrap_or_default();
         let (two_sided, blended) = (part.two_sided, part.alpha == Alpha::Blended);
         let own = cluster.triangles();

@@ -63,7 +63,7 @@ impl DrawMode {
         if !Self::Multi.is_offered(device) {
             return Self::Each;
         }
-        let of = |slot| scene.mesh(slot).levels().first().map_or(0, |l| u64::from(l.cluster_count));
+        let of = |slot| u64::from(scene.mesh(slot).cluster_count());
         let clusters: u64 = scene.slots().map(of).sum();
         let many = clusters >= 8 * u64::from(scene.instance_count());
         match many && clusters <= 1 << 16 {

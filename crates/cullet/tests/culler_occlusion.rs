@@ -353,7 +353,7 @@ fn what_is_drawn_whole_is_counted_as_if_cluster_by_cluster() {
             assert_eq!(rows(&clusters), rows(&triangles));
             let left = rows(&clusters).last().unwrap().left.clusters;
             let whole = clusters.whole.iter().flat_map(|r| r.first..r.first + r.count);
-            let of_whole = whole.map(|s| u64::from(scene.mesh(s).levels()[0].cluster_count));
+            let of_whole = whole.map(|s| u64::from(scene.mesh(s).cluster_count()));
             let of_partial = clusters.partial.iter().map(|d| u64::from(d.cluster_count));
             assert_eq!(of_whole.sum::<u64>() + of_partial.sum::<u64>(), left);
             let slots: Vec<u32> = clusters.slots().collect();

@@ -129,10 +129,8 @@ impl Cast {
 
 impl MeshTree {
     fn new(mesh: &Mesh) -> Option<Self> {
-        let level = mesh.levels()[0];
         let mut triangles = Vec::new();
-        for cluster in level.first_cluster..level.first_cluster + level.cluster_count {
-            let c = mesh.clusters()[cluster as usize];
+        for (cluster, c) in (0..).zip(mesh.clusters()) {
             let part = &mesh.parts()[c.part as usize];
             triangles.extend(c.triangles().map(|number| Triangle {
                 corners: mesh.corners(number),

@@ -207,18 +207,12 @@ impl<'a> Search<'a> {
     fn look_into(&mut self, slot: u32, limit: &mut f64) -> bool {
         let Some(body) = self.body(slot) else { return false };
         let clusters = body.mesh.clusters();
-        let level = body.mesh.levels()[0];
-        let is_finest =
-            |c: usize| c.wrapping_sub(level.first_cluster as usize) < level.cluster_count as usize;
         let span = (clusters.len() >= LEAST_CLUSTERS).then(|| body.span(self)).flatten();
         let Some(span) = span else {
-            return (0..clusters.len())
-                .any(|c| is_finest(c) && self.look_into_cluster(&body, &clusters[c], limit));
+            return clusters.iter().any(|c| self.look_into_cluster(&body, c, limit));
         };
         let tree = (body.mesh.cluster_nodes(), body.mesh.cluster_boxes());
-        walk(tree, &span, limit, &mut |c, limit| {
-            is_finest(c) && self.look_into_cluster(&body, &clusters[c], limit)
-        })
+        walk(tree, &span, limit, &mut |c, limit| self.look_into_cluster(&body, &clusters[c], limit))
     }
 
     /// The instance of a slot, if it may block.

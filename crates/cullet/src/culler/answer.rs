@@ -46,7 +46,7 @@ fn write_clusters(frame: &Frame<'_>, sets: &Sets, result: &mut Visible) {
         let mesh = frame.scene.mesh(slot);
         let is_own = runs[0].level == 0;
         let clusters: u32 = runs.iter().map(|run| run.cluster_count).sum();
-        if is_own && clusters == mesh.levels()[0].cluster_count {
+        if is_own && clusters == mesh.cluster_count() {
             push_whole(&mut result.whole, slot, 1);
         } else {
             runs.iter().for_each(|run| push_partial(&mut result.partial, *run));

@@ -100,15 +100,6 @@ impl PartRun {
     }
 }
 
-/// A level of detail: a range of the mesh's clusters. Level 0 is the mesh as it was given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Level {
-    /// First cluster.
-    pub first_cluster: u32,
-    /// How many clusters.
-    pub cluster_count: u32,
-}
-
 /// Why a mesh cannot be made.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -161,7 +152,7 @@ pub enum MeshError {
     Clustering(String),
 }
 
-/// A triangle mesh: positions, triangles in cluster order, parts, clusters and levels.
+/// A triangle mesh: positions, triangles in cluster order, parts and clusters.
 ///
 /// Triangles are permuted once, when the mesh is made; [`original_triangle`](Self::original_triangle)
 /// leads back, and every triangle number that is shown or drawn is the original one. Degenerate
@@ -177,7 +168,6 @@ pub struct Mesh {
     part_runs: Vec<PartRun>,
     cluster_boxes: Boxes,
     cluster_nodes: Nodes,
-    levels: Vec<Level>,
     bounds: Aabb,
     degenerate: u32,
     polygons: u32,
@@ -236,7 +226,6 @@ impl Mesh {
             boxes.push(b);
         }
         let cluster_boxes = Boxes::from_slice(&boxes);
-        let levels = vec![Level { first_cluster: 0, cluster_count: clusters.len() as u32 }];
         Self {
             polygons: if polygons == 0 { triangles as u32 } else { polygons },
             degenerate: (triangles - drawn) as u32,
@@ -248,7 +237,6 @@ impl Mesh {
             parts,
             cluster_nodes: Nodes::over(crate::Simd::best(), &cluster_boxes),
             cluster_boxes,
-            levels,
             bounds,
             deformable,
         }
@@ -344,6 +332,12 @@ impl Mesh {
         &self.clusters
     }
 
+    /// Returns the number of clusters.
+    #[must_use]
+    pub fn cluster_count(&self) -> u32 {
+        self.clusters.len() as u32
+    }
+
     /// The clusters of each part, in the mesh's order: what is drawn at once. As many runs as parts, unless a
     /// clustering of the caller's mixes them.
     pub(crate) fn part_runs(&self) -> &[PartRun] {
@@ -385,12 +379,6 @@ impl Mesh {
     #[must_use]
     pub fn cluster_nodes(&self) -> &Nodes {
         &self.cluster_nodes
-    }
-
-    /// Levels of detail, finest first.
-    #[must_use]
-    pub fn levels(&self) -> &[Level] {
-        &self.levels
     }
 
     /// The box around all triangles that are not degenerate; empty if there are none.

@@ -118,8 +118,7 @@ impl Visible {
     /// Calls `each` with slot, level and clusters, first of the instances that are whole.
     fn for_each_range(&self, scene: &Scene, mut each: impl FnMut(u32, u32, Range<u32>)) {
         for slot in self.whole.iter().flat_map(|r| r.first..r.first + r.count) {
-            let level = scene.mesh(slot).levels()[0];
-            each(slot, 0, level.first_cluster..level.first_cluster + level.cluster_count);
+            each(slot, 0, 0..scene.mesh(slot).cluster_count());
         }
         for d in &self.partial {
             each(d.slot, d.level, d.first_cluster..d.first_cluster + d.cluster_count);
@@ -218,8 +217,7 @@ impl DrawList {
             let first_instance = self.instances.len() as u32;
             self.instances.resize(self.instances.len() + count as usize, 0);
             self.counts[variant] = first_instance;
-            let level = scene.meshes()[mesh].levels()[0];
-            let clusters = level.first_cluster..level.first_cluster + level.cluster_count;
+            let clusters = 0..scene.meshes()[mesh].cluster_count();
             self.list(scene, places, (mesh as u32, state, 0), clusters, first_instance, count);
         }
         let slots = visible.whole.iter().flat_map(|r| r.first..r.first + r.count);

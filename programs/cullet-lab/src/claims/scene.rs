@@ -130,13 +130,9 @@ struct Run<'a> {
     two_sided: bool,
 }
 
-/// All that is opaque of a mesh, without its coarser levels.
+/// Opaque triangles of a mesh.
 fn runs(mesh: &Mesh) -> Vec<Run<'_>> {
-    let finest = mesh.levels().first();
-    let clusters = finest.map_or(&[][..], |l| {
-        &mesh.clusters()[l.first_cluster as usize..][..l.cluster_count as usize]
-    });
-    clusters
+    mesh.clusters()
         .chunk_by(|a, b| a.part == b.part && a.triangles().end == b.first_triangle)
         .filter_map(|some| {
             let part = &mesh.parts()[some[0].part as usize];

@@ -218,7 +218,6 @@ impl Geometry {
         let at = self.chunks.len() - 1;
         let chunk = &mut self.chunks[at];
         let first_vertex = chunk.vertices.len() as u32;
-        let level = mesh.levels().first();
         let mut place = MeshPlace {
             chunk: at as u32,
             first_triangle: (chunk.indices.len() / 3) as u32,
@@ -226,7 +225,7 @@ impl Geometry {
             runs: runs(mesh),
             clusters: clusters.into_iter().map(|[t, v]| [t, v + first_vertex]).collect(),
         };
-        place.whole = level.map_or(0, |l| place.triangles(l.first_cluster, l.cluster_count).end);
+        place.whole = place.triangles(0, mesh.cluster_count()).end;
         chunk.mesh_starts.push(first_vertex);
         chunk.vertices.extend(vertices);
         chunk.indices.extend(indices.into_iter().map(|i| i + first_vertex));

@@ -317,7 +317,7 @@ mod tests {
             };
             for r in &visible.whole {
                 for slot in r.first..r.first + r.count {
-                    clusters(slot, 0..scene.mesh(slot).levels()[0].cluster_count);
+                    clusters(slot, 0..scene.mesh(slot).cluster_count());
                 }
             }
             for r in &visible.partial {

@@ -259,7 +259,7 @@ pub(in super::super) fn clusters(
             }
             let mesh = scene.mesh(slot);
             let tally = scene.tally_of(slot);
-            let cluster_count = mesh.levels()[0].cluster_count;
+            let cluster_count = mesh.cluster_count();
             let inside =
                 inside >> (slot % 64) & 1 == 1 || !scene.is_rigid(slot) || cluster_count == 0;
             let mesh_id = scene.mesh_id(slot);
