@@ -2,7 +2,7 @@
 #![no_main]
 
 use cullet::bounds::Plane;
-use cullet::mesh::Topology;
+use cullet_mesh::Topology;
 use cullet_cut::{CapOptions, CutInput, CutOptions, Keep, cut};
 use libfuzzer_sys::fuzz_target;
 

@@ -27,6 +27,7 @@ const PACKAGES: &[&str] = &[
     "cullet-io",
     "cullet-lab",
     "cullet-maps",
+    "cullet-mesh",
     "cullet-scenes",
     "cullet-testkit",
     "cullet-gpu",

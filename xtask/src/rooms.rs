@@ -18,6 +18,7 @@ const CRATES: &[&[&str]] = &[
     &["cullet"],
     &["cullet-cells"],
     &["cullet-testkit"],
+    &["cullet-mesh"],
     &["cullet-draw", "cullet-gpu", "cullet-io"],
     &["cullet-cut", "cullet-scenes"],
     &["cullet-maps"],

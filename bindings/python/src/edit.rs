@@ -71,7 +71,7 @@ impl PyScene {
         let mut mesh = mesh;
         if two_sided.is_none() {
             // A solid shows its outside alone.
-            mesh.set_two_sided(mesh.solid().is_err());
+            mesh.set_two_sided(cullet_mesh::solid(&mesh).is_err());
         }
         let name = name.unwrap_or_else(|| format!("mesh {}", self.model.mesh_names.len()));
         let color = color.unwrap_or([0.8, 0.8, 0.8, 1.0]).map(|v| v as f32);

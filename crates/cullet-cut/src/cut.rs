@@ -1,10 +1,10 @@
 //! Cutting plain slices.
 
 use cullet::bounds::Plane;
-use cullet::mesh::weld_within;
 
 use crate::options::{CapOptions, CutError, CutInput, CutOptions, Keep, check};
 use crate::result::CutMesh;
+use crate::weld::weld_within;
 use crate::{sides, triangles};
 
 /// The six planes of a box, pointing out: for [`cut`].

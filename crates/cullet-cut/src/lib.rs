@@ -14,7 +14,7 @@
 //! let options = CutOptions { caps: Some(CapOptions::default()), ..CutOptions::default() };
 //! let lower = cut(&input, &[Plane::new([0.0, 0.0, 1.0], 0.5)], &options)?;
 //! assert_eq!(lower.caps[0].triangles.len(), 1);
-//! assert!(cullet::mesh::Topology::of(&lower.positions, &lower.indices).is_closed());
+//! assert!(cullet_mesh::Topology::of(&lower.positions, &lower.indices).is_closed());
 //! # Ok::<(), cullet_cut::CutError>(())
 //! ```
 //!
@@ -63,6 +63,7 @@ mod result;
 mod section;
 mod sides;
 mod triangles;
+mod weld;
 
 pub use cut::{box_planes, cut, cut_both};
 pub use mesh::{CutParts, cut_mesh};

@@ -8,6 +8,7 @@
 use cullet::bounds::Side;
 use cullet::clip::{HalfSpace, Region};
 use cullet::{Mesh, Scene, View};
+use cullet_mesh::Topology;
 use glam::{DMat4, DVec3, DVec4};
 
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
@@ -52,7 +53,7 @@ impl Closed {
     /// `None` for a mesh that is open, or not opaque.
     fn of(mesh: &Mesh) -> Option<Self> {
         let opaque = mesh.parts().iter().all(|p| p.alpha == cullet::mesh::Alpha::Opaque);
-        let topology = mesh.topology();
+        let topology = Topology::of_mesh(mesh);
         let closed = opaque && topology.triangles > 0 && topology.boundary_edges == 0;
         closed.then_some(if topology.misoriented_edges > 0 { Self::Crossed } else { Self::Wound })
     }
@@ -346,7 +347,7 @@ mod tests {
         let (positions, mut indices) = soups::block([-1.0; 3], [1.0; 3]);
         indices.chunks_exact_mut(3).step_by(3).for_each(|t| t.swap(0, 1));
         let mesh = Mesh::new(MeshData { positions, indices, ..MeshData::default() }).unwrap();
-        assert!(mesh.solid().is_err());
+        assert!(cullet_mesh::solid(&mesh).is_err());
         let frame = drawn(&scene([mesh]), &behind(0.0, false));
         assert!((46..54).all(|x| frame.id(x, 50) == cut_face(0, 0)));
     }

@@ -120,7 +120,9 @@ impl<'a> Builder<'a> {
             let mut mesh = Mesh::new(data).map_err(|e| invalid(e.to_string()))?;
             match options.two_sided {
                 None if map => {}
-                said => mesh.set_two_sided(said.unwrap_or_else(|| mesh.solid().is_err())),
+                said => {
+                    mesh.set_two_sided(said.unwrap_or_else(|| cullet_mesh::solid(&mesh).is_err()))
+                }
             }
             if let Some(message) = coarse(&mesh.bounds()).filter(|_| !map) {
                 let item = format!("mesh \"{name}\"");

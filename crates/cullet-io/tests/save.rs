@@ -1,8 +1,8 @@
 //! Models that are saved load again unchanged.
 
-use cullet::mesh::Topology;
 use cullet::{Instance, Transform};
 use cullet_io::{LoadOptions, Model, SaveErrorKind, load, save};
+use cullet_mesh::{Topology, solid};
 use cullet_testkit::Folder;
 
 /// The world-space triangles of all instances, sorted.
@@ -63,7 +63,7 @@ fn every_format_leads_back() {
         names
     };
     assert_eq!(names(&again), names(&model));
-    let solids = |m: &Model| m.scene.meshes().iter().filter(|m| m.solid().is_ok()).count();
+    let solids = |m: &Model| m.scene.meshes().iter().filter(|m| solid(m).is_ok()).count();
     assert_eq!(solids(&again), solids(&model));
     let sides = |m: &Model| m.scene.meshes().iter().filter(|m| m.is_two_sided()).count();
     assert_eq!(sides(&again), sides(&model));

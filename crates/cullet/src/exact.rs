@@ -173,8 +173,9 @@ fn exact_determinant_sign(columns: &[[f32; 3]; 3]) -> i32 {
 }
 
 /// Returns the side of the plane of `corners` = (a, b, c) that `point` is on: 1 where the normal
-/// (b − a) × (c − a) points, −1 on the other side, 0 on the plane.
-pub(crate) fn side_sign(corners: &[[f32; 3]; 3], point: [f32; 3]) -> i32 {
+/// (b − a) × (c − a) points, −1 on the other side, 0 on the plane. Exact for finite points.
+#[must_use]
+pub fn side_sign(corners: &[[f32; 3]; 3], point: [f32; 3]) -> i32 {
     let [a, b, c] = *corners;
     // The determinant of the points with a column of ones, by that column.
     let mut sum = Sum::<48>::new();

@@ -39,7 +39,7 @@
 //! |---|---|
 //! | [`bounds`] | planes, spheres, boxes, and batches of them |
 //! | [`view`] | cameras, frusta, projected sizes |
-//! | [`mesh`] | checked geometry: parts, clusters, topology, welding |
+//! | [`mesh`] | checked geometry: parts, clusters, welding |
 //! | [`clip`] | outcodes, lines, polygons, clip space |
 //! | [`cell`] | cells, where they are, and the portals between them |
 //! | [`hierarchy`] | bounding-volume hierarchies over instances and clusters |

@@ -17,7 +17,6 @@ mod hierarchy;
 mod hierarchy_coherent;
 mod many_meshes;
 mod mesh;
-mod mesh_data;
 mod occlusion;
 mod occlusion_adverse;
 mod occlusion_jobs;

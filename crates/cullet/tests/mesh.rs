@@ -1,14 +1,12 @@
-//! Meshes: construction, clusters, topology and repair, on shapes made here.
-
-use std::collections::BTreeMap;
+//! Meshes: construction, clusters and regions, on shapes made here.
 
 use cullet::bounds::{Aabb, Boxes};
 use cullet::mesh::{
-    Alpha, Cluster, Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES, MeshError, NotSolid,
-    Part, Topology, is_degenerate, orient_triangles,
+    Cluster, Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES, MeshError, Part, Regions,
+    connected_regions, is_degenerate,
 };
 use cullet::{Mesh, MeshData};
-use cullet_testkit::soups::{Soup, ball_at, block, join, terrain, turned};
+use cullet_testkit::soups::{Soup, block, terrain};
 use proptest::prelude::*;
 
 fn data((positions, indices): Soup) -> MeshData {
@@ -68,8 +66,6 @@ fn an_empty_mesh_is_a_mesh() {
     let mesh = Mesh::new(MeshData::default()).expect("empty is valid");
     assert!(mesh.clusters().is_empty() && mesh.bounds().is_empty());
     assert_eq!(mesh.parts().len(), 1);
-    assert_eq!(mesh.solid(), Err(NotSolid::Empty));
-    assert_eq!(mesh.topology(), Topology::default());
 }
 
 #[test]
@@ -173,190 +169,6 @@ fn clusterings_from_elsewhere_are_checked() {
     assert!(error.to_string().contains("66 vertices; 64"), "{error}");
 }
 
-#[test]
-fn a_block_is_a_solid_in_any_arrangement_of_parts() {
-    let mut source = data(block([-1.0; 3], [2.0; 3]));
-    source.parts = vec![part(0, 5, 0), part(5, 7, 1)];
-    let mesh = Mesh::new(source.clone()).expect("valid");
-    assert_eq!(mesh.solid(), Ok(()));
-    let t = mesh.topology();
-    assert_eq!((t.vertices, t.triangles, t.edges, t.shells), (8, 12, 18, 1));
-    assert!((t.volume - 27.0).abs() < 1e-12);
-    source.parts[1].alpha = Alpha::Masked;
-    let mesh = Mesh::new(source).expect("valid");
-    assert_eq!(mesh.solid(), Err(NotSolid::NotOpaque { part: 1 }));
-}
-
-#[test]
-fn welding_joins_split_vertices_and_signed_zeros() {
-    let (positions, indices) = block([-0.0; 3], [1.0; 3]);
-    let mut split: Vec<[f32; 3]> = indices.iter().map(|&i| positions[i as usize]).collect();
-    split.iter_mut().step_by(2).flatten().filter(|v| **v == 0.0).for_each(|v| *v = 0.0);
-    let soup: Vec<u32> = (0..36).collect();
-    assert_eq!(Topology::of(&split, &soup).solid(), Ok(()));
-    let unwelded = Topology::of_indices(&split, &soup);
-    assert_eq!((unwelded.boundary_edges, unwelded.shells), (36, 12));
-}
-
-#[test]
-fn every_reason_not_to_be_solid() {
-    let solid = |(p, i): &Soup| Topology::of(p, i).solid();
-    let cube = block([0.0; 3], [1.0; 3]);
-    let mut open = cube.clone();
-    open.1.truncate(33);
-    assert_eq!(solid(&open), Err(NotSolid::Open { edges: 3 }));
-    let touching = join([cube.clone(), block([1.0, 1.0, 0.0], [2.0, 2.0, 1.0])]);
-    assert_eq!(solid(&touching), Err(NotSolid::NonManifold { edges: 1 }));
-    let mut mixed = cube.clone();
-    mixed.1.swap(1, 2);
-    assert_eq!(solid(&mixed), Err(NotSolid::Misoriented { edges: 3 }));
-    assert_eq!(solid(&turned(cube.clone())), Err(NotSolid::Inward { volume: -1.0 }));
-    let one_bad = join([cube.clone(), turned(block([5.0; 3], [5.5; 3]))]);
-    assert_eq!(solid(&one_bad), Err(NotSolid::InwardShells { shells: 1, of: 2 }));
-    // A tetrahedron squeezed into a plane: no volume, but rounding on the way to it.
-    let flat = [[0.1, 0.3], [0.7, 0.2], [0.3, 0.9], [0.4, 0.6]].map(|[u, v]| [u, v, u]);
-    let sides = vec![0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0];
-    assert_eq!(solid(&(flat.to_vec(), sides)), Err(NotSolid::NoVolume));
-}
-
-#[test]
-fn a_cavity_is_not_an_inward_shell() {
-    let room = |inner| join([block([0.0; 3], [10.0; 3]), inner]);
-    let hollow = room(turned(ball_at([5.0; 3], 3.0, 8)));
-    assert_eq!(Topology::of(&hollow.0, &hollow.1).solid(), Ok(()));
-    // A body in the cavity is right outward, and wrong inward.
-    let body = |inner| join([room(turned(ball_at([5.0; 3], 3.0, 8))), inner]);
-    let good = body(ball_at([5.0; 3], 1.0, 6));
-    assert_eq!(Topology::of(&good.0, &good.1).solid(), Ok(()));
-    let bad = body(turned(ball_at([5.0; 3], 1.0, 6)));
-    assert_eq!(Topology::of(&bad.0, &bad.1).inward_shells, 1);
-    // Beside it on the same wall: touching is not being inside.
-    let touching = room(turned(block([10.0, 2.0, 2.0], [11.0, 3.0, 3.0])));
-    assert_eq!(Topology::of(&touching.0, &touching.1).inward_shells, 1);
-}
-
-#[test]
-fn degenerate_triangles_and_bad_indices_are_no_part_of_the_surface() {
-    let (positions, mut indices) = block([0.0; 3], [1.0; 3]);
-    indices.extend([0, 0, 1, 2, 99, 3, 7]);
-    assert_eq!(Topology::of(&positions, &indices).triangles, 12);
-    let nan = Topology::of(&[[f32::NAN; 3], [0.0; 3], [1.0; 3]], &[0, 1, 2, 0, 2, 1]);
-    assert_eq!(nan.solid(), Err(NotSolid::NoVolume));
-}
-
-#[test]
-fn a_moebius_strip_has_one_side_and_is_left_alone() {
-    // Five quads around, the last joined upside down.
-    let quads = 5;
-    let mut positions = Vec::new();
-    for i in 0..quads {
-        let a = i as f32 / quads as f32 * std::f32::consts::TAU;
-        let (s, c) = (a / 2.0).sin_cos();
-        for half in [-0.3f32, 0.3] {
-            let r = 1.0 + half * c;
-            positions.push([r * a.cos(), half * s, r * a.sin()]);
-        }
-    }
-    let mut indices = Vec::new();
-    for i in 0..quads {
-        let [a, b] = [2 * i, 2 * i + 1];
-        let [c, d] = if i + 1 < quads { [a + 2, b + 2] } else { [1, 0] };
-        indices.extend([a, b, c, b, d, c]);
-    }
-    let before = indices.clone();
-    let repair = orient_triangles(&positions, &mut indices);
-    assert_eq!((repair.left, repair.triangles_turned), (1, 0));
-    assert_eq!(before, indices);
-}
-
-#[test]
-fn repair_turns_what_is_wrong_and_nothing_else() {
-    let mut soup = join([
-        block([0.0; 3], [10.0; 3]),
-        // A cavity, rightly inward, and a body in it, wrongly so.
-        turned(ball_at([5.0; 3], 3.0, 8)),
-        turned(block([4.5; 3], [5.5; 3])),
-        // Beside it: wholly inward; and with two triangles turned.
-        turned(ball_at([20.0, 5.0, 5.0], 2.0, 6)),
-        block([30.0; 3], [31.0; 3]),
-        // An open sheet with one triangle turned.
-        terrain(4),
-    ]);
-    let last = soup.1.len();
-    let sheet = last - 4 * 4 * 6;
-    for triangle in [sheet / 3 - 1, sheet / 3 - 5, last / 3 - 3] {
-        soup.1.swap(triangle * 3 + 1, triangle * 3 + 2);
-    }
-    let repair = orient_triangles(&soup.0, &mut soup.1);
-    assert_eq!(repair.shells, 6);
-    assert_eq!((repair.made_consistent, repair.turned_outward, repair.cavities), (2, 2, 1));
-    assert_eq!((repair.left, repair.triangles_turned), (0, 12 + 6 * 2 * 10 + 2 + 1));
-    let closed = Topology::of(&soup.0, &soup.1[..sheet]);
-    assert_eq!(closed.solid(), Ok(()));
-    assert_eq!(Topology::of(&soup.0, &soup.1).misoriented_edges, 0);
-    let again = orient_triangles(&soup.0, &mut soup.1);
-    assert_eq!(again.triangles_turned, 0, "what is right stays");
-}
-
-#[test]
-fn an_oriented_mesh_keeps_its_clusters_and_numbers() {
-    let source = data(turned(ball_at([1.0, 2.0, 3.0], 2.0, 20)));
-    let mesh = Mesh::new(source).expect("valid");
-    assert!(matches!(mesh.solid(), Err(NotSolid::Inward { .. })));
-    let (fixed, repair) = mesh.clone().oriented();
-    assert_eq!(fixed.solid(), Ok(()));
-    assert_eq!((repair.turned_outward, repair.triangles_turned), (1, mesh.triangle_count()));
-    assert_eq!(fixed.original_triangle(), mesh.original_triangle());
-    assert_eq!(fixed.clusters(), mesh.clusters());
-}
-
-/// The slow oracle: edges in a map, welding by comparing with every vertex before.
-fn topology_ref(positions: &[[f32; 3]], indices: &[u32]) -> [u32; 7] {
-    let weld = |v: u32| {
-        let p = positions[v as usize];
-        positions.iter().position(|q| *q == p).expect("itself")
-    };
-    let triangles: Vec<[usize; 3]> = indices
-        .chunks_exact(3)
-        .map(|t| [weld(t[0]), weld(t[1]), weld(t[2])])
-        .filter(|[a, b, c]| a != b && b != c && c != a)
-        .collect();
-    let mut edges: BTreeMap<(usize, usize), Vec<(usize, bool)>> = BTreeMap::new();
-    for (i, &[a, b, c]) in triangles.iter().enumerate() {
-        for (p, q) in [(a, b), (b, c), (c, a)] {
-            edges.entry((p.min(q), p.max(q))).or_default().push((i, p < q));
-        }
-    }
-    let mut shell: Vec<usize> = (0..triangles.len()).collect();
-    for uses in edges.values() {
-        for u in uses {
-            let (old, new) = (shell[u.0], shell[uses[0].0]);
-            shell.iter_mut().filter(|s| **s == old).for_each(|s| *s = new);
-        }
-    }
-    shell.sort_unstable();
-    shell.dedup();
-    fn count<T>(
-        edges: &BTreeMap<T, Vec<(usize, bool)>>,
-        is: fn(&[(usize, bool)]) -> bool,
-    ) -> usize {
-        edges.values().filter(|uses| is(uses)).count()
-    }
-    let mut vertices: Vec<usize> = triangles.iter().flatten().copied().collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    [
-        vertices.len(),
-        triangles.len(),
-        edges.len(),
-        count(&edges, |u| u.len() == 1),
-        count(&edges, |u| u.len() > 2),
-        count(&edges, |u| u.len() == 2 && u[0].1 == u[1].1),
-        shell.len(),
-    ]
-    .map(|n| n as u32)
-}
-
 /// Triangles among few points, so that edges meet often; some points are in one place.
 fn soup() -> impl Strategy<Value = Soup> {
     let coordinate = prop_oneof![Just(0.0f32), Just(-0.0), Just(1.0), Just(2.0)];
@@ -367,18 +179,43 @@ fn soup() -> impl Strategy<Value = Soup> {
     })
 }
 
+/// The slow oracle: any two chosen triangles with two positions in common get one number, until nothing changes.
+fn regions_ref(
+    positions: &[[f32; 3]],
+    indices: &[u32],
+    chosen: impl Fn(usize) -> bool,
+) -> Vec<u32> {
+    let corners = |t: usize| [0, 1, 2].map(|i| positions[indices[t * 3 + i] as usize]);
+    let is_taken = |t: usize| {
+        let [a, b, c] = corners(t);
+        a != b && b != c && c != a && chosen(t)
+    };
+    let mut of: Vec<u32> = (0..indices.len() as u32 / 3)
+        .map(|t| if is_taken(t as usize) { t } else { Regions::NONE })
+        .collect();
+    for a in 0..of.len() {
+        for b in (0..a).filter(|&b| of[a] != of[b] && is_taken(a) && is_taken(b)) {
+            let shared = corners(a).iter().filter(|p| corners(b).contains(p)).count();
+            let (old, new) = (of[a], of[b]);
+            if shared >= 2 {
+                of.iter_mut().filter(|o| **o == old).for_each(|o| *o = new);
+            }
+        }
+    }
+    let mut numbers = Vec::new();
+    for o in of.iter_mut().filter(|o| **o != Regions::NONE) {
+        let at = numbers.iter().position(|n| n == o);
+        let at = at.unwrap_or_else(|| {
+            numbers.push(*o);
+            numbers.len() - 1
+        });
+        *o = at as u32;
+    }
+    of
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(200)))]
-
-    #[test]
-    fn topology_equals_the_oracle((positions, indices) in soup()) {
-        let t = Topology::of(&positions, &indices);
-        let counts = [
-            t.vertices, t.triangles, t.edges, t.boundary_edges, t.non_manifold_edges,
-            t.misoriented_edges, t.shells,
-        ];
-        prop_assert_eq!(counts, topology_ref(&positions, &indices));
-    }
 
     #[test]
     fn any_soup_is_cut_into_valid_clusters((positions, mut indices) in soup(), deformable: bool) {
@@ -391,27 +228,12 @@ proptest! {
     }
 
     #[test]
-    fn repair_undoes_any_turning_of_a_solid(turn in prop::collection::vec(any::<bool>(), 128)) {
-        // The larger part of each shell decides nothing here: the volume does.
-        let good = join([ball_at([0.0; 3], 2.0, 5), block([5.0; 3], [6.0; 3])]);
-        let mut soup = good.clone();
-        for (triangle, turn) in soup.1.chunks_exact_mut(3).zip(&turn) {
-            if *turn {
-                triangle.swap(1, 2);
-            }
+    fn regions_equal_the_oracle((positions, indices) in soup(), left_out in 1usize..9) {
+        let chosen = |t: usize| t % left_out != 1;
+        let found = connected_regions(&positions, &indices, chosen);
+        prop_assert_eq!(&found.of, &regions_ref(&positions, &indices, chosen));
+        for (region, count) in (0..).zip(&found.triangles) {
+            prop_assert_eq!(found.of.iter().filter(|r| **r == region).count(), *count as usize);
         }
-        orient_triangles(&soup.0, &mut soup.1);
-        prop_assert_eq!(Topology::of(&soup.0, &soup.1).solid(), Ok(()));
-        prop_assert_eq!(soup.1, good.1);
-    }
-
-    #[test]
-    fn repair_never_adds_a_misoriented_edge((positions, mut indices) in soup()) {
-        let before = Topology::of(&positions, &indices);
-        let repair = orient_triangles(&positions, &mut indices);
-        let after = Topology::of(&positions, &indices);
-        prop_assert!(after.misoriented_edges <= before.misoriented_edges);
-        prop_assert_eq!(after.misoriented_edges == 0, repair.left == 0);
-        prop_assert_eq!(after.edges, before.edges);
     }
 }

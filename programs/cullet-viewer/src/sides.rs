@@ -66,7 +66,7 @@ pub struct KeptBacks {
 }
 
 impl KeptBacks {
-    /// Finds them. O(instances), and [`Mesh::topology`] of the mesh that most two-sided triangles are of.
+    /// Finds them. O(instances), and [`cullet_mesh::solid`] of the mesh that most two-sided triangles are of.
     #[must_use]
     pub fn of(model: &Model, sides: Sides) -> Self {
         let scene = &model.scene;
@@ -145,7 +145,7 @@ fn why_two_sided(model: &Model, mesh: &Mesh, sides: Sides) -> String {
         false if is_gltf(&model.name) => Some("the file declares it so (doubleSided)"),
         false => None,
     };
-    match (mesh.solid(), who) {
+    match (cullet_mesh::solid(mesh), who) {
         (Err(defect), None) if mesh.is_two_sided() => defect.to_string(),
         (_, who) => who.unwrap_or("it is declared so").to_owned(),
     }

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use cullet::Mesh;
 use cullet::mesh::Alpha;
 use cullet_io::Model;
+use cullet_mesh::{Topology, solid};
 
 use crate::names::mesh_name;
 use crate::record::{MeshRecord, SceneRecord};
@@ -17,13 +18,13 @@ pub(crate) fn facts(model: &Model) -> Vec<MeshRecord> {
     scene.slots().for_each(|s| instances[scene.mesh_id(s) as usize] += 1);
     let holds_levels = crate::levels::holders(scene);
     let fact = |(i, mesh): (usize, &Mesh)| {
-        let topology = mesh.topology();
+        let topology = Topology::of_mesh(mesh);
         let opaque = mesh.parts().iter().all(|p| p.alpha == Alpha::Opaque);
-        // As Mesh::solid, without sorting the edges a second time.
+        // As `solid`, without sorting the edges a second time.
         let defect = if opaque {
             topology.solid().err().map(|e| e.to_string())
         } else {
-            mesh.solid().err().map(|e| e.to_string())
+            solid(mesh).err().map(|e| e.to_string())
         };
         MeshRecord {
             mesh: i as u32,

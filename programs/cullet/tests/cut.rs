@@ -34,7 +34,7 @@ fn texture_coordinates_and_colours_go_through_a_cut() {
         let model = load(&out, &LoadOptions { details: true, ..LoadOptions::default() }).unwrap();
         let (mesh, kept) = (&model.scene.meshes()[0], &model.attributes[0]);
         assert_eq!(kept.uvs.len(), mesh.positions().len(), "{name}");
-        assert!(mesh.solid().is_ok(), "{name}: {:?}", mesh.solid());
+        assert_eq!(cullet_mesh::solid(mesh), Ok(()), "{name}");
         // A quarter of the way from red to green; the cap is white.
         let cut = (0..mesh.positions().len()).filter(|&v| mesh.positions()[v][1] == 0.5);
         let (mut walls, mut caps) = (0, 0);

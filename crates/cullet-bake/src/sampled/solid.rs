@@ -55,7 +55,7 @@ impl SolidVoxels {
             Self { low, size, counts, sums: Default::default(), holders: Vec::new(), solid: 0 };
         let mut solid = vec![false; counts.iter().product()];
         let is_solid: Vec<bool> =
-            tree.scene.meshes().iter().map(|mesh| mesh.solid().is_ok()).collect();
+            tree.scene.meshes().iter().map(|mesh| cullet_mesh::solid(mesh).is_ok()).collect();
         for body in tree.bodies().iter().filter(|b| is_solid[b.mesh as usize]) {
             grid.fill(tree, body, &mut solid);
         }

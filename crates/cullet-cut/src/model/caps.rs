@@ -26,7 +26,8 @@ pub(super) fn caps(attributes: &Attributes, heal: f32, weld: f32) -> CapOptions 
 mod tests {
     use cullet::Mesh;
     use cullet::bounds::Plane;
-    use cullet::mesh::{Alpha, MeshData, Part, Topology};
+    use cullet::mesh::{Alpha, MeshData, Part};
+    use cullet_mesh::Topology;
 
     use super::*;
     use crate::mesh::cut_mesh;

@@ -212,5 +212,5 @@ fn is_shell(scene: &Scene, slot: u32, hollow: Option<[f64; 3]>) -> bool {
         let (b, origin) = (scene.bounds(slot), scene.origin());
         (0..3).all(|i| (f64::from(b.min[i])..=f64::from(b.max[i])).contains(&(p[i] - origin[i])))
     };
-    hollow.is_some_and(around) && scene.mesh(slot).solid().is_err()
+    hollow.is_some_and(around) && cullet_mesh::solid(scene.mesh(slot)).is_err()
 }

@@ -1,7 +1,7 @@
 //! Figures of the cut of a model.
 
 use cullet::Mesh;
-use cullet::mesh::Topology;
+use cullet_mesh::Topology;
 use serde::Serialize;
 
 use crate::result::CutReport;
@@ -79,7 +79,7 @@ impl ModelReport {
         }
         let list = &mut self.open_meshes;
         let at = list.iter().position(|m| m.mesh == number).unwrap_or_else(|| {
-            let topology = Topology::of(mesh.positions(), mesh.indices());
+            let topology = Topology::of_mesh(mesh);
             list.push(OpenMesh {
                 mesh: number,
                 name: name.into(),

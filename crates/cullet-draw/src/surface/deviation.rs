@@ -1,6 +1,6 @@
 //! How far a simplified surface is from the original, both ways, found without anything that made it.
 
-use cullet::mesh::Topology;
+use cullet_mesh::Topology;
 
 use super::distance::SurfaceTree;
 use super::quantile::LargestDistances;

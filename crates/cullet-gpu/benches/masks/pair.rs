@@ -131,7 +131,7 @@ impl<'a> Pair<'a> {
 
     /// Whether what a back face hides is hidden by a front face too.
     pub(crate) fn is_solid(&self) -> bool {
-        self.scene.mesh(0).solid().is_ok()
+        cullet_mesh::solid(self.scene.mesh(0)).is_ok()
     }
 
     /// Prepares the model with so many cells along an edge of the cube of normals, in so many groups; the number of the set.

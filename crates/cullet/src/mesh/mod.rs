@@ -1,18 +1,12 @@
 //! Meshes: checked on construction, cut into clusters by one permutation of their triangles.
 
 mod clusters;
-mod nesting;
-mod orient;
 mod regions;
-mod surface;
-mod topology;
 mod weld;
 
 pub use clusters::{Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES};
-pub use orient::{Repair, orient_triangles};
 pub use regions::{Regions, connected_regions};
-pub use topology::{NotSolid, Topology};
-pub use weld::{weld, weld_within};
+pub use weld::weld;
 
 use thiserror::Error;
 
@@ -391,26 +385,6 @@ impl Mesh {
     #[must_use]
     pub fn is_deformable(&self) -> bool {
         self.deformable
-    }
-
-    /// Topology of the welded surface, all parts joined; see [`Topology::of`] for the cost, and keep the
-    /// result.
-    #[must_use]
-    pub fn topology(&self) -> Topology {
-        Topology::of(&self.positions, &self.indices)
-    }
-
-    /// Whether this is a solid in the sense of the project, or the first reason why it is not:
-    /// closed, manifold, consistently wound outward, of non-zero volume, and opaque in every part. Judged
-    /// on the whole mesh, with all its parts joined. Costs as [`Mesh::topology`].
-    ///
-    /// # Errors
-    /// The reason.
-    pub fn solid(&self) -> Result<(), NotSolid> {
-        if let Some(part) = self.parts.iter().position(|p| p.alpha != Alpha::Opaque) {
-            return Err(NotSolid::NotOpaque { part: part as u32 });
-        }
-        self.topology().solid()
     }
 
     /// Whether no part has a side that is not drawn.

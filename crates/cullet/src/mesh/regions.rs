@@ -1,6 +1,7 @@
 //! Connected regions of a surface: which of some chosen triangles hang together.
 
-use super::surface::{Shells, Surface, for_each_edge};
+use super::weld::weld;
+use crate::array::Each;
 
 /// Components of some triangles of a list, each connected by edges.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -23,45 +24,88 @@ impl Regions {
     }
 }
 
-/// The connected regions of the triangles of a list for which `chosen` holds. Two triangles are
+/// Returns the connected regions of the triangles of a list for which `chosen` holds. Two triangles are
 /// neighbours if they share an edge once equal positions are welded (−0 equals 0); a shared corner is
 /// not enough.
 ///
 /// Triangles whose corners are not three different positions, or have an index out of range, are in no
-/// region; `chosen` is called once for each of the others. Expected O(n), as
-/// [`Topology::of`](super::Topology::of).
+/// region; `chosen` is called once for each of the others. O(n) apart from a sort of the edges at each vertex.
 #[must_use]
 pub fn connected_regions(
     positions: &[[f32; 3]],
     indices: &[u32],
     mut chosen: impl FnMut(usize) -> bool,
 ) -> Regions {
-    let surface = Surface::welded(positions, indices);
-    let sources: Vec<usize> = surface.sources().collect();
-    let chosen: Vec<bool> = sources.iter().map(|&t| chosen(t)).collect();
-    let mut shells = Shells::new(sources.len());
-    for_each_edge(&surface, |uses| {
-        let mut uses = uses.iter().map(|u| u.triangle()).filter(|&t| chosen[t]);
-        if let Some(first) = uses.next() {
-            // Which way neighbours run does not matter here.
-            uses.for_each(|t| {
-                shells.join(first, t, false);
-            });
+    let first = weld(positions);
+    let edges = |t: usize| {
+        let corner = |i: usize| first.get(indices[t * 3 + i] as usize).copied();
+        let (a, b, c) = (corner(0)?, corner(1)?, corner(2)?);
+        let is_whole = a != b && b != c && c != a;
+        is_whole.then(|| [(a, b), (b, c), (c, a)].each(|(p, q)| (p.min(q) as usize, p.max(q))))
+    };
+    let triangles = indices.len() / 3;
+    // A lower triangle of the same region, or itself.
+    let mut parents = vec![Regions::NONE; triangles];
+    // Where the half edges of each lower vertex begin; once they are written, where they end.
+    let mut place = vec![0u32; positions.len()];
+    for t in 0..triangles {
+        if let Some(edges) = edges(t)
+            && chosen(t)
+        {
+            parents[t] = t as u32;
+            edges.iter().for_each(|&(low, _)| place[low] += 1);
         }
-    });
-    let (sets, set_of) = shells.number();
-    let mut number = vec![Regions::NONE; sets];
-    let mut regions = Regions { of: vec![Regions::NONE; indices.len() / 3], triangles: Vec::new() };
-    for (t, &source) in sources.iter().enumerate().filter(|(t, _)| chosen[*t]) {
-        let region = &mut number[set_of[t] as usize];
-        if *region == Regions::NONE {
-            *region = regions.triangles.len() as u32;
+    }
+    let mut total = 0;
+    for p in &mut place {
+        total += *p;
+        *p = total - *p;
+    }
+    // Higher vertex and triangle of each half edge.
+    let mut halves = vec![0u64; total as usize];
+    for t in (0..triangles).filter(|&t| parents[t] != Regions::NONE) {
+        for (low, high) in edges(t).into_iter().flatten() {
+            halves[place[low] as usize] = u64::from(high) << 32 | t as u64;
+            place[low] += 1;
+        }
+    }
+    let mut rest = halves.as_mut_slice();
+    let mut begin = 0;
+    for end in place {
+        let (at_vertex, behind) = std::mem::take(&mut rest).split_at_mut((end - begin) as usize);
+        at_vertex.sort_unstable();
+        for pair in at_vertex.windows(2).filter(|pair| pair[0] >> 32 == pair[1] >> 32) {
+            // Which way neighbours run does not matter here.
+            let [a, b] = [pair[0], pair[1]].each(|half| find(&mut parents, half as u32));
+            parents[a.max(b) as usize] = a.min(b);
+        }
+        (rest, begin) = (behind, end);
+    }
+    let mut regions = Regions { of: vec![Regions::NONE; triangles], triangles: Vec::new() };
+    for t in 0..triangles {
+        if parents[t] == Regions::NONE {
+            continue;
+        }
+        let root = find(&mut parents, t as u32) as usize;
+        if root == t {
+            regions.of[t] = regions.triangles.len() as u32;
             regions.triangles.push(0);
         }
-        regions.of[source] = *region;
-        regions.triangles[*region as usize] += 1;
+        // The root is the lowest triangle of its region, so it was numbered before.
+        regions.of[t] = regions.of[root];
+        regions.triangles[regions.of[t] as usize] += 1;
     }
     regions
+}
+
+/// Returns the lowest triangle of the region of `t`.
+fn find(parents: &mut [u32], mut t: u32) -> u32 {
+    while parents[t as usize] != t {
+        // Path halving: link to the grandparent.
+        parents[t as usize] = parents[parents[t as usize] as usize];
+        t = parents[t as usize];
+    }
+    t
 }
 
 #[cfg(test)]

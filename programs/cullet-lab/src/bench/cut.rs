@@ -1,8 +1,8 @@
 //! Cutting a sphere open: with one plane and with the six of a box, left open and capped.
 
 use cullet::bounds::Plane;
-use cullet::mesh::Topology;
 use cullet_cut::{CapOptions, CutInput, CutMesh, CutOptions, Keep, box_planes, cut};
+use cullet_mesh::Topology;
 use glam::DVec3;
 
 use super::measure::beside_reading;

@@ -1,14 +1,15 @@
 //! Topology of a surface once equal positions are welded: closed, manifold, consistently wound?
 
+use cullet::Mesh;
+use cullet::bounds::Aabb;
+use cullet::mesh::Alpha;
 use glam::DVec3;
 use thiserror::Error;
 
-use super::nesting::Nesting;
-use super::surface::{Shells, Surface, for_each_edge};
-use crate::array::Each;
-use crate::sort::sort_by_key;
+use crate::nesting::Nesting;
+use crate::surface::{Shells, Surface, for_each_edge};
 
-/// Why a mesh is not a solid; the first reason found, in this order.
+/// Reason why a mesh is not a solid; the first reason found, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NotSolid {
@@ -88,7 +89,13 @@ pub struct Topology {
 }
 
 impl Topology {
-    /// The topology of a triangle list once equal positions are welded (−0 equals 0).
+    /// Returns the topology of `mesh`, with all its parts joined. Costs as [`Topology::of`]: keep the result.
+    #[must_use]
+    pub fn of_mesh(mesh: &Mesh) -> Self {
+        Self::of(mesh.positions(), mesh.indices())
+    }
+
+    /// Returns the topology of a triangle list once equal positions are welded (−0 equals 0).
     ///
     /// Triangles whose corners are not three different positions are ignored, and so are those with an
     /// index out of range and indices that make no whole triangle. Triangles of zero area with three
@@ -98,7 +105,7 @@ impl Topology {
         Self::of_surface(&Surface::welded(positions, indices))
     }
 
-    /// The topology of a triangle list as it is indexed: equal positions stay different vertices, so
+    /// Returns the topology of a triangle list as it is indexed: equal positions stay different vertices, so
     /// the seams of a model with texture coordinates count as boundaries. Otherwise as [`Topology::of`].
     #[must_use]
     pub fn of_indices(positions: &[[f32; 3]], indices: &[u32]) -> Self {
@@ -141,7 +148,7 @@ impl Topology {
     }
 
     fn of_surface(surface: &Surface<'_>) -> Self {
-        let shell_map = ShellMap::of(surface, Joined::ByEveryEdge);
+        let shell_map = ShellMap::of(surface);
         let inward: Vec<u32> = (0..shell_map.facts.len() as u32)
             .filter(|&s| shell_map.facts[s as usize].is_inward())
             .collect();
@@ -163,6 +170,19 @@ impl Topology {
     }
 }
 
+/// Decides whether `mesh` is a solid in the sense of the project: closed, manifold, consistently wound outward,
+/// of non-zero volume, and opaque in every part. Judges the whole mesh, with all its parts joined, and costs as
+/// [`Topology::of`].
+///
+/// # Errors
+/// The first reason why it is not.
+pub fn solid(mesh: &Mesh) -> Result<(), NotSolid> {
+    if let Some(part) = mesh.parts().iter().position(|p| p.alpha != Alpha::Opaque) {
+        return Err(NotSolid::NotOpaque { part: part as u32 });
+    }
+    Topology::of_mesh(mesh).solid()
+}
+
 fn used_vertices(surface: &Surface<'_>) -> u32 {
     let mut used = vec![false; surface.positions.len()];
     surface.corners.iter().flatten().for_each(|&v| used[v as usize] = true);
@@ -171,9 +191,8 @@ fn used_vertices(surface: &Surface<'_>) -> u32 {
 
 /// Signed volume about the middle, 0 if rounding might have made it.
 fn volume(surface: &Surface<'_>) -> f64 {
-    let points = || surface.corners.iter().flatten().map(|&v| surface.positions[v as usize]);
-    let bounds =
-        points().fold(crate::bounds::Aabb::EMPTY, |b, p| b.union(&crate::bounds::Aabb::new(p, p)));
+    let points = surface.corners.iter().flatten().map(|&v| surface.positions[v as usize]);
+    let bounds = points.fold(Aabb::EMPTY, |b, p| b.union(&Aabb::new(p, p)));
     let middle = DVec3::from(bounds.center());
     rounded_volume((0..surface.corners.len()).map(|t| surface.volume6(t, middle)))
 }
@@ -193,15 +212,13 @@ fn rounded_volume(terms: impl Iterator<Item = f64>) -> f64 {
 
 /// Findings from the edges of one shell.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ShellFacts {
-    pub(super) open: bool,
-    pub(super) non_manifold: bool,
-    pub(super) misoriented: bool,
-    /// No choice of sides makes all its edges agree: a Möbius strip.
-    pub(super) one_sided: bool,
+struct ShellFacts {
+    open: bool,
+    non_manifold: bool,
+    misoriented: bool,
     /// Signed volume, positive when the shell is wound outward, about one of its own vertices. It
     /// has a meaning for closed shells only.
-    pub(super) volume: f64,
+    volume: f64,
 }
 
 impl ShellFacts {
@@ -214,33 +231,22 @@ impl ShellFacts {
     }
 }
 
-/// Edges that hold a shell together.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Joined {
-    /// Every edge, whatever the number of its triangles.
-    ByEveryEdge,
-    /// Edges of two triangles. Edges of more separate shells, and a shell is open at one where its own
-    /// triangles do not cancel.
-    ByManifoldEdges,
-}
-
 /// The shells of a surface, and the counts of its edges.
-pub(super) struct ShellMap {
+struct ShellMap {
     /// Edge counts; the rest is not filled in.
-    pub(super) counts: Topology,
-    pub(super) shells: Shells,
-    pub(super) shell_of: Vec<u32>,
-    pub(super) facts: Vec<ShellFacts>,
+    counts: Topology,
+    shell_of: Vec<u32>,
+    facts: Vec<ShellFacts>,
 }
 
 impl ShellMap {
-    pub(super) fn of(surface: &Surface<'_>, joined: Joined) -> Self {
+    fn of(surface: &Surface<'_>) -> Self {
         let triangles = surface.corners.len();
         let mut counts = Topology::default();
         let mut shells = Shells::new(triangles);
         // Faults at a triangle's edges, for its shell once that is known.
         let mut marks = vec![0u8; triangles];
-        let [open, many, turned, twisted] = [1u8, 2, 4, 8];
+        let [open, many, turned] = [1u8, 2, 4];
         for_each_edge(surface, |uses| {
             counts.edges += 1;
             let first = uses[0].triangle();
@@ -253,44 +259,16 @@ impl ShellMap {
                     let odd = a.falling() == b.falling();
                     counts.misoriented_edges += u32::from(odd);
                     marks[first] |= if odd { turned } else { 0 };
-                    if !shells.join(first, b.triangle(), odd) {
-                        marks[first] |= twisted;
-                    }
+                    shells.join(first, b.triangle());
                 }
                 _ => {
                     counts.non_manifold_edges += 1;
-                    if joined == Joined::ByEveryEdge {
-                        marks[first] |= many;
-                        for other in &uses[1..] {
-                            // The parity at such an edge means nothing, and nobody reads it.
-                            shells.join(first, other.triangle(), false);
-                        }
-                    }
+                    marks[first] |= many;
+                    uses[1..].iter().for_each(|other| shells.join(first, other.triangle()));
                 }
             }
         });
         let (count, shell_of) = shells.number();
-        if joined == Joined::ByManifoldEdges && counts.non_manifold_edges > 0 {
-            let mut of_shell = Vec::new();
-            for_each_edge(surface, |uses| {
-                if uses.len() < 3 {
-                    return;
-                }
-                of_shell.clear();
-                of_shell.extend(uses.iter().map(|u| {
-                    let t = u.triangle();
-                    (shell_of[t], if u.falling() == shells.find(t).1 { 1 } else { -1 }, t)
-                }));
-                sort_by_key(&mut of_shell, |&(shell, direction, t)| {
-                    u128::from(shell) << 64 | u128::from(direction > 0) << 63 | t as u128
-                });
-                for own in of_shell.chunk_by(|a, b| a.0 == b.0) {
-                    if own.iter().map(|&(_, direction, _)| direction).sum::<i32>() != 0 {
-                        marks[own[0].2] |= open;
-                    }
-                }
-            });
-        }
         let mut facts = vec![ShellFacts::default(); count];
         let mut about = vec![None; count];
         for (t, &shell) in shell_of.iter().enumerate() {
@@ -298,11 +276,10 @@ impl ShellMap {
             f.open |= marks[t] & open != 0;
             f.non_manifold |= marks[t] & many != 0;
             f.misoriented |= marks[t] & turned != 0;
-            f.one_sided |= marks[t] & twisted != 0;
             let about: &mut Option<DVec3> = &mut about[shell as usize];
-            let about = about.get_or_insert_with(|| surface.points(t)[0].each(f64::from).into());
+            let about = about.get_or_insert_with(|| surface.points(t)[0].map(f64::from).into());
             f.volume += surface.volume6(t, *about) / 6.0;
         }
-        Self { counts, shells, shell_of, facts }
+        Self { counts, shell_of, facts }
     }
 }

@@ -1,8 +1,9 @@
 //! Nesting of the shells of a surface: it tells a cavity from a body wound inward.
 
-use super::surface::Surface;
-use crate::bounds::Aabb;
-use crate::exact::{area_sign, side_sign};
+use cullet::bounds::Aabb;
+use cullet::exact::{area_sign, side_sign};
+
+use crate::surface::Surface;
 
 /// Boxes are looked at in groups of this many: a group that cannot hold a point is passed over.
 const GROUP: usize = 64;

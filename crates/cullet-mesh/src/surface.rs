@@ -1,14 +1,12 @@
 //! A triangle list as a surface: corners without degenerate triangles, edges, and shells.
 
-use super::weld::weld;
-use crate::array::Each;
+use cullet::mesh::weld;
+use glam::DVec3;
 
 /// Triangles whose three corners differ.
 pub(super) struct Surface<'a> {
     pub(super) positions: &'a [[f32; 3]],
     pub(super) corners: Vec<[u32; 3]>,
-    /// The triangles of the list that are not among them, ascending: few, as a rule.
-    dropped: Vec<u32>,
 }
 
 impl<'a> Surface<'a> {
@@ -28,37 +26,27 @@ impl<'a> Surface<'a> {
         indices: &[u32],
         vertex: impl Fn(u32) -> Option<u32>,
     ) -> Self {
-        let triangles = indices.len() / 3;
-        let (mut corners, mut dropped) = (Vec::with_capacity(triangles), Vec::new());
-        for (t, i) in indices.chunks_exact(3).enumerate() {
+        // Made at its full size: growing would hold the old and the new.
+        let mut corners = Vec::with_capacity(indices.len() / 3);
+        for i in indices.chunks_exact(3) {
             if let (Some(a), Some(b), Some(c)) = (vertex(i[0]), vertex(i[1]), vertex(i[2]))
                 && a != b
                 && b != c
                 && c != a
             {
                 corners.push([a, b, c]);
-            } else {
-                dropped.push(t as u32);
             }
         }
-        Self { positions, corners, dropped }
-    }
-
-    /// The triangle of the list that each one is.
-    pub(super) fn sources(&self) -> impl Iterator<Item = usize> + '_ {
-        let mut dropped = self.dropped.iter().map(|&t| t as usize).peekable();
-        let all = 0..self.corners.len() + self.dropped.len();
-        all.filter(move |&t| dropped.next_if_eq(&t).is_none())
+        Self { positions, corners }
     }
 
     pub(super) fn points(&self, triangle: usize) -> [[f32; 3]; 3] {
-        self.corners[triangle].each(|v| self.positions[v as usize])
+        self.corners[triangle].map(|v| self.positions[v as usize])
     }
 
     /// Six times the signed volume between a triangle and `about`.
-    pub(super) fn volume6(&self, triangle: usize, about: glam::DVec3) -> f64 {
-        let [a, b, c] =
-            self.points(triangle).each(|p| glam::DVec3::from(p.each(f64::from)) - about);
+    pub(super) fn volume6(&self, triangle: usize, about: DVec3) -> f64 {
+        let [a, b, c] = self.points(triangle).map(|p| DVec3::from(p.map(f64::from)) - about);
         a.dot(b.cross(c))
     }
 }
@@ -110,7 +98,7 @@ pub(super) fn for_each_edge(surface: &Surface<'_>, visit: impl FnMut(&[HalfEdge]
 fn for_each_edge_within(surface: &Surface<'_>, limit: usize, mut visit: impl FnMut(&[HalfEdge])) {
     let half_edges = || {
         surface.corners.iter().enumerate().flat_map(|(t, &[a, b, c])| {
-            [(a, b), (b, c), (c, a)].each(|(p, q)| (p.min(q), HalfEdge::new(p.max(q), t, p > q)))
+            [(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), HalfEdge::new(p.max(q), t, p > q)))
         })
     };
     // Where the bucket of each vertex begins; once it is full, where it ends.
@@ -155,54 +143,39 @@ fn for_each_edge_within(surface: &Surface<'_>, limit: usize, mut visit: impl FnM
     }
 }
 
-/// Sets of triangles joined by edges, with the parity of each: whether it must be turned over to run
-/// like the first triangle of its set. A union-find whose links carry a bit.
+/// Sets of triangles joined by edges: a union-find.
 pub(super) struct Shells {
-    /// Parent and parity bit.
-    links: Vec<u32>,
+    parents: Vec<u32>,
 }
 
 impl Shells {
     pub(super) fn new(triangles: usize) -> Self {
-        Self { links: (0..triangles as u32).map(|t| t << 1).collect() }
+        Self { parents: (0..triangles as u32).collect() }
     }
 
-    /// The first triangle of the set of `t`, and the parity of `t` against it.
-    pub(super) fn find(&mut self, t: usize) -> (usize, bool) {
-        let (mut at, mut parity) = (t, 0);
-        loop {
-            let link = self.links[at];
-            let parent = (link >> 1) as usize;
-            if parent == at {
-                return (at, parity == 1);
-            }
-            let above = self.links[parent];
-            // Path halving: link to the grandparent, adding the parities of both steps.
-            let step = (link ^ above) & 1;
-            self.links[at] = above & !1 | step;
-            parity ^= step;
-            at = (above >> 1) as usize;
+    /// Returns the first triangle of the set of `t`.
+    fn find(&mut self, t: usize) -> usize {
+        let mut at = t;
+        while self.parents[at] as usize != at {
+            // Path halving: link to the grandparent.
+            self.parents[at] = self.parents[self.parents[at] as usize];
+            at = self.parents[at] as usize;
         }
+        at
     }
 
-    /// Joins the sets of two triangles that do (`odd`) or do not run against each other. False where
-    /// they were joined before with the other parity.
-    pub(super) fn join(&mut self, a: usize, b: usize, odd: bool) -> bool {
-        let ((a, pa), (b, pb)) = (self.find(a), self.find(b));
-        let odd = odd ^ pa ^ pb;
-        if a == b {
-            return !odd;
-        }
-        self.links[a.max(b)] = (a.min(b) as u32) << 1 | u32::from(odd);
-        true
+    /// Joins the sets of two triangles.
+    pub(super) fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.parents[a.max(b)] = a.min(b) as u32;
     }
 
-    /// The number of sets, and the set of each triangle, numbered in the order of first triangles.
+    /// Returns the number of sets, and the set of each triangle, numbered in the order of first triangles.
     pub(super) fn number(&mut self) -> (usize, Vec<u32>) {
         let mut count = 0;
-        let mut of = vec![0u32; self.links.len()];
+        let mut of = vec![0u32; self.parents.len()];
         for t in 0..of.len() {
-            let (root, _) = self.find(t);
+            let root = self.find(t);
             // A root is the lowest triangle of its set, so it was numbered before.
             of[t] = if root == t { count } else { of[root] };
             count += u32::from(root == t);
@@ -247,11 +220,10 @@ mod tests {
     }
 
     #[test]
-    fn sources_pass_over_what_was_dropped() {
+    fn triangles_without_three_different_corners_are_left_out() {
         let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3]];
         let indices = [0, 0, 1, 0, 1, 2, 0, 1, 9, 0, 1, 3, 2, 1, 3, 1, 1, 1];
         let surface = Surface::welded(&positions, &indices);
-        assert!(surface.sources().eq([1, 4]));
         assert_eq!(surface.corners, [[0, 1, 2], [2, 1, 0]]);
     }
 }

@@ -1,0 +1,19 @@
+//! Topology of meshes, which readers, bakes and reports ask for and no frame needs.
+//!
+//! ```
+//! let positions = vec![[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0]];
+//! let indices = vec![0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
+//! let data = cullet::MeshData { positions, indices, ..Default::default() };
+//! let mut mesh = cullet::Mesh::new(data)?;
+//! // A solid shows no back: declare it one-sided, and its back faces are culled.
+//! mesh.set_two_sided(cullet_mesh::solid(&mesh).is_err());
+//! assert!(!mesh.is_two_sided());
+//! # Ok::<(), cullet::mesh::MeshError>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod nesting;
+mod surface;
+mod topology;
+
+pub use topology::{NotSolid, Topology, solid};
