@@ -35,7 +35,7 @@ const ROOMS: &[&[&str]] = &[
     &["bits", "exact", "simd"],
     &["bounds", "transform"],
     &["view"],
-    &["clip", "hierarchy", "mesh"],
+    &["hierarchy", "mesh"],
     &["cell", "costs", "cull", "lod", "prepared"],
     &["funnel", "scene", "visible"],
     &["culler"],

@@ -1,7 +1,6 @@
 //! Where on the screen a box may be seen: the renderer's own rejects, in f64.
 
-use cullet::clip::{Clipper, HalfSpace, Region};
-
+use crate::clip::{Clipper, HalfSpace, Region};
 use crate::geometry::{Clip, Lens, ObjectLens, Surface};
 use crate::sample::{Rect, Samples};
 

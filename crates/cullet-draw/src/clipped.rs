@@ -1,8 +1,8 @@
 //! The two places of the pipeline where clipping may happen, drawn for comparison.
 
-use cullet::clip::{Clipper, Region, space};
 use cullet::{Depth, Scene, View};
 
+use crate::clip::{Clipper, Region, space};
 use crate::frame::{Frame, RenderOptions, Selection};
 use crate::geometry::{Clip, Lens};
 use crate::reference::render_split;

@@ -6,11 +6,11 @@
 //! that point is inside. There the mesh has a cut face, with the depth of the plane.
 
 use cullet::bounds::Side;
-use cullet::clip::{HalfSpace, Region};
 use cullet::{Mesh, Scene, View};
 use cullet_mesh::Topology;
 use glam::{DMat4, DVec3, DVec4};
 
+use crate::clip::{HalfSpace, Region};
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::geometry::Lens;
 use crate::parallel;

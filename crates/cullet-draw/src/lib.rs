@@ -50,6 +50,7 @@
 #![forbid(unsafe_code)]
 
 mod bounds;
+pub mod clip;
 mod clipped;
 mod cut;
 mod frame;

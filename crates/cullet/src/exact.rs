@@ -191,18 +191,22 @@ pub fn side_sign(corners: &[[f32; 3]; 3], point: [f32; 3]) -> i32 {
     sum.sign()
 }
 
-/// An exact number as a sum of f64, for the `_ref` oracles: readable, and slow.
+/// An exact number as a sum of f64, for signs that are seldom asked for and for oracles: readable, and slow.
 #[derive(Clone, Debug)]
-pub(crate) struct Exact(Vec<f64>);
+pub struct Exact(Vec<f64>);
 
 impl Exact {
-    pub(crate) fn plus(&self, other: &Self) -> Self {
+    /// Returns the sum.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
         let mut sum = self.clone();
         other.0.iter().for_each(|&t| sum.grow(t));
         sum
     }
 
-    pub(crate) fn times(&self, other: &Self) -> Self {
+    /// Returns the product.
+    #[must_use]
+    pub fn times(&self, other: &Self) -> Self {
         let mut product = Self(Vec::new());
         for &a in &self.0 {
             for &b in &other.0 {
@@ -214,21 +218,28 @@ impl Exact {
         product
     }
 
-    pub(crate) fn minus(&self, other: &Self) -> Self {
+    /// Returns the difference.
+    #[must_use]
+    pub fn minus(&self, other: &Self) -> Self {
         self.plus(&Self(other.0.iter().map(|t| -t).collect()))
     }
 
-    pub(crate) fn dot(a: &[Self], b: &[Self]) -> Self {
+    /// Returns the scalar product of `a` and `b`.
+    #[must_use]
+    pub fn dot(a: &[Self], b: &[Self]) -> Self {
         a.iter().zip(b).fold(Self(Vec::new()), |sum, (a, b)| sum.plus(&a.times(b)))
     }
 
-    /// The number, rounded.
-    pub(crate) fn value(&self) -> f64 {
+    /// Returns the number, rounded.
+    #[must_use]
+    pub fn value(&self) -> f64 {
         // From the smallest part on, so that nothing is lost to the larger ones.
         self.0.iter().sum()
     }
 
-    pub(crate) fn sign(&self) -> i32 {
+    /// Returns −1, 0 or 1.
+    #[must_use]
+    pub fn sign(&self) -> i32 {
         self.0.last().map_or(0, |&t| sign_of(t))
     }
 

@@ -40,7 +40,6 @@
 //! | [`bounds`] | planes, spheres, boxes, and batches of them |
 //! | [`view`] | cameras, frusta, projected sizes |
 //! | [`mesh`] | checked geometry: parts, clusters, welding |
-//! | [`clip`] | outcodes, lines, polygons, clip space |
 //! | [`cell`] | cells, where they are, and the portals between them |
 //! | [`hierarchy`] | bounding-volume hierarchies over instances and clusters |
 //! | [`cull`] | one room for each kind of culling: [`frustum`](cull::frustum), [`backface`](cull::backface), [`detail`](cull::detail), [`degenerate`](cull::degenerate), [`occlusion`](cull::occlusion), [`portal`](cull::portal), [`shadow`](cull::shadow) |
@@ -63,7 +62,6 @@ mod array;
 mod bits;
 pub mod bounds;
 pub mod cell;
-pub mod clip;
 mod costs;
 pub mod cull;
 mod culler;

@@ -194,7 +194,7 @@ fn regions_ref(
         .map(|t| if is_taken(t as usize) { t } else { Regions::NONE })
         .collect();
     for a in 0..of.len() {
-        for b in (0..a).filter(|&b| of[a] != of[b] && is_taken(a) && is_taken(b)) {
+        for b in (0..a).filter(|&b| is_taken(a) && is_taken(b)) {
             let shared = corners(a).iter().filter(|p| corners(b).contains(p)).count();
             let (old, new) = (of[a], of[b]);
             if shared >= 2 {

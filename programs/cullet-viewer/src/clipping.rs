@@ -1,8 +1,8 @@
 //! The clipping playground: a polygon that the user draws, cut by a convex window one plane after another, as
 //! Sutherland & Hodgman do. What cuts is [`cullet::clip`]; here is only who came from where.
 
-use cullet::clip::outcode::{Outcode, OutcodeResult};
-use cullet::clip::{Clipper, HalfSpace, Region, Vertex};
+use cullet_draw::clip::outcode::{Outcode, OutcodeResult};
+use cullet_draw::clip::{Clipper, HalfSpace, Region, Vertex};
 use serde::{Deserialize, Serialize};
 
 /// The most corners that a polygon of the playground has.

@@ -2,10 +2,10 @@
 //! lie, and what is left of it when it is cut by them.
 
 use cullet::bounds::Plane;
-use cullet::clip::outcode::{ObjectRegion, Outcode, OutcodeResult};
-use cullet::clip::{Clipper, Region};
 use cullet::view::FrustumPlane;
 use cullet::{Mesh, Transform, View};
+use cullet_draw::clip::outcode::{Outcode, OutcodeRegion, OutcodeResult};
+use cullet_draw::clip::{Clipper, Region};
 use cullet_draw::palette;
 use glam::DVec3;
 
@@ -42,7 +42,7 @@ impl Coded {
     pub fn new(view: &View, mesh: &Mesh, transform: &Transform, original: u32) -> Option<Self> {
         let t = mesh.original_triangle().iter().position(|&o| o == original)?;
         let frustum = view.frustum();
-        let region = ObjectRegion::new(&frustum, transform);
+        let region = OutcodeRegion::new(&frustum, transform);
         let corners = mesh.corners(t as u32);
         let coded = corners.map(|p| (to_world(transform, p), region.outcode(p)));
         let polygon = coded.map(|(p, _)| p.to_array());

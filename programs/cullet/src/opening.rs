@@ -1,8 +1,8 @@
 //! A view and its culling from outside, cut open where something covers what the view sees.
 
 use cullet::bounds::Plane;
-use cullet::clip::{HalfSpace, Region};
 use cullet::{Scene, View, Visible};
+use cullet_draw::clip::{HalfSpace, Region};
 use cullet_draw::{Opening, Outlook, Picture};
 
 /// Draws the scene as it is, or cut open above the eye; then with the height of the cut. `result` has reasons and

@@ -1,8 +1,8 @@
 //! Planes and boxes, as the command line gives them.
 
 use cullet::bounds::Plane;
-use cullet::clip::{ClipError, HalfSpace, Region};
 use cullet_command::exit::Failure;
+use cullet_draw::clip::{ClipError, HalfSpace, Region};
 
 fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let values: Option<Vec<f64>> = text.split(',').map(|v| v.trim().parse().ok()).collect();

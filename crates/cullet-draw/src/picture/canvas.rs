@@ -1,10 +1,9 @@
 //! Drawing on a picture: what maps and legends need.
 
-use cullet::clip::{Window, line};
-
 use super::Picture;
 use super::font::{text_height, text_size, text_width};
 use super::palette::{INK, PAPER, mix};
+use crate::clip::{Window, line};
 
 impl Picture {
     /// Lays `color` over a pixel, as opaque as `alpha`; outside nothing happens.

@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 
 use cullet::bounds::Side;
-use cullet::clip::{Clipper, HalfSpace, Region};
 use cullet::{Scene, View, Visible};
 use glam::DVec3;
 
@@ -14,6 +13,7 @@ use super::outside::{draw_frustum, from_outside};
 use super::palette::{INK, mix};
 use super::shaded::{irradiance, light_through, linear};
 use super::space::{Surfaces, framing};
+use crate::clip::{Clipper, HalfSpace, Region};
 use crate::cut::{Cut, render_cut, to_world, world};
 use crate::frame::{Frame, PixelId, RenderOptions};
 

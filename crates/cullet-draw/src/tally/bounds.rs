@@ -2,8 +2,8 @@
 
 use cullet::bounds::Side;
 use cullet::bounds::{Boxes, Sphere, Spheres};
-use cullet::clip::outcode::ObjectRegion;
 use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes, cull_spheres};
+use cullet::cull::frustum::triangles::ObjectRegion;
 use cullet::{Culler, Frustum, Scene, View};
 
 /// Boxes and spheres of instances in one view.

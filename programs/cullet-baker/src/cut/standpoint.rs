@@ -2,9 +2,9 @@
 
 use cullet::View;
 use cullet::bounds::Aabb;
-use cullet::clip::{HalfSpace, Region};
 use cullet_command::exit::Failure;
 use cullet_cut::{Keep, ModelOptions};
+use cullet_draw::clip::{HalfSpace, Region};
 use cullet_io::Model;
 use cullet_scenes::paths;
 use glam::{DMat3, DVec3};

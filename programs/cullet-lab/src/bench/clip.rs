@@ -2,8 +2,9 @@
 
 use std::hint::black_box;
 
-use cullet::clip::{Clipper, GuardBand, ObjectRegion, Region, Sorted, Window, space};
+use cullet::cull::frustum::triangles::ObjectRegion;
 use cullet::{Camera, Depth, Projection, Transform, View};
+use cullet_draw::clip::{Clipper, GuardBand, OutcodeRegion, Region, Sorted, Window, space};
 
 use super::measure::beside_reading;
 use super::measured::{Measured, Workload};
@@ -50,7 +51,8 @@ fn sort(options: &BenchOptions, len: usize, each: &mut dyn FnMut(Measured)) {
     }
     let mut random = Random::new();
     let points: Vec<[f32; 3]> = (0..len).map(|_| random.point(HALF)).collect();
-    let region = ObjectRegion::new(&view().frustum(), &Transform::IDENTITY);
+    let region = OutcodeRegion::new(&view().frustum(), &Transform::IDENTITY);
+    let culling = ObjectRegion::new(&view().frustum(), &Transform::IDENTITY);
     // Each point begins a triangle with the next two, so there are as many as points.
     let last = len.saturating_sub(1) as u32;
     let indices: Vec<u32> =
@@ -60,7 +62,7 @@ fn sort(options: &BenchOptions, len: usize, each: &mut dyn FnMut(Measured)) {
     let visible = sorted.accepted.len() + sorted.candidates.len();
     let by_one = (0..len as u32).filter(|&t| {
         let corners = [0, 1, 2].map(|k| points[indices[t as usize * 3 + k] as usize]);
-        region.rejects(&corners, u32::MAX).is_none()
+        culling.rejects(&corners, u32::MAX).is_none()
     });
     let checked = by_one.count() == visible;
     let workload = Workload { name, level: "scalar", items: len, visible, checked };
@@ -149,7 +151,7 @@ fn guard_band(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     let wide = |r: &Region<f32, 4>| {
         let sides = r.sides().map(|(_, s)| {
             let (n, d) = (s.normal().map(f64::from), f64::from(s.d()));
-            cullet::clip::HalfSpace::new(n, d)
+            cullet_draw::clip::HalfSpace::new(n, d)
         });
         sides.collect::<Result<Vec<_>, _>>().and_then(Region::new).expect("they were planes")
     };

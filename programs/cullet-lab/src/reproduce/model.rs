@@ -70,7 +70,7 @@ impl Subject {
         // Vertices that no triangle uses would only widen the cones.
         let used: Vec<[f32; 3]> = (0..solid).flat_map(|t| mesh.corners(t)).collect();
         let sphere = Sphere::from_points(&used);
-        let defect = cullet_mesh::solid(mesh).err().map(|e| e.to_string());
+        let defect = cullet_mesh::solid(&mesh).err().map(|e| e.to_string());
         Ok(Self { name, mesh, sphere, defect })
     }
 

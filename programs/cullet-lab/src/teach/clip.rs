@@ -1,6 +1,6 @@
 //! Clipping in the plane: outcodes, and a polygon cut side by side.
 
-use cullet::clip::{Clipper, Region, Window, line};
+use cullet_draw::clip::{Clipper, Region, Window, line};
 
 use super::sheet::Sheet;
 use super::{KEPT, OUTSIDE};

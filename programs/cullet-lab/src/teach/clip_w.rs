@@ -1,7 +1,7 @@
 //! Clipping and the divide: why the order matters, and where each test has its place.
 
 use cullet::Depth;
-use cullet::clip::{line, space};
+use cullet_draw::clip::{line, space};
 
 use super::KEPT;
 use super::sheet::Sheet;

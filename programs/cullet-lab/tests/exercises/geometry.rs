@@ -1,12 +1,12 @@
 //! Frusta, hierarchies and clipping.
 
 use cullet::bounds::{Aabb, Boxes, Plane, Side, Sphere};
-use cullet::clip::{HalfSpace, Outcode, OutcodeResult, Window, space};
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::Cut;
 use cullet::hierarchy::Nodes;
 use cullet::view::{FrustumPlane, ViewError};
 use cullet::{Camera, Depth, Frustum, Projection, Simd};
+use cullet_draw::clip::{HalfSpace, Outcode, OutcodeResult, Window, space};
 
 use crate::{Computed, Entry, number, word};
 

@@ -2,7 +2,6 @@
 
 use cullet::bounds::{Aabb, Side};
 use cullet::cell::{CellGraph, Portal};
-use cullet::clip::{HalfSpace, Region, line};
 use cullet::cull::frustum::single::classify_aabb;
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, ScreenBounds, Visibility};
 use cullet::cull::portal::{PortalOptions, PortalView, Reached, walk_portals};
@@ -12,6 +11,7 @@ use cullet::{
     ViewState, Visible,
 };
 use cullet_bake::pvs::{PairState, PvsSettings, bake};
+use cullet_draw::clip::{HalfSpace, Region, line};
 use cullet_testkit::meshes;
 
 use crate::{Computed, Entry, end_of, number};

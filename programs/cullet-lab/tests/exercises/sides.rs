@@ -1,10 +1,10 @@
 //! Back faces: of triangles, by masks and of clusters; and triangles without area.
 
 use cullet::bounds::Sphere;
-use cullet::clip::{HalfSpace, Region};
 use cullet::cull::backface::{Facing, MaskGrid, ObjectEye, ViewCone};
 use cullet::cull::degenerate::{Flattening, is_zero_area};
 use cullet::{CullFace, FrontFace, Transform};
+use cullet_draw::clip::{HalfSpace, Region};
 use cullet_lab::methods::cluster::{Bound, NormalBox};
 use cullet_lab::methods::screen::ndc_normal_z;
 use cullet_testkit::soups;
@@ -93,7 +93,7 @@ fn culling_volume() -> Computed {
     let (from, to) = ([0.0, 2.0, 0.0], [0.0, -2.0, 0.0]);
     let [enters, leaves] = volume.clip_line(&from, &to).ok_or("the axis misses the volume")?;
     assert_eq!(leaves, 1.0, "it has no end below");
-    number(cullet::clip::line::at(&from, &to, enters)[1])
+    number(cullet_draw::clip::line::at(&from, &to, enters)[1])
 }
 
 fn another_origin() -> Computed {

@@ -24,8 +24,8 @@ fn the_rasteriser_fills_the_same_pixels_from_flat_triangles_alone() {
     let view = views(&model, "walk", 4).swap_remove(1);
     let whole = draw(&model.scene, &view);
     let handed_on = left(&Culler::default().only(Stage::Frustum), &model.scene, &view);
-    let volume = cullet::clip::space::full::<f64>(view.depth());
-    let mut clipper = cullet::clip::Clipper::new();
+    let volume = cullet_draw::clip::space::full::<f64>(view.depth());
+    let mut clipper = cullet_draw::clip::Clipper::new();
     let (mut positions, mut sources) = (Vec::new(), Vec::new());
     for (slot, t, corners) in triangles(&model.scene) {
         let source = (slot, model.scene.mesh(slot).original_triangle()[t as usize]);
@@ -35,7 +35,7 @@ fn the_rasteriser_fills_the_same_pixels_from_flat_triangles_alone() {
         let corners = corners.map(|p| in_clip(&view, p));
         let divided = clipper.clip(&volume, &corners).iter();
         let flat: Vec<[f32; 3]> = divided
-            .filter_map(|p| cullet::clip::space::divide(p).map(|p| p.map(|v| v as f32)))
+            .filter_map(|p| cullet_draw::clip::space::divide(p).map(|p| p.map(|v| v as f32)))
             .collect();
         for pair in flat.get(1..).unwrap_or_default().windows(2) {
             positions.extend([flat[0], pair[0], pair[1]]);

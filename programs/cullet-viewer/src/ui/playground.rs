@@ -1,7 +1,7 @@
 //! The clipping playground: a polygon whose corners can be dragged, and the window that cuts it.
 
 use cullet::Stage;
-use cullet::clip::outcode::OutcodeResult;
+use cullet_draw::clip::outcode::OutcodeResult;
 use cullet_draw::palette;
 use eframe::egui::{self, Color32, Pos2, Stroke};
 

@@ -1,8 +1,10 @@
 //! Outcodes against the exact oracle, over views of every kind.
 
 use cullet::bounds::Side;
-use cullet::clip::{ObjectRegion, OutcodeResult, Sorted, outcode_ref};
+use cullet::cull::frustum::triangles::ObjectRegion;
 use cullet::{Depth, Transform};
+use cullet_draw::clip::{OutcodeRegion, OutcodeResult, Sorted};
+use cullet_testkit::oracles::clip::outcode_ref;
 use cullet_testkit::strategies::{corners, distant_transform, distant_view};
 use proptest::prelude::*;
 
@@ -12,16 +14,16 @@ proptest! {
     #[test]
     fn outside_and_inside_are_proofs(view in distant_view(), transform in distant_transform(), corners in corners()) {
         let frustum = view.frustum();
-        let region = ObjectRegion::new(&frustum, &transform);
+        let region = OutcodeRegion::new(&frustum, &transform);
         let codes = corners.map(|p| region.outcode(p));
         for (code, p) in codes.iter().zip(corners) {
-            let exact = outcode_ref(&frustum, &transform, p);
-            prop_assert_eq!(code.outside & !exact.outside, 0);
-            prop_assert_eq!(exact.not_inside & !code.not_inside, 0);
+            let [outside, not_inside] = outcode_ref(&frustum, &transform, p);
+            prop_assert_eq!(code.outside & !outside, 0);
+            prop_assert_eq!(not_inside & !code.not_inside, 0);
             prop_assert_eq!(code.outside & !code.not_inside, 0);
             // Where the two differ, the point is as good as on the plane.
             for (i, plane) in frustum.planes() {
-                if (code.outside ^ exact.outside | code.not_inside ^ exact.not_inside) >> i & 1 == 1 {
+                if (code.outside ^ outside | code.not_inside ^ not_inside) >> i & 1 == 1 {
                     let world: [f64; 3] = std::array::from_fn(|r| {
                         (0..3).map(|c| f64::from(transform.linear[c][r]) * f64::from(p[c])).sum::<f64>()
                             + transform.translation[r]
@@ -32,17 +34,18 @@ proptest! {
         }
         let shared = codes[0].outside & codes[1].outside & codes[2].outside;
         let expected = (shared != 0).then(|| shared.trailing_zeros() as u8);
-        prop_assert_eq!(region.rejects(&corners, u32::MAX), expected);
+        let culling = ObjectRegion::new(&frustum, &transform);
+        prop_assert_eq!(culling.rejects(&corners, u32::MAX), expected);
         prop_assert_eq!(region.classify(&corners) == Side::Outside, shared != 0);
         let mut kept = Vec::new();
-        region.keep_into(&corners, &[0, 1, 2, 0, 1, 3], 0..2, u32::MAX, &mut kept);
+        culling.keep_into(&corners, &[0, 1, 2, 0, 1, 3], 0..2, u32::MAX, &mut kept);
         prop_assert_eq!(kept, if shared != 0 { vec![1] } else { vec![0, 1] });
     }
 
     /// A point that a renderer in f64 would find within the clip volume is outside of no plane.
     #[test]
     fn what_a_renderer_keeps_is_kept(view in distant_view(), transform in distant_transform(), corners in corners()) {
-        let region = ObjectRegion::new(&view.frustum(), &transform);
+        let region = OutcodeRegion::new(&view.frustum(), &transform);
         let (m, t) = (view.clip_from_world(), transform.to_matrix());
         let entry = |r: usize, c: usize| (0..4).map(|k| m[k * 4 + r] * t[c * 4 + k]).sum::<f64>();
         for p in corners {
@@ -70,7 +73,7 @@ proptest! {
         triangles in prop::collection::vec(corners(), 1..30),
         weights in prop::collection::vec(prop::array::uniform3(0.0..1.0f32), 20),
     ) {
-        let region = ObjectRegion::new(&view.frustum(), &transform);
+        let region = OutcodeRegion::new(&view.frustum(), &transform);
         let points: Vec<_> = triangles.iter().copied().flatten().collect();
         let indices: Vec<u32> = (0..points.len() as u32).chain([0, 1, 9999]).collect();
         let mut sorted = Sorted::default();
@@ -120,7 +123,7 @@ fn a_triangle_around_a_corner_is_a_false_positive() {
         plane([0.0, 0.0, -1.0]),
         plane([0.0, 0.0, 1.0]),
     ]);
-    let region = ObjectRegion::new(&cube, &Transform::IDENTITY);
+    let region = OutcodeRegion::new(&cube, &Transform::IDENTITY);
     let points = [
         [3.0, 0.0, 0.0],
         [0.0, 3.0, 0.0],

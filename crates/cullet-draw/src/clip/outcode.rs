@@ -8,19 +8,13 @@
 
 use std::ops::Range;
 
+use cullet::bounds::Side;
+use cullet::cull::frustum::triangles::ObjectRegion;
+use cullet::{Frustum, Transform};
 use glam::DVec3;
 
 use super::polygon::Clipper;
-use super::region::{HalfSpace, Region, bits};
-use crate::array::Each;
-use crate::bounds::Side;
-use crate::exact::Exact;
-use crate::transform::Transform;
-use crate::view::Frustum;
-
-/// Units of rounding that a vertex may be off: this test's own, and that of whoever transforms and clips
-/// it in f64 with operations of their own (some twenty, each of half an epsilon).
-const ROUNDING: f64 = 32.0 * f64::EPSILON;
+use super::region::{HalfSpace, Region};
 
 /// Where a point lies against each plane of a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -66,7 +60,7 @@ pub struct Sorted {
     /// Triangles that need no clipping, ascending.
     pub accepted: Vec<u32>,
     /// Triangles that may need clipping, ascending. Some of them miss the region, unless
-    /// [`resolve`](ObjectRegion::resolve) took them out.
+    /// [`resolve`](OutcodeRegion::resolve) took them out.
     pub candidates: Vec<u32>,
     /// How many were rejected.
     pub rejected: u32,
@@ -75,74 +69,34 @@ pub struct Sorted {
     codes: Vec<Outcode>,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct ObjectPlane {
-    normal: DVec3,
-    d: f64,
-    /// The error of n·p − d: a constant, and a factor for each absolute coordinate.
-    error: f64,
-    error_per: DVec3,
-}
-
-impl ObjectPlane {
-    #[inline]
-    fn value(&self, p: DVec3) -> (f64, f64) {
-        (self.normal.dot(p) - self.d, self.error_per.dot(p.abs()) + self.error)
-    }
-
-    #[inline]
-    fn is_outside(&self, p: DVec3) -> bool {
-        // False for a NaN.
-        let (value, error) = self.value(p);
-        value > error
-    }
-}
-
-/// A convex region in the space of a mesh.
+/// A convex region in the space of a mesh, for outcodes.
 ///
 /// A plane whose numbers are not finite in that space, because the transform's are not, excludes
 /// nothing and includes nothing.
 #[derive(Clone, Debug)]
-pub struct ObjectRegion {
-    planes: [ObjectPlane; Frustum::MAX_PLANES],
-    present: u32,
-}
+pub struct OutcodeRegion(ObjectRegion);
 
-impl ObjectRegion {
-    /// `frustum`, in the space of an instance. Both are relative to the same origin; a transform of any
+impl OutcodeRegion {
+    /// Returns `frustum` in the space of an instance. Both are relative to the same origin; a transform of any
     /// rank will do.
     #[must_use]
     pub fn new(frustum: &Frustum, transform: &Transform) -> Self {
-        let mut planes = [ObjectPlane::default(); Frustum::MAX_PLANES];
-        let l = transform.linear_f64();
-        let t = DVec3::from(transform.translation);
-        for (i, plane) in frustum.planes() {
-            let n = DVec3::from(plane.normal);
-            let columns = [l.x_axis, l.y_axis, l.z_axis];
-            let size = n.abs().dot(t.abs()) + plane.d.abs();
-            planes[i] = ObjectPlane {
-                normal: columns.each(|c| c.dot(n)).into(),
-                d: plane.d - n.dot(t),
-                error: size * ROUNDING + f64::MIN_POSITIVE,
-                error_per: DVec3::from(columns.each(|c| c.abs().dot(n.abs()))) * ROUNDING,
-            };
-        }
-        Self { planes, present: frustum.present() }
+        Self(ObjectRegion::new(frustum, transform))
     }
 
     /// Bit i is set where plane i exists.
     #[must_use]
     pub fn present(&self) -> u32 {
-        self.present
+        self.0.present()
     }
 
     /// Where a point lies. One that is not finite is neither outside nor inside of anything.
     #[must_use]
     pub fn outcode(&self, point: [f32; 3]) -> Outcode {
-        let p = DVec3::from(point.each(f64::from));
+        let p = point.map(f64::from);
         let mut code = Outcode::default();
-        for i in bits(self.present) {
-            let (value, error) = self.planes[i].value(p);
+        for (i, plane) in self.0.planes() {
+            let (value, error) = plane.height(p);
             code.outside |= u32::from(value > error) << i;
             // From its opposite, so that a NaN is not inside.
             let inside = value < -error;
@@ -181,19 +135,18 @@ impl ObjectRegion {
         /// Wider by this part of what a plane's terms amount to; cutting by 32 planes rounds some hundred
         /// times, by 1.1e-16 each.
         const WIDER: f64 = 1e-12;
-        let corners = corners.each(|p| p.each(f64::from));
+        let corners = corners.map(|p| p.map(f64::from));
         if !corners.iter().flatten().all(|v| v.is_finite()) {
             return false;
         }
         let largest = corners.iter().fold(DVec3::ZERO, |m, &p| m.max(DVec3::from(p).abs()));
         let mut region = Region::everything();
-        for i in bits(self.present) {
-            let plane = &self.planes[i];
-            let size = plane.normal.abs().dot(largest) + plane.d.abs();
+        for (i, plane) in self.0.planes() {
+            let size = DVec3::from(plane.normal).abs().dot(largest) + plane.d.abs();
             // The errors that outcodes allow for come on top: they may be of larger terms that cancel.
-            let room = size * WIDER + plane.error_per.dot(largest) + plane.error;
+            let room = size * WIDER + DVec3::from(plane.error_per).dot(largest) + plane.error;
             // A plane that is none, flattened by the transform, excludes nothing.
-            if let Ok(side) = HalfSpace::new(plane.normal.into(), plane.d + room) {
+            if let Ok(side) = HalfSpace::new(plane.normal, plane.d + room) {
                 region.set(i, side);
             }
         }
@@ -217,10 +170,10 @@ impl ObjectRegion {
         (sorted.rejected, sorted.false_positives) = (0, 0);
         sorted.codes.clear();
         sorted.codes.extend(positions.iter().map(|&p| self.outcode(p)));
-        let unknown = Outcode { outside: 0, not_inside: self.present };
+        let unknown = Outcode { outside: 0, not_inside: self.present() };
         each_triangle(indices, range, |t, corners| {
             let code = |v: u32| sorted.codes.get(v as usize).copied().unwrap_or(unknown);
-            match OutcodeResult::of(corners.each(code)) {
+            match OutcodeResult::of(corners.map(code)) {
                 OutcodeResult::Accepted => sorted.accepted.push(t),
                 OutcodeResult::Candidate(_) => sorted.candidates.push(t),
                 OutcodeResult::Rejected(_) => sorted.rejected += 1,
@@ -245,42 +198,6 @@ impl ObjectRegion {
         });
         sorted.false_positives += (before - sorted.candidates.len()) as u32;
     }
-
-    /// The number of the first plane of `active` that a triangle is wholly outside of: the planes that
-    /// its cluster straddles are the only ones to test. `None` keeps it.
-    #[inline]
-    #[must_use]
-    pub fn rejects(&self, corners: &[[f32; 3]; 3], active: u32) -> Option<u8> {
-        let corners = corners.each(|p| DVec3::from(p.each(f64::from)));
-        bits(active & self.present)
-            .find(|&i| corners.iter().all(|&p| self.planes[i].is_outside(p)))
-            .map(|i| i as u8)
-    }
-
-    /// Appends the numbers of those triangles of `range` that are not rejected by a plane of `active`,
-    /// ascending. Returns how many. `indices` is the whole index list; a triangle beyond it is left out,
-    /// and one whose vertices are out of range is kept. At most `range.len()` are appended.
-    pub fn keep_into(
-        &self,
-        positions: &[[f32; 3]],
-        indices: &[u32],
-        range: Range<u32>,
-        active: u32,
-        kept: &mut Vec<u32>,
-    ) -> usize {
-        let before = kept.len();
-        each_triangle(indices, range, |t, corners| {
-            let at = |i: usize| positions.get(corners[i] as usize).copied();
-            let rejected = match (at(0), at(1), at(2)) {
-                (Some(a), Some(b), Some(c)) => self.rejects(&[a, b, c], active).is_some(),
-                _ => false,
-            };
-            if !rejected {
-                kept.push(t);
-            }
-        });
-        kept.len() - before
-    }
 }
 
 /// Calls `f` with number and vertices of the triangles of `range` that `indices` has.
@@ -293,36 +210,10 @@ fn each_triangle(indices: &[u32], range: Range<u32>, mut f: impl FnMut(u32, [u32
     }
 }
 
-/// The oracle: the planes of `frustum` that the image of a point is outside of, by the exact sign of
-/// n·x − d, and those that it is not inside of. Slow. A point that is not finite is outside of none.
-#[must_use]
-pub fn outcode_ref(frustum: &Frustum, transform: &Transform, point: [f32; 3]) -> Outcode {
-    let mut code = Outcode::default();
-    for (i, plane) in frustum.planes() {
-        let numbers = plane.normal.iter().chain([&plane.d]);
-        let known = transform.is_finite()
-            && point.iter().all(|v| v.is_finite())
-            && numbers.clone().all(|v| v.is_finite());
-        if !known {
-            code.not_inside |= 1 << i;
-            continue;
-        }
-        let x = [0, 1, 2].each(|axis| {
-            let row = transform.linear.each(|column| Exact::from(f64::from(column[axis])));
-            Exact::dot(&row, &point.each(|v| Exact::from(f64::from(v))))
-                .plus(&Exact::from(transform.translation[axis]))
-        });
-        let distance = Exact::dot(&plane.normal.each(Exact::from), &x).minus(&plane.d.into());
-        code.outside |= u32::from(distance.sign() > 0) << i;
-        code.not_inside |= u32::from(distance.sign() >= 0) << i;
-    }
-    code
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bounds::Plane;
+    use cullet::bounds::Plane;
 
     /// The unit cube around the origin.
     fn cube() -> Frustum {
@@ -339,7 +230,7 @@ mod tests {
 
     #[test]
     fn bits_name_the_planes() {
-        let region = ObjectRegion::new(&cube(), &Transform::IDENTITY);
+        let region = OutcodeRegion::new(&cube(), &Transform::IDENTITY);
         assert_eq!(region.outcode([0.0; 3]), Outcode::default());
         assert_eq!(region.outcode([-2.0, 2.0, 2.0]).outside, 0b011001);
         assert_eq!(region.outcode([0.0, 0.0, -9.0]), Outcode::default(), "there is no far plane");
@@ -351,13 +242,11 @@ mod tests {
 
     #[test]
     fn triangles_are_accepted_rejected_or_candidates() {
-        let region = ObjectRegion::new(&cube(), &Transform::from_translation([10.0, 0.0, 0.0]));
+        let region = OutcodeRegion::new(&cube(), &Transform::from_translation([10.0, 0.0, 0.0]));
         let at = |x: f32| [[x, 0.0, 0.0], [x + 0.5, 0.5, 0.0], [x, 0.5, 0.5]];
         assert_eq!(region.classify(&at(-10.0)), Side::Inside);
         assert_eq!(region.classify(&at(-9.2)), Side::Straddling);
         assert_eq!(region.classify(&at(0.0)), Side::Outside);
-        assert_eq!(region.rejects(&at(0.0), u32::MAX), Some(1));
-        assert_eq!(region.rejects(&at(0.0), 0b01), None, "only the active planes count");
         // Around a corner of the region: outside, but of no single plane.
         let around = [[-7.0, 0.0, 0.0], [-10.0, 3.0, 0.0], [-8.0, 2.0, 0.0]];
         assert_eq!(region.classify(&around), Side::Straddling);
@@ -366,10 +255,10 @@ mod tests {
     #[test]
     fn a_transform_that_is_not_finite_keeps_everything() {
         let broken = Transform { linear: [[f32::NAN; 3]; 3], ..Transform::IDENTITY };
-        let region = ObjectRegion::new(&cube(), &broken);
-        assert_eq!(region.rejects(&[[9.0; 3], [8.0; 3], [7.0; 3]], u32::MAX), None);
+        let region = OutcodeRegion::new(&cube(), &broken);
+        assert_eq!(region.classify(&[[9.0; 3], [8.0; 3], [7.0; 3]]), Side::Straddling);
         let far = Transform::from_translation([f64::INFINITY, 0.0, 0.0]);
-        let region = ObjectRegion::new(&cube(), &far);
+        let region = OutcodeRegion::new(&cube(), &far);
         assert_eq!(
             region.classify(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
             Side::Straddling

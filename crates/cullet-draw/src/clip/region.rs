@@ -7,11 +7,10 @@
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use cullet::Frustum;
+use cullet::bounds::Plane;
+use cullet::view::FrustumPlane;
 use thiserror::Error;
-
-use crate::array::Each;
-use crate::bounds::Plane;
-use crate::view::{Frustum, FrustumPlane};
 
 /// A number to clip with: `f32` or `f64`.
 pub trait Scalar:
@@ -258,6 +257,12 @@ impl<T: Scalar, const D: usize> Region<T, D> {
         bits(self.present).map(|i| (i, &self.sides[i]))
     }
 
+    /// Returns n and d of each plane, ascending by their numbers.
+    #[must_use]
+    pub fn planes(&self) -> Vec<([T; D], T)> {
+        self.sides().map(|(_, side)| (side.normal, side.d)).collect()
+    }
+
     #[inline]
     pub(super) fn side(&self, number: usize) -> &HalfSpace<T, D> {
         &self.sides[number]
@@ -289,7 +294,7 @@ impl<T: Scalar> From<&Frustum> for Region<T, 3> {
     fn from(frustum: &Frustum) -> Self {
         let mut region = Self::everything();
         for (i, plane) in frustum.planes() {
-            let normal = plane.normal.each(T::from_f64);
+            let normal = plane.normal.map(T::from_f64);
             region.set(i, HalfSpace { normal, d: T::from_f64(plane.d) });
         }
         region.cut_first(FrustumPlane::Near as usize);

@@ -3,7 +3,7 @@
 //!
 //! | | a plane | a window | a convex region |
 //! |---|---|---|---|
-//! | points | [`HalfSpace::height`] | [`Window::outcode`] | [`Region::outcode`], proved: [`ObjectRegion::outcode`] |
+//! | points | [`HalfSpace::height`] | [`Window::outcode`] | [`Region::outcode`], proved: [`OutcodeRegion::outcode`] |
 //! | lines | [`HalfSpace::clip_line`] | [`Window::cohen_sutherland`], [`Window::liang_barsky`] | [`Region::clip_line`] |
 //! | polygons | [`Clipper::clip`], both parts: [`Clipper::split`] | by [`Window::region`] | [`Clipper::clip`], [`GuardBand::clip`] |
 //!
@@ -13,7 +13,7 @@
 //! A polygon with a colour, cut by a frustum in world space and by the same view's clip volume:
 //!
 //! ```
-//! use cullet::clip::{Clipper, Region, space};
+//! use cullet_draw::clip::{Clipper, Region, space};
 //! use cullet::{Camera, Depth, Projection, View};
 //!
 //! let projection =
@@ -42,21 +42,20 @@
 //!
 //! ```
 //! use cullet::bounds::Side;
-//! use cullet::clip::ObjectRegion;
+//! use cullet_draw::clip::OutcodeRegion;
 //! use cullet::{Camera, Depth, Projection, Transform, View};
 //!
 //! let projection =
 //!     Projection::Perspective { fov_y_radians: 1.0, aspect: 1.0, near: 0.1, far: f64::INFINITY };
 //! let camera = Camera::look_at([0.0, 0.0, 5.0], [0.0; 3], projection);
 //! let view = View::new(&camera, Depth::Standard, [640, 480])?;
-//! let region = ObjectRegion::new(&view.frustum(), &Transform::IDENTITY);
+//! let region = OutcodeRegion::new(&view.frustum(), &Transform::IDENTITY);
 //! let triangle = |x: f32| [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]];
 //! assert_eq!(region.classify(&triangle(0.0)), Side::Inside);
 //! assert_eq!(region.classify(&triangle(50.0)), Side::Outside);
 //! # Ok::<(), cullet::view::ViewError>(())
 //! ```
 
-mod exact_point;
 pub mod line;
 pub mod outcode;
 pub mod polygon;
@@ -64,7 +63,7 @@ pub mod region;
 pub mod space;
 
 pub use line::Window;
-pub use outcode::{ObjectRegion, Outcode, OutcodeResult, Sorted, outcode_ref};
+pub use outcode::{Outcode, OutcodeRegion, OutcodeResult, Sorted};
 pub use polygon::{Clipper, Vertex};
 pub use region::{ClipError, HalfSpace, Region, Scalar};
 pub use space::GuardBand;

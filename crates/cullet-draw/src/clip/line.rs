@@ -14,7 +14,6 @@ use std::cmp::Ordering;
 
 use super::ClipError;
 use super::region::{HalfSpace, Region, Scalar};
-use crate::array::Each;
 
 /// The point, or any attribute, at a parameter of a line: exactly `a` at 0.
 #[inline]
@@ -182,52 +181,10 @@ impl<T: Scalar, const D: usize> Window<T, D> {
     }
 }
 
-/// The oracle of [`Region::clip_line`]: the parameters as exact fractions, rounded once. Slow. `None`, too,
-/// where a number is not finite.
-#[must_use]
-pub fn clip_line_ref<const D: usize>(
-    region: &Region<f64, D>,
-    a: &[f64; D],
-    b: &[f64; D],
-) -> Option<[f64; 2]> {
-    use super::exact_point::ExactPoint;
-    use crate::exact::Exact;
-
-    if !a.iter().chain(b).all(|v| v.is_finite()) {
-        return None;
-    }
-    // Numerator and denominator, the latter positive.
-    let mut ends = [[Exact::from(0.0), Exact::from(1.0)], [Exact::from(1.0), Exact::from(1.0)]];
-    let exceeds =
-        |p: &[Exact; 2], q: &[Exact; 2]| p[0].times(&q[1]).minus(&q[0].times(&p[1])).sign() > 0;
-    let [p, q] = [a, b].each(ExactPoint::new);
-    for (_, side) in region.sides() {
-        let [hp, hq] = [&p, &q].each(|p| p.height(side));
-        let zero = Exact::from(0.0);
-        match (hp.sign() > 0, hq.sign() > 0) {
-            (true, true) => return None,
-            (true, false) => {
-                let t = [hp.clone(), hp.minus(&hq)];
-                if exceeds(&t, &ends[0]) {
-                    ends[0] = t;
-                }
-            }
-            (false, true) => {
-                let t = [zero.minus(&hp), hq.minus(&hp)];
-                if exceeds(&ends[1], &t) {
-                    ends[1] = t;
-                }
-            }
-            (false, false) => {}
-        }
-    }
-    let rounded = |t: &[Exact; 2]| t[0].value() / t[1].value();
-    (!exceeds(&ends[0], &ends[1])).then(|| [rounded(&ends[0]), rounded(&ends[1])])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cullet_testkit::oracles::clip::clip_line_ref;
 
     #[test]
     fn three_ways_agree_on_plain_lines() {
@@ -247,7 +204,7 @@ mod tests {
             assert_eq!(window.cohen_sutherland(&a, &b), expected, "{a:?} {b:?}");
             assert_eq!(window.liang_barsky(&a, &b), expected, "{a:?} {b:?}");
             assert_eq!(window.region().clip_line(&a, &b), expected, "{a:?} {b:?}");
-            assert_eq!(clip_line_ref(&window.region(), &a, &b), expected, "{a:?} {b:?}");
+            assert_eq!(clip_line_ref(&window.region().planes(), &a, &b), expected, "{a:?} {b:?}");
         }
     }
 

@@ -269,49 +269,10 @@ impl<V: Copy> Clipper<V> {
     }
 }
 
-/// The oracle: a polygon cut by each plane in turn, in exact arithmetic, each number rounded once at the
-/// end. The rule for vertices on a plane is that of [`Clipper::clip`]. Slow, and slower with each plane
-/// that really cuts, for the exact numbers double in length; numbers must be finite, else nothing comes of
-/// them.
-#[must_use]
-pub fn clip_polygon_ref<const D: usize>(
-    region: &Region<f64, D>,
-    polygon: &[[f64; D]],
-) -> Vec<[f64; D]> {
-    use super::exact_point::ExactPoint;
-
-    if !polygon.iter().flatten().all(|v| v.is_finite()) {
-        return Vec::new();
-    }
-    let mut points: Vec<ExactPoint<D>> = polygon.iter().map(ExactPoint::new).collect();
-    for (_, side) in region.sides() {
-        let heights: Vec<_> = points.iter().map(|p| p.height(side)).collect();
-        let signs: Vec<i32> = heights.iter().map(crate::exact::Exact::sign).collect();
-        if signs.contains(&1) && !signs.contains(&-1) {
-            return Vec::new();
-        }
-        let mut next = Vec::new();
-        for i in 0..points.len() {
-            let j = (i + 1) % points.len();
-            if signs[i] <= 0 {
-                next.push(points[i].clone());
-            }
-            if signs[i] * signs[j] < 0 {
-                let [p, q] = if signs[i] < 0 { [i, j] } else { [j, i] };
-                next.push(ExactPoint::crossing(&points[p], &heights[p], &points[q], &heights[q]));
-            }
-        }
-        points = next;
-    }
-    if points.len() < 3 {
-        return Vec::new();
-    }
-    points.iter().map(ExactPoint::rounded).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cullet_testkit::oracles::clip::clip_polygon_ref;
 
     fn left_of(x: f64) -> Region<f64, 2> {
         Region::new([HalfSpace::new([1.0, 0.0], x).unwrap()]).unwrap()
@@ -342,7 +303,7 @@ mod tests {
         let wall = [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.0, 1.0]];
         let region = Region::new([HalfSpace::new([1.0, 0.0, 0.0], 1.0).unwrap()]).unwrap();
         assert_eq!(Clipper::new().clip(&region, &wall), wall);
-        assert_eq!(clip_polygon_ref(&region, &wall), wall);
+        assert_eq!(clip_polygon_ref(&region.planes(), &wall), wall);
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! Lines clipped in every way, against exact fractions and against each other.
 
 use cullet::Depth;
-use cullet::clip::line::{at, clip_line_ref};
-use cullet::clip::{HalfSpace, Region, Window, space};
+use cullet_draw::clip::line::at;
+use cullet_draw::clip::{HalfSpace, Region, Window, space};
+use cullet_testkit::oracles::clip::clip_line_ref;
 use cullet_testkit::strategies::{number, point};
 use proptest::prelude::*;
 
@@ -25,7 +26,7 @@ fn windows<const D: usize>(
     let low = std::array::from_fn(|i| p[i].min(q[i]));
     let high = std::array::from_fn(|i| p[i].max(q[i]));
     let window = Window::new(low, high).unwrap();
-    let exact = clip_line_ref(&window.region(), &a, &b);
+    let exact = clip_line_ref(&window.region().planes(), &a, &b);
     let found = [
         window.cohen_sutherland(&a, &b),
         window.liang_barsky(&a, &b),
@@ -62,7 +63,7 @@ proptest! {
     ) {
         let sides = sides.into_iter().filter_map(|(n, d)| HalfSpace::new(n, d).ok());
         let region = Region::new(sides).unwrap();
-        let (found, exact) = (region.clip_line(&a, &b), clip_line_ref(&region, &a, &b));
+        let (found, exact) = (region.clip_line(&a, &b), clip_line_ref(&region.planes(), &a, &b));
         prop_assert!(alike(found, exact), "{found:?}, exact {exact:?}");
         for (_, side) in region.sides() {
             let one = Region::new([*side]).unwrap();
@@ -74,7 +75,7 @@ proptest! {
     fn before_the_divide([a, b] in prop::array::uniform2(point::<4>())) {
         let full = space::full::<f64>(Depth::Reversed);
         let found = full.clip_line(&a, &b);
-        prop_assert!(alike(found, clip_line_ref(&full, &a, &b)));
+        prop_assert!(alike(found, clip_line_ref(&full.planes(), &a, &b)));
         for t in found.into_iter().flatten() {
             prop_assert!(at(&a, &b, t)[3] > -1e-12);
         }

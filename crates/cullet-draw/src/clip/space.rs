@@ -10,10 +10,12 @@
 //! a [`GuardBand`], which cuts only what reaches far beyond the view. Planes carry the numbers of
 //! [`FrustumPlane`], so outcodes mean the same before and after projection.
 
+use cullet::Depth;
+use cullet::view::FrustumPlane;
+
 use super::ClipError;
 use super::polygon::{Clipper, Vertex};
 use super::region::{HalfSpace, Region, Scalar};
-use crate::view::{Depth, FrustumPlane};
 
 const NEAR: usize = FrustumPlane::Near as usize;
 const FAR: usize = FrustumPlane::Far as usize;
