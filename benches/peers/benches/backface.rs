@@ -5,9 +5,8 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::Transform;
 use cullet::bounds::Sphere;
 use cullet::cull::Indices;
-use cullet::cull::backface::{
-    Facing, MaskGrid, NormalMasks, ObjectEye, Planes8, ViewCone, facing_ref,
-};
+use cullet::cull::backface::{Facing, ObjectEye, Planes8, facing_ref};
+use cullet_mesh::{MaskGrid, NormalMasks, ViewCone};
 use cullet_testkit::at_every_level;
 use cullet_testkit::soups::bumpy_ball;
 use cullet_testkit::views::look;

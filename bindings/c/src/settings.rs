@@ -105,7 +105,7 @@ fn of_culler(culler: &Culler) -> Settings {
         portals: culler.portal.is_some().into(),
         backfaces: match culler.backface {
             Backface::Off => 0,
-            Backface::Fast | Backface::Masks => 1,
+            Backface::Fast => 1,
             Backface::Exact => 2,
         },
         degenerate: culler.degenerate.into(),

@@ -2,8 +2,9 @@
 
 use bytemuck::{Pod, Zeroable};
 use cullet::bounds::Sphere;
-use cullet::cull::backface::{Facing, ObjectEye, ViewCone, ViewEye};
+use cullet::cull::backface::{Facing, ObjectEye, ViewEye};
 use cullet::{Simd, Transform, View};
+use cullet_mesh::ViewCone;
 use glam::{DVec3, DVec4};
 
 use super::masks::{NO_AREA, Shape, Triangles, ratio_of};

@@ -5,7 +5,8 @@
 
 use bytemuck::{Pod, Zeroable};
 use cullet::bounds::Sphere;
-use cullet::cull::backface::{MaskGrid, NormalMask, Planes8};
+use cullet::cull::backface::Planes8;
+use cullet_mesh::{MaskGrid, NormalMask};
 use glam::DVec3;
 
 use super::error::GpuError;

@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use cullet::cull::backface::{MaskGrid, ObjectEye};
+use cullet::cull::backface::ObjectEye;
 use cullet::mesh::{MeshData, Part};
 use cullet::{
     Camera, CullFace, Depth, FrontFace, Instance, Mesh, Projection, Scene, Transform, View,
@@ -11,6 +11,7 @@ use cullet_gpu::{
     Draw, DrawArguments, EyeUniform, Gpu, GpuError, Lanes, MeshTriangles, OffScreen, Place, Tier,
     TriangleList, TrianglePass, TriangleTest, TriangleView, Triangles, culled_faces, triangles_ref,
 };
+use cullet_mesh::MaskGrid;
 use cullet_scenes::knobbly_ball;
 use cullet_testkit::Rng;
 use glam::{DMat4, DVec3};

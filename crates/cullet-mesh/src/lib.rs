@@ -1,4 +1,5 @@
-//! Topology of meshes, which readers, bakes and reports ask for and no frame needs.
+//! Facts about meshes that readers, bakes, reports and methods of the literature ask for, and no frame of the engine:
+//! their topology, and classes of their normals.
 //!
 //! ```
 //! let positions = vec![[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0]];
@@ -12,8 +13,10 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod masks;
 mod nesting;
 mod surface;
 mod topology;
 
+pub use masks::{BackfaceMask, MaskGrid, NormalMask, NormalMasks, ViewCone};
 pub use topology::{NotSolid, Topology, solid};

@@ -1,4 +1,5 @@
-//! The tests of the topology of meshes in one program.
+//! The tests of this crate in one program.
 
+mod masks;
 mod models;
 mod topology;

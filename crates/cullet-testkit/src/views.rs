@@ -201,7 +201,7 @@ pub fn random_culler(rng: &mut Rng) -> Culler {
     Culler {
         frustum: rng.below(6) > 0,
         frustum_exact: rng.below(3) == 0,
-        backface: [Backface::Off, Backface::Fast, Backface::Masks, Backface::Exact]
+        backface: [Backface::Off, Backface::Fast, Backface::Fast, Backface::Exact]
             [rng.below(4) as usize],
         degenerate: rng.below(5) > 0,
         detail: (rng.below(3) == 0).then_some(detail),

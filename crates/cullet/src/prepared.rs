@@ -20,19 +20,15 @@ pub struct Preparation {
     /// some shadow passes do, or because their fronts are clockwise, as in a mirror. Few scenes have one, so that they
     /// are not made by default; without, such a view tests single triangles.
     pub frontfaces: bool,
-    /// Masks of triangles' normals, for [`Backface::Masks`](crate::Backface::Masks). Two bytes a triangle; planes and
-    /// cones are made with them.
-    pub masks: bool,
     /// The shapes that stand for the mesh in an occlusion buffer, for [`Culler::occlusion`](crate::Culler::occlusion).
     pub occluder: bool,
 }
 
 impl Preparation {
     /// Nothing.
-    pub const NONE: Self =
-        Self { backfaces: false, frontfaces: false, masks: false, occluder: false };
+    pub const NONE: Self = Self { backfaces: false, frontfaces: false, occluder: false };
     /// Everything.
-    pub const ALL: Self = Self { backfaces: true, frontfaces: true, masks: true, occluder: true };
+    pub const ALL: Self = Self { backfaces: true, frontfaces: true, occluder: true };
 
     /// Union of both.
     #[must_use]
@@ -40,7 +36,6 @@ impl Preparation {
         Self {
             backfaces: self.backfaces || other.backfaces,
             frontfaces: self.frontfaces || other.frontfaces,
-            masks: self.masks || other.masks,
             occluder: self.occluder || other.occluder,
         }
     }
@@ -49,7 +44,7 @@ impl Preparation {
 impl Default for Preparation {
     /// Data for views that cull back faces.
     fn default() -> Self {
-        Self { frontfaces: false, masks: false, ..Self::ALL }
+        Self { frontfaces: false, ..Self::ALL }
     }
 }
 
@@ -92,16 +87,11 @@ impl Prepared {
     /// Makes what is wanted and not yet there, of the mesh of which the rest was made.
     pub fn add(&mut self, mesh: &Mesh, wanted: Preparation) {
         let has_backs = !mesh.is_deformable() && !mesh.is_two_sided();
-        let one_sided = || {
-            let clusters = mesh.clusters().iter().filter(|c| is_one_sided(mesh, c));
-            clusters.map(Cluster::triangles)
-        };
-        let wants_planes = wanted.backfaces || wanted.frontfaces || wanted.masks;
+        let wants_planes = wanted.backfaces || wanted.frontfaces;
         if has_backs && wants_planes && self.planes.is_none() {
-            self.planes = Some(Backfaces::new(mesh.positions(), mesh.indices(), one_sided()));
-        }
-        if let Some(planes) = self.planes.as_mut().filter(|p| wanted.masks && p.masks().is_none()) {
-            planes.add_masks(mesh.positions(), mesh.indices(), one_sided());
+            let one_sided = mesh.clusters().iter().filter(|c| is_one_sided(mesh, c));
+            let one_sided = one_sided.map(Cluster::triangles);
+            self.planes = Some(Backfaces::new(mesh.positions(), mesh.indices(), one_sided));
         }
         if let Some(planes) = &self.planes {
             let cones = |facing| {

@@ -3,12 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
-use cullet::cull::backface::ViewCone;
 use cullet::{Scene, View};
 use cullet_draw::Picture;
 use cullet_lab::teach::{
     back_regions, clusters, cones, conservative_set, culling_volume, normal_mask, normal_partition,
 };
+use cullet_mesh::ViewCone;
 use cullet_testkit::meshes;
 use cullet_testkit::views::look;
 

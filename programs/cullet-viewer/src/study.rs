@@ -2,12 +2,13 @@
 //! inspected instance each bound proves to be seen from behind.
 
 use cullet::cull::backface::ClusterEye;
-use cullet::cull::backface::{BackfaceMask, Facing, MaskGrid, ViewCone};
+use cullet::cull::backface::Facing;
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::backface::{ObjectEye, ViewEye};
 use cullet::{Mesh, Simd, Transform, View};
 use cullet_lab::methods::Groups;
 use cullet_lab::methods::cluster::{Bound, CullingRegion, NormalBox, NormalCone, Pyramid};
+use cullet_mesh::{BackfaceMask, MaskGrid, ViewCone};
 use glam::{DMat3, DVec3};
 
 use crate::lines::{Lines, tint, to_world};

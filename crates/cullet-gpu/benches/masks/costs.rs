@@ -1,12 +1,12 @@
 //! What tests and triangles cost on the device: the figures that clusters are made for, as `cullet calibrate` keeps them for the
 //! reference renderer.
 
-use cullet::cull::backface::MaskGrid;
 use cullet::{Costs, Instance, Mesh, Scene, Transform, View};
 use cullet_gpu::{
     DrawArguments, Gpu, GpuError, MeshTriangles, OffScreen, TriangleList, TrianglePass,
     TriangleTest, TriangleView, Triangles,
 };
+use cullet_mesh::MaskGrid;
 use serde_json::{Value, json};
 use wgpu::*;
 

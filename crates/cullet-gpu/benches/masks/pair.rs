@@ -1,6 +1,5 @@
 //! Two copies of a model on the device, drawn whole or by lists of what a test left.
 
-use cullet::cull::backface::MaskGrid;
 use cullet::mesh::MeshData;
 use cullet::{
     Camera, CullFace, Depth, FrontFace, Instance, Mesh, Projection, Scene, Transform, View,
@@ -10,6 +9,7 @@ use cullet_gpu::{
     TrianglePass, TriangleTest, TriangleView, Triangles, culled_faces, triangles_ref,
 };
 use cullet_lab::methods::Groups;
+use cullet_mesh::MaskGrid;
 use wgpu::*;
 
 use super::Failure;

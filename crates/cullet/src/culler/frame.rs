@@ -113,7 +113,7 @@ impl<'a> Frame<'a> {
 
     /// Whether back faces are culled by whole clusters.
     pub(super) fn culls_backs_by_cluster(&self) -> bool {
-        matches!(self.culler.backface, Backface::Fast | Backface::Masks)
+        self.culler.backface == Backface::Fast
             && self.view.cull_face != CullFace::None
             && self.culler.output >= Output::Clusters
     }

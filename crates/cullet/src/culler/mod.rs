@@ -58,12 +58,6 @@ pub enum Backface {
     /// triangles are tested from their corners. The triangles left are those that `Exact` leaves.
     #[default]
     Fast,
-    /// Normal masks: like `Fast`, but where the eye is outside the sphere around a mesh, its
-    /// triangles are culled by classes of their normals. Masks take two bytes a triangle, and 256
-    /// bytes for each instance. They find less than `Fast`, and the nearer the eye is, the less
-    /// they find. Masks are [prepared](Preparation::masks). A mesh without masks, or with normals
-    /// in too much doubt for the eye, is culled as by `Fast`.
-    Masks,
     /// Every triangle from its corners, where the output is triangles: nothing is prepared, and it
     /// takes some fifty times as long.
     Exact,
@@ -294,9 +288,8 @@ impl Culler {
     #[must_use]
     pub fn preparation(&self) -> Preparation {
         Preparation {
-            backfaces: matches!(self.backface, Backface::Fast | Backface::Masks),
+            backfaces: self.backface == Backface::Fast,
             frontfaces: false,
-            masks: self.backface == Backface::Masks,
             occluder: self.occlusion.is_some(),
         }
     }

@@ -3,7 +3,8 @@
 
 use cullet::Simd;
 use cullet::cull::Indices;
-use cullet::cull::backface::{BackfaceMask, Facing, NormalMasks, Planes8};
+use cullet::cull::backface::{Facing, Planes8};
+use cullet_mesh::{BackfaceMask, NormalMasks};
 
 /// Words at once: few enough to stay in the first cache, many enough to hide the calls.
 const AT_ONCE: usize = 64;

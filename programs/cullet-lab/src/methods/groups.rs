@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use cullet::Simd;
 use cullet::bounds::Sphere;
-use cullet::cull::backface::{BackfaceMask, MaskGrid, NormalMasks, ViewCone};
+use cullet_mesh::{BackfaceMask, MaskGrid, NormalMasks, ViewCone};
 
 /// Runs of triangles and their spheres.
 #[derive(Clone, Debug, Default)]

@@ -4,9 +4,9 @@
 //! back-facing only where it is in all of them.
 
 use cullet::bounds::Sphere;
-use cullet::cull::backface::{BackfaceMask, MaskGrid, ViewCone};
 use cullet::view::FrustumPlane;
 use cullet::{Frustum, Simd};
+use cullet_mesh::{BackfaceMask, MaskGrid, ViewCone};
 use glam::{DMat3, DVec3};
 use thiserror::Error;
 

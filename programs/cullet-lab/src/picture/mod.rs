@@ -6,7 +6,6 @@ mod matrix;
 
 use std::ops::ControlFlow;
 
-use cullet::cull::backface::ViewCone;
 use cullet::{Mesh, Scene};
 use cullet_bake::clusters::{ClusterOptions, Progress, build_reported};
 use cullet_cli::levels;
@@ -15,6 +14,7 @@ use cullet_command::console::{Console, count, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::inputs;
 use cullet_draw::Picture;
+use cullet_mesh::ViewCone;
 
 use crate::bench::{self, BenchOptions};
 use crate::teach::{self, VolumeFigure};

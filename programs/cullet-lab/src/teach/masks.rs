@@ -1,13 +1,13 @@
 //! The cube of directions, its cells, and which of them face away.
 
 use cullet::Simd;
-use cullet::cull::backface::{MaskGrid, ViewCone};
 use glam::DVec3;
 
 use super::sheet::{Flat, Sheet};
 use super::{BACK, KEPT};
 use cullet_draw::Picture;
 use cullet_draw::picture::palette::{INK, PAPER, mix};
+use cullet_mesh::{MaskGrid, ViewCone};
 
 /// How far below the cube its lower side is drawn, in halves of an edge.
 const FOLDED_OUT: f64 = 1.1;

@@ -1,12 +1,13 @@
 //! Back faces: of triangles, by masks and of clusters; and triangles without area.
 
 use cullet::bounds::Sphere;
-use cullet::cull::backface::{Facing, MaskGrid, ObjectEye, ViewCone};
+use cullet::cull::backface::{Facing, ObjectEye};
 use cullet::cull::degenerate::{Flattening, is_zero_area};
 use cullet::{CullFace, FrontFace, Transform};
 use cullet_draw::clip::{HalfSpace, Region};
 use cullet_lab::methods::cluster::{Bound, NormalBox};
 use cullet_lab::methods::screen::ndc_normal_z;
+use cullet_mesh::{MaskGrid, ViewCone};
 use cullet_testkit::soups;
 
 use crate::{Computed, Entry, end_of, number, word};

@@ -2,18 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use cullet::cull::backface::{
-    BackfaceMask, Facing, MaskGrid, NormalMask, NormalMasks, ObjectEye, ViewCone,
-};
-use cullet::{
-    Backface, Camera, CullFace, Culler, Depth, FrontFace, Mesh, Projection, Scene, Simd, Transform,
-    View,
-};
+use cullet::cull::backface::{Facing, ObjectEye};
+use cullet::{Camera, CullFace, Depth, FrontFace, Mesh, Projection, Simd, Transform, View};
 use cullet_lab::methods::sectors::{MaskUse, corner_directions, mask_of_corners};
 use cullet_lab::reproduce::zhang_hoff::mask_to;
+use cullet_mesh::{BackfaceMask, MaskGrid, NormalMask, NormalMasks, ViewCone};
 use cullet_testkit::vectors::cross;
 
-use crate::tools::{SIZE, data, dot, fibonacci, knobs, left, percent, scene_of, seen, told, unit};
+use crate::tools::{SIZE, data, dot, fibonacci, knobs, percent, scene_of, seen, told, unit};
 
 /// Cells along an edge of the cube, as the paper usually has them.
 const N: u32 = 16;
@@ -311,25 +307,24 @@ fn finer_classes_follow_the_limit_more_closely() {
 fn two_bytes_a_triangle_stay_with_the_list_and_a_frame_hands_in_its_mask() {
     let mesh = knobs(40);
     let (radius, triangles) = (1.15, mesh.triangle_count() as usize);
-    let mut scene = scene_of(mesh.clone());
-    let culler = Culler { backface: Backface::Masks, occlusion: None, ..Culler::balanced() };
-    scene.prepare(culler.preparation());
-    let kept = |scene: &Scene| -> Vec<(u8, u8)> {
-        let masks = scene.prepared_of(0).backfaces().and_then(|b| b.masks()).expect("prepared");
-        (0..masks.len()).map(|i| key(masks.get(i))).collect()
-    };
-    let before = kept(&scene);
+    let scene = scene_of(mesh.clone());
+    let (grid, masks) = (grid(N), classes(&grid(N), &mesh));
+    let sphere = cullet::bounds::Sphere::from_points(mesh.positions());
     let mut drawn = 0;
-    for [x, y, z, _] in eyes(&mesh, 6, 4.0) {
+    for [x, y, z, w] in eyes(&mesh, 6, 4.0) {
         let view = View::perspective([x, y, z], [0.0; 3], 0.6, radius * 0.5, f64::INFINITY, SIZE);
         let view = view.expect("a view");
-        let left = left(&culler, &scene, &view);
+        let mask = mask_to(&grid, [x, y, z, w], &sphere);
+        let left: BTreeSet<_> = (0..triangles as u32)
+            .filter(|&t| !mask.culls(masks.get(t as usize)))
+            .map(|t| (0, mesh.original_triangle()[t as usize]))
+            .collect();
         assert!(seen(&scene, &view).is_subset(&left));
         drawn += left.len();
     }
-    assert_eq!((before.len(), &before), (triangles, &kept(&scene)));
+    assert_eq!(masks.len(), triangles);
     assert!(drawn < triangles * 6 * 3 / 4);
-    let mask = grid(N).mask(Simd::best(), ViewCone::parallel([1.0, 0.0, 0.0]).as_ref());
+    let mask = grid.mask(Simd::best(), ViewCone::parallel([1.0, 0.0, 0.0]).as_ref());
     let handed_in = size_of_val(mask.bytes());
     // In immediate mode each frame hands in what is left: three corners of three floats each.
     let counts =

@@ -1,12 +1,12 @@
 //! Masks for groups of triangles and for sectors of a frustum.
 
 use cullet::bounds::{Aabb, Sphere};
-use cullet::cull::backface::{BackfaceMask, MaskGrid, NormalMasks};
 use cullet::{Camera, Projection, Simd};
 use cullet_lab::methods::Groups;
 use cullet_lab::methods::sectors::{
     MaskUse, SectorError, corner_directions, mask_of_corners, mask_of_sectors,
 };
+use cullet_mesh::{BackfaceMask, MaskGrid, NormalMasks};
 use cullet_testkit::models::model;
 use cullet_testkit::vectors::{cross, dot, fibonacci, front};
 use cullet_testkit::{Rng, at_every_level};

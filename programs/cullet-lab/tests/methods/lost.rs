@@ -2,14 +2,15 @@
 //! and within the model, against f64.
 
 use cullet::bounds::Sphere;
+use cullet::cull::backface::Planes8;
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
-use cullet::cull::backface::{MaskGrid, NormalMasks, Planes8, ViewCone};
 use cullet::{Mesh, MeshData, Simd};
 use cullet_lab::methods::cluster::{
     Bound, ClusterBounds, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin, NormalBoxTurned,
     NormalCone, Pyramid,
 };
 use cullet_lab::methods::{Bulk, Planes16, Planes32};
+use cullet_mesh::{MaskGrid, NormalMasks, ViewCone};
 use cullet_testkit::cases;
 use cullet_testkit::models::model;
 use cullet_testkit::vectors::{fibonacci, front};

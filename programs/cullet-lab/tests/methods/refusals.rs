@@ -3,11 +3,10 @@
 use cullet::MeshData;
 use cullet::Simd;
 use cullet::bounds::Sphere;
-use cullet::cull::backface::{
-    BackfaceMask, ClusterPlanes, EllipticCone, MaskGrid, Planes8, ViewCone,
-};
+use cullet::cull::backface::{ClusterPlanes, EllipticCone, Planes8};
 use cullet_lab::methods::cluster::{Bound, ClusterBounds};
 use cullet_lab::methods::{Bulk, Groups, Planes16, Planes32};
+use cullet_mesh::{BackfaceMask, MaskGrid, ViewCone};
 
 const FAR: [f64; 4] = [3.0, 5.0, 7.0, 1.0];
 

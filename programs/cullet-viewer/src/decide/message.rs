@@ -206,7 +206,7 @@ mod tests {
         };
         let mut cullers = Vec::new();
         for output in [Output::Instances, Output::Clusters, Output::Triangles] {
-            let ways = [Backface::Off, Backface::Fast, Backface::Masks, Backface::Exact];
+            let ways = [Backface::Off, Backface::Fast, Backface::Exact];
             let backfaces = ways.map(|backface| Culler { backface, output, ..all.clone() });
             cullers.extend(backfaces);
             cullers.push(Culler { output, backface: Backface::Off, ..none.clone() });

@@ -1,6 +1,6 @@
 //! The settings of the study of back faces.
 
-use cullet::cull::backface::MaskGrid;
+use cullet_mesh::MaskGrid;
 use serde::{Deserialize, Serialize};
 
 /// The most groups of triangles with a mask each.

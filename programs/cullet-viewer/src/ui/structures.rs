@@ -1,6 +1,6 @@
 //! Switches for the study of the inspected instance, of back faces and of bounds.
 
-use cullet::cull::backface::MaskGrid;
+use cullet_mesh::MaskGrid;
 use eframe::egui;
 
 use super::words::{button, switch};

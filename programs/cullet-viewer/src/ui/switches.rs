@@ -108,7 +108,6 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
             choices(ui, "back faces", &mut s.backface, &[
                 (Backface::Off, "off", "Back faces of solids are kept"),
                 (Backface::Fast, "fast", "Clusters that face away go whole, by a cone; then triangles by a plane of four bytes"),
-                (Backface::Masks, "masks", "As fast, but triangles by the class of their normal, in two bytes"),
                 (Backface::Exact, "exact", "Each triangle from its corners: 15 ns each, where the output is triangles"),
             ]);
         });

@@ -6,7 +6,7 @@
 //! edge-on, or cannot be told from edge-on, is kept.
 //!
 //! [`ObjectEye`] is the eye in the space of the mesh, where triangles are tested, which is right for every
-//! transform. [`Planes8`] are quantised planes of triangles, [`NormalMasks`] classes of their normals,
+//! transform. [`Planes8`] are quantised planes of triangles,
 //! [`EllipticCone`]s bound whole clusters; [`Backfaces`] is what a culler prepares of a mesh.
 //!
 //! A mirrored instance is not inside out: as in glTF, the winding of its triangles is that of object
@@ -27,16 +27,12 @@
 //! ```
 
 mod cluster;
-mod mask;
-mod mask_cull;
 mod planes;
 mod prepared;
 mod triangle;
 
 pub use cluster::{Apex, ClusterEye, ClusterPlanes, EllipticCone, EllipticCones};
-pub use mask::{BackfaceMask, MaskGrid, NormalMask, NormalMasks, ViewCone};
 pub use planes::{PlaneEye, Planes8};
-pub(crate) use prepared::mask_grid;
 pub use prepared::{BackfaceEye, Backfaces, ClusterCones};
 pub use triangle::{ObjectEye, ViewEye, facing_ref};
 

@@ -1,5 +1,5 @@
-//! Back faces of a mesh, prepared to be culled frame after frame: a plane of four bytes for each triangle, where wanted
-//! the class of its normal in two, and an elliptic cone for each cluster.
+//! Back faces of a mesh, prepared to be culled frame after frame: a plane of four bytes for each triangle, and an
+//! elliptic cone for each cluster.
 //!
 //! All forms take the eye as exact. An [`ObjectEye`] is not: it allows for what a renderer loses when it
 //! moves vertices to the screen, and culls a triangle only beyond that. The same holds here, so that what
@@ -13,26 +13,21 @@ use glam::DVec3;
 
 use super::cluster::{ClusterEye, ClusterPlanes, EllipticCone, EllipticCones};
 use super::planes::Frame;
-use super::{BackfaceMask, Facing, MaskGrid, NormalMasks, ObjectEye, PlaneEye, Planes8, ViewCone};
+use super::{Facing, ObjectEye, PlaneEye, Planes8};
 use crate::Simd;
 use crate::array::Each;
-use crate::bounds::Sphere;
 
 /// A triangle less high than this share of the mesh's size is left to the test from its corners: one
 /// alone would put the whole mesh in doubt.
 const THIN: f64 = 1e-6;
 /// The doubt, as an angle, that the cones are fitted for. At 0.006 degrees it costs no cluster that
-/// matters, and covers triangles a millimetre high at half a million metres from the origin. Masks allow for as much.
+/// matters, and covers triangles a millimetre high at half a million metres from the origin.
 const CONE_DOUBT: f64 = 1e-4;
-/// Cells of the masks along an edge of the cube: 16 as in the paper, whose classes fill 192 bytes.
-const MASK_CELLS: u32 = 16;
 
-/// The planes of a mesh's one-sided triangles: four bytes a triangle; and where wanted the masks of their normals: two.
+/// The planes of a mesh's one-sided triangles: four bytes a triangle.
 #[derive(Clone, Debug)]
 pub struct Backfaces {
     planes: Planes8,
-    /// The masks of the normals and a sphere around the mesh; `None` where no masks were added.
-    masks: Option<(NormalMasks, Sphere)>,
     frame: Frame,
     /// The most that the coordinates of a triangle's corner and its two edges add up to.
     size: f64,
@@ -69,7 +64,7 @@ impl Backfaces {
         let frame = Frame::around(positions);
         let planes = Planes8::unset(positions, indices.len() / 3);
         let (thinnest, aspect) = (f64::INFINITY, 0.0);
-        let mut made = Self { planes, masks: None, frame, size: 0.0, thinnest, aspect };
+        let mut made = Self { planes, frame, size: 0.0, thinnest, aspect };
         for t in one_sided.into_iter().flatten() {
             let corners = corners(positions, indices, t);
             let (height, edges) = shape(corners);
@@ -83,65 +78,6 @@ impl Backfaces {
             }
         }
         made
-    }
-
-    /// Adds the masks of the normals of the triangles of some ranges of the same mesh.
-    ///
-    /// # Panics
-    /// As [`Backfaces::new`].
-    pub(crate) fn add_masks(
-        &mut self,
-        positions: &[[f32; 3]],
-        indices: &[u32],
-        one_sided: impl IntoIterator<Item = Range<u32>>,
-    ) {
-        let grid = mask_grid();
-        let mut masks = NormalMasks::default();
-        masks.resize(indices.len() / 3);
-        for t in one_sided.into_iter().flatten() {
-            let corners = corners(positions, indices, t);
-            if shape(corners).0 >= THIN * self.frame.scale {
-                masks.set(t as usize, grid.encode_triangle(corners));
-            }
-        }
-        self.masks = Some((masks, Sphere::from_points(positions)));
-    }
-
-    /// The masks of the triangles' normals, where they were [wanted](crate::Preparation::masks).
-    #[must_use]
-    pub fn masks(&self) -> Option<&NormalMasks> {
-        self.masks.as_ref().map(|(masks, _)| masks)
-    }
-
-    /// The classes of normals that an instance's eye culls, for its [masks](Self::masks).
-    /// `grid` has the cells that all masks of meshes have. `None` where there are no masks, where the eye is within the sphere around the mesh, and
-    /// where its doubt is too large.
-    ///
-    /// The doubt is that of [`eye`](Self::eye) as an angle: Q is at least the distance to the sphere.
-    #[must_use]
-    pub(crate) fn mask(
-        &self,
-        level: Simd,
-        grid: &MaskGrid,
-        eye: &ObjectEye,
-    ) -> Option<BackfaceMask> {
-        let (_, sphere) = self.masks.as_ref()?;
-        let facing = eye.culled_side();
-        let mut cone = ViewCone::to_sphere(eye.eye.extend(eye.weight).to_array(), sphere)?;
-        let centre = DVec3::from(sphere.center.each(f64::from));
-        let nearest =
-            (eye.eye - centre * eye.weight).length() - eye.weight * f64::from(sphere.radius);
-        let reach = eye.reach[0] + eye.reach[1] * self.size;
-        let error = eye.eye_error[0] + eye.eye_error[1] * self.size;
-        let doubt = 4.0 * reach / self.thinnest + 2.0 * self.aspect * error / nearest.max(0.0);
-        // Written so that NaN is too much.
-        (doubt <= CONE_DOUBT && facing != Facing::Edge).then_some(())?;
-        cone.sine += CONE_DOUBT;
-        if facing == Facing::Front {
-            // Front faces for the eye are back faces for lines of sight that go the other way.
-            cone.axis = cone.axis.each(|v| -v);
-        }
-        Some(grid.mask(level, Some(&cone)))
     }
 
     /// The cones of clusters of the same mesh; `None` is one that is never culled. `facing` is what
@@ -229,12 +165,6 @@ impl Backfaces {
     ) {
         self.planes.test_words(level, &eye.planes, first, culled, doubt);
     }
-}
-
-/// The grid of the masks of all [`Backfaces`].
-#[must_use]
-pub(crate) fn mask_grid() -> MaskGrid {
-    MaskGrid::new(MASK_CELLS).expect("fewer cells than the most")
 }
 
 /// An eye made ready for the [`Backfaces`] and [`ClusterCones`] of one mesh.

@@ -1,4 +1,4 @@
-//! Back faces: whole clusters by their cones, then triangles by their planes or by the masks of their normals.
+//! Back faces: whole clusters by their cones, then triangles by their planes.
 
 use super::super::Backface;
 use super::super::frame::Frame;
@@ -6,10 +6,7 @@ use super::super::log::Log;
 use super::super::run::{Run, triangles_of};
 use super::super::sets::{Clusters, Sets};
 use crate::bits;
-use crate::cull::backface::{
-    BackfaceEye, BackfaceMask, Backfaces, ClusterCones, MaskGrid, NormalMasks, ObjectEye, ViewEye,
-    mask_grid,
-};
+use crate::cull::backface::{BackfaceEye, Backfaces, ClusterCones, ObjectEye, ViewEye};
 use crate::cull::output::keep_listed;
 use crate::funnel::Stage;
 use crate::mesh::{Cluster, Mesh};
@@ -20,8 +17,6 @@ use crate::scene::MeshId;
 pub(in super::super) struct Cache {
     culled: Vec<u64>,
     doubt: Vec<u64>,
-    /// Made by the first view that culls by masks.
-    grid: Option<MaskGrid>,
 }
 
 /// The tests of the back faces of a view's instances.
@@ -38,8 +33,6 @@ enum Eye<'a> {
     Exact(ObjectEye),
     /// Cones of clusters, planes of triangles, and corners where those are in doubt.
     Planes(ObjectEye, &'a Backfaces, BackfaceEye),
-    /// Masks of normals.
-    Masks(&'a NormalMasks, BackfaceMask),
 }
 
 impl<'a> Backs<'a> {
@@ -73,8 +66,8 @@ impl<'a> Backs<'a> {
         of.is_two_sided() || of.is_deformable() || self.cones(mesh as MeshId).is_none()
     }
 
-    /// The eye for triangles; masks are taken only with a `grid`.
-    fn eye_of(&self, slot: u32, mesh: MeshId, grid: Option<&MaskGrid>) -> Eye<'a> {
+    /// The eye for triangles.
+    fn eye_of(&self, slot: u32, mesh: MeshId) -> Eye<'a> {
         let eye = self.eye.in_space_of(self.frame.scene.transform(slot));
         if !eye.culls_any() {
             return Eye::Undecided;
@@ -82,11 +75,7 @@ impl<'a> Backs<'a> {
         let prepared = self.frame.scene.prepared()[mesh as usize].backfaces();
         let is_exact = self.frame.culler.backface == Backface::Exact;
         let Some(planes) = prepared.filter(|_| !is_exact) else { return Eye::Exact(eye) };
-        let level = self.frame.culler.level;
-        let masked = grid
-            .and_then(|grid| Some(Eye::Masks(planes.masks()?, planes.mask(level, grid, &eye)?)));
-        let fast = || Some(Eye::Planes(eye, planes, planes.eye(&eye)?));
-        masked.or_else(fast).unwrap_or(Eye::Exact(eye))
+        planes.eye(&eye).map_or(Eye::Exact(eye), |of| Eye::Planes(eye, planes, of))
     }
 
     /// Sets the bits of those clusters of an instance that face away; whether there may be any.
@@ -95,7 +84,7 @@ impl<'a> Backs<'a> {
             return false;
         }
         let Some(cones) = self.cones(mesh) else { return false };
-        let Eye::Planes(_, _, eye) = self.eye_of(slot, mesh, None) else { return false };
+        let Eye::Planes(_, _, eye) = self.eye_of(slot, mesh) else { return false };
         cones.cull(self.frame.culler.level, &eye, culled);
         true
     }
@@ -123,9 +112,7 @@ pub(in super::super) fn triangles(
         return;
     }
     let backs = Backs::new(frame);
-    let Cache { culled: words, doubt, grid } = cache;
-    let grid: Option<&MaskGrid> =
-        (frame.culler.backface == Backface::Masks).then(|| &*grid.get_or_insert_with(mask_grid));
+    let Cache { culled: words, doubt } = cache;
     let Sets { clusters, triangles, .. } = sets;
     let mut rest = &clusters.runs[..];
     triangles.filter(&clusters.runs, Stage::Backface, log, |range, triangles, kept| {
@@ -135,14 +122,14 @@ pub(in super::super) fn triangles(
             return false;
         }
         let (level, mesh) = (frame.culler.level, &frame.scene.meshes()[id as usize]);
-        let eye = backs.eye_of(slot, id, grid);
-        if let Eye::Undecided = eye {
-            return false;
-        }
-        if let Eye::Exact(eye) = eye {
-            keep_exact(mesh, &eye, triangles, kept);
-            return true;
-        }
+        let (exact, planes, eye) = match backs.eye_of(slot, id) {
+            Eye::Undecided => return false,
+            Eye::Exact(eye) => {
+                keep_exact(mesh, &eye, triangles, kept);
+                return true;
+            }
+            Eye::Planes(exact, planes, eye) => (exact, planes, eye),
+        };
         // Runs and ranges ascend by slot, most often in step.
         let of = |from: &[Run], wanted: fn(u32, u32) -> bool| {
             from.iter().take_while(|run| wanted(run.slot, slot)).count()
@@ -165,26 +152,16 @@ pub(in super::super) fn triangles(
             }
             let here = (first - base) as usize..(end - base) as usize;
             words.resize(words.len().max(here.end), 0);
-            match &eye {
-                Eye::Masks(masks, mask) => {
-                    masks.cull_words(level, mask, first as usize, &mut words[here]);
-                }
-                Eye::Planes(_, planes, eye) => {
-                    doubt.resize(words.len(), 0);
-                    let (words, doubt) = (&mut words[here.clone()], &mut doubt[here]);
-                    planes.test_words(level, eye, first as usize, words, doubt);
-                }
-                Eye::Undecided | Eye::Exact(_) => {}
-            }
+            doubt.resize(words.len(), 0);
+            let (words, doubt) = (&mut words[here.clone()], &mut doubt[here]);
+            planes.test_words(level, &eye, first as usize, words, doubt);
         }
-        if let Eye::Planes(exact, ..) = &eye {
-            // In a second turn: neighbouring runs share a word, and the first turn writes it anew.
-            for run in own {
-                let (first, end) = words_of(*run);
-                if end > first {
-                    let here = (first - base) as usize..(end - base) as usize;
-                    cull_in_doubt(mesh, exact, *run, first, &doubt[here.clone()], &mut words[here]);
-                }
+        // In a second turn: neighbouring runs share a word, and the first turn writes it anew.
+        for run in own {
+            let (first, end) = words_of(*run);
+            if end > first {
+                let here = (first - base) as usize..(end - base) as usize;
+                cull_in_doubt(mesh, &exact, *run, first, &doubt[here.clone()], &mut words[here]);
             }
         }
         keep_listed(level, triangles, base, words, kept);

@@ -6,8 +6,9 @@ use std::ops::Range;
 use crate::methods::cluster::{Bound, ClusterBounds, ClusterFacing, TwoWay};
 use crate::methods::{Bulk, Groups, Planes32};
 use cullet::cull::Indices;
-use cullet::cull::backface::{BackfaceMask, Facing, MaskGrid, NormalMasks, Planes8, ViewCone};
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
+use cullet::cull::backface::{Facing, Planes8};
+use cullet_mesh::{BackfaceMask, MaskGrid, NormalMasks, ViewCone};
 
 use super::super::measure::beside_reading;
 use super::super::measured::{Measured, Workload};

@@ -10,10 +10,9 @@ use crate::methods::{Bulk, Planes16, Planes32};
 use crate::shapes::bumpy_ball;
 use cullet::bounds::Sphere;
 use cullet::cull::Indices;
-use cullet::cull::backface::{
-    ClusterPlanes, EllipticCone, Facing, MaskGrid, NormalMasks, ObjectEye, Planes8, ViewCone,
-};
+use cullet::cull::backface::{ClusterPlanes, EllipticCone, Facing, ObjectEye, Planes8};
 use cullet::{CullFace, FrontFace, Simd, Transform};
+use cullet_mesh::{MaskGrid, NormalMasks, ViewCone};
 
 use super::measure::{beside_reading, fastest_of_both};
 use super::measured::{Measured, Workload};

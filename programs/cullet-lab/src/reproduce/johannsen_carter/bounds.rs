@@ -10,10 +10,10 @@ use crate::methods::cluster::{
 };
 use cullet::bounds::Sphere;
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
-use cullet::cull::backface::{MaskGrid, NormalMask, ViewCone};
 use cullet::{Mesh, Simd};
 use cullet_command::console::Progress;
 use cullet_command::exit::Failure;
+use cullet_mesh::{MaskGrid, NormalMask, ViewCone};
 use serde::Serialize;
 
 use crate::reproduce::model::Subject;

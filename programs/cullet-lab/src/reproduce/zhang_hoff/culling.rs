@@ -2,8 +2,9 @@
 
 use crate::methods::Bulk;
 use cullet::bounds::Sphere;
-use cullet::cull::backface::{BackfaceMask, MaskGrid, NormalMasks, ObjectEye, ViewCone};
+use cullet::cull::backface::ObjectEye;
 use cullet::{CullFace, FrontFace, Simd, Transform};
+use cullet_mesh::{BackfaceMask, MaskGrid, NormalMasks, ViewCone};
 
 use super::record::{PAPER, ShareRow, TableRow};
 use crate::reproduce::model::Subject;

@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 
 use crate::methods::sectors::{MaskUse, corner_directions, mask_of_sectors};
 use crate::methods::{Bulk, Groups};
-use cullet::cull::backface::{MaskGrid, NormalMasks, ViewCone};
 use cullet::{Camera, Depth, Projection, Simd, View};
 use cullet_command::console::Progress;
 use cullet_command::exit::Failure;
+use cullet_mesh::{MaskGrid, NormalMasks, ViewCone};
 
 use super::culling::{keep_exactly, ones};
 use super::drawing::internal;

@@ -5,11 +5,9 @@
 //! 16-byte rows of the table that are not zero: a row is looked up by the low four bits of the offset
 //! where its high four bits name the row.
 
-use crate::array::Each;
-use crate::simd::dispatch_256;
-use fearless_simd::{Simd, prelude::*, u8x16};
+use fearless_simd::{Simd, dispatch, prelude::*, u8x16};
 
-use super::{BackfaceMask, NormalMasks};
+use super::{BackfaceMask, NormalMasks, narrow};
 
 impl NormalMasks {
     /// The oracle of [`cull_words`](Self::cull_words): all words, one triangle after the other.
@@ -30,7 +28,7 @@ impl NormalMasks {
     /// If the words reach beyond the last triangle's.
     pub fn cull_words(
         &self,
-        level: crate::Simd,
+        level: cullet::Simd,
         mask: &BackfaceMask,
         first: usize,
         culled: &mut [u64],
@@ -40,7 +38,7 @@ impl NormalMasks {
 }
 
 fn fill(
-    level: crate::Simd,
+    level: cullet::Simd,
     masks: &NormalMasks,
     mask: &BackfaceMask,
     first: usize,
@@ -51,23 +49,23 @@ fn fill(
     let bits = masks.bit_mask[range].as_chunks::<64>().0;
     let table = mask.bytes();
     #[cfg(target_arch = "x86_64")]
-    if let Some(avx512) = level.0.as_avx512() {
+    if let Some(avx512) = level.level().as_avx512() {
         return fill_avx512(avx512, offsets, bits, table, out);
     }
     #[cfg(target_arch = "x86_64")]
-    if let Some(avx2) = level.0.as_avx2() {
+    if let Some(avx2) = level.level().as_avx2() {
         return fill_avx2(avx2, offsets, bits, &Table::new(table), out);
     }
     // Without a byte shuffle a row look-up would be sixteen look-ups.
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    let shuffles = level.0.as_sse4_2().is_some();
+    let shuffles = level.level().as_sse4_2().is_some();
     #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-    let shuffles = !level.0.is_fallback();
+    let shuffles = !level.level().is_fallback();
     if shuffles {
         let table = Table::new(table);
-        dispatch_256!(level, simd => fill_rows(simd, offsets, bits, &table, out));
+        dispatch!(narrow(level), simd => fill_rows(simd, offsets, bits, &table, out));
     } else {
-        dispatch_256!(level, simd => fill_bytes(simd, offsets, bits, table, out));
+        dispatch!(narrow(level), simd => fill_bytes(simd, offsets, bits, table, out));
     }
 }
 
@@ -101,11 +99,10 @@ fearless_simd::kernel!(
         table: &[u8; 256],
         out: &mut [u64],
     ) {
-        use crate::array;
         use core::arch::x86_64::*;
         use fearless_simd::u8x64;
         let load = |bytes: &[u8]| -> __m512i { u8x64::from_slice(avx512, bytes).into() };
-        let rows: [__m512i; 4] = array::from_fn(|i| load(&table[i * 64..i * 64 + 64]));
+        let rows: [__m512i; 4] = std::array::from_fn(|i| load(&table[i * 64..i * 64 + 64]));
         for ((offset, bit), out) in offsets.iter().zip(bits).zip(out) {
             let offset = load(offset);
             let low = _mm512_permutex2var_epi8(rows[0], offset, rows[1]);
@@ -164,7 +161,7 @@ fn fill_rows<S: Simd>(
 ) {
     for ((offset, bit), out) in offsets.iter().zip(bits).zip(out) {
         let at = |i: usize| i * 16..i * 16 + 16;
-        let offset = [0, 1, 2, 3].each(|i| u8x16::from_slice(simd, &offset[at(i)]));
+        let offset = [0, 1, 2, 3].map(|i| u8x16::from_slice(simd, &offset[at(i)]));
         let mut found = [u8x16::splat(simd, 0); 4];
         for (row, start) in table.rows[..table.len].iter().zip(&table.starts) {
             let row = u8x16::from_slice(simd, row);

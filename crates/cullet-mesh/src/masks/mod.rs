@@ -9,15 +9,15 @@
 //! that are back-facing for a cone of lines of sight with axis a and half-angle α, n·a ≥ sin α |n|,
 //! form a convex cone, and a cell is the positive hull of its corners.
 
+mod cull;
+
 use std::ops::Range;
 
-use crate::array::Each;
-use crate::simd::dispatch_256;
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::prelude::*;
+use cullet::Simd;
+use cullet::bounds::Sphere;
+use fearless_simd::{Level, dispatch, prelude::*};
 use glam::{DVec3, DVec4};
-
-use crate::bounds::Sphere;
 
 /// The class of a normal: a byte of the [`BackfaceMask`] and a bit of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Pod, Zeroable)]
@@ -38,8 +38,8 @@ impl NormalMask {
 /// The masks of many triangles, as two streams.
 #[derive(Clone, Debug, Default)]
 pub struct NormalMasks {
-    pub(super) byte_offset: Vec<u8>,
-    pub(super) bit_mask: Vec<u8>,
+    byte_offset: Vec<u8>,
+    bit_mask: Vec<u8>,
     len: usize,
 }
 
@@ -109,7 +109,7 @@ impl ViewCone {
         Some(Self { axis: axis.into(), sine: half_angle.sin() })
     }
 
-    /// Lines of sight from a homogeneous eye (as [`View::eye`](crate::View::eye), in the space of the
+    /// Lines of sight from a homogeneous eye (as [`View::eye`](cullet::View::eye), in the space of the
     /// sphere) to all points of a sphere. `None` where the eye is inside or on the sphere, its weight is
     /// negative, or something is not finite: then nothing may be culled. A sphere of radius 0 is a point,
     /// and a negative radius is no sphere.
@@ -123,7 +123,7 @@ impl ViewCone {
         if eye.w == 0.0 {
             return Self::parallel((-eye.truncate()).into());
         }
-        let to = DVec3::from(sphere.center.each(f64::from)) - eye.truncate() / eye.w;
+        let to = DVec3::from(sphere.center.map(f64::from)) - eye.truncate() / eye.w;
         let distance = to.length();
         let radius = f64::from(sphere.radius);
         // sin α = r/d: the tangent from the eye, not the angle at which the radius is seen.
@@ -135,7 +135,7 @@ impl ViewCone {
 /// The bits of the classes that are back-facing in a view.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BackfaceMask {
-    pub(super) bytes: [u8; 256],
+    bytes: [u8; 256],
 }
 
 impl BackfaceMask {
@@ -225,7 +225,7 @@ impl MaskGrid {
     /// normal is taken as certain: see [`encode_triangle`](Self::encode_triangle) for one that is not.
     #[must_use]
     pub fn encode(&self, normal: [f64; 3]) -> NormalMask {
-        let m = normal.each(f64::abs);
+        let m = normal.map(f64::abs);
         let major = usize::from(m[1] > m[0]);
         let major = if m[2] > m[major] { 2 } else { major };
         if !(m[major] > 0.0 && normal.iter().all(|v| v.is_finite())) {
@@ -245,7 +245,7 @@ impl MaskGrid {
     /// thin that rounding leaves its normal in doubt, has no area, or is not finite.
     #[must_use]
     pub fn encode_triangle(&self, corners: [[f32; 3]; 3]) -> NormalMask {
-        let [a, b, c] = corners.each(|p| DVec3::from(p.each(f64::from)));
+        let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));
         let (u, v) = (b - a, c - a);
         let normal = u.cross(v);
         // Written so that NaN is a sliver.
@@ -285,7 +285,7 @@ impl MaskGrid {
     ) {
         let triangles = &indices[range.start * 3..range.end * 3];
         for (i, t) in range.zip(triangles.as_chunks::<3>().0) {
-            masks.set(i, self.encode_triangle(t.each(|v| positions[v as usize])));
+            masks.set(i, self.encode_triangle(t.map(|v| positions[v as usize])));
         }
     }
 
@@ -293,13 +293,13 @@ impl MaskGrid {
     ///
     /// Conservative for every triangle all of whose points are seen along lines in the cone.
     #[must_use]
-    pub fn mask(&self, level: crate::Simd, cone: Option<&ViewCone>) -> BackfaceMask {
+    pub fn mask(&self, level: Simd, cone: Option<&ViewCone>) -> BackfaceMask {
         let Some(cone) = cone else { return BackfaceMask::NOTHING };
-        let axis = cone.axis.each(|v| v as f32);
+        let axis = cone.axis.map(|v| v as f32);
         // Rounded up, so that less is culled.
         let threshold = (cone.sine as f32).next_up() + MARGIN;
         let mut bits = [0; CORNER_WORDS];
-        dispatch_256!(level, simd => corner_bits(simd, &self.corners, axis, threshold, &mut bits));
+        dispatch!(narrow(level), simd => corner_bits(simd, &self.corners, axis, threshold, &mut bits));
         self.cells_of_corners(&bits)
     }
 
@@ -344,14 +344,14 @@ const CORNER_WORDS: usize = (6 * 19 * 19usize).div_ceil(64) + 1;
 
 /// Bit i: corner i reaches `threshold` along `axis`.
 #[inline(always)]
-fn corner_bits<S: Simd>(
+fn corner_bits<S: fearless_simd::Simd>(
     simd: S,
     corners: &[Vec<f32>; 3],
     axis: [f32; 3],
     threshold: f32,
     bits: &mut [u64; CORNER_WORDS],
 ) {
-    let [ax, ay, az] = axis.each(|v| fearless_simd::f32x16::splat(simd, v));
+    let [ax, ay, az] = axis.map(|v| fearless_simd::f32x16::splat(simd, v));
     let threshold = fearless_simd::f32x16::splat(simd, threshold);
     let [xs, ys, zs] = corners;
     let words = xs.chunks_exact(PAD).zip(ys.chunks_exact(PAD)).zip(zs.chunks_exact(PAD));
@@ -364,6 +364,15 @@ fn corner_bits<S: Simd>(
             *word |= along.simd_gt(threshold).to_bitmask() << (i * 16);
         }
     }
+}
+
+/// Returns the level with vectors of 256 bits at the most: AVX2 also where the machine has AVX-512.
+fn narrow(level: Simd) -> Level {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    if let Some(avx2) = level.level().as_avx2() {
+        return Level::Avx2(avx2);
+    }
+    level.level()
 }
 
 /// The point (u, v) of a face of the cube [-1, 1]³; faces are +x, −x, +y, −y, +z, −z.
