@@ -2,8 +2,9 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::Transform;
-use cullet::cull::degenerate::{Flattening, flattens_ref};
+use cullet::cull::degenerate::Flattening;
 use cullet_testkit::soups::terrain;
+use cullet_testkit::oracles::triangles::flattens_ref;
 
 fn bench(c: &mut Criterion) {
     let (positions, mut indices) = terrain(100);

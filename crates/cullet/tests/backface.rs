@@ -1,8 +1,9 @@
 //! Back-face tests against the exact oracle.
 
-use cullet::cull::backface::{Facing, ObjectEye, facing_ref};
+use cullet::cull::backface::{Facing, ObjectEye};
 use cullet::cull::degenerate::{self, Flattening};
 use cullet::{CullFace, FrontFace, Transform};
+use cullet_testkit::oracles::triangles::{facing_ref, flattens_ref};
 use cullet_testkit::strategies::{corners, distant_transform, distant_view};
 use cullet_testkit::vectors::fibonacci;
 use proptest::prelude::*;
@@ -24,10 +25,10 @@ proptest! {
     fn flattening_equals_the_oracle(transform in distant_transform(), corners in corners(), snap: bool) {
         let corners = if snap { corners.map(|p| p.map(|v| (v * 2.0).round())) } else { corners };
         let flat = Flattening::of(&transform);
-        prop_assert_eq!(flat.flattens(&corners), degenerate::flattens_ref(&transform, &corners));
+        prop_assert_eq!(flat.flattens(&corners), flattens_ref(&transform, &corners));
         let none = Transform::IDENTITY;
         prop_assert_eq!(
-            degenerate::is_zero_area(&corners), degenerate::flattens_ref(&none, &corners)
+            degenerate::is_zero_area(&corners), flattens_ref(&none, &corners)
         );
         // Triangles that the flattened instance still shows are kept by the back-face test.
         if flat.rank() < 3 {
@@ -50,7 +51,7 @@ proptest! {
         let corners = corners.map(|p| p.map(f32::from));
         let flat = Flattening::of(&transform);
         prop_assert!(flat.rank() < 3);
-        prop_assert_eq!(flat.flattens(&corners), degenerate::flattens_ref(&transform, &corners));
+        prop_assert_eq!(flat.flattens(&corners), flattens_ref(&transform, &corners));
     }
 }
 

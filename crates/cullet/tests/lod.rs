@@ -46,7 +46,7 @@ proptest! {
         let mut selection = Selection::default();
         for _ in 0..20 {
             let eye = random_eye(&mut rng);
-            let by_rule = levels.select_ref(&eye);
+            let by_rule = levels.select_where(|group| eye.is_over(group));
             let mut spans: Vec<[u32; 2]> = Vec::new();
             for simd in Simd::all() {
                 prop_assert!(levels.select(simd, &eye, &mut selection));
@@ -205,7 +205,7 @@ fn chosen_ref(scene: &Scene, strips: &[Strip], view: &View, lod: &Lod) -> Vec<(u
         let strip = &strips[scene.mesh_id(slot) as usize / 2];
         let scale = PixelScale::of(view, lod.at_corners);
         let eye = LevelEye::new(lod, &scale, scene.transform(slot), None);
-        let by_rule = strip.levels().select_ref(&eye);
+        let by_rule = strip.levels().select_where(|group| eye.is_over(group));
         let clusters = by_rule.iter().filter(|c| **c).count();
         let replaced = scene.is_rigid(slot) && clusters <= strip.mesh.clusters().len();
         if !replaced {

@@ -2,9 +2,10 @@
 
 use cullet::bounds::{Aabb, Boxes, Sphere};
 use cullet::cull::frustum::batch::{Planes, VISIBLE, reject_boxes};
-use cullet::cull::shadow::{CasterReason, CasterRegion, Light, casts_into_ref};
+use cullet::cull::shadow::{CasterReason, CasterRegion, Light};
 use cullet::{Frustum, Simd, View};
 use cullet_testkit::Rng;
+use cullet_testkit::oracles::shadow::casts_into_ref;
 use cullet_testkit::views::{random_view, view_and_moved};
 
 fn random_light(rng: &mut Rng) -> Light {

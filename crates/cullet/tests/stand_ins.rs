@@ -124,7 +124,7 @@ impl Clumps {
             let is_there = (0..levels.group_count()).all(|g| {
                 levels.replaced_by().contains(&(g as u32)) || !eye.is_over(&levels.group(g))
             });
-            let chosen = levels.select_ref(&eye).into_iter();
+            let chosen = levels.select_where(|group| eye.is_over(group)).into_iter();
             let clusters = self.scene.meshes()[mesh as usize].clusters();
             let chosen: Vec<_> = chosen.zip(clusters).filter(|c| c.0).map(|c| c.1).collect();
             let triangles = chosen.iter().map(|c| u64::from(c.triangle_count)).sum();

@@ -1,7 +1,8 @@
 //! Points, lines and polygons against planes, in exact arithmetic.
 
-use cullet::exact::Exact;
 use cullet::{Frustum, Transform};
+
+use super::exact::Exact;
 
 /// Returns the planes of `frustum` that the image of a point is outside of, by the exact sign of n·x − d, and those
 /// that it is not inside of: a bit for each. A point that is not finite is outside of none.

@@ -2,6 +2,9 @@
 
 pub mod alone;
 pub mod clip;
+pub mod exact;
 pub mod frustum;
+pub mod shadow;
 pub mod sight;
+pub mod triangles;
 pub mod visible;

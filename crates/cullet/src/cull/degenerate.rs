@@ -109,27 +109,6 @@ impl Flattening {
     }
 }
 
-/// The oracle: whether a transformed triangle has no area, from the exact images of its corners. Slow.
-#[must_use]
-pub fn flattens_ref(transform: &Transform, corners: &[[f32; 3]; 3]) -> bool {
-    use crate::exact::Exact;
-    if !(transform.is_finite() && corners.iter().flatten().all(|v| v.is_finite())) {
-        return false;
-    }
-    let images = corners.each(|p| {
-        [0, 1, 2].each(|i| {
-            let row = transform.linear.each(|column| Exact::from(f64::from(column[i])));
-            Exact::dot(&row, &p.each(|v| Exact::from(f64::from(v))))
-        })
-    });
-    let edge = |end: usize| [0, 1, 2].each(|i| images[end][i].minus(&images[0][i]));
-    let (ab, ac) = (edge(1), edge(2));
-    (0..3).all(|i| {
-        let (u, v) = ((i + 1) % 3, (i + 2) % 3);
-        ab[u].times(&ac[v]).minus(&ab[v].times(&ac[u])).sign() == 0
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -143,16 +143,10 @@ impl Levels {
         Some(true)
     }
 
-    /// Chooses the clusters that [`select`](Self::select) chooses, by the rule alone: slow and
-    /// obvious. Returns one flag per cluster. The flags are also set where clusters that would be
-    /// drawn are missing from the levels; `select` then chooses nothing.
-    #[must_use]
-    pub fn select_ref(&self, eye: &LevelEye) -> Vec<bool> {
-        self.select_where(|group| eye.is_over(group))
-    }
-
-    /// One bit a cluster: it is drawn where the groups are over the threshold that `over` says, as for several eyes at
-    /// once. It must say so of each group that was made from one of which it does.
+    /// Chooses clusters by the rule alone, slow and obvious: returns one flag a cluster. It is drawn where the groups
+    /// are over the threshold that `over` says, as for several eyes at once, and [`select`](Self::select) chooses the
+    /// same for one. `over` must say so of each group that was made from one of which it does. Flags are also
+    /// set where clusters that would be drawn are missing from the levels; `select` then chooses nothing.
     #[must_use]
     pub fn select_where(&self, over: impl Fn(&Group) -> bool) -> Vec<bool> {
         let over: Vec<bool> = (0..self.group_count()).map(|g| over(&self.group(g))).collect();

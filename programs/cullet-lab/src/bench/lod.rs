@@ -26,7 +26,7 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
         for (eye, reach) in REACHES.into_iter().filter(|(eye, _)| options.wants(&name(eye))) {
             let at = [size as f32 / 2.0, 3.0, 0.0];
             let from = LevelEye { eye: at, reach, ball: 0.0, nearest: 0.0 };
-            let expected = levels.select_ref(&from);
+            let expected = levels.select_where(|group| from.is_over(group));
             for (level, simd) in cullet_command::machine::levels() {
                 let mut selection = Selection::default();
                 let all = levels.select(simd, &from, &mut selection);

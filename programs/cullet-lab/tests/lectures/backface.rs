@@ -1,12 +1,13 @@
 //! The test of a triangle, its signs, and what becomes of the picture.
 
-use cullet::cull::backface::{Facing, ObjectEye, facing_ref};
+use cullet::cull::backface::{Facing, ObjectEye};
 use cullet::{
     Camera, CullFace, Culler, Depth, FrontFace, Mesh, Projection, Stage, Transform, View,
 };
 use cullet_draw::{ClipPlace, PixelId, RenderOptions, render_clipped};
 use cullet_lab::methods::screen::ndc_normal_z;
 use cullet_scenes::knobbly_ball;
+use cullet_testkit::oracles::triangles::facing_ref;
 use cullet_testkit::soups;
 
 use crate::tools::{

@@ -34,7 +34,7 @@ mod triangle;
 pub use cluster::{Apex, ClusterEye, ClusterPlanes, EllipticCone, EllipticCones};
 pub use planes::{PlaneEye, Planes8};
 pub use prepared::{BackfaceEye, Backfaces, ClusterCones};
-pub use triangle::{ObjectEye, ViewEye, facing_ref};
+pub use triangle::{ObjectEye, ViewEye};
 
 use crate::view::FrontFace;
 

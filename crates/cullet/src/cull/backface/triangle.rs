@@ -11,7 +11,6 @@ use glam::{DMat4, DVec3};
 
 use super::Facing;
 use crate::array::Each;
-use crate::exact::{Exact, determinant_sign};
 use crate::transform::Transform;
 use crate::view::{CullFace, FrontFace, View};
 
@@ -315,38 +314,4 @@ impl ObjectEye {
             _ => false,
         }
     }
-}
-
-/// The oracle: which side of a triangle is seen, by the exact sign of the determinant of its corners in
-/// clip space, with no rounding from the matrices on. Slow. [`Facing::Edge`] means edge-on and nothing
-/// else; also where a number is not finite, or the transform is singular.
-#[must_use]
-pub fn facing_ref(view: &View, transform: &Transform, corners: &[[f32; 3]; 3]) -> Facing {
-    let finite = corners.iter().flatten().all(|v| v.is_finite());
-    if !(finite && transform.is_finite()) {
-        return Facing::Edge;
-    }
-    let exact = |v: f64| Exact::from(v);
-    let m = view.clip_from_world();
-    let clip = corners.each(|p| {
-        let world: Vec<Exact> = (0..3)
-            .map(|i| {
-                let [x, y, z] = transform.linear.each(|column| exact(f64::from(column[i])));
-                let t = exact(transform.translation[i]);
-                let [px, py, pz] = p.each(|v| exact(f64::from(v)));
-                Exact::dot(&[x, y, z, t], &[px, py, pz, exact(1.0)])
-            })
-            .chain([exact(1.0)])
-            .collect();
-        [0, 1, 3].each(|row| Exact::dot(&[0, 4, 8, 12].each(|c| exact(m[c + row])), &world))
-    });
-    let [[ax, ay, aw], [bx, by, bw], [cx, cy, cw]] = clip;
-    let minor = |p: &Exact, q: &Exact, r: &Exact, s: &Exact| p.times(s).minus(&q.times(r));
-    let determinant = Exact::dot(
-        &[ax, ay, aw],
-        &[minor(&by, &bw, &cy, &cw), minor(&bw, &bx, &cw, &cx), minor(&bx, &by, &cx, &cy)],
-    );
-    let mirror = if view.is_mirrored() { -1 } else { 1 };
-    let sign = determinant.sign() * mirror * determinant_sign(&transform.linear);
-    Facing::from_value(f64::from(sign), 0.0, view.front_face)
 }

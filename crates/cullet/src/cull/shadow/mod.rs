@@ -38,9 +38,7 @@
 
 mod body;
 mod light;
-mod oracle;
 mod region;
 
 pub use light::Light;
-pub use oracle::casts_into_ref;
 pub use region::{CasterReason, CasterRegion};

@@ -1,11 +1,9 @@
-//! The slow oracle: one caster, by linear programming.
+//! Casters of shadows, one by one, by linear programming.
 
-use glam::{DMat4, DVec4};
-
-use super::light::{Light, Reach};
-use crate::array::Each;
-use crate::bounds::{Aabb, Plane};
-use crate::view::Frustum;
+use cullet::Frustum;
+use cullet::bounds::{Aabb, Plane};
+use cullet::cull::shadow::Light;
+use glam::{DMat4, DVec3, DVec4};
 
 /// The linear condition a·(x, y, z, t) ≤ c, a of unit length.
 #[derive(Clone, Copy)]
@@ -21,7 +19,7 @@ impl Condition {
     }
 }
 
-/// Whether a caster has a point between the light and some point of the frustum that is in `receivers`, within
+/// Returns whether a caster has a point between the light and some point of the frustum that is in `receivers`, within
 /// the light's cone (as the pyramid around it) and in the box around its range.
 ///
 /// Such a point exists iff these conditions have a solution: a receiver y in the frustum and in the boxes, a place t
@@ -40,21 +38,38 @@ pub fn casts_into_ref(
     if caster.is_empty() || receivers.is_some_and(Aabb::is_empty) {
         return false;
     }
-    let (apex, range, cone) = match light.reach() {
-        Reach::Nothing => return false,
-        Reach::Unknown => return true,
-        Reach::Lit(lit) => (lit.apex, lit.range, lit.cone()),
+    let (apex, range, cone) = match *light {
+        Light::Directional { direction } => (-DVec3::from(direction), f64::INFINITY, None),
+        Light::Point { position, range } => (position.into(), range, None),
+        Light::Spot { position, direction, half_angle_radians, range } => {
+            (position.into(), range, Some((DVec3::from(direction), half_angle_radians)))
+        }
+        _ => return true,
     };
+    let at_infinity = matches!(light, Light::Directional { .. });
+    if range <= 0.0 || cone.is_some_and(|(_, half_angle)| half_angle <= 0.0) {
+        return false;
+    }
+    let is_no_way = |v: DVec3| !v.is_finite() || v == DVec3::ZERO;
+    if !apex.is_finite()
+        || at_infinity && is_no_way(apex)
+        || cone.is_some_and(|(axis, _)| is_no_way(axis))
+    {
+        return true;
+    }
+    let apex = if at_infinity { apex.normalize() } else { apex };
     if !caster.is_finite() || receivers.is_some_and(|b| !b.is_finite()) {
         return true;
     }
     let mut lit: Vec<Plane> = frustum.planes().map(|(_, p)| *p).collect();
-    lit.extend(cone.iter().flatten());
+    if let Some((axis, half_angle)) = cone.filter(|c| c.1 < std::f64::consts::FRAC_PI_2) {
+        lit.extend(pyramid(apex, axis.normalize(), half_angle));
+    }
     if let Some(b) = receivers {
-        lit.extend(faces(b.min.each(f64::from), b.max.each(f64::from)));
+        lit.extend(faces(b.min.map(f64::from), b.max.map(f64::from)));
     }
     if range.is_finite() {
-        lit.extend(faces((apex.point - range).into(), (apex.point + range).into()));
+        lit.extend(faces((apex - range).into(), (apex + range).into()));
     }
     let with = |plane: &Plane, t: f64| Condition::new(plane.normal, t, plane.d);
     let start = Condition::new([0.0; 3], -1.0, 0.0);
@@ -66,15 +81,26 @@ pub fn casts_into_ref(
     }
     // Unknowns: z = y and t ≥ 0 for a direction; z = (1 − t) y and 0 ≤ t ≤ 1 for a point.
     let mut all: Vec<_> =
-        lit.iter().map(|p| with(p, if apex.at_infinity { 0.0 } else { p.d })).collect();
-    for plane in faces(caster.min.each(f64::from), caster.max.each(f64::from)) {
-        all.push(with(&plane, apex.point.dot(plane.normal.into())));
+        lit.iter().map(|p| with(p, if at_infinity { 0.0 } else { p.d })).collect();
+    for plane in faces(caster.min.map(f64::from), caster.max.map(f64::from)) {
+        all.push(with(&plane, apex.dot(plane.normal.into())));
     }
     all.push(start);
-    if !apex.at_infinity {
+    if !at_infinity {
         all.push(Condition::new([0.0; 3], 1.0, 1.0));
     }
     solvable(&all)
+}
+
+/// The eight planes around a cone, each of which touches it.
+fn pyramid(tip: DVec3, axis: DVec3, half_angle: f64) -> impl Iterator<Item = Plane> {
+    let (u, v) = axis.any_orthonormal_pair();
+    let (sine, cosine) = half_angle.sin_cos();
+    (0..8).map(move |side| {
+        let turn = std::f64::consts::TAU * f64::from(side) / 8.0;
+        let n = (u * turn.cos() + v * turn.sin()) * cosine - axis * sine;
+        Plane { normal: n.into(), d: n.dot(tip) }
+    })
 }
 
 fn faces(min: [f64; 3], max: [f64; 3]) -> impl Iterator<Item = Plane> {
@@ -96,12 +122,12 @@ fn solvable(all: &[Condition]) -> bool {
             for k in j + 1..n {
                 for l in k + 1..n {
                     let four = [&all[i], &all[j], &all[k], &all[l]];
-                    let [a, b, c, d] = four.each(|k| k.a);
+                    let [a, b, c, d] = four.map(|k| k.a);
                     let rows = DMat4::from_cols(a, b, c, d).transpose();
                     if rows.determinant().abs() < 1e-12 {
                         continue;
                     }
-                    let [a, b, c, d] = four.each(|k| k.c);
+                    let [a, b, c, d] = four.map(|k| k.c);
                     if holds(rows.inverse() * DVec4::new(a, b, c, d)) {
                         return true;
                     }
