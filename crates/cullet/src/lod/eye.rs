@@ -1,5 +1,7 @@
 //! Eyes that levels are chosen for, and how large an error looks from there.
 
+use glam::{DMat3, DMat4, DVec3};
+
 use crate::array::{self, Each};
 use crate::transform::Transform;
 use crate::view::{EyeBall, View};
@@ -54,47 +56,44 @@ impl PixelScale {
     pub fn of(view: &View, at_corners: bool) -> Self {
         // Columns of four: row r of the matrix is m[r], m[r + 4], m[r + 8] and, of the translation, m[r + 12].
         let m = view.clip_from_world();
-        let row = |r: usize| [m[r], m[r + 4], m[r + 8]];
+        let row = |r: usize| DVec3::new(m[r], m[r + 4], m[r + 8]);
         let (w, viewport) = (row(3), view.viewport());
         let is_parallel = view.is_orthographic();
-        let ahead = if is_parallel { 0.0 } else { length(w) };
+        let ahead = if is_parallel { 0.0 } else { w.length() };
         let mut pixels: f64 = 0.0;
         for (axis, size) in viewport.into_iter().enumerate() {
             let mut side = row(axis);
             let mut unit = m[15].abs();
             if !is_parallel {
                 // An image off the centre leans along the axis; that part turns no point aside.
-                let along = dot(side, w) / dot(w, w);
-                side = array::from_fn(|i| side[i] - along * w[i]);
+                side -= w * (side.dot(w) / w.dot(w));
                 unit = ahead;
             }
-            pixels = pixels.max(f64::from(size) * 0.5 * length(side) / unit);
+            pixels = pixels.max(f64::from(size) * 0.5 * side.length() / unit);
         }
         if is_parallel {
             return Self { eye: None, pixels, near: 0.0 };
         }
-        let eye = [view.eye()[0], view.eye()[1], view.eye()[2]];
-        let inverse = view.world_from_clip();
+        let [x, y, z, _] = view.eye();
+        let eye = DVec3::new(x, y, z);
+        let inverse = DMat4::from_cols_array(&view.world_from_clip());
         // Points on the edges of the image at two depths; either lies on the near plane.
         let mut near = f64::INFINITY;
         let mut least_cosine: f64 = 1.0;
         for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
             for z in [0.0, 1.0] {
-                let p: [f64; 4] = array::from_fn(|r| {
-                    inverse[r] * x + inverse[r + 4] * y + inverse[r + 8] * z + inverse[r + 12]
-                });
-                let to: [f64; 3] = array::from_fn(|i| p[i] / p[3] - eye[i]);
-                let depth = dot(to, w) / ahead;
+                let to = inverse.project_point3(DVec3::new(x, y, z)) - eye;
+                let depth = to.dot(w) / ahead;
                 if depth.is_finite() && depth > 0.0 {
                     near = near.min(depth);
-                    least_cosine = least_cosine.min(depth / length(to));
+                    least_cosine = least_cosine.min(depth / to.length());
                 }
             }
         }
         if at_corners && least_cosine > 0.0 {
             pixels /= least_cosine * least_cosine;
         }
-        Self { eye: Some(eye), pixels, near: if near.is_finite() { near } else { 0.0 } }
+        Self { eye: Some(eye.into()), pixels, near: if near.is_finite() { near } else { 0.0 } }
     }
 }
 
@@ -180,8 +179,8 @@ impl LevelEye {
     /// sphere may be off.
     #[must_use]
     pub fn allowed(&self, centre: [f32; 3], radius: f32) -> f32 {
-        let to: [f64; 3] = array::from_fn(|a| f64::from(centre[a]) - f64::from(self.eye[a]));
-        let far = length(to) * (1.0 - ROUNDING_F32);
+        let [centre, eye] = [centre, self.eye].each(|p| DVec3::from(p.each(f64::from)));
+        let far = (centre - eye).length() * (1.0 - ROUNDING_F32);
         let free = far - (f64::from(radius) + f64::from(self.ball)) * (1.0 + ROUNDING_F32);
         let beyond = free / f64::from(self.reach);
         // NaN is no allowance either.
@@ -189,39 +188,30 @@ impl LevelEye {
     }
 }
 
-/// The least and the largest factor by which a transform stretches. None if it flattens, or is not finite.
+/// Returns the least and the largest factor by which a transform stretches; none if it flattens, or is not finite.
 fn stretch(transform: &Transform) -> Option<(f64, f64)> {
-    let m = transform.to_matrix();
-    let columns = [[m[0], m[1], m[2]], [m[4], m[5], m[6]], [m[8], m[9], m[10]]];
-    let lengths = columns.each(|c| dot(c, c));
-    let (least, largest) = (
-        lengths.into_iter().fold(f64::INFINITY, f64::min),
-        lengths.into_iter().fold(0.0, f64::max),
-    );
-    let products = [
-        dot(columns[0], columns[1]).abs(),
-        dot(columns[1], columns[2]).abs(),
-        dot(columns[2], columns[0]).abs(),
-    ];
-    // Gershgorin's discs around the squares of the factors: exact for a rotation with a scale along the axes.
-    let off = [products[0] + products[2], products[0] + products[1], products[1] + products[2]];
-    let skew = off.into_iter().fold(0.0, f64::max);
+    let linear = transform.linear_f64();
+    let g = linear.transpose() * linear;
+    let squares = [g.x_axis.x, g.y_axis.y, g.z_axis.z];
     let (least, largest) =
-        if skew <= largest * 1e-6 { (least - skew, largest + skew) } else { singular(columns) };
+        squares.into_iter().fold((f64::INFINITY, 0.0_f64), |(a, b), v| (a.min(v), b.max(v)));
+    let [xy, yz, zx] = [g.x_axis.y, g.y_axis.z, g.z_axis.x].each(f64::abs);
+    // Gershgorin's discs around the squares of the factors: exact for a rotation with a scale along the axes.
+    let skew = (xy + zx).max(xy + yz).max(yz + zx);
+    let (least, largest) =
+        if skew <= largest * 1e-6 { (least - skew, largest + skew) } else { eigenvalues(g) };
     (least > 0.0 && largest.is_finite()).then(|| (least.sqrt(), largest.sqrt()))
 }
 
-/// Squares of the least and the largest singular value of a matrix, a little outward: the eigenvalues of its Gram matrix.
-fn singular(columns: [[f64; 3]; 3]) -> (f64, f64) {
-    let g: [[f64; 3]; 3] = array::from_fn(|i| array::from_fn(|j| dot(columns[i], columns[j])));
-    let mean = (g[0][0] + g[1][1] + g[2][2]) / 3.0;
-    let b: [[f64; 3]; 3] =
-        array::from_fn(|i| array::from_fn(|j| g[i][j] - if i == j { mean } else { 0.0 }));
-    let spread = (b.iter().flatten().map(|v| v * v).sum::<f64>() / 6.0).sqrt();
-    let determinant = b[0][0] * (b[1][1] * b[2][2] - b[1][2] * b[2][1])
-        - b[0][1] * (b[1][0] * b[2][2] - b[1][2] * b[2][0])
-        + b[0][2] * (b[1][0] * b[2][1] - b[1][1] * b[2][0]);
-    let angle = (determinant / (2.0 * spread.powi(3))).clamp(-1.0, 1.0).acos() / 3.0;
+/// Returns the least and the largest eigenvalue of a symmetric matrix, a little outward.
+///
+/// A plain bound, the Frobenius norm and what the determinant leaves for the least factor, is 1.7 times as wide in the
+/// median of uneven scales between 0.5 and 2 in random directions, and levels would be so much finer.
+fn eigenvalues(g: DMat3) -> (f64, f64) {
+    let mean = (g.x_axis.x + g.y_axis.y + g.z_axis.z) / 3.0;
+    let b = g - DMat3::from_diagonal(DVec3::splat(mean));
+    let spread = (b.to_cols_array().into_iter().map(|v| v * v).sum::<f64>() / 6.0).sqrt();
+    let angle = (b.determinant() / (2.0 * spread.powi(3))).clamp(-1.0, 1.0).acos() / 3.0;
     let third = std::f64::consts::TAU / 3.0;
     let (largest, least) =
         (mean + 2.0 * spread * angle.cos(), mean + 2.0 * spread * (angle + third).cos());
@@ -230,15 +220,6 @@ fn singular(columns: [[f64; 3]; 3]) -> (f64, f64) {
 }
 
 fn inverse_point(transform: &Transform, p: [f64; 3]) -> Option<[f64; 3]> {
-    let matrix = glam::DMat4::from_cols_array(&transform.to_matrix());
-    let q = matrix.inverse().transform_point3(p.into());
+    let q = DMat4::from_cols_array(&transform.to_matrix()).inverse().transform_point3(p.into());
     q.is_finite().then(|| q.into())
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn length(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
 }
