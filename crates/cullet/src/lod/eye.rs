@@ -118,7 +118,7 @@ const ROUNDING_F32: f64 = 1e-5;
 
 impl LevelEye {
     /// An eye that draws everything in full.
-    pub const FULL: Self = Self { eye: [0.0; 3], reach: f32::INFINITY, ball: 0.0, nearest: -1.0 };
+    const FULL: Self = Self { eye: [0.0; 3], reach: f32::INFINITY, ball: 0.0, nearest: -1.0 };
 
     /// Makes the eye of `lod` in a view with `scale`, for an instance with `transform`. A `ball`
     /// takes the place of the view's eye; parallel lines of sight have no eye and ignore it.

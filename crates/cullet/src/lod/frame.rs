@@ -1,5 +1,7 @@
 //! Frames of impostors: directions on the octahedral square, and what of a mesh a parallel view along one shows.
 
+use glam::DVec3;
+
 use crate::array::{self, Each};
 use crate::bounds::Aabb;
 
@@ -57,19 +59,16 @@ pub(super) fn square([x, y, z]: [f64; 3]) -> [f64; 2] {
 
 /// Right, up and towards the viewer.
 fn axes(towards: [f64; 3]) -> [[f64; 3]; 3] {
-    let pole = if towards[1].abs() > 0.99 { [0.0, 0.0, -1.0] } else { [0.0, 1.0, 0.0] };
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
-    let right = cross(pole, towards);
-    let size = length(right);
-    let right = right.each(|v| v / size);
-    [right, cross(towards, right), towards]
+    let towards = DVec3::from(towards);
+    let pole = if towards.y.abs() > 0.99 { DVec3::NEG_Z } else { DVec3::Y };
+    let right = pole.cross(towards);
+    let right = right / right.length();
+    [right, towards.cross(right), towards].each(DVec3::into)
 }
 
 pub(super) fn length(a: [f64; 3]) -> f64 {
     // Squares of coordinates beyond 1e150 are none of f32.
-    (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]).sqrt()
+    DVec3::from(a).length()
 }
 
 /// The triangles of a box around `bounds` that has some thickness everywhere: what the level of an impostor is a mesh of.

@@ -238,15 +238,8 @@ impl Levels {
         self.originals
     }
 
-    /// The largest error of any group: from where nothing but the coarsest is drawn.
-    #[must_use]
-    pub fn largest_error(&self) -> f32 {
-        self.rows[4].iter().copied().fold(0.0, f32::max)
-    }
-
     /// How many triangles are drawn from far away, where nothing but the coarsest is.
-    #[must_use]
-    pub fn fewest_triangles(&self) -> u64 {
+    pub(crate) fn fewest_triangles(&self) -> u64 {
         let coarsest = self.inputs_of(self.group_count());
         coarsest.iter().map(|&c| u64::from(self.triangles[c as usize])).sum()
     }
