@@ -342,3 +342,49 @@ fn standing_for_others_allocates_nothing_in_steady_state() {
         assert_eq!(allocations, 0, "{triangles:?}");
     }
 }
+
+/// Ends at once only where a look-up of a stand-in by its slot takes no walk over all of them.
+#[test]
+fn stand_ins_of_a_large_tree_are_found_by_their_slots() {
+    const LEVELS: u32 = 16;
+    let mut scene = Scene::new();
+    let ball = Balls::new(&[9, 4], 0.2).add_to(&mut scene);
+    let add = |scene: &mut Scene, k: usize| {
+        let place = [(k % 512) as f64 * 3.0, (k / 512) as f64 * 3.0, k as f64 % 7.0];
+        scene.add(Instance::new(ball, Transform::from_translation(place))).unwrap()
+    };
+    let mut row: Vec<Handle> = (0..1 << LEVELS).map(|k| add(&mut scene, k)).collect();
+    let members = row.clone();
+    let mut stand_ins = Vec::new();
+    while row.len() > 1 {
+        row = (row.chunks(2).enumerate())
+            .map(|(k, pair)| {
+                let stand_in = add(&mut scene, k * 65536 / row.len());
+                scene.stand_for(stand_in, pair).unwrap();
+                stand_in
+            })
+            .collect();
+        stand_ins.extend_from_slice(&row);
+    }
+    scene.commit();
+    (0..40).for_each(|_| drop(scene.commit_slice()));
+    let off = |scene: &Scene| {
+        let slots = stand_ins.iter().map(|&handle| scene.slot(handle).unwrap());
+        slots.filter(|&slot| scene.is_stand_in_off(slot)).count()
+    };
+    assert_eq!(off(&scene), 0);
+    let far = Transform::from_translation([0.0, -50.0, 0.0]);
+    scene.set_transform(members[12345], far).unwrap();
+    assert_eq!(off(&scene), LEVELS as usize);
+    scene.commit();
+    for &member in &members {
+        let mut slot = scene.slot(member).unwrap();
+        let mut levels = 0;
+        while let Some(above) = scene.stand_in_of(slot) {
+            (slot, levels) = (above, levels + 1);
+        }
+        assert_eq!(levels, LEVELS);
+        scene.set_transform(member, far).unwrap();
+    }
+    assert_eq!(off(&scene), stand_ins.len());
+}

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::Scene;
-use super::order::{gather_bits, rearrange, rearrange_bits};
+use super::column::{gather_bits, rearrange, rearrange_bits};
 use crate::array::{self, Each};
 use crate::bits;
 use crate::bounds::{Aabb, Boxes};

@@ -21,7 +21,7 @@ mod tally;
 
 pub use audit::BoundsViolation;
 pub(crate) use cells::SceneCells;
-use column::Column;
+use column::{Bits, Column};
 pub use edit::SceneBoundsMut;
 pub use instance::{BoundsOverride, Instance, InstanceFlags, MeshId, SceneError, SceneVersion};
 pub use levels::MeshLevels;
@@ -65,11 +65,11 @@ pub struct Scene {
     // Totals of instances: by mesh, by word of slots, by mask of layers.
     tallies: Tallies,
     // One bit a slot: no stage but the layer mask may cull it.
-    exempt: Vec<u64>,
+    exempt: Bits,
     // One bit a word of `exempt` that may not be zero.
     exempt_words: Vec<u64>,
     // One bit a slot: it has no triangle with an area.
-    collapsed: Vec<u64>,
+    collapsed: Bits,
     // Bounds, handles, and the order of both.
     hierarchy: Hierarchy,
     // Which instances are in which cell.
@@ -106,9 +106,9 @@ impl Scene {
             size_weights: Column::new(1.0),
             users: Column::new(0),
             tallies: Tallies::default(),
-            exempt: Vec::new(),
+            exempt: Bits::default(),
             exempt_words: Vec::new(),
-            collapsed: Vec::new(),
+            collapsed: Bits::default(),
             hierarchy: Hierarchy::new(),
             cells: None,
             stand_ins: None,

@@ -1,10 +1,10 @@
 //! The order of the slots: commits, which sort them by place.
 
 use super::Scene;
+use super::column::Permute;
 use crate::bits;
 use crate::hierarchy::{Commit, NO_SLOT};
 use crate::prepared::Preparation;
-use crate::transform::Transform;
 
 impl Scene {
     /// Fits the nodes of the hierarchy to what moved since the last time: makes the next cull faster,
@@ -41,17 +41,9 @@ impl Scene {
                 from[new as usize] = old as u32;
             }
         }
-        gather_transforms(&mut self.transforms, &from);
-        gather(&mut self.mesh, &from);
-        gather(&mut self.layers, &from);
-        self.flags.gather(&from);
-        self.overrides.gather(&from);
-        self.size_weights.gather(&from);
-        self.users.gather(&from);
-        gather_bits(&mut self.exempt, &from);
-        gather_bits(&mut self.collapsed, &from);
+        let before = commit.slot_of_old.len();
+        self.columns(before).for_each(|column| column.gather(&from));
         self.note_exempt();
-        self.gather_stand_ins(&from);
         if let Some(cells) = &mut self.cells {
             cells.gather(&from);
         }
@@ -77,16 +69,8 @@ impl Scene {
     /// new. See [`Hierarchy::commit_slice`](crate::hierarchy::Hierarchy::commit_slice).
     pub fn commit_slice(&mut self) -> Vec<[u32; 2]> {
         let moves = self.hierarchy.commit_slice();
-        rearrange(&mut self.mesh, &moves);
-        rearrange(&mut self.transforms, &moves);
-        rearrange(&mut self.layers, &moves);
-        self.flags.rearrange(&moves);
-        self.overrides.rearrange(&moves);
-        self.size_weights.rearrange(&moves);
-        self.users.rearrange(&moves);
-        rearrange_bits(&mut self.exempt, &moves);
-        rearrange_bits(&mut self.collapsed, &moves);
-        self.rearrange_stand_ins(&moves);
+        let slots = self.slot_count() as usize;
+        self.columns(slots).for_each(|column| column.rearrange(&moves));
         if let Some(cells) = &mut self.cells {
             cells.rearrange(&moves);
         }
@@ -108,6 +92,45 @@ impl Scene {
         moves
     }
 
+    /// Returns all that is stored by slot, each with an entry for each of so many `slots`.
+    ///
+    /// Every field of a scene is named here: one that is new does not compile until it is said
+    /// whether it follows the slots.
+    fn columns(&mut self, slots: usize) -> impl Iterator<Item = &mut dyn Permute> {
+        let Self {
+            mesh,
+            transforms,
+            layers,
+            flags,
+            overrides,
+            size_weights,
+            users,
+            exempt,
+            collapsed,
+            stand_ins,
+            // Those that have no slots, or that are made anew of the others after each permutation.
+            id: _,
+            origin: _,
+            change: _,
+            mesh_version: _,
+            meshes: _,
+            prepared: _,
+            levels: _,
+            level_count: _,
+            tallies: _,
+            exempt_words: _,
+            hierarchy: _,
+            cells: _,
+        } = self;
+        let stand_ins = stand_ins.as_deref_mut().map(|stand_ins| {
+            stand_ins.resize(slots);
+            stand_ins as &mut dyn Permute
+        });
+        let all: [&mut dyn Permute; 9] =
+            [mesh, transforms, layers, flags, overrides, size_weights, users, exempt, collapsed];
+        all.into_iter().chain(stand_ins)
+    }
+
     /// Notes which words of `exempt` are not zero.
     pub(super) fn note_exempt(&mut self) {
         self.exempt_words.clear();
@@ -116,47 +139,4 @@ impl Scene {
             bits::set(&mut self.exempt_words, word, bits != 0);
         }
     }
-}
-
-/// Puts `values[from[i]]` at i.
-pub(super) fn gather<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
-    *values = from.iter().map(|&old| values[old as usize]).collect();
-}
-
-/// The same of transforms, a part of each at a time: a second copy of them would be half of what a scene takes. (In place,
-/// cycle by cycle, took several times as long, since each step is somewhere else and waits for the one before.)
-fn gather_transforms(transforms: &mut Vec<Transform>, from: &[u32]) {
-    gather_part(transforms, from, |t| &mut t.translation);
-    for column in 0..3 {
-        gather_part(transforms, from, |t| &mut t.linear[column]);
-    }
-    transforms.truncate(from.len());
-}
-
-fn gather_part<P: Copy>(
-    transforms: &mut [Transform],
-    from: &[u32],
-    part: impl Fn(&mut Transform) -> &mut P,
-) {
-    let moved: Vec<P> = from.iter().map(|&old| *part(&mut transforms[old as usize])).collect();
-    transforms.iter_mut().zip(moved).for_each(|(to, moved)| *part(to) = moved);
-}
-
-pub(super) fn gather_bits(words: &mut Vec<u64>, from: &[u32]) {
-    let mut new = vec![0; from.len().div_ceil(64)];
-    for (to, &old) in from.iter().enumerate() {
-        bits::set(&mut new, to, bits::get(words, old as usize));
-    }
-    *words = new;
-}
-
-/// Moves values from old places to new ones, all at once.
-pub(super) fn rearrange<T: Copy>(values: &mut [T], moves: &[[u32; 2]]) {
-    let moved: Vec<_> = moves.iter().map(|m| values[m[0] as usize]).collect();
-    moves.iter().zip(moved).for_each(|(m, v)| values[m[1] as usize] = v);
-}
-
-pub(super) fn rearrange_bits(words: &mut [u64], moves: &[[u32; 2]]) {
-    let moved: Vec<_> = moves.iter().map(|m| bits::get(words, m[0] as usize)).collect();
-    moves.iter().zip(moved).for_each(|(m, v)| bits::set(words, m[1] as usize, v));
 }

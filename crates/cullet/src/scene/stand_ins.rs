@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
-use super::order::{gather_bits, rearrange, rearrange_bits};
+use super::column::{Bits, Permute};
 use super::{Scene, SceneError};
 use crate::bits;
 use crate::bounds::Aabb;
@@ -50,16 +50,31 @@ pub(crate) struct StandIn {
 pub(crate) struct StandIns {
     /// Stand-ins of the scene. Those below come before those above.
     pub(crate) all: Vec<StandIn>,
-    /// One entry per slot: the number of the stand-in for its instance, or [`NO_STAND_IN`].
-    of_slot: Vec<u32>,
+    /// One entry per slot, up to the last that had one when a stand-in was added: the number of the
+    /// stand-in for its instance, or [`NO_STAND_IN`]; for a stand-in its own number.
+    numbers: Vec<u32>,
     /// One bit a slot: its instance stands for others.
-    own: Vec<u64>,
+    own: Bits,
 }
 
 impl StandIns {
-    /// The number of the one that stands for the instance of a slot, or [`NO_STAND_IN`].
+    /// Returns the number of the stand-in for the instance of a slot, or [`NO_STAND_IN`].
     pub(crate) fn of_slot(&self, slot: u32) -> u32 {
-        self.of_slot.get(slot as usize).copied().unwrap_or(NO_STAND_IN)
+        match self.has(slot as usize) {
+            true => NO_STAND_IN,
+            false => self.numbers.get(slot as usize).copied().unwrap_or(NO_STAND_IN),
+        }
+    }
+
+    /// Returns the number of the stand-in in a slot, if there is one.
+    fn number_of(&self, slot: u32) -> Option<u32> {
+        self.has(slot as usize).then(|| self.numbers[slot as usize])
+    }
+
+    /// Makes room for an entry per slot.
+    pub(super) fn resize(&mut self, slots: usize) {
+        self.numbers.resize(slots, NO_STAND_IN);
+        self.own.resize(slots.div_ceil(64), 0);
     }
 
     /// One bit a slot of a word: its instance stands for others.
@@ -74,15 +89,33 @@ impl StandIns {
 
     /// Switches off all that stand for the instance of a slot, and the one that it is itself.
     fn leave(&mut self, slot: u32) {
-        let mut at = self.of_slot(slot);
-        if self.has(slot as usize)
-            && let Some(own) = self.all.iter().position(|s| s.slot == slot)
-        {
-            at = own as u32;
-        }
+        let mut at = self.number_of(slot).unwrap_or_else(|| self.of_slot(slot));
         while let Some(stand_in) = self.all.get_mut(at as usize).filter(|s| !s.off) {
             stand_in.off = true;
             at = stand_in.above;
+        }
+    }
+}
+
+impl Permute for StandIns {
+    fn gather(&mut self, from: &[u32]) {
+        self.numbers.gather(from);
+        self.own.gather(from);
+        // Those that were removed are in no slot any more.
+        self.all.iter_mut().for_each(|stand_in| stand_in.slot = u32::MAX);
+        for slot in bits::in_words(&self.own) {
+            self.all[self.numbers[slot] as usize].slot = slot as u32;
+        }
+        self.all.iter_mut().for_each(|stand_in| stand_in.off |= stand_in.slot == u32::MAX);
+    }
+
+    fn rearrange(&mut self, moves: &[[u32; 2]]) {
+        self.numbers.rearrange(moves);
+        self.own.rearrange(moves);
+        for &[_, slot] in moves {
+            if let Some(number) = self.number_of(slot) {
+                self.all[number as usize].slot = slot;
+            }
         }
     }
 }
@@ -113,7 +146,7 @@ impl Scene {
         if is_stand_in(own) || is_taken(own) {
             return Err(StandInError::Taken(stand_in));
         }
-        let (mut slots, mut below) = (HashSet::with_capacity(others.len()), Vec::new());
+        let (mut slots, mut below) = (HashSet::with_capacity(others.len()), HashSet::new());
         for &other in others.iter().chain([&stand_in]) {
             let slot = self.slot(other)?;
             if !self.is_rigid(slot) || bits::get(&self.exempt, slot as usize) {
@@ -125,13 +158,14 @@ impl Scene {
             if slot == own {
                 return Err(StandInError::Taken(other));
             }
-            if is_stand_in(slot) {
-                let number = stands.and_then(|s| s.all.iter().position(|s| s.slot == slot));
-                match number.filter(|&n| stands.is_some_and(|s| s.all[n].above == NO_STAND_IN)) {
-                    Some(number) if !below.contains(&number) => below.push(number),
-                    _ => return Err(StandInError::Taken(other)),
+            let number = stands.and_then(|s| s.number_of(slot));
+            let is_free = match (stands, number) {
+                (Some(stands), Some(number)) => {
+                    stands.all[number as usize].above == NO_STAND_IN && below.insert(number)
                 }
-            } else if is_taken(slot) || !slots.insert(slot) {
+                _ => !is_taken(slot) && slots.insert(slot),
+            };
+            if !is_free {
                 return Err(StandInError::Taken(other));
             }
         }
@@ -140,12 +174,12 @@ impl Scene {
         self.layers[at] = 0;
         let count = self.slot_count() as usize;
         let stands = self.stand_ins.get_or_insert_default();
-        stands.of_slot.resize(count, NO_STAND_IN);
-        stands.own.resize(count.div_ceil(64), 0);
+        stands.resize(count);
         let number = stands.all.len() as u32;
-        let off = below.iter().any(|&b| stands.all[b].off);
-        slots.into_iter().for_each(|slot| stands.of_slot[slot as usize] = number);
-        below.into_iter().for_each(|b| stands.all[b].above = number);
+        let off = below.iter().any(|&b| stands.all[b as usize].off);
+        slots.into_iter().for_each(|slot| stands.numbers[slot as usize] = number);
+        below.into_iter().for_each(|b| stands.all[b as usize].above = number);
+        stands.numbers[at] = number;
         bits::set(&mut stands.own, at, true);
         stands.all.push(StandIn { handle: stand_in, slot: own, above: NO_STAND_IN, off });
         self.update_slot(own);
@@ -172,8 +206,8 @@ impl Scene {
     /// Whether the instance of a slot stands for others of which one has changed since, so that it is never drawn.
     #[must_use]
     pub fn is_stand_in_off(&self, slot: u32) -> bool {
-        let own = |s: &StandIn| s.slot == slot && s.off;
-        self.stand_ins.as_ref().is_some_and(|s| s.all.iter().any(own))
+        let own = |s: &StandIns| s.number_of(slot).is_some_and(|own| s.all[own as usize].off);
+        self.stand_ins.as_deref().is_some_and(own)
     }
 
     /// The slot of the instance that stands for that of a slot, itself one that stands for others or not; `None` where
@@ -181,9 +215,9 @@ impl Scene {
     #[must_use]
     pub fn stand_in_of(&self, slot: u32) -> Option<u32> {
         let stands = self.stand_ins.as_deref()?;
-        let above = match stands.has(slot as usize) {
-            true => stands.all.iter().find(|s| s.slot == slot)?.above,
-            false => stands.of_slot(slot),
+        let above = match stands.number_of(slot) {
+            Some(own) => stands.all[own as usize].above,
+            None => stands.of_slot(slot),
         };
         Some(stands.all.get(above as usize)?.slot)
     }
@@ -233,35 +267,5 @@ impl Scene {
     /// The bounds of a slot in the hierarchy: none of those that stand for others, which nobody is to find there.
     pub(super) fn box_to_find(&self, slot: usize) -> Aabb {
         if self.is_stand_in(slot as u32) { Aabb::EMPTY } else { self.world_box(slot) }
-    }
-
-    /// Follows a sort of the slots, that put at each place what was in slot `from` of it.
-    pub(super) fn gather_stand_ins(&mut self, from: &[u32]) {
-        let Some(stands) = &mut self.stand_ins else { return };
-        stands.of_slot = from.iter().map(|&old| stands.of_slot(old)).collect();
-        gather_bits(&mut stands.own, from);
-        self.find_stand_ins();
-    }
-
-    /// Follows a sort of some slots, from old places to new ones.
-    pub(super) fn rearrange_stand_ins(&mut self, moves: &[[u32; 2]]) {
-        let count = self.slot_count() as usize;
-        let Some(stands) = &mut self.stand_ins else { return };
-        stands.of_slot.resize(count, NO_STAND_IN);
-        stands.own.resize(count.div_ceil(64), 0);
-        rearrange(&mut stands.of_slot, moves);
-        rearrange_bits(&mut stands.own, moves);
-        self.find_stand_ins();
-    }
-
-    /// Finds the slots of those that stand for others.
-    fn find_stand_ins(&mut self) {
-        let Some(stands) = &mut self.stand_ins else { return };
-        for stand_in in &mut stands.all {
-            match self.hierarchy.slot(stand_in.handle) {
-                Ok(slot) => stand_in.slot = slot,
-                Err(_) => (stand_in.slot, stand_in.off) = (u32::MAX, true),
-            }
-        }
     }
 }
