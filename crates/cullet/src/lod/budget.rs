@@ -1,11 +1,13 @@
 //! A budget of triangles: the least threshold at which no more are drawn.
 
+use std::f64::consts::SQRT_2;
+
 use super::{LevelEye, Levels, NO_GROUP};
 use crate::array::{self, Each};
 
 /// How many thresholds are tried, each a quarter of an octave above the one before: up to 55,000 times the first.
 const STEPS: usize = 64;
-const STEPS_PER_OCTAVE: f64 = 4.0;
+const STEPS_PER_OCTAVE: u64 = 4;
 
 /// Errors are taken for so much larger than they are, so that roundings here and in the choice itself cannot have it draw
 /// more than was counted.
@@ -34,14 +36,48 @@ pub(crate) struct Budget {
     all: [u64; STEPS],
     /// One total per stand-in, by its number.
     below: Vec<Below>,
-    /// Number of the first threshold that each group is within, for the levels counted last. It is
-    /// `STEPS` for a group that is within none.
-    within: Vec<u8>,
+    within: Within,
+}
+
+/// For groups of the levels counted last, the first threshold that each is within.
+#[derive(Clone, Debug, Default)]
+struct Within {
+    /// One entry per group: [`UNSEEN`], or the number of its threshold, `STEPS` where it is within
+    /// none. As long as the largest levels that were counted.
+    of: Vec<u8>,
+    /// The groups whose entries are not [`UNSEEN`]: only these are cleared.
+    seen: Vec<u32>,
+    pending: Vec<u32>,
+}
+
+/// In place of the number of a threshold.
+const UNSEEN: u8 = u8::MAX;
+
+impl Within {
+    fn clear(&mut self, groups: usize) {
+        self.seen.drain(..).for_each(|group| self.of[group as usize] = UNSEEN);
+        self.of.resize(self.of.len().max(groups), UNSEEN);
+        self.pending.clear();
+    }
+
+    /// Returns the threshold of a group. The first time it notes whether its inputs are to be
+    /// visited.
+    fn step(&mut self, levels: &Levels, eye: &LevelEye, group: u32) -> usize {
+        let at = group as usize;
+        if self.of[at] == UNSEEN {
+            self.of[at] = first_within(eye, &levels.group(at));
+            self.seen.push(group);
+            if self.of[at] > 0 {
+                self.pending.push(group);
+            }
+        }
+        self.of[at].into()
+    }
 }
 
 impl Default for Budget {
     fn default() -> Self {
-        Self { finest: FINEST, all: [0; STEPS], below: Vec::new(), within: Vec::new() }
+        Self { finest: FINEST, all: [0; STEPS], below: Vec::new(), within: Within::default() }
     }
 }
 
@@ -133,35 +169,44 @@ impl Budget {
     /// The least threshold at which no more than `most` triangles are drawn; the last one where there is none.
     pub(crate) fn pixels(&self, most: u64) -> f64 {
         let step = self.all.iter().position(|&n| n <= most).unwrap_or(STEPS - 1);
-        self.finest * (step as f64 / STEPS_PER_OCTAVE).exp2()
+        self.finest * (step as f64 / STEPS_PER_OCTAVE as f64).exp2()
     }
 }
 
 impl Levels {
-    /// Adds to each threshold what more, or less, of this is drawn there than at the one before, for an eye that was made for
-    /// the first of them. The first threshold at which all that would be drawn is there.
-    fn count(&self, eye: &LevelEye, within: &mut Vec<u8>, counts: &mut Drawn) -> usize {
+    /// Adds to each threshold what more, or less, of this is drawn there than at the one before, for
+    /// an eye that was made for the first of them. Returns the first threshold at which all that
+    /// would be drawn is there.
+    ///
+    /// Goes from the coarsest groups down to those that are within the first threshold, as
+    /// [`select`](Self::select) does: below them nothing is ever drawn.
+    fn count(&self, eye: &LevelEye, within: &mut Within, counts: &mut Drawn) -> usize {
         let groups = self.group_count();
-        within.clear();
-        within.extend((0..groups).map(|g| first_within(eye, &self.group(g))));
-        let step = |group: u32, none: usize| match group {
-            NO_GROUP => none,
-            group => usize::from(within[group as usize]),
-        };
-        let pairs = self.made_from.iter().zip(self.replaced_by());
-        for ((&from, &by), &triangles) in pairs.zip(&self.triangles) {
-            let (low, high) = (step(from, 0), step(by, STEPS));
-            if low < high {
-                for (at, sign) in [(low, 1), (high, -1)] {
-                    if let Some([all, clusters]) = counts.get_mut(at) {
-                        *all += sign * i64::from(triangles);
-                        *clusters += sign;
+        within.clear(groups);
+        // The list after the last group's: what no group simplified.
+        let (mut list, mut high, mut first) = (groups, STEPS, 0);
+        loop {
+            for &cluster in self.inputs_of(list) {
+                let low = match self.made_from[cluster as usize] {
+                    NO_GROUP => 0,
+                    group => within.step(self, eye, group),
+                };
+                if low < high {
+                    let triangles = i64::from(self.triangles[cluster as usize]);
+                    for (at, sign) in [(low, 1), (high, -1)] {
+                        if let Some([all, clusters]) = counts.get_mut(at) {
+                            *all += sign * triangles;
+                            *clusters += sign;
+                        }
                     }
                 }
             }
+            let Some(group) = within.pending.pop() else { return first };
+            (list, high) = (group as usize, within.of[group as usize].into());
+            if self.inputs_of(list).is_empty() {
+                first = first.max(high);
+            }
         }
-        let lacking = (0..groups).filter(|&g| self.inputs_of(g).is_empty());
-        lacking.map(|g| usize::from(within[g])).max().unwrap_or(0)
     }
 }
 
@@ -182,6 +227,38 @@ fn first_within(eye: &LevelEye, group: &super::Group) -> u8 {
     let by_distance = if free > 0.0 { error * reach / free } else { f64::INFINITY };
     // In thresholds of the eye's.
     let threshold = (error / nearest).min(by_distance);
-    let step = (threshold.log2() * STEPS_PER_OCTAVE).ceil().max(0.0);
-    if step < STEPS as f64 { step as u8 } else { STEPS as u8 }
+    // In place of a logarithm: its whole part is the exponent, and the quarters are compared with.
+    if threshold <= 1.0 {
+        return 0;
+    }
+    let exponent = (threshold.to_bits() >> 52) - 1023;
+    let mantissa = f64::from_bits(threshold.to_bits() & (u64::MAX >> 12) | 1.0_f64.to_bits());
+    let quarters = QUARTERS.iter().filter(|&&quarter| mantissa > quarter).count() as u64;
+    (exponent * STEPS_PER_OCTAVE + quarters).min(STEPS as u64) as u8
+}
+
+/// Powers of two by quarters of an octave, from 1.
+const QUARTERS: [f64; STEPS_PER_OCTAVE as usize] =
+    [1.0, 1.189_207_115_002_721, SQRT_2, 1.681_792_830_507_429];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_are_those_of_the_logarithm() {
+        // An eye for which a group's threshold is its error, grown by `OUTWARD`.
+        let group = |error| super::super::Group { error, ..Default::default() };
+        let eye = LevelEye { eye: [0.0; 3], nearest: 1.0, reach: 1.0, ball: 1.0 };
+        let mut steps = [0; STEPS + 1];
+        for k in 0..40_000 {
+            let error = ((f64::from(k) - 8000.0) / 1500.0).exp2() as f32;
+            let threshold = f64::from(error) * OUTWARD;
+            let expected = (threshold.log2() * STEPS_PER_OCTAVE as f64).ceil();
+            let expected = expected.clamp(0.0, STEPS as f64) as usize;
+            assert_eq!(usize::from(first_within(&eye, &group(error))), expected, "{error}");
+            steps[expected] += 1;
+        }
+        assert!(!steps.contains(&0), "{steps:?}");
+    }
 }

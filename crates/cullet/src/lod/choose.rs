@@ -24,10 +24,16 @@ const SHARE_TO_WALK: usize = 16;
 pub struct Selection {
     /// One bit a group: it is over the threshold.
     over: Vec<u64>,
-    /// One bit a group: it has been visited.
+    /// One bit a group: it has been visited. As long as the largest levels that were chosen from.
     visited: Vec<u64>,
-    /// One bit a cluster: it is drawn.
+    /// The groups that have been visited.
+    seen: Vec<u32>,
+    /// One bit a cluster: it is drawn. As long as the largest levels that were chosen from.
     chosen: Vec<u64>,
+    /// The words of `chosen` that are not zero.
+    words: Vec<u32>,
+    /// How many words of `chosen` the levels have that were chosen from last.
+    word_count: usize,
     pending: Vec<u32>,
     triangles: u64,
     clusters: u32,
@@ -38,7 +44,18 @@ impl Selection {
     /// One bit a cluster: it is drawn.
     #[must_use]
     pub fn clusters(&self) -> &[u64] {
-        &self.chosen
+        &self.chosen[..self.word_count]
+    }
+
+    /// Forgets what was chosen, and makes room for so many groups and clusters. O(what was chosen).
+    fn clear(&mut self, groups: usize, clusters: usize) {
+        self.seen.drain(..).for_each(|group| self.visited[group as usize / 64] = 0);
+        self.words.drain(..).for_each(|word| self.chosen[word as usize] = 0);
+        (self.triangles, self.clusters, self.originals) = (0, 0, 0);
+        self.word_count = clusters.div_ceil(64);
+        self.visited.resize(self.visited.len().max(groups.div_ceil(64)), 0);
+        self.chosen.resize(self.chosen.len().max(self.word_count), 0);
+        self.pending.clear();
     }
 
     /// How many clusters are drawn.
@@ -61,12 +78,15 @@ impl Selection {
 
     /// Ranges of clusters that follow each other, ascending.
     pub fn ranges(&self) -> impl Iterator<Item = Range<u32>> + '_ {
-        let mut at = 0;
-        let end = self.chosen.len() as u32 * 64;
-        std::iter::from_fn(move || {
-            let first = bits::next(&self.chosen, at, end, true);
-            at = bits::next(&self.chosen, first, end, false);
-            (first < at).then_some(first..at)
+        // Words between those that are not zero part the ranges.
+        let runs = self.words.chunk_by(|a, b| a + 1 == *b);
+        runs.flat_map(move |words| {
+            let (mut at, end) = (words[0] * 64, (words[words.len() - 1] + 1) * 64);
+            std::iter::from_fn(move || {
+                let first = bits::next(&self.chosen, at, end, true);
+                at = bits::next(&self.chosen, first, end, false);
+                (first < at).then_some(first..at)
+            })
         })
     }
 }
@@ -79,7 +99,8 @@ impl Levels {
     /// itself is the finest of; `false` where some of them would be drawn, so that the mesh is to be drawn instead. Then nothing
     /// is chosen.
     ///
-    /// Visits the groups from the coarsest down and goes no deeper than what is drawn: O(what is drawn). Where that is much of
+    /// Visits the groups from the coarsest down and goes no deeper than what is drawn: O(n log n) of what is drawn, and of
+    /// what was drawn the last time. Where that is much of
     /// what there is, a sweep over all groups finds out first which are over the threshold, in a fraction of a nanosecond
     /// each. Allocates while `selection` grows.
     pub fn select(&self, simd: Simd, eye: &LevelEye, selection: &mut Selection) -> bool {
@@ -107,15 +128,12 @@ impl Levels {
         most: usize,
         selection: &mut Selection,
     ) -> Option<bool> {
-        let Selection { visited, chosen, pending, triangles, clusters, originals, .. } = selection;
-        visited.clear();
-        visited.resize(self.group_count().div_ceil(64), 0);
-        chosen.clear();
-        chosen.resize(self.made_from.len().div_ceil(64), 0);
-        (*triangles, *clusters, *originals) = (0, 0, 0);
-        pending.clear();
+        let (groups, all) = (self.group_count(), self.made_from.len());
+        selection.clear(groups, all);
+        let Selection { visited, seen, chosen, words, pending, .. } = selection;
+        let (mut triangles, mut clusters, mut originals) = (0, 0, 0);
         // The list after the last group's: what no group simplified.
-        pending.push(self.group_count() as u32);
+        pending.push(groups as u32);
         let mut left = most;
         while let Some(group) = pending.pop() {
             left = left.checked_sub(1)?;
@@ -123,23 +141,30 @@ impl Levels {
                 let finer = self.made_from[cluster as usize];
                 if finer != NO_GROUP && over(self, finer) {
                     if self.inputs_of(finer as usize).is_empty() {
-                        chosen.fill(0);
-                        (*triangles, *clusters, *originals) = (0, 0, 0);
+                        selection.clear(groups, all);
                         return Some(false);
                     }
                     let (word, bit) = (finer as usize / 64, 1 << (finer % 64));
                     if visited[word] & bit == 0 {
                         visited[word] |= bit;
+                        seen.push(finer);
                         pending.push(finer);
                     }
                 } else {
-                    chosen[cluster as usize / 64] |= 1 << (cluster % 64);
-                    *triangles += u64::from(self.triangles[cluster as usize]);
-                    *clusters += 1;
-                    *originals += u32::from(finer == NO_GROUP);
+                    let word = &mut chosen[cluster as usize / 64];
+                    if *word == 0 {
+                        words.push(cluster / 64);
+                    }
+                    *word |= 1 << (cluster % 64);
+                    triangles += u64::from(self.triangles[cluster as usize]);
+                    clusters += 1;
+                    originals += u32::from(finer == NO_GROUP);
                 }
             }
         }
+        words.sort_unstable();
+        (selection.triangles, selection.clusters) = (triangles, clusters);
+        selection.originals = originals;
         Some(true)
     }
 

@@ -118,6 +118,8 @@ pub struct Levels {
     pub(super) first_input: Vec<u32>,
     pub(super) triangles: Vec<u32>,
     originals: u32,
+    /// Triangles of the clusters that were not simplified further.
+    fewest: u64,
     replaced_by: Vec<u32>,
 }
 
@@ -174,6 +176,8 @@ impl Levels {
             inputs[*at as usize] = cluster as u32;
             *at += 1;
         }
+        let triangles: Vec<u32> = mesh.clusters().iter().map(|c| c.triangle_count).collect();
+        let coarsest = &inputs[first_input[groups.len()] as usize..];
         let row = |of: fn(&Group) -> f32| groups.iter().map(of).collect();
         Ok(Self {
             rows: [
@@ -184,7 +188,8 @@ impl Levels {
                 row(|g| g.error),
             ],
             originals: made_from.iter().filter(|&&g| g == NO_GROUP).count() as u32,
-            triangles: mesh.clusters().iter().map(|c| c.triangle_count).collect(),
+            fewest: coarsest.iter().map(|&c| u64::from(triangles[c as usize])).sum(),
+            triangles,
             made_from,
             inputs,
             first_input,
@@ -240,8 +245,7 @@ impl Levels {
 
     /// How many triangles are drawn from far away, where nothing but the coarsest is.
     pub(crate) fn fewest_triangles(&self) -> u64 {
-        let coarsest = self.inputs_of(self.group_count());
-        coarsest.iter().map(|&c| u64::from(self.triangles[c as usize])).sum()
+        self.fewest
     }
 
     /// The clusters that were simplified in a group; with the number of groups, those that were in none.
