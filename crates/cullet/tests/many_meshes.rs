@@ -1,5 +1,6 @@
 //! Scenes with as many meshes as instances, as of building models, cost little more than one mesh.
 
+use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use cullet::{
@@ -43,9 +44,14 @@ fn views(side: u32) -> Vec<View> {
     ]
 }
 
+fn nanoseconds() -> u64 {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    START.elapsed().as_nanos() as u64
+}
+
 /// Shortest time of a frame of all views, with and without the draws.
-fn frame(scene: &Scene, views: &[View], rounds: usize) -> ([Duration; 2], u64) {
-    let culler = Culler::default();
+fn frame(scene: &Scene, views: &[View], rounds: usize) -> ([Duration; 2], Visible) {
+    let culler = Culler { clock: Some(nanoseconds), ..Culler::default() };
     let mut states = vec![ViewState::default(); views.len()];
     let mut results = vec![Visible::default(); views.len()];
     let mut lists = vec![DrawList::default(); views.len()];
@@ -61,13 +67,21 @@ fn frame(scene: &Scene, views: &[View], rounds: usize) -> ([Duration; 2], u64) {
         }
         best[1] = best[1].min(start.elapsed());
     }
-    (best, results.iter().map(|r| r.instance_count).sum())
+    let of_all = results.into_iter().reduce(|mut all, one| {
+        all.instance_count += one.instance_count;
+        for (row, more) in all.funnel.rows.iter_mut().zip(&one.funnel.rows) {
+            row.nanoseconds += more.nanoseconds;
+        }
+        all
+    });
+    (best, of_all.unwrap_or_default())
 }
 
 #[test]
 fn answers_are_those_of_one_mesh() {
     let views = views(30);
-    let [own, shared] = [true, false].map(|of_own| frame(&grid(30, of_own), &views, 2).1);
+    let [own, shared] =
+        [true, false].map(|of_own| frame(&grid(30, of_own), &views, 2).1.instance_count);
     assert!(own == shared && own > 100);
 }
 
@@ -78,10 +92,14 @@ fn a_frame_of_many_meshes_beside_one_of_many_instances() {
     const SIDE: u32 = 707;
     let views = views(SIDE);
     let [own, shared] = [true, false].map(|of_own| frame(&grid(SIDE, of_own), &views, 12));
-    assert_eq!(own.1, shared.1);
-    println!("{} instances visible in five views", own.1);
+    assert_eq!(own.1.instance_count, shared.1.instance_count);
+    println!("{} instances visible in five views", own.1.instance_count);
+    for (own, shared) in own.1.funnel.rows.iter().zip(&shared.1.funnel.rows) {
+        let [own_us, shared_us] = [own, shared].map(|row| row.nanoseconds / 1000);
+        println!("{:?} {:?}: {own_us} us, {shared_us} us", own.stage, own.unit);
+    }
     for (what, at) in [("cull", 0), ("cull and fill", 1)] {
-        let [own, shared] = [own, shared].map(|f| f.0[at].as_secs_f64() * 1e3);
+        let [own, shared] = [own.0, shared.0].map(|times| times[at].as_secs_f64() * 1e3);
         println!("{what}: {own:.3} ms of many meshes, {shared:.3} ms of one: {:.2}", own / shared);
     }
 }

@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use crate::mesh::{MAX_CLUSTER_TRIANGLES, Mesh};
+use crate::mesh::Mesh;
 use crate::scene::MeshId;
+pub(super) use crate::scene::is_parted;
 
 /// Consecutive clusters of one instance to which the frustum gave the same answer.
 #[derive(Clone, Copy, Debug)]
@@ -17,15 +18,6 @@ pub(super) struct Run {
     pub(super) cluster_count: u32,
     /// No triangle of it needs an outcode.
     pub(super) inside: bool,
-}
-
-/// The fewest triangles of a mesh of which clusters are culled by themselves, as many as two clusters hold. Of less so
-/// little goes that finding it costs more than drawing it.
-const LEAST_PARTED: u32 = 2 * MAX_CLUSTER_TRIANGLES as u32;
-
-/// Whether it pays to cull the clusters of a mesh by themselves.
-pub(super) fn is_parted(mesh: &Mesh) -> bool {
-    mesh.triangle_count() > LEAST_PARTED
 }
 
 /// The triangles of a run: clusters follow each other in the mesh's order.

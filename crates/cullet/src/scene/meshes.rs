@@ -1,11 +1,64 @@
 //! The meshes of a scene, and what is prepared of them.
 
 use super::{MeshId, Scene};
+use crate::cull::backface::Facing;
 use crate::cull::occlusion::Occluder;
-use crate::mesh::Mesh;
+use crate::mesh::{MAX_CLUSTER_TRIANGLES, Mesh};
 use crate::prepared::{Preparation, Prepared, add_all};
 
+/// The fewest triangles of a mesh of which clusters are culled by themselves, as many as two clusters hold. Of less so
+/// little goes that finding it costs more than drawing it.
+const LEAST_PARTED: u32 = 2 * MAX_CLUSTER_TRIANGLES as u32;
+
+/// Whether it pays to cull the clusters of a mesh by themselves.
+pub(crate) fn is_parted(mesh: &Mesh) -> bool {
+    mesh.triangle_count() > LEAST_PARTED
+}
+
+/// Facts of a mesh that decide whether its instances are drawn whole: a byte for each mesh, so that
+/// scenes of as many meshes as instances need not read the meshes themselves in every frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MeshKind(u8);
+
+impl MeshKind {
+    const PARTED: u8 = 1;
+    const BACKS: u8 = 2;
+    const FRONTS: u8 = 4;
+
+    fn of(mesh: &Mesh, prepared: &Prepared) -> Self {
+        let has_sides = !mesh.is_two_sided() && !mesh.is_deformable();
+        let has = |facing| has_sides && prepared.cluster_cones(facing).is_some();
+        Self(
+            u8::from(is_parted(mesh)) * Self::PARTED
+                | u8::from(has(Facing::Back)) * Self::BACKS
+                | u8::from(has(Facing::Front)) * Self::FRONTS,
+        )
+    }
+
+    /// Whether it [pays](is_parted) to cull the clusters of the mesh by themselves.
+    pub(crate) fn is_parted(self) -> bool {
+        self.0 & Self::PARTED != 0
+    }
+
+    /// Whether some cluster of an instance of the mesh may show an eye nothing but the side that is
+    /// culled.
+    pub(crate) fn may_be_culled(self, culled: Facing) -> bool {
+        let side = if culled == Facing::Front { Self::FRONTS } else { Self::BACKS };
+        self.0 & side != 0
+    }
+}
+
 impl Scene {
+    /// Returns the facts of each mesh that decide whether its instances are drawn whole.
+    pub(crate) fn mesh_kinds(&self) -> &[MeshKind] {
+        &self.kinds
+    }
+
+    /// Finds the facts of a mesh again.
+    fn note_kind(&mut self, at: usize) {
+        self.kinds[at] = MeshKind::of(&self.meshes[at], &self.prepared[at]);
+    }
+
     /// Adds a mesh that instances may share. What culling needs of it is made by the next [`commit`](Self::commit) or
     /// [`prepare`](Self::prepare); until then stages keep what they cannot test.
     pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
@@ -15,6 +68,7 @@ impl Scene {
     /// Adds a mesh with what was prepared of it before, by jobs or by a bake.
     pub fn add_prepared_mesh(&mut self, mesh: Mesh, prepared: Prepared) -> MeshId {
         self.tallies.add_mesh(&mesh);
+        self.kinds.push(MeshKind::of(&mesh, &prepared));
         self.meshes.push(mesh);
         self.prepared.push(prepared);
         (self.meshes.len() - 1) as MeshId
@@ -46,6 +100,7 @@ impl Scene {
     pub fn set_prepared(&mut self, mesh: MeshId, prepared: Prepared) {
         if let Some(own) = self.prepared.get_mut(mesh as usize) {
             *own = prepared;
+            self.note_kind(mesh as usize);
             self.change += 1;
         }
     }
@@ -93,6 +148,7 @@ impl Scene {
             edit(at as MeshId, mesh);
             let made = self.prepared[at].made();
             self.prepared[at] = Prepared::of(mesh, made);
+            self.kinds[at] = MeshKind::of(mesh, &self.prepared[at]);
             changed[at] = self.tallies.set_mesh(at, mesh) || mesh.bounds() != bounds;
         }
         if changed.contains(&true) {
@@ -120,5 +176,6 @@ impl Scene {
     /// mesh on them and hand it to [`set_prepared`](Self::set_prepared).
     pub fn prepare(&mut self, wanted: Preparation) {
         add_all(&mut self.prepared, &self.meshes, wanted);
+        (0..self.meshes.len()).for_each(|at| self.note_kind(at));
     }
 }

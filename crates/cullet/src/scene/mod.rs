@@ -25,6 +25,8 @@ use column::{Bits, Column};
 pub use edit::SceneBoundsMut;
 pub use instance::{BoundsOverride, Instance, InstanceFlags, MeshId, SceneError, SceneVersion};
 pub use levels::MeshLevels;
+pub(crate) use meshes::MeshKind;
+pub(crate) use meshes::is_parted;
 pub use stand_ins::StandInError;
 pub(crate) use stand_ins::{NO_STAND_IN, StandIns};
 use tally::Tallies;
@@ -50,6 +52,7 @@ pub struct Scene {
     meshes: Vec<Mesh>,
     // By mesh.
     prepared: Vec<Prepared>,
+    kinds: Vec<MeshKind>,
     // Empty for meshes beyond the last that has any.
     levels: Vec<Vec<MeshLevels>>,
     // How many levels there are of all meshes.
@@ -96,6 +99,7 @@ impl Scene {
             mesh_version: 0,
             meshes: Vec::new(),
             prepared: Vec::new(),
+            kinds: Vec::new(),
             levels: Vec::new(),
             level_count: 0,
             mesh: Vec::new(),

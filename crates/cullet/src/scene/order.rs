@@ -115,6 +115,7 @@ impl Scene {
             mesh_version: _,
             meshes: _,
             prepared: _,
+            kinds: _,
             levels: _,
             level_count: _,
             tallies: _,

@@ -10,7 +10,7 @@ use crate::cull::backface::{BackfaceEye, Backfaces, ClusterCones, ObjectEye, Vie
 use crate::cull::output::keep_listed;
 use crate::funnel::Stage;
 use crate::mesh::{Cluster, Mesh};
-use crate::scene::MeshId;
+use crate::scene::{MeshId, MeshKind};
 
 /// Memory of the stage.
 #[derive(Clone, Debug, Default)]
@@ -61,9 +61,8 @@ impl<'a> Backs<'a> {
     }
 
     /// Whether [`may_cull_clusters`](Self::may_cull_clusters) says no of every instance of a mesh.
-    pub(super) fn none_of_mesh(&self, mesh: usize) -> bool {
-        let of = &self.frame.scene.meshes()[mesh];
-        of.is_two_sided() || of.is_deformable() || self.cones(mesh as MeshId).is_none()
+    pub(super) fn none_of(&self, kind: MeshKind) -> bool {
+        !kind.may_be_culled(self.eye.culled_side())
     }
 
     /// The eye for triangles.

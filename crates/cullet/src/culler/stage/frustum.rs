@@ -30,20 +30,6 @@ pub(in super::super) struct Cache {
     coherent: Coherent,
     cut: Cut,
     of_levels: Vec<Run>,
-    of_meshes: Vec<OfMesh>,
-    /// Entries of `of_meshes` that are not the default. Only these are cleared for the next view: a
-    /// scene may have as many meshes as instances.
-    noted: Vec<u32>,
-}
-
-/// Facts of all instances of a mesh in one view.
-#[derive(Clone, Copy, Debug, Default)]
-struct OfMesh {
-    /// No cluster of any instance is culled for facing away. The rest holds where this does.
-    has_no_backs: bool,
-    /// Its clusters are not culled by themselves.
-    is_whole: bool,
-    tally: Tally,
 }
 
 /// Takes the instances that are in a layer of the view and not outside; all of them with the stage off.
@@ -207,15 +193,13 @@ pub(in super::super) fn clusters(
     let backs = frame.culls_backs_by_cluster().then(|| Backs::new(frame));
     let Sets { instances, coarse, clusters, .. } = sets;
     clusters.settled.resize(instances.alive.len(), 0);
-    let Cache { of_meshes, noted, .. } = cache;
-    noted.drain(..).for_each(|mesh| of_meshes[mesh as usize] = OfMesh::default());
-    of_meshes.resize(scene.meshes().len(), OfMesh::default());
+    let kinds = scene.mesh_kinds();
     // What holds of every mesh: of such scenes most words are settled without a look at their instances.
     let is_few = scene.meshes().len() < instances.live.len();
     let none_has_backs = settles
         && is_few
-        && (0..scene.meshes().len()).all(|m| backs.as_ref().is_none_or(|b| b.none_of_mesh(m)));
-    let all_are_whole = none_has_backs && !scene.meshes().iter().any(is_parted);
+        && kinds.iter().all(|&kind| backs.as_ref().is_none_or(|b| b.none_of(kind)));
+    let all_are_whole = none_has_backs && !kinds.iter().any(|kind| kind.is_parted());
     // Of the instances that are taken whole, and of those of which some clusters may be outside.
     let (mut whole, mut straddling) = (Tally::default(), Tally::default());
     for &word in &instances.live {
@@ -233,6 +217,12 @@ pub(in super::super) fn clusters(
         let at_once = match (all_are_whole, none_has_backs) {
             (true, _) => alive & !replaced,
             (_, true) => alive & !replaced & may_settle,
+            _ if settles => bits::ones(alive & !replaced).fold(0, |settled, bit| {
+                let kind = kinds[scene.mesh_id((word * 64 + bit) as u32) as usize];
+                let is_whole = may_settle >> bit & 1 == 1 || !kind.is_parted();
+                let settles = is_whole && backs.as_ref().is_none_or(|b| b.none_of(kind));
+                settled | u64::from(settles) << bit
+            }),
             _ => 0,
         };
         clusters.settled[word] = at_once;
@@ -248,13 +238,6 @@ pub(in super::super) fn clusters(
                 } else {
                     whole += cut.tally;
                 }
-                continue;
-            }
-            let of = cache.of_meshes[scene.mesh_id(slot) as usize];
-            let may_settle = may_settle >> (slot % 64) & 1 == 1 || of.is_whole;
-            if settles && of.has_no_backs && may_settle {
-                clusters.settle(slot);
-                whole += of.tally;
                 continue;
             }
             let mesh = scene.mesh(slot);
@@ -282,13 +265,6 @@ pub(in super::super) fn clusters(
                 continue;
             }
             clusters.settle(slot);
-            // True of the mesh, and not of this instance alone.
-            let of_mesh = &mut cache.of_meshes[mesh_id as usize];
-            let has_no_backs = backs.as_ref().is_none_or(|b| b.none_of_mesh(mesh_id as usize));
-            if of_mesh.tally == Tally::default() {
-                cache.noted.push(mesh_id);
-            }
-            *of_mesh = OfMesh { has_no_backs, is_whole: !is_parted(mesh), tally };
         }
     }
     log.left += whole;
