@@ -265,8 +265,8 @@ pub struct OcclusionTimes {
 }
 
 /// Counts in and out of each stage that ran, in the order in which they ran: what leaves a row enters the
-/// next. Two funnels are equal if their counts are, whatever work it took to get them.
-#[derive(Clone, Debug, Default)]
+/// next. Equal funnels took the same work and time as well: see [`same_counts`](Self::same_counts).
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Funnel {
     /// One row for each stage and unit.
@@ -277,13 +277,14 @@ pub struct Funnel {
     pub occlusion: OcclusionWork,
 }
 
-impl PartialEq for Funnel {
-    fn eq(&self, other: &Self) -> bool {
-        self.rows == other.rows
-    }
-}
-
 impl Funnel {
+    /// Whether the same stages counted the same, whatever work and time it took them.
+    #[must_use]
+    pub fn same_counts(&self, other: &Self) -> bool {
+        let counts = |row: &FunnelRow| (row.stage, row.unit, row.entered, row.left);
+        self.rows.iter().map(counts).eq(other.rows.iter().map(counts))
+    }
+
     /// All of the scene: what entered the first stage.
     #[must_use]
     pub fn entered(&self) -> Counts {

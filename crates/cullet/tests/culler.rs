@@ -9,8 +9,8 @@ use cullet::{
 use cullet_testkit::answers::cull;
 use cullet_testkit::oracles::visible::visible_ref;
 use cullet_testkit::scenes::random_scene;
-use cullet_testkit::views::{looking_down_z, random_view, view_and_moved};
-use cullet_testkit::{Rng, answers, at_every_level, meshes};
+use cullet_testkit::views::{looking_down_z, random_culler, random_view, view_and_moved};
+use cullet_testkit::{Rng, answers, at_every_level, cases, meshes};
 
 fn triangles() -> Culler {
     Culler { output: Output::Triangles, reasons: true, ..Culler::default() }
@@ -369,4 +369,46 @@ fn nodes_hold_what_was_written_before_a_panic() {
     assert!(written.is_err());
     assert!(scene.bounds(7) == far && scene.change_version() > version);
     scene.hierarchy().validate().expect("refitted");
+}
+
+#[test]
+fn meshes_that_an_edit_leaves_as_they_are_keep_what_was_prepared() {
+    let mut scene = random_scene(&mut Rng(36), 20);
+    scene.commit();
+    let occluder = scene.prepared()[0].occluder().expect("made by the commit").clone();
+    scene.set_occluder(0, occluder);
+    let versions = |scene: &cullet::Scene| (scene.change_version(), scene.version());
+    let before = versions(&scene);
+    let lost = scene.edit_meshes(|_, mesh| {
+        let same = mesh.clone();
+        *mesh = same;
+    });
+    assert_eq!((lost.len(), versions(&scene)), (0, before));
+    assert!(scene.prepared()[0].given_occluder().is_some());
+    let lost = scene.edit_meshes(|id, mesh| mesh.set_two_sided(id == 0));
+    assert_eq!(
+        (lost.as_slice(), scene.prepared()[0].given_occluder().is_some()),
+        (&[0][..], false)
+    );
+    assert!(scene.prepared()[0].occluder().is_some(), "of the mesh itself");
+    assert!(!scene.edit_mesh(0, |mesh| mesh.set_two_sided(false)), "it lost none");
+}
+
+#[test]
+fn many_instances_are_explained_as_each_alone() {
+    let mut rng = Rng(37);
+    for _ in 0..cases(8) {
+        let mut scene = random_scene(&mut rng, 60);
+        scene.commit();
+        let (view, culler) = (random_view(&mut rng), random_culler(&mut rng));
+        let handles: Vec<Handle> = scene.slots().filter_map(|slot| scene.handle(slot)).collect();
+        let together = culler.explain_many(&scene, &view, &handles).expect("they are there");
+        assert_eq!(together.len(), handles.len());
+        for (&handle, explained) in handles.iter().zip(&together) {
+            assert_eq!(*explained, culler.explain(&scene, &view, handle).expect("it is there"));
+        }
+        scene.remove(handles[0]).expect("it is there");
+        assert!(culler.explain_many(&scene, &view, &handles).is_err());
+        assert_eq!(culler.explain_many(&scene, &view, &[]), Ok(Vec::new()));
+    }
 }

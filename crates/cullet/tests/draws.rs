@@ -198,7 +198,9 @@ fn a_result_that_is_older_than_its_scene_is_refused() {
         handles.iter().step_by(2).for_each(|&handle| scene.remove(handle).unwrap());
         scene.commit();
     };
-    let edits = |scene: &mut Scene| scene.edit_mesh(0, |mesh| *mesh = meshes::tetrahedron());
+    let edits = |scene: &mut Scene| {
+        scene.edit_mesh(0, |mesh| *mesh = meshes::tetrahedron());
+    };
     let moves = |scene: &mut Scene| {
         let handle = scene.handle(0).expect("the slot is taken");
         scene.set_transform(handle, Transform::from_translation([1.0, 2.0, 3.0])).unwrap();

@@ -182,7 +182,7 @@ fn counts_follow_the_scene() {
                     let mesh = meshes::blob(&mut rng);
                     scene.edit_mesh(rng.below(4) as u32, |m| *m = mesh);
                 }
-                5 => scene.edit_meshes(|_, mesh| mesh.set_two_sided(true)),
+                5 => drop(scene.edit_meshes(|_, mesh| mesh.set_two_sided(true))),
                 6 => scene.commit_in_order(),
                 _ => {
                     let instance = Instance::new(rng.below(5) as u32, *scene.transform(slot));

@@ -2,8 +2,8 @@
 
 use cullet::lod::{LevelEye, Levels, Lod, PixelScale};
 use cullet::{
-    BoundsOverride, Culler, Handle, Instance, InstanceFlags, MeshId, Output, Scene, Stage,
-    StandInError, Transform, View, ViewState, Visible,
+    BoundsOverride, Culler, Handle, Instance, InstanceFlags, MeshId, Output, Scene, SceneError,
+    Stage, StandInError, Transform, View, ViewState, Visible,
 };
 use cullet_testkit::answers::cull;
 use cullet_testkit::memory::{Counting, allocations_of};
@@ -221,7 +221,12 @@ proptest! {
                 let bounds = scene.bounds(slot);
                 scene.write_bounds(|writer| writer.set(slot, &bounds));
             }
-            _ => scene.edit_mesh(scene.mesh_id(slot), |mesh| mesh.set_two_sided(true)),
+            _ => {
+                scene.edit_mesh(scene.mesh_id(slot), |mesh| {
+                    let again = mesh.to_data();
+                    *mesh = cullet::Mesh::new(again).unwrap();
+                });
+            }
         }
         if rng.below(2) == 0 {
             scene.commit_slice();
@@ -373,6 +378,8 @@ fn stand_ins_of_a_large_tree_are_found_by_their_slots() {
         slots.filter(|&slot| scene.is_stand_in_off(slot)).count()
     };
     assert_eq!(off(&scene), 0);
+    let refused = scene.set_layers(stand_ins[0], 3);
+    assert_eq!(refused, Err(SceneError::StandIn(stand_ins[0])));
     let far = Transform::from_translation([0.0, -50.0, 0.0]);
     scene.set_transform(members[12345], far).unwrap();
     assert_eq!(off(&scene), LEVELS as usize);

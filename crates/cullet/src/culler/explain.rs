@@ -56,7 +56,21 @@ impl Culler {
         view: &View,
         handle: Handle,
     ) -> Result<Explanation, CullError> {
-        self.explain_to(scene, Viewer::Camera(view), handle)
+        Ok(self.explain_all(scene, Viewer::Camera(view), &[handle])?.remove(0))
+    }
+
+    /// Explains many instances, each as [`explain`](Self::explain) does. What the explanations need of the whole scene is
+    /// culled once, not once for each of them.
+    ///
+    /// # Errors
+    /// If a handle names no instance.
+    pub fn explain_many(
+        &self,
+        scene: &Scene,
+        view: &View,
+        handles: &[Handle],
+    ) -> Result<Vec<Explanation>, CullError> {
+        self.explain_all(scene, Viewer::Camera(view), handles)
     }
 
     /// Explains an instance for a light, as [`explain`](Self::explain) does for a camera. The
@@ -70,20 +84,20 @@ impl Culler {
         shadows: &ShadowView,
         handle: Handle,
     ) -> Result<Explanation, CullError> {
-        self.explain_to(scene, Viewer::Light(shadows), handle)
+        Ok(self.explain_all(scene, Viewer::Light(shadows), &[handle])?.remove(0))
     }
 
-    fn explain_to(
+    fn explain_all(
         &self,
         scene: &Scene,
         viewer: Viewer<'_>,
-        handle: Handle,
-    ) -> Result<Explanation, CullError> {
-        let slot = scene.slot(handle)?;
+        handles: &[Handle],
+    ) -> Result<Vec<Explanation>, CullError> {
+        let slots = handles.iter().map(|&handle| scene.slot(handle));
+        let slots = slots.collect::<Result<Vec<u32>, _>>()?;
         let own = viewer.settings(self).into_owned();
         let mut telling = Self { reasons: true, clock: None, ..own };
-        let (mut scratch, mut all, mut result) =
-            (Scratch::default(), Visible::default(), Visible::default());
+        let (mut scratch, mut all) = (Scratch::default(), Visible::default());
         let has_budget = telling.lod.is_some_and(|lod| lod.triangles.is_some());
         let stands = telling.lod.is_some_and(|lod| lod.stand_ins) && scene.stand_ins().is_some();
         if telling.occlusion.is_some() || has_budget || stands {
@@ -95,13 +109,29 @@ impl Culler {
                 (lod.pixels, lod.triangles) = (pixels, None);
             }
         }
-        let only = Some(Alone { slot, all: &all });
-        if scene.is_stand_in(slot) {
-            return Ok(of_stand_in(scene, slot, &all));
-        }
-        pipeline::run(&telling, scene, viewer, only, &mut scratch, &mut result);
+        let mut result = Visible::default();
+        let explain = |slot| {
+            if scene.is_stand_in(slot) {
+                return of_stand_in(scene, slot, &all);
+            }
+            let only = Alone { slot, all: &all };
+            telling.explain_alone(scene, viewer, only, &mut scratch, &mut result)
+        };
+        Ok(slots.into_iter().map(explain).collect())
+    }
+
+    fn explain_alone(
+        &self,
+        scene: &Scene,
+        viewer: Viewer<'_>,
+        only: Alone<'_>,
+        scratch: &mut Scratch,
+        result: &mut Visible,
+    ) -> Explanation {
+        let slot = only.slot;
+        pipeline::run(self, scene, viewer, Some(only), scratch, result);
         let reason = result.reasons[slot as usize];
-        let frame = Frame::new(&telling, scene, viewer, only);
+        let frame = Frame::new(self, scene, viewer, Some(only));
         let rows = result.funnel.rows.iter().filter(|row| row.entered.of(row.unit) > 0);
         let steps = rows.map(|row| {
             let Finding { words, evidence } = finding(&frame, &scratch.caches, slot, row, reason);
@@ -115,9 +145,10 @@ impl Culler {
             }
         });
         let hidden = reason.is_some_and(|r| r.stage == Stage::Occlusion);
+        let steps = steps.collect();
         let hidden_by =
             if hidden { scratch.caches.occlusion.blockers(&frame, slot) } else { Vec::new() };
-        Ok(Explanation { reason, steps: steps.collect(), hidden_by })
+        Explanation { reason, steps, hidden_by }
     }
 }
 

@@ -8,6 +8,8 @@ pub use clusters::{Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES};
 pub use regions::{Regions, connected_regions};
 pub use weld::weld;
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use thiserror::Error;
 
 use crate::array::Each;
@@ -166,6 +168,13 @@ pub struct Mesh {
     degenerate: u32,
     polygons: u32,
     deformable: bool,
+    revision: u64,
+}
+
+/// A number that no mesh of the process had before.
+fn next_revision() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(1);
+    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 impl Mesh {
@@ -233,6 +242,7 @@ impl Mesh {
             cluster_boxes,
             bounds,
             deformable,
+            revision: next_revision(),
         }
     }
 
@@ -395,7 +405,15 @@ impl Mesh {
 
     /// Declares every part one-sided or two-sided.
     pub fn set_two_sided(&mut self, two_sided: bool) {
-        self.parts.iter_mut().for_each(|p| p.two_sided = two_sided);
+        if self.parts.iter().any(|p| p.two_sided != two_sided) {
+            self.parts.iter_mut().for_each(|p| p.two_sided = two_sided);
+            self.revision = next_revision();
+        }
+    }
+
+    /// Number that two meshes share only if one is an unchanged copy of the other.
+    pub(crate) fn revision(&self) -> u64 {
+        self.revision
     }
 }
 

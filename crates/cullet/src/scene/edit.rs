@@ -71,15 +71,16 @@ impl Scene {
         Ok(())
     }
 
-    /// Sets the layers of an instance; one that [stands for others](Self::stand_for) stays in none.
+    /// Sets the layers of an instance.
     ///
     /// # Errors
-    /// If the handle names no instance.
+    /// If the handle names no instance, or one that [stands for others](Self::stand_for): that is in
+    /// no layer, and drawn in those of the others.
     pub fn set_layers(&mut self, handle: Handle, layers: u32) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
         let at = slot as usize;
         if self.is_stand_in(slot) {
-            return Ok(());
+            return Err(SceneError::StandIn(handle));
         }
         self.leave_stand_ins(slot);
         self.tallies.change_layers(self.mesh[at], self.layers[at], layers);
@@ -101,7 +102,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Sets by how much the size of an instance counts; see [`Instance::size_weight`].
+    /// Sets by how much the size of an instance counts; see [`Instance::size_weight`]. It changes
+    /// nothing of how the instance looks, so what [stands for it](Self::stand_for) stays.
     ///
     /// # Errors
     /// If the handle names no instance.
@@ -112,7 +114,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Sets the caller's number of an instance.
+    /// Sets the caller's number of an instance. What [stands for it](Self::stand_for) stays.
     ///
     /// # Errors
     /// If the handle names no instance.

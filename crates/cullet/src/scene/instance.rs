@@ -111,6 +111,9 @@ pub enum SceneError {
     /// The handle's instance was removed, or the handle is of another scene.
     #[error("handle {0:?} names no instance of this scene")]
     NoInstance(Handle),
+    /// The instance stands for others, and so is in no layer.
+    #[error("{0:?} stands for others: set the layers of those")]
+    StandIn(Handle),
     /// There is no such mesh.
     #[error("mesh {mesh} of {meshes}")]
     NoMesh {

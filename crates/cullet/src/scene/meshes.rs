@@ -114,51 +114,66 @@ impl Scene {
         }
     }
 
-    /// Calls `edit` with every mesh, to change its sides or to put another in its place. Bounds and counts of the
-    /// instances of a mesh that came out with others follow: O(instances), once for all meshes. What had been
-    /// prepared of a mesh is made anew; an occluder that was given is to be given again.
-    pub fn edit_meshes(&mut self, mut edit: impl FnMut(MeshId, &mut Mesh)) {
-        self.edit_meshes_of(0..self.meshes.len(), &mut edit);
+    /// Calls `edit` with every mesh, to change its sides or to put another in its place. Returns the
+    /// meshes that lost an occluder that was [given](Self::set_occluder).
+    ///
+    /// Where a mesh came out changed, what had been prepared of it is made anew, as by
+    /// [`prepare`](Self::prepare); an occluder that was given may stand for what the mesh no longer
+    /// hides, so one of the new mesh takes its place. Bounds and counts of its instances follow:
+    /// O(instances), once for all meshes. Meshes that came out as they were cost nothing, and keep
+    /// all that they have.
+    pub fn edit_meshes(&mut self, mut edit: impl FnMut(MeshId, &mut Mesh)) -> Vec<MeshId> {
+        self.edit_meshes_of(0..self.meshes.len(), &mut edit)
     }
 
-    /// Edits one mesh, as [`edit_meshes`](Self::edit_meshes) edits all. Does nothing if there is no
-    /// such mesh.
-    pub fn edit_mesh(&mut self, mesh: MeshId, edit: impl FnOnce(&mut Mesh)) {
+    /// Edits one mesh, as [`edit_meshes`](Self::edit_meshes) edits all. Returns whether it lost an
+    /// occluder that was given. Does nothing if there is no such mesh.
+    pub fn edit_mesh(&mut self, mesh: MeshId, edit: impl FnOnce(&mut Mesh)) -> bool {
         let at = mesh as usize;
-        if at < self.meshes.len() {
-            let mut edit = Some(edit);
-            self.edit_meshes_of(at..at + 1, &mut |_, mesh| {
-                if let Some(edit) = edit.take() {
-                    edit(mesh);
-                }
-            });
-        }
+        let mut edit = Some(edit);
+        at < self.meshes.len()
+            && !self
+                .edit_meshes_of(at..at + 1, &mut |_, mesh| {
+                    if let Some(edit) = edit.take() {
+                        edit(mesh);
+                    }
+                })
+                .is_empty()
     }
 
     fn edit_meshes_of(
         &mut self,
         range: std::ops::Range<usize>,
         edit: &mut dyn FnMut(MeshId, &mut Mesh),
-    ) {
-        let mut changed = vec![false; self.meshes.len()];
-        self.leave_stand_ins_of(range.clone());
+    ) -> Vec<MeshId> {
+        let mut lost = Vec::new();
+        let (mut edited, mut counts_change) = (vec![false; self.meshes.len()], false);
         for at in range {
             let mesh = &mut self.meshes[at];
-            let bounds = mesh.bounds();
+            let (revision, bounds) = (mesh.revision(), mesh.bounds());
             edit(at as MeshId, mesh);
+            if mesh.revision() == revision {
+                continue;
+            }
+            edited[at] = true;
+            lost.extend(self.prepared[at].given_occluder().map(|_| at as MeshId));
             let made = self.prepared[at].made();
             self.prepared[at] = Prepared::of(mesh, made);
             self.kinds[at] = MeshKind::of(mesh, &self.prepared[at]);
-            changed[at] = self.tallies.set_mesh(at, mesh) || mesh.bounds() != bounds;
+            counts_change |= self.tallies.set_mesh(at, mesh) || mesh.bounds() != bounds;
         }
-        if changed.contains(&true) {
+        if !edited.contains(&true) {
+            return lost;
+        }
+        self.leave_stand_ins_of(&edited);
+        if counts_change {
             let present = self.hierarchy.present();
             self.tallies.recount(0..present.len(), &self.mesh, present);
             let stands = self.stand_ins.as_deref();
             let has_left = |slot: usize| stands.is_some_and(|s| s.has(slot));
             self.tallies.recount_layers(&self.mesh, &self.layers, present, has_left);
             for slot in 0..self.slot_count() {
-                if changed[self.mesh[slot as usize] as usize] {
+                if edited[self.mesh[slot as usize] as usize] {
                     self.update_slot(slot);
                 }
             }
@@ -167,6 +182,7 @@ impl Scene {
         self.drop_stale_levels();
         self.change += 1;
         self.mesh_version += 1;
+        lost
     }
 
     /// Makes what is wanted of every mesh, and not yet there. Nothing of it for two-sided and for deformable meshes; see

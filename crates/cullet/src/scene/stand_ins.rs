@@ -254,11 +254,11 @@ impl Scene {
         }
     }
 
-    /// Takes note that meshes are edited.
-    pub(super) fn leave_stand_ins_of(&mut self, meshes: std::ops::Range<usize>) {
+    /// Takes note of the meshes that were edited.
+    pub(super) fn leave_stand_ins_of(&mut self, edited: &[bool]) {
         let Some(stands) = &mut self.stand_ins else { return };
         for (slot, mesh) in (0..).zip(&self.mesh) {
-            if meshes.contains(&(*mesh as usize)) {
+            if edited[*mesh as usize] {
                 stands.leave(slot);
             }
         }

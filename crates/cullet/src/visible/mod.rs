@@ -71,7 +71,8 @@ pub struct DroppedRange {
 /// Visible set of one view: a superset of what is truly visible. Ascending by slot; reused from frame to
 /// frame without allocation once it has grown.
 ///
-/// Two results are equal if they list the same, whichever [`version`](Self::version) they are of.
+/// Two results are equal if they list and count the same, whichever [`version`](Self::version) they
+/// are of, and whatever work and time it took.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Visible {
@@ -122,7 +123,8 @@ impl PartialEq for Visible {
         } = self;
         (whole, partial) == (&other.whole, &other.partial)
             && (triangle_ranges, triangles) == (&other.triangle_ranges, &other.triangles)
-            && (reasons, dropped, funnel) == (&other.reasons, &other.dropped, &other.funnel)
+            && (reasons, dropped) == (&other.reasons, &other.dropped)
+            && funnel.same_counts(&other.funnel)
             && (triangle_count, instance_count, lod_pixels)
                 == (&other.triangle_count, &other.instance_count, &other.lod_pixels)
     }
