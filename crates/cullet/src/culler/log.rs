@@ -1,7 +1,6 @@
 //! The log of a cull: the counts of the funnel, reasons, and the record of what each stage took.
 //!
-//! Totals of an instance are looked up where it is visited anyway: the stages of instances note only what they
-//! take, and the sum of what they leave, which the first stage after them finds, gives all their rows.
+//! Every stage counts what it takes where it takes it; what it leaves is what the next one receives.
 
 use std::ops::Range;
 
@@ -21,9 +20,7 @@ pub(super) struct Log<'a> {
     wants_reasons: bool,
     wants_dropped: bool,
     stage_began: u64,
-    /// Totals that the layers left.
-    pub(super) in_layers: Tally,
-    /// Totals that the stages of instances left.
+    /// Totals that the stages so far left.
     pub(super) left: Tally,
     pub(super) frustum: FrustumWork,
     pub(super) occlusion: OcclusionWork,
@@ -54,7 +51,6 @@ impl<'a> Log<'a> {
             wants_reasons: culler.reasons,
             wants_dropped: culler.reasons && culler.dropped,
             stage_began: 0,
-            in_layers: Tally::default(),
             left: Tally::default(),
             frustum: FrustumWork::default(),
             occlusion: OcclusionWork::default(),
@@ -100,35 +96,16 @@ impl<'a> Log<'a> {
         }
     }
 
-    /// Ends a stage of instances that took some: its row is complete once [`settle_instances`](Self::settle_instances)
-    /// has run.
+    /// Ends a stage of instances that took `dropped`.
     pub(super) fn instance_row(&mut self, stage: Stage, dropped: Tally) {
-        self.push_row(stage, Unit::Instances, dropped.counts, Counts::default());
+        let entered = self.left.counts;
+        self.left -= dropped;
+        self.row(stage, Unit::Instances, entered);
     }
 
-    /// Completes the rows of the stages of instances, of which the last left `alive`. What the frustum took is the
-    /// rest of what the layers left.
-    pub(super) fn settle_instances(&mut self, alive: Tally) {
-        let mut left = alive.counts;
-        let in_layers = self.in_layers.counts;
-        for row in self.rows.iter_mut().rev() {
-            let entered = match row.stage {
-                Stage::Layer => break,
-                Stage::Frustum => in_layers,
-                _ => left + row.entered,
-            };
-            (row.entered, row.left) = (entered, left);
-            left = entered;
-        }
-        debug_assert_eq!(left, in_layers, "counts of the stages of instances");
-    }
-
-    /// Ends a stage after those of instances: what came in is what the row before left.
+    /// Ends a stage that `entered` came into, and that left [`left`](Self::left).
     pub(super) fn row(&mut self, stage: Stage, unit: Unit, entered: Counts) {
-        self.push_row(stage, unit, entered, self.left.counts);
-    }
-
-    pub(super) fn push_row(&mut self, stage: Stage, unit: Unit, entered: Counts, left: Counts) {
+        let left = self.left.counts;
         let nanoseconds = self.clock.map_or(FunnelRow::NO_TIME, |now| {
             let now = now();
             let took = now.saturating_sub(self.stage_began);

@@ -138,12 +138,6 @@ pub(super) fn run(
             (step.run)(&frame, caches, sets, &mut log);
         }
     }
-    if depth == Unit::Instances {
-        log.left = sets.instances.tally(scene);
-        log.left += sets.coarse.drawn();
-        log.left -= sets.coarse.replaced();
-        log.settle_instances(log.left);
-    }
     if depth < Unit::Triangles && culler.runs(Stage::Degenerate) {
         degenerate::of_the_rest(&frame, sets, &mut log);
     }

@@ -17,7 +17,6 @@ use crate::cull::frustum::tree::{Coherent, Cut};
 use crate::cull::frustum::triangles::ObjectRegion;
 use crate::cull::shadow::{CasterReason, CasterRegion};
 use crate::funnel::{FrustumWork, Reason, Stage, Unit};
-use crate::scene::Tally;
 use crate::view::FrustumPlane;
 use crate::visible::TriangleRange;
 
@@ -43,7 +42,7 @@ pub(in super::super) fn instances(
     let words = scene.hierarchy().present().len();
     set.clear(words);
     let all = frame.only_slot().map_or_else(|| scene.tally(), |slot| scene.tally_of(slot));
-    let all_in = all.counts.instances == log.in_layers.counts.instances;
+    let all_in = all.counts.instances == log.left.counts.instances;
     match frame.only_slot() {
         Some(slot) if all_in => take_alone(frame, set, log, slot),
         Some(_) => {}
@@ -51,7 +50,8 @@ pub(in super::super) fn instances(
         None => (0..words).for_each(|word| set.take(frame, word, u64::MAX, u64::MAX, all_in)),
     }
     if frame.culler.frustum {
-        log.instance_row(Stage::Frustum, Tally::default());
+        let entered = std::mem::replace(&mut log.left, set.tally(scene));
+        log.row(Stage::Frustum, Unit::Instances, entered.counts);
     }
 }
 
@@ -200,8 +200,7 @@ pub(in super::super) fn clusters(
         && is_few
         && kinds.iter().all(|&kind| backs.as_ref().is_none_or(|b| b.none_of(kind)));
     let all_are_whole = none_has_backs && !kinds.iter().any(|kind| kind.is_parted());
-    // Of the instances that are taken whole, and of those of which some clusters may be outside.
-    let (mut whole, mut straddling) = (Tally::default(), Tally::default());
+    let entered = log.left.counts;
     for &word in &instances.live {
         let word = word as usize;
         // Those of which only their mesh can say that they are not drawn whole.
@@ -226,22 +225,16 @@ pub(in super::super) fn clusters(
             _ => 0,
         };
         clusters.settled[word] = at_once;
-        whole += scene.tally_of_bits(word, at_once);
         for slot in slots(word, alive & !at_once) {
             if replaced >> (slot % 64) & 1 == 1 {
                 let Some(cut) = coarse.cut_of(slot) else { continue };
                 let inside = inside >> (slot % 64) & 1 == 1;
                 let memory = (&mut cache.cut, &mut cache.of_levels);
                 let runs = &mut clusters.runs;
-                if list_levels(frame, memory, (coarse, cut), inside, runs, log) {
-                    straddling += cut.tally;
-                } else {
-                    whole += cut.tally;
-                }
+                list_levels(frame, memory, (coarse, cut), inside, runs, log);
                 continue;
             }
             let mesh = scene.mesh(slot);
-            let tally = scene.tally_of(slot);
             let cluster_count = mesh.cluster_count();
             let inside =
                 inside >> (slot % 64) & 1 == 1 || !scene.is_rigid(slot) || cluster_count == 0;
@@ -249,12 +242,9 @@ pub(in super::super) fn clusters(
             let run =
                 Run { slot, mesh: mesh_id, level: 0, first_cluster: 0, cluster_count, inside };
             if !inside && is_parted(mesh) {
-                straddling += tally;
-                log.left += tally;
                 list_clusters(frame, &mut cache.cut, run, &mut clusters.runs, log);
                 continue;
             }
-            whole += tally;
             if !settles
                 || occlusion::may_hide_clusters(frame, hidden, slot)
                 || reached.may_cut(frame, slot)
@@ -267,11 +257,8 @@ pub(in super::super) fn clusters(
             clusters.settle(slot);
         }
     }
-    log.left += whole;
-    whole += straddling;
-    log.settle_instances(whole);
     if by_cluster {
-        log.row(Stage::Frustum, Unit::Clusters, whole.counts);
+        log.row(Stage::Frustum, Unit::Clusters, entered);
     }
 }
 
@@ -312,8 +299,7 @@ fn list_clusters(
     }
 }
 
-/// Lists the clusters of an instance's levels that the frustum does not reject; whether it was tested, and the counts of
-/// the rest were noted.
+/// Lists the clusters of an instance's levels that the frustum does not reject.
 fn list_levels(
     frame: &Frame<'_>,
     (cut, all): (&mut Cut, &mut Vec<Run>),
@@ -321,14 +307,13 @@ fn list_levels(
     inside: bool,
     runs: &mut Vec<Run>,
     log: &mut Log<'_>,
-) -> bool {
+) {
     let (scene, slot, first) = (frame.scene, levels.slot, runs.len());
     let mesh = &scene.meshes()[levels.mesh as usize];
     if inside || !is_parted(mesh) {
         runs.extend(coarse.runs_of(levels).map(|run| Run { inside, ..run }));
-        return false;
+        return;
     }
-    log.left += levels.tally;
     let planes = Planes::new(&frame.world_frustum.to_object_space(scene.transform(slot)));
     cut.cull(frame.culler.level, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
     all.clear();
@@ -346,7 +331,6 @@ fn list_levels(
     if runs.len() == first {
         log.drop_slot(slot, Reason { stage: Stage::Frustum, detail: Reason::MIXED });
     }
-    true
 }
 
 /// Lists the triangles of all runs, those of straddling clusters by their outcodes.

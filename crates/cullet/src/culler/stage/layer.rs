@@ -13,17 +13,16 @@ pub(in super::super) fn instances(frame: &Frame<'_>, log: &mut Log<'_>) {
     let all = match frame.only_slot() {
         Some(slot) => {
             let is_in = scene.layers(slot) & layers != 0;
-            log.in_layers = if is_in { scene.tally_of(slot) } else { Tally::default() };
+            log.left = if is_in { scene.tally_of(slot) } else { Tally::default() };
             scene.tally_of(slot)
         }
         None => {
-            log.in_layers = scene.tally_of_layers(layers);
+            log.left = scene.tally_of_layers(layers);
             scene.tally()
         }
     };
-    let in_layers = log.in_layers.counts;
-    log.push_row(Stage::Layer, Unit::Instances, all.counts, in_layers);
-    let some_are_out = all.counts.instances != in_layers.instances || scene.stand_ins().is_some();
+    log.row(Stage::Layer, Unit::Instances, all.counts);
+    let some_are_out = all.counts != log.left.counts || scene.stand_ins().is_some();
     if log.wants_reasons() && some_are_out {
         let slots = frame.only_slot().map_or(0..scene.slot_count(), |slot| slot..slot + 1);
         for slot in slots.filter(|&s| !scene.is_removed(s)) {
