@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let z = f64::from(i) * -12.0;
         for x in [-10.0, 10.0] {
             let house = Transform::from_scale_translation([4.0, 5.0, 5.9], [x, 5.0, z]);
-            scene.add(Instance { user: 1, ..Instance::new(cube, house) })?;
+            scene.add(Instance { user_data: 1, ..Instance::new(cube, house) })?;
         }
         scene.add(Instance::new(cube, Transform::from_translation([-20.0, 1.0, z])))?;
     }
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut state, mut visible) = (RegionState::default(), RegionVisible::default());
     let street = EyeBox::new([-3.0, 1.5, -70.0], [3.0, 1.9, -60.0]);
     RegionCuller::default().cull(&scene, &street, &mut state, &mut visible)?;
-    let trees = visible.slots().filter(|&s| scene.user(s) == 0).count();
+    let trees = visible.slots().filter(|&s| scene.user_data(s) == 0).count();
     println!(
         "{} of 36 may be seen from the street, {trees} of them trees",
         visible.slots().count()

@@ -131,7 +131,7 @@ impl CulletScene {
     pub fn entity(&self, slot: u32) -> Option<Entity> {
         let handle = self.scene.handle(slot)?;
         let slot = self.scene.slot(handle).ok()?;
-        Entity::try_from_bits(self.scene.user(slot))
+        Entity::try_from_bits(self.scene.user_data(slot))
     }
 
     fn record(&self, entity: Entity) -> Option<&Record> {
@@ -238,9 +238,9 @@ impl CulletScene {
         let bounds = if mesh == 0 { bounds } else { BoundsOverride::Mesh };
         let Some(record) = &mut self.records[at] else {
             let flags = InstanceFlags { always_visible, ..InstanceFlags::default() };
-            let user = seen.entity.to_bits();
+            let user_data = seen.entity.to_bits();
             let instance = Instance::new(mesh, transform);
-            let added = self.scene.add(Instance { bounds, layers, flags, user, ..instance });
+            let added = self.scene.add(Instance { bounds, layers, flags, user_data, ..instance });
             // Full at four thousand million, which no world reaches: its entities would not fit either.
             let Ok(handle) = added else { return };
             let entity = seen.entity;

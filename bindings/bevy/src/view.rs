@@ -187,7 +187,7 @@ impl CulletView {
     /// Makes `next` what is seen, and brings the list after it: sorted anew where slots were, else by what came and went.
     /// Tells whether it changed.
     pub(crate) fn take(&mut self, mirror: &CulletScene, same_order: bool) -> bool {
-        let entity = |slot| Entity::from_bits(mirror.scene.user(slot));
+        let entity = |slot| Entity::from_bits(mirror.scene.user_data(slot));
         if !same_order || self.seen.len() > self.next.len() {
             self.list.clear();
             self.list.extend(slots(&self.next).map(entity));
@@ -237,7 +237,7 @@ fn decide(
     let doubtful = visible & (!inside | exempt);
     let mut kept = visible & !doubtful;
     for slot in slots_of(word, doubtful) {
-        let entity = Entity::from_bits(scene.user(slot));
+        let entity = Entity::from_bits(scene.user_data(slot));
         kept |= u64::from(straddles(entity)) << (slot % 64);
     }
     kept

@@ -263,7 +263,7 @@ pub unsafe extern "C" fn cullet_visible_users(
     let body = |frame: &Frame, out: &mut Out<u64>, count: &mut Out<usize>| {
         let scene = SCENES.get(scene.id)?;
         frame.check_scene(&scene)?;
-        let users = frame.visible.slots().map(|slot| scene.user(slot));
+        let users = frame.visible.slots().map(|slot| scene.user_data(slot));
         write(out, count, users, slot_count(frame))
     };
     // SAFETY: as the header asks of the caller.

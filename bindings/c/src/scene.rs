@@ -238,7 +238,7 @@ pub unsafe extern "C" fn cullet_scene_add(
             added.push(engine::Instance {
                 layers: instance.layers,
                 flags: flags(at, instance.flags)?,
-                user: instance.user,
+                user_data: instance.user,
                 ..engine::Instance::new(instance.mesh, instance.transform.to_engine())
             });
         }
@@ -479,7 +479,7 @@ pub unsafe extern "C" fn cullet_scene_instance(
                 layers: scene.layers(slot),
                 flags: flags.iter().map(|&(is, bit)| if is { bit } else { 0 }).sum(),
                 reserved: 0,
-                user: scene.user(slot),
+                user: scene.user_data(slot),
             },
         );
         if named.room() > 0 {

@@ -15,11 +15,13 @@ fn street() -> Scene {
         let z = f64::from(i) * -14.0;
         let house = Transform::from_scale_translation([4.0, 6.0, 6.0], [10.0, 6.0, z]);
         scene
-            .add(Instance { user: 100 + u64::from(i), ..Instance::new(cube, house) })
+            .add(Instance { user_data: 100 + u64::from(i), ..Instance::new(cube, house) })
             .expect("few");
         if i >= 2 {
             let shed = Transform::from_translation([17.0, 1.0, z]);
-            scene.add(Instance { user: u64::from(i), ..Instance::new(cube, shed) }).expect("few");
+            scene
+                .add(Instance { user_data: u64::from(i), ..Instance::new(cube, shed) })
+                .expect("few");
         }
     }
     scene.commit();

@@ -149,7 +149,7 @@ impl TileSource for CityTiles {
             .map(|(k, Placed { mesh, transform })| {
                 // A block covers streets through which more is seen.
                 let flags = InstanceFlags { no_occlusion: level > 1, ..InstanceFlags::default() };
-                Instance { flags, user: name(k), ..Instance::new(mesh, transform) }
+                Instance { flags, user_data: name(k), ..Instance::new(mesh, transform) }
             })
             .collect();
         Ok(content)

@@ -117,7 +117,7 @@ impl TileSource for FolderTiles {
             layers: scene.layers(slot),
             flags: flags(scene.flags(slot)),
             size_weight: scene.size_weight(slot),
-            user: tile.0 << 32 | u64::from(slot),
+            user_data: tile.0 << 32 | u64::from(slot),
             ..Instance::new(scene.mesh_id(slot), *scene.transform(slot))
         });
         let levels = |mesh: u32| {

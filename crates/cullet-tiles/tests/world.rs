@@ -12,7 +12,7 @@ fn held(scene: &Scene) -> Vec<(u64, u32, [u64; 3])> {
     scene
         .slots()
         .map(|s| {
-            (scene.user(s), scene.mesh_id(s), scene.transform(s).translation.map(f64::to_bits))
+            (scene.user_data(s), scene.mesh_id(s), scene.transform(s).translation.map(f64::to_bits))
         })
         .collect()
 }
@@ -26,7 +26,7 @@ fn view(eye: [f64; 3], target: [f64; 3]) -> View {
 fn visible(scene: &Scene, view: &View, culler: &Culler) -> Vec<u64> {
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
     culler.cull_one(scene, view, &mut state, &mut visible);
-    let mut names: Vec<u64> = visible.slots().map(|s| scene.user(s)).collect();
+    let mut names: Vec<u64> = visible.slots().map(|s| scene.user_data(s)).collect();
     names.sort_unstable();
     names
 }
@@ -127,7 +127,8 @@ fn what_is_wholly_loaded_is_the_whole_city_and_culls_alike() {
         }
     }
     for (k, placed) in plots.iter().enumerate() {
-        let instance = Instance { user: k as u64, ..Instance::new(placed.mesh, placed.transform) };
+        let instance =
+            Instance { user_data: k as u64, ..Instance::new(placed.mesh, placed.transform) };
         whole.add(instance).unwrap();
     }
     whole.commit();

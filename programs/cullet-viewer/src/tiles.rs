@@ -380,7 +380,7 @@ fn copy(of: &Scene) -> Scene {
             layers: of.layers(slot),
             flags: of.flags(slot),
             size_weight: of.size_weight(slot),
-            user: of.user(slot),
+            user_data: of.user_data(slot),
             ..Instance::new(of.mesh_id(slot), *of.transform(slot))
         });
     }
@@ -421,7 +421,7 @@ mod tests {
         for slot in own.slots() {
             let of = |s: &Scene| {
                 let place = (s.mesh_id(slot), *s.transform(slot), s.bounds(slot));
-                (place, s.layers(slot), s.flags(slot), s.user(slot), s.size_weight(slot))
+                (place, s.layers(slot), s.flags(slot), s.user_data(slot), s.size_weight(slot))
             };
             assert_eq!(of(own), of(&copied), "slot {slot}");
         }

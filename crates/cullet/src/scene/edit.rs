@@ -24,7 +24,7 @@ impl Scene {
         self.flags.push(instance.flags);
         self.overrides.push(instance.bounds);
         self.size_weights.push(instance.size_weight);
-        self.users.push(instance.user);
+        self.user_data.push(instance.user_data);
         self.tallies.add(self.mesh.len() - 1, instance.mesh, instance.layers);
         self.exempt.resize(self.mesh.len().div_ceil(64), 0);
         self.exempt_words.resize(self.exempt.len().div_ceil(64), 0);
@@ -118,9 +118,9 @@ impl Scene {
     ///
     /// # Errors
     /// If the handle names no instance.
-    pub fn set_user(&mut self, handle: Handle, user: u64) -> Result<(), SceneError> {
+    pub fn set_user_data(&mut self, handle: Handle, user_data: u64) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
-        self.users.set(slot as usize, user);
+        self.user_data.set(slot as usize, user_data);
         Ok(())
     }
 

@@ -64,7 +64,7 @@ pub struct Instance {
     /// is infinite, NaN or below 0 means that it is never culled for its size. Default 1.
     pub size_weight: f32,
     /// A number of the caller's, such as the entity that it stands for. The engine only keeps it.
-    pub user: u64,
+    pub user_data: u64,
 }
 
 impl Instance {
@@ -78,7 +78,7 @@ impl Instance {
             flags: InstanceFlags::default(),
             bounds: BoundsOverride::Mesh,
             size_weight: 1.0,
-            user: 0,
+            user_data: 0,
         }
     }
 }

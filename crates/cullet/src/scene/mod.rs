@@ -64,7 +64,7 @@ pub struct Scene {
     flags: Column<InstanceFlags>,
     overrides: Column<BoundsOverride>,
     size_weights: Column<f32>,
-    users: Column<u64>,
+    user_data: Column<u64>,
     // Totals of instances: by mesh, by word of slots, by mask of layers.
     tallies: Tallies,
     // One bit a slot: no stage but the layer mask may cull it.
@@ -108,7 +108,7 @@ impl Scene {
             flags: Column::new(InstanceFlags::default()),
             overrides: Column::new(BoundsOverride::Mesh),
             size_weights: Column::new(1.0),
-            users: Column::new(0),
+            user_data: Column::new(0),
             tallies: Tallies::default(),
             exempt: Bits::default(),
             exempt_words: Vec::new(),
@@ -223,13 +223,13 @@ impl Scene {
         self.layers[slot as usize]
     }
 
-    /// The caller's number of a slot; see [`Instance::user`].
+    /// The caller's number of a slot; see [`Instance::user_data`].
     ///
     /// # Panics
     /// If there is no such slot.
     #[must_use]
-    pub fn user(&self, slot: u32) -> u64 {
-        self.users.get(slot as usize)
+    pub fn user_data(&self, slot: u32) -> u64 {
+        self.user_data.get(slot as usize)
     }
 
     /// Returns the factor by which the size of the instance of `slot` counts; see

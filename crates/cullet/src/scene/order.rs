@@ -104,7 +104,7 @@ impl Scene {
             flags,
             overrides,
             size_weights,
-            users,
+            user_data,
             exempt,
             collapsed,
             stand_ins,
@@ -127,8 +127,17 @@ impl Scene {
             stand_ins.resize(slots);
             stand_ins as &mut dyn Permute
         });
-        let all: [&mut dyn Permute; 9] =
-            [mesh, transforms, layers, flags, overrides, size_weights, users, exempt, collapsed];
+        let all: [&mut dyn Permute; 9] = [
+            mesh,
+            transforms,
+            layers,
+            flags,
+            overrides,
+            size_weights,
+            user_data,
+            exempt,
+            collapsed,
+        ];
         all.into_iter().chain(stand_ins)
     }
 
