@@ -206,7 +206,8 @@ fn a_result_that_is_older_than_its_scene_is_refused() {
         scene.set_transform(handle, Transform::from_translation([1.0, 2.0, 3.0])).unwrap();
         scene.add(Instance::new(0, Transform::IDENTITY)).unwrap();
     };
-    let changes: [(&dyn Fn(&mut Scene), bool); 4] = [
+    type Change<'a> = (&'a dyn Fn(&mut Scene), bool);
+    let changes: [Change<'_>; 4] = [
         (&removes_half, true),
         (&edits, true),
         (&|scene| *scene = random_scene(&mut Rng(6), 3), true),

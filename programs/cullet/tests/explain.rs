@@ -45,8 +45,10 @@ fn hold(model: &Model, views: &[View], culler: &Culler) -> [u64; 10] {
     for view in views {
         let mut result = Visible::default();
         culler.cull_one(scene, view, &mut ViewState::default(), &mut result);
-        for slot in scene.slots() {
-            let told = culler.explain(scene, view, scene.handle(slot).unwrap()).unwrap();
+        let slots: Vec<u32> = scene.slots().collect();
+        let handles: Vec<_> = slots.iter().map(|&slot| scene.handle(slot).unwrap()).collect();
+        let all = culler.explain_many(scene, view, &handles).unwrap();
+        for (slot, told) in slots.into_iter().zip(all) {
             let reason = result.reasons[slot as usize];
             assert_eq!(told.reason, reason, "slot {slot}");
             for step in told.steps.iter().filter(|step| step.unit == Unit::Instances) {

@@ -177,6 +177,9 @@ impl<'a> Log<'a> {
         }
     }
 
+    /// Lists triangles that a stage took. (Culling with and without each stage in place of this
+    /// list would name other stages than the funnel counts: clusters are tested before triangles,
+    /// whatever their stages, and what is drawn as an occluder depends on what the others left.)
     pub(super) fn drop_range(
         &mut self,
         stage: Stage,

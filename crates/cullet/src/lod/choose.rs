@@ -37,7 +37,6 @@ pub struct Selection {
     pending: Vec<u32>,
     triangles: u64,
     clusters: u32,
-    originals: u32,
 }
 
 impl Selection {
@@ -51,7 +50,7 @@ impl Selection {
     fn clear(&mut self, groups: usize, clusters: usize) {
         self.seen.drain(..).for_each(|group| self.visited[group as usize / 64] = 0);
         self.words.drain(..).for_each(|word| self.chosen[word as usize] = 0);
-        (self.triangles, self.clusters, self.originals) = (0, 0, 0);
+        (self.triangles, self.clusters) = (0, 0);
         self.word_count = clusters.div_ceil(64);
         self.visited.resize(self.visited.len().max(groups.div_ceil(64)), 0);
         self.chosen.resize(self.chosen.len().max(self.word_count), 0);
@@ -68,12 +67,6 @@ impl Selection {
     #[must_use]
     pub fn triangle_count(&self) -> u64 {
         self.triangles
-    }
-
-    /// How many of the clusters are the original's: all of what is drawn, where the eye is near.
-    #[must_use]
-    pub fn original_count(&self) -> u32 {
-        self.originals
     }
 
     /// Ranges of clusters that follow each other, ascending.
@@ -131,7 +124,7 @@ impl Levels {
         let (groups, all) = (self.group_count(), self.made_from.len());
         selection.clear(groups, all);
         let Selection { visited, seen, chosen, words, pending, .. } = selection;
-        let (mut triangles, mut clusters, mut originals) = (0, 0, 0);
+        let (mut triangles, mut clusters) = (0, 0);
         // The list after the last group's: what no group simplified.
         pending.push(groups as u32);
         let mut left = most;
@@ -158,13 +151,11 @@ impl Levels {
                     *word |= 1 << (cluster % 64);
                     triangles += u64::from(self.triangles[cluster as usize]);
                     clusters += 1;
-                    originals += u32::from(finer == NO_GROUP);
                 }
             }
         }
         words.sort_unstable();
         (selection.triangles, selection.clusters) = (triangles, clusters);
-        selection.originals = originals;
         Some(true)
     }
 

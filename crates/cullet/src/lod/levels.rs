@@ -243,7 +243,7 @@ impl Levels {
         self.originals
     }
 
-    /// How many triangles are drawn from far away, where nothing but the coarsest is.
+    /// Returns how many triangles are drawn from far away, where nothing but the coarsest is.
     pub(crate) fn fewest_triangles(&self) -> u64 {
         self.fewest
     }

@@ -114,16 +114,6 @@ impl Scene {
         Ok(())
     }
 
-    /// Sets the caller's number of an instance. What [stands for it](Self::stand_for) stays.
-    ///
-    /// # Errors
-    /// If the handle names no instance.
-    pub fn set_user_data(&mut self, handle: Handle, user_data: u64) -> Result<(), SceneError> {
-        let slot = self.slot(handle)?;
-        self.user_data.set(slot as usize, user_data);
-        Ok(())
-    }
-
     /// Gives an instance bounds of the caller's.
     ///
     /// # Errors

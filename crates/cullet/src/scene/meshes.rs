@@ -28,10 +28,11 @@ impl MeshKind {
     fn of(mesh: &Mesh, prepared: &Prepared) -> Self {
         let has_sides = !mesh.is_two_sided() && !mesh.is_deformable();
         let has = |facing| has_sides && prepared.cluster_cones(facing).is_some();
+        let bit = |is_set: bool, bit: u8| if is_set { bit } else { 0 };
         Self(
-            u8::from(is_parted(mesh)) * Self::PARTED
-                | u8::from(has(Facing::Back)) * Self::BACKS
-                | u8::from(has(Facing::Front)) * Self::FRONTS,
+            bit(is_parted(mesh), Self::PARTED)
+                | bit(has(Facing::Back), Self::BACKS)
+                | bit(has(Facing::Front), Self::FRONTS),
         )
     }
 
@@ -52,11 +53,6 @@ impl Scene {
     /// Returns the facts of each mesh that decide whether its instances are drawn whole.
     pub(crate) fn mesh_kinds(&self) -> &[MeshKind] {
         &self.kinds
-    }
-
-    /// Finds the facts of a mesh again.
-    fn note_kind(&mut self, at: usize) {
-        self.kinds[at] = MeshKind::of(&self.meshes[at], &self.prepared[at]);
     }
 
     /// Adds a mesh that instances may share. What culling needs of it is made by the next [`commit`](Self::commit) or
@@ -93,16 +89,6 @@ impl Scene {
     #[must_use]
     pub fn prepared_of(&self, slot: u32) -> &Prepared {
         &self.prepared[self.mesh[slot as usize] as usize]
-    }
-
-    /// Gives a mesh what was prepared of it elsewhere: by jobs, by a bake or from a file. Nothing if there is no such
-    /// mesh.
-    pub fn set_prepared(&mut self, mesh: MeshId, prepared: Prepared) {
-        if let Some(own) = self.prepared.get_mut(mesh as usize) {
-            *own = prepared;
-            self.note_kind(mesh as usize);
-            self.change += 1;
-        }
     }
 
     /// Gives a mesh an occluder, such as one that was baked: its shapes must lie within what the mesh hides. Nothing
@@ -189,9 +175,11 @@ impl Scene {
     /// [`Prepared::of`] for the cost.
     ///
     /// Runs on this thread; with the feature `rayon` on the threads of its pool. To use others, make [`Prepared::of`] each
-    /// mesh on them and hand it to [`set_prepared`](Self::set_prepared).
+    /// mesh on them and hand it to
+    /// [`add_prepared_mesh`](Self::add_prepared_mesh) with the mesh.
     pub fn prepare(&mut self, wanted: Preparation) {
         add_all(&mut self.prepared, &self.meshes, wanted);
-        (0..self.meshes.len()).for_each(|at| self.note_kind(at));
+        let meshes = self.meshes.iter().zip(&self.prepared);
+        self.kinds = meshes.map(|(mesh, prepared)| MeshKind::of(mesh, prepared)).collect();
     }
 }
