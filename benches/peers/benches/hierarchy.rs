@@ -1,9 +1,9 @@
-//! The hierarchy over 1e5 boxes: built, walked cold, walked with last frame's answer, and the flat sweep beside them:
+//! The hierarchy over 1e5 boxes: built and walked, with the flat sweep beside it:
 //! `cargo bench --no-default-features --bench hierarchy`, in `benches/peers`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes};
-use cullet::cull::frustum::tree::{Coherent, Cut};
+use cullet::cull::frustum::tree::Cut;
 use cullet::hierarchy::Hierarchy;
 use cullet_testkit::scenes::boxes;
 use cullet_testkit::views::look;
@@ -18,7 +18,6 @@ fn bench(c: &mut Criterion) {
     let (nodes, boxes) = (hierarchy.nodes(), hierarchy.boxes());
     let frustum = look([-400.0, 200.0, 500.0], [0.0; 3], [1600, 1000]).frustum();
     let planes = Planes::new(&frustum);
-    let moved = Planes::new(&frustum.relative_to([0.01, 0.0, 0.0]));
     let mut group = c.benchmark_group("hierarchy");
     group.throughput(Throughput::Elements(ITEMS as u64));
     group.sample_size(10);
@@ -33,21 +32,9 @@ fn bench(c: &mut Criterion) {
         group.bench_function(format!("walk/{name}"), |b| {
             b.iter(|| cut.cull(level, &planes, nodes, boxes));
         });
-        let (mut coherent, mut turn) = (Coherent::new(), false);
-        let version = hierarchy.change_version();
-        group.bench_function(format!("coherent/{name}"), |b| {
-            b.iter(|| {
-                turn = !turn;
-                let planes = if turn { &moved } else { &planes };
-                coherent.cull(level, planes, nodes, boxes, version);
-            });
-        });
         cull_boxes(level, &planes, boxes, &mut swept);
         cut.cull(level, &planes, nodes, boxes);
         cut.list(level, &mut listed);
-        assert_eq!(*listed, *swept);
-        coherent.cull(level, &planes, nodes, boxes, version);
-        coherent.cut().list(level, &mut listed);
         assert_eq!(*listed, *swept);
     });
     group.finish();

@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use bevy_math::Affine3A;
 use engine::bounds::Plane;
 use engine::cull::frustum::batch::{Planes, classify_boxes};
-use engine::cull::frustum::tree::Coherent;
+use engine::cull::frustum::tree::Cut;
 use engine::view::Frustum as Region;
 use engine::{Scene, Simd};
 
@@ -32,7 +32,7 @@ pub struct CulletFunnel {
 pub struct CulletView {
     /// Counts of the last frame in which the camera was active.
     pub funnel: CulletFunnel,
-    pub(crate) coherent: Coherent,
+    pub(crate) cut: Cut,
     /// One bit a slot: in the frustum and the layers.
     found: Vec<u64>,
     /// One bit a slot: seen by the last frame, ranges and occlusion included.
@@ -144,10 +144,8 @@ impl CulletView {
             return;
         };
         let planes = Planes::new(&region(half_spaces));
-        let version = hierarchy.change_version();
-        let (nodes, boxes) = (hierarchy.nodes(), hierarchy.boxes());
-        self.coherent.cull(Simd::best(), &planes, nodes, boxes, version);
-        let cut = self.coherent.cut();
+        self.cut.cull(Simd::best(), &planes, hierarchy.nodes(), hierarchy.boxes());
+        let cut = &self.cut;
         for (word, found) in found {
             let (visible, inside) = (cut.visible()[word], cut.inside()[word]);
             if visible != 0 || scene.exempt()[word] != 0 {

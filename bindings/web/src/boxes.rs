@@ -3,7 +3,7 @@
 use cullet::bounds::{Aabb, Plane};
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::Planes;
-use cullet::cull::frustum::tree::Coherent;
+use cullet::cull::frustum::tree::Cut;
 use cullet::hierarchy::{Handle, Hierarchy};
 use cullet::{Frustum, Simd, Transform};
 
@@ -29,7 +29,7 @@ pub struct BoxSet {
 /// One view of a set.
 #[derive(Debug, Default)]
 struct BoxView {
-    coherent: Coherent,
+    cut: Cut,
     slots: Indices,
     visible: Ascending,
     last: Option<(u64, [u64; 24])>,
@@ -177,8 +177,8 @@ impl BoxSet {
         let frustum = Frustum::from_planes(planes);
         let planes = Planes::new(&frustum);
         let (nodes, boxes) = (self.hierarchy.nodes(), self.hierarchy.boxes());
-        state.coherent.cull(self.level, &planes, nodes, boxes, version);
-        state.coherent.cut().list(self.level, &mut state.slots);
+        state.cut.cull(self.level, &planes, nodes, boxes);
+        state.cut.list(self.level, &mut state.slots);
         // Where no plane is left, none rejects the boxes that are nowhere.
         let is_listed =
             |slot: &u32| frustum.present() != 0 || !boxes.get(*slot as usize).is_empty();

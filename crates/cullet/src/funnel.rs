@@ -218,7 +218,8 @@ impl FunnelRow {
     }
 }
 
-/// Work of the frustum stage: its tests of the scene's hierarchy.
+/// Work of the frustum stage: its tests of the scene's hierarchy. All are 0 if neither the view nor the scene
+/// changed since the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FrustumWork {
@@ -228,8 +229,6 @@ pub struct FrustumWork {
     pub blocks: u64,
     /// How many times sixteen boxes were tested against a plane.
     pub plane_tests: u64,
-    /// Groups of 256 instances that were not tested at all, for the view has not moved enough since they were.
-    pub remembered: u64,
     /// Instances that were swept without testing a node: those added since the last commit, or all of them
     /// where that is cheaper.
     pub swept: u64,

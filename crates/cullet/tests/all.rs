@@ -12,7 +12,6 @@ mod detail;
 mod draws;
 mod funnel;
 mod hierarchy;
-mod hierarchy_coherent;
 mod many_meshes;
 mod mesh;
 mod occlusion;

@@ -313,7 +313,6 @@ impl Summary {
                 nodes: a.nodes + v.hierarchy.nodes,
                 blocks: a.blocks + v.hierarchy.blocks,
                 plane_tests: a.plane_tests + v.hierarchy.plane_tests,
-                remembered: a.remembered + v.hierarchy.remembered,
                 swept: a.swept + v.hierarchy.swept,
             }),
             whole: WholeRecord::sum(views.iter().map(|v| v.whole)),
@@ -497,8 +496,8 @@ mod tests {
         let view = view(3, 9, 6, None);
         let stage = r#"{"name":"frustum","unit":"instances","in":9,"out":6,"instances":[9,6],"clusters":[9,6],"triangles":[9,6],"ms":1.0}"#;
         assert_eq!(text(&view.stages[0]), stage);
-        let work = FrustumWork { nodes: 1, blocks: 2, plane_tests: 3, remembered: 4, swept: 5 };
-        let named = r#"{"nodes":1,"blocks":2,"plane_tests":3,"remembered":4,"swept":5}"#;
+        let work = FrustumWork { nodes: 1, blocks: 2, plane_tests: 3, swept: 4 };
+        let named = r#"{"nodes":1,"blocks":2,"plane_tests":3,"swept":4}"#;
         assert_eq!(text(&work), named);
         let removed: Removed = Stage::ALL.iter().rev().map(|&stage| (stage, 7)).collect();
         let names = Stage::ALL.map(|stage| format!("\"{}\":7", stage.name())).join(",");

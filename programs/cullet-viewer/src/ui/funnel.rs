@@ -85,14 +85,13 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
         ));
     }
     let w = funnel.frustum;
-    if w.nodes + w.blocks + w.swept + w.remembered > 0 {
+    if w.nodes + w.blocks + w.swept > 0 {
         let text =
             format!("{} nodes tested, {} plane tests", grouped(w.nodes), grouped(w.plane_tests));
         ui.weak(text).on_hover_text(format!(
-            "The frustum's walk of the hierarchy: {} blocks of 16 instances tested one by one, {} groups of 256 \
-             not tested since the last frame's result still held, {} instances swept without testing a node",
+            "The frustum's walk of the hierarchy: {} blocks of 16 instances tested one by one, {} \
+             instances swept without testing a node",
             grouped(w.blocks),
-            grouped(w.remembered),
             grouped(w.swept)
         ));
     }

@@ -228,13 +228,13 @@ pub(crate) fn stages(out: &mut String, s: &Summary) {
 pub(crate) fn hierarchy(out: &mut String, s: &Summary) {
     let views = s.views.max(1) as u64;
     let (h, instances) = (s.hierarchy, s.instances.all / views);
-    let [nodes, blocks, tests, remembered, swept] =
-        [h.nodes, h.blocks, h.plane_tests, h.remembered, h.swept].map(|v| grouped(v / views));
+    let [nodes, blocks, tests, swept] =
+        [h.nodes, h.blocks, h.plane_tests, h.swept].map(|v| grouped(v / views));
     let _ = write!(
         out,
         "<p class=\"sub\">To find the instances in the frustum among {}, a view tested on average {nodes} nodes of \
          the hierarchy and {blocks} blocks of sixteen instances, with {tests} tests of sixteen boxes against a plane. \
-         Groups of 256 known from the view before: {remembered}; instances swept without a test of a node: {swept}.</p>",
+         Instances swept without a test of a node: {swept}.</p>",
         grouped(instances)
     );
 }

@@ -13,7 +13,7 @@ use crate::bits;
 use crate::bounds::{Aabb, Plane, Side};
 use crate::cull::frustum::batch::Planes;
 use crate::cull::frustum::exact::ExactFrustum;
-use crate::cull::frustum::tree::{Coherent, Cut};
+use crate::cull::frustum::tree::Cut;
 use crate::cull::frustum::triangles::ObjectRegion;
 use crate::cull::shadow::{CasterReason, CasterRegion};
 use crate::funnel::{FrustumWork, Reason, Stage, Unit};
@@ -23,11 +23,9 @@ use crate::visible::TriangleRange;
 /// State that the stage keeps of a view.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Cache {
-    /// Id of the scene of the last frame.
-    scene: u64,
-    /// Results of the last frames, which save tests in the next one.
-    coherent: Coherent,
-    cut: Cut,
+    /// The instances of the last frame, which are still right if neither view nor scene changed.
+    instances: Cut,
+    clusters: Cut,
     of_levels: Vec<Run>,
 }
 
@@ -65,26 +63,20 @@ fn take_visible(
 ) {
     let (scene, planes) = (frame.scene, &frame.planes);
     let hierarchy = scene.hierarchy();
-    let coherent = &mut cache.coherent;
-    if std::mem::replace(&mut cache.scene, scene.id()) != scene.id() {
-        coherent.forget();
-    }
-    let (boxes, version) = (hierarchy.boxes(), hierarchy.change_version());
+    let cut = &mut cache.instances;
     let exempt = scene.exempt_words();
     let mut touched: &[u64] = &[];
     if !frame.sees_nothing() {
-        coherent.cull(frame.culler.level, planes, hierarchy.nodes(), boxes, version);
-        let cut = coherent.cut();
+        let state = [scene.id(), hierarchy.change_version()];
+        cut.update(frame.culler.level, planes, hierarchy.nodes(), hierarchy.boxes(), state);
         log.frustum = FrustumWork {
             nodes: cut.nodes_tested(),
             blocks: cut.leaves_tested(),
             plane_tests: cut.plane_tests(),
-            remembered: coherent.answered(),
             swept: cut.swept(),
         };
         touched = cut.touched_words();
     }
-    let cut = coherent.cut();
     // Where all is in view, a group of words at once.
     let are_plain = all_in && scene.stand_ins().is_none();
     for group in 0..exempt.len().max(touched.len()) {
@@ -229,7 +221,7 @@ pub(in super::super) fn clusters(
             if replaced >> (slot % 64) & 1 == 1 {
                 let Some(cut) = coarse.cut_of(slot) else { continue };
                 let inside = inside >> (slot % 64) & 1 == 1;
-                let memory = (&mut cache.cut, &mut cache.of_levels);
+                let memory = (&mut cache.clusters, &mut cache.of_levels);
                 let runs = &mut clusters.runs;
                 list_levels(frame, memory, (coarse, cut), inside, runs, log);
                 continue;
@@ -242,7 +234,7 @@ pub(in super::super) fn clusters(
             let run =
                 Run { slot, mesh: mesh_id, level: 0, first_cluster: 0, cluster_count, inside };
             if !inside && is_parted(mesh) {
-                list_clusters(frame, &mut cache.cut, run, &mut clusters.runs, log);
+                list_clusters(frame, &mut cache.clusters, run, &mut clusters.runs, log);
                 continue;
             }
             if !settles

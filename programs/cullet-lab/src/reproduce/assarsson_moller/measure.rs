@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use cullet::cull::frustum::batch::Planes;
-use cullet::cull::frustum::tree::{Coherent, Cut};
+use cullet::cull::frustum::tree::Cut;
 use cullet::{Camera, Projection, Simd};
 use cullet_command::console::{Console, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure};
@@ -105,7 +105,7 @@ pub(super) fn all(
     let words = boxes.len().div_ceil(64);
     let (mut truth, mut found) = (vec![0_u64; words], vec![0_u64; words]);
     let mut costs: Vec<Cost> = VARIANTS.iter().map(|_| Cost::new(frames.len())).collect();
-    let mut wide = [Cost::new(frames.len()), Cost::new(frames.len())];
+    let mut wide = Cost::new(frames.len());
     let mut record = AssarssonMollerRecord {
         schema: 1,
         model: model.name.clone(),
@@ -120,17 +120,15 @@ pub(super) fn all(
         wide: Vec::new(),
         frames_differing: 0,
         lost: 0,
-        incoherent_frames: 0,
         kept_at_the_border: 0,
         visible_in_all: 0,
         complete: true,
     };
-    let mut answered = 0.0;
     let mut runs = Vec::new();
     let mut progress = console.progress("culling", (PASSES * frames.len()) as u64);
     'all: for pass in 0..PASSES {
         let mut states: Vec<_> = VARIANTS.iter().map(|_| tree.state()).collect();
-        let (mut cold, mut warm) = (Cut::new(), Coherent::new());
+        let mut cut = Cut::new();
         for (at, frame) in frames.iter().enumerate() {
             // A pass that ends early is one the less; but of the first, what was done is all there is.
             if interrupted() {
@@ -149,25 +147,13 @@ pub(super) fn all(
                     record.frames_differing += u64::from(i > 0 && found != truth);
                 }
             }
-            // In turns, for the second finds the boxes in the cache.
-            for which in [pass % 2, 1 - pass % 2] {
-                let start = Instant::now();
-                let (nodes, boxes) = (hierarchy.nodes(), hierarchy.boxes());
-                match which {
-                    0 => cold.cull(level, &frame.planes, nodes, boxes),
-                    _ => warm.cull(level, &frame.planes, nodes, boxes, hierarchy.change_version()),
-                }
-                wide[which].took(at, start);
-            }
+            let start = Instant::now();
+            cut.cull(level, &frame.planes, hierarchy.nodes(), hierarchy.boxes());
+            wide.took(at, start);
             if first {
                 record.frames += 1;
-                wide[0].planes += cold.plane_tests() * 16;
-                wide[1].planes += warm.cut().plane_tests() * 16;
-                answered += warm.share_answered() * 100.0;
-                let same = cold.visible() == warm.cut().visible();
-                record.incoherent_frames +=
-                    u64::from(!same || cold.inside() != warm.cut().inside());
-                for (&exact, &kept) in truth.iter().zip(cold.visible()) {
+                wide.planes += cut.plane_tests() * 16;
+                for (&exact, &kept) in truth.iter().zip(cut.visible()) {
                     record.visible_in_all += u64::from(exact.count_ones());
                     record.lost += u64::from((exact & !kept).count_ones());
                     record.kept_at_the_border += u64::from((kept & !exact).count_ones());
@@ -199,17 +185,13 @@ pub(super) fn all(
             }
         })
         .collect();
-    let names = ["sixteen at once", "the same, coherent"];
-    record.wide = names
-        .into_iter()
-        .zip(&wide)
-        .zip([0.0, answered / done as f64])
-        .map(|((variant, cost), answered_percent)| {
-            let ns = cost.mean_ns(done);
-            let plane_tests = per_frame(cost.planes);
-            WideRow { variant, plane_tests, ns, speedup: plain / ns, answered_percent }
-        })
-        .collect();
+    let ns = wide.mean_ns(done);
+    record.wide = vec![WideRow {
+        variant: "sixteen at once",
+        plane_tests: per_frame(wide.planes),
+        ns,
+        speedup: plain / ns,
+    }];
     Ok(record)
 }
 

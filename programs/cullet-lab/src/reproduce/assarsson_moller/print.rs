@@ -60,36 +60,30 @@ pub(super) fn all(console: &Console, record: &AssarssonMollerRecord) {
 /// Prints the conclusions in words.
 fn words(console: &Console, record: &AssarssonMollerRecord) {
     let best = record.rows.iter().max_by(|a, b| a.speedup.total_cmp(&b.speedup));
-    if let (Some(best), [cold, warm]) = (best, &record.wide[..]) {
+    if let (Some(best), [wide]) = (best, &record.wide[..]) {
         console.line(format!(
             "\nThe paper claims 2 to 11 times over other ways to cull boxes. Here its best is '{}',\n{:.2} times as fast \
              as plain; sixteen boxes at once are {:.1} times as fast as that.",
             best.variant,
             best.speedup,
-            best.ns / cold.ns
+            best.ns / wide.ns
         ));
         console.line(
             "What carries over to wide vectors: masking (a node's children are tested only against the planes it\n\
              straddles), and taking or dropping a whole range at once. What does not: the octant test and the\n\
              last rejecting plane save a test of one box by a branch, and sixteen boxes differ in which they\n\
-             would need. Motion coherency carries over by groups of 256 boxes:",
+             would need. Nor does motion coherency, but for a view that stands still: groups of 256 boxes that\n\
+             remember how far each plane may move made every turn slower.",
         );
-        console.line(format!(
-            "from memory came {:.1} % of the groups, and the walk is {:.2} times as fast as cold.",
-            warm.answered_percent,
-            cold.ns / warm.ns
-        ));
     }
-    let answers = (record.frames_differing, record.lost, record.incoherent_frames);
-    console.line(match answers {
-        (0, 0, 0) => format!(
+    console.line(match (record.frames_differing, record.lost) {
+        (0, 0) => format!(
             "All variants agree in every frame; of {} boxes seen in all, f32 keeps {} more at the border.",
             grouped(record.visible_in_all),
             grouped(record.kept_at_the_border)
         ),
-        (frames, lost, cold) => format!(
-            "ANSWERS DIFFER: {frames} times a variant from plain, {lost} boxes lost, {cold} coherent frames from \
-             cold: a fault of cullet."
+        (frames, lost) => format!(
+            "ANSWERS DIFFER: {frames} times a variant from plain, {lost} boxes lost: a fault of cullet."
         ),
     });
 }

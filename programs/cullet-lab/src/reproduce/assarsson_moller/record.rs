@@ -25,8 +25,6 @@ pub(super) struct AssarssonMollerRecord {
     pub(super) frames_differing: u64,
     /// Visible for the plain tree and not for the engine's; 0, or a fault.
     pub(super) lost: u64,
-    /// Frames in which the coherent walk of the engine's tree is not bit for bit the cold one; 0, or a fault.
-    pub(super) incoherent_frames: u64,
     /// Kept by the engine's tree alone, where f32 cannot tell; of so many boxes visible in all frames.
     pub(super) kept_at_the_border: u64,
     pub(super) visible_in_all: u64,
@@ -53,6 +51,4 @@ pub(super) struct WideRow {
     pub(super) plane_tests: f64,
     pub(super) ns: f64,
     pub(super) speedup: f64,
-    /// Groups of 256 boxes answered from memory.
-    pub(super) answered_percent: f64,
 }

@@ -6,7 +6,6 @@
 
 use std::ops::Range;
 
-use crate::array;
 use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 
@@ -19,14 +18,14 @@ use crate::hierarchy::Nodes;
 /// The blocks of one level that are still to be tested, with the planes that each of them straddles.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Front {
-    pub(super) blocks: Vec<u32>,
-    pub(super) open: Vec<u32>,
-    pub(super) len: usize,
+    blocks: Vec<u32>,
+    open: Vec<u32>,
+    len: usize,
 }
 
 impl Front {
     /// Room for `len` blocks, and a vector more.
-    pub(super) fn reserve(&mut self, len: usize) {
+    fn reserve(&mut self, len: usize) {
         if self.blocks.len() < len + LANES {
             self.blocks.resize(len + LANES, 0);
             self.open.resize(len + LANES, 0);
@@ -34,27 +33,11 @@ impl Front {
     }
 
     /// The root over so many boxes, if there are any: it straddles all of so many planes as far as is known.
-    pub(super) fn set_root(&mut self, planes: usize, boxes: usize) {
+    fn set_root(&mut self, planes: usize, boxes: usize) {
         self.reserve(1);
         self.blocks[0] = 0;
         self.open[0] = if planes == 32 { u32::MAX } else { (1 << planes) - 1 };
         self.len = usize::from(boxes > 0);
-    }
-
-    pub(super) fn len(&self) -> usize {
-        self.len
-    }
-
-    pub(super) fn get(&self, at: usize) -> (u32, u32) {
-        (self.blocks[at], self.open[at])
-    }
-
-    pub(super) fn put(&mut self, at: usize, (block, open): (u32, u32)) {
-        (self.blocks[at], self.open[at]) = (block, open);
-    }
-
-    pub(super) fn truncate(&mut self, len: usize) {
-        self.len = self.len.min(len);
     }
 
     fn iter(&self) -> impl Iterator<Item = (u32, u32)> {
@@ -83,13 +66,13 @@ pub(super) struct Counts {
 
 impl<'a> Target<'a> {
     /// Takes blocks of sixteen whole: those of them that there are.
-    pub(super) fn take_whole(&mut self, first: usize, count: usize) {
+    fn take_whole(&mut self, first: usize, count: usize) {
         let first = first * LANES;
         self.take_range(first..(first + count * LANES).min(self.covered));
     }
 
     /// Takes a range of boxes that is not empty.
-    pub(super) fn take_range(&mut self, range: Range<usize>) {
+    fn take_range(&mut self, range: Range<usize>) {
         for (word, bits) in bits::words_of(range.clone()) {
             self.visible[word] |= bits;
             self.inside[word] |= bits;
@@ -101,27 +84,11 @@ impl<'a> Target<'a> {
 
     /// Takes those of one block of sixteen whose bits are set.
     #[inline(always)]
-    pub(super) fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
+    fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
         let (word, shift) = (block / 4, block % 4 * LANES);
         self.visible[word] |= u64::from(visible) << shift;
         self.inside[word] |= u64::from(inside) << shift;
         self.touched[word / 64] |= u64::from(visible != 0) << (word % 64);
-    }
-
-    /// Takes what was found before of the 256 boxes of a block of nodes.
-    pub(super) fn take_group(&mut self, group: usize, visible: &[u64; 4], inside: &[u64; 4]) {
-        let word = group * 4;
-        self.visible[word..word + 4].copy_from_slice(visible);
-        self.inside[word..word + 4].copy_from_slice(inside);
-        let touched = (0..4).fold(0, |bits, i| bits | u64::from(visible[i] != 0) << i);
-        self.touched[word / 64] |= touched << (word % 64);
-    }
-
-    /// Results for the 256 boxes of a block of nodes.
-    pub(super) fn group(&self, group: usize) -> ([u64; 4], [u64; 4]) {
-        let word = group * 4;
-        let four = |words: &[u64]| array::from_fn(|i| words[word + i]);
-        (four(self.visible), four(self.inside))
     }
 }
 
@@ -136,28 +103,14 @@ pub(super) struct Walk<'a> {
 
 /// A block that the walk tests takes about 3/2 as long as one that a sweep passes: so a walk that has to test more
 /// than this share of the blocks costs more than the sweep.
-pub(super) const SWEEP: (usize, usize) = (5, 8);
+const SWEEP: (usize, usize) = (5, 8);
 
 impl Walk<'_> {
-    /// All of it. `false` if so many boxes are left to test that sweeping all of them is cheaper: then what
-    /// was written is only a part.
+    /// Walks from the root to the boxes. Returns `false` if so many boxes are left to test that
+    /// sweeping all of them is cheaper: then the masks are incomplete.
     pub(super) fn run(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> bool {
-        self.down_to_groups(fronts, target);
-        self.below_groups(fronts, target)
-    }
-
-    /// The part of [`run`](Self::run) above the nodes that are next to the boxes. Leaves the blocks of these
-    /// that are to be tested in the first front, and returns how many.
-    pub(super) fn down_to_groups(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> usize {
         fronts[0].set_root(self.planes.len(), self.nodes.len());
-        let top = self.nodes.levels().len();
-        self.down(top, top.min(1), fronts, target);
-        fronts[0].len
-    }
-
-    /// The rest of [`run`](Self::run).
-    pub(super) fn below_groups(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> bool {
-        self.down(self.nodes.levels().len().min(1), 0, fronts, target);
+        self.down(fronts, target);
         if self.is_vain(&fronts[0]) {
             return false;
         }
@@ -166,16 +119,15 @@ impl Walk<'_> {
     }
 
     /// Whether so many blocks of boxes are left to test that sweeping all of them is cheaper.
-    pub(super) fn is_vain(&self, front: &Front) -> bool {
+    fn is_vain(&self, front: &Front) -> bool {
         front.len * SWEEP.1 > self.nodes.len() / LANES * SWEEP.0 && front.len > 1
     }
 
-    /// Walks from the front of level `from` down to that of level `to`; levels count from 1, 0 is the boxes.
-    fn down(&self, from: usize, to: usize, fronts: &mut [Front; 2], target: &mut Target<'_>) {
+    /// Walks from the front of the root down to the blocks of boxes.
+    fn down(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) {
         let [front, next] = fronts;
         let planes = self.planes.box_planes();
-        for at in (to..from).rev() {
-            let below = &self.nodes.levels()[at];
+        for (at, below) in self.nodes.levels().iter().enumerate().rev() {
             let unit = LANES.pow(at as u32);
             next.reserve((front.len * LANES).min(below.len()));
             dispatch!(self.level, simd => inner(simd, planes, below, unit, front, next, target));
@@ -254,7 +206,7 @@ fn leaves<S: Simd>(
 /// positive, so what holds for a node's larger box holds for each box in it: the answers are the
 /// same, to the last bit.
 #[inline(always)]
-pub(super) fn test<S: Simd>(
+fn test<S: Simd>(
     simd: S,
     planes: &[BoxPlane],
     open: u32,
@@ -308,7 +260,7 @@ pub(super) fn test<S: Simd>(
 
 /// Appends at `len` of `next` the children whose bits are set, with their open planes.
 #[inline(always)]
-pub(super) fn compress<S: Simd>(
+fn compress<S: Simd>(
     simd: S,
     first: u32,
     children: u32,
