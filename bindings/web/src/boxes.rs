@@ -117,11 +117,11 @@ impl BoxSet {
         }
         if is_many {
             let mut all = std::mem::take(&mut self.hierarchy);
-            let mut writing = all.bounds_mut();
-            for i in first..end {
-                writing.set(self.slot_of[i], &self.world_box(i, moved));
-            }
-            drop(writing);
+            all.write_bounds(|boxes| {
+                for i in first..end {
+                    boxes.set(self.slot_of[i], &self.world_box(i, moved));
+                }
+            });
             self.hierarchy = all;
         } else {
             self.hierarchy.refit();

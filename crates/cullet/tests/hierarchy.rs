@@ -7,9 +7,7 @@ use cullet::bounds::{Aabb, Boxes, Side};
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::{self, Planes, mask_words};
 use cullet::cull::frustum::tree::{Cut, Trace};
-use cullet::hierarchy::{
-    BuildJob, Handle, Hierarchy, HierarchyError, Nodes, NodesError, spatial_order,
-};
+use cullet::hierarchy::{Handle, Hierarchy, HierarchyError, Nodes, NodesError, spatial_order};
 use cullet_testkit::views::{looking_down_z, random_box, random_planes};
 use cullet_testkit::{Rng, at_every_level};
 
@@ -70,14 +68,14 @@ fn the_walk_is_the_sweep_for_any_number_of_boxes() {
 }
 
 #[test]
-fn any_number_of_jobs_builds_what_sorting_one_by_one_gives() {
+fn a_hierarchy_is_built_in_spatial_order() {
     let mut rng = Rng(5);
     let heap = |rng: &mut Rng| Aabb::new([rng.range(0.0, 1e-3) as f32; 3], [1.0; 3]);
     for len in [0, 1, 15, 16, 17, 255, 1000, 4099, 30_000] {
         for kind in 0..3 {
             let one = |rng: &mut Rng| match kind {
                 0 => random_box(rng),
-                // Nearly all in one bucket; all alike.
+                // Nearly all in one place; all alike.
                 1 if rng.below(100) > 0 => heap(rng),
                 1 => random_box(rng),
                 _ => Aabb::new([1.0; 3], [2.0; 3]),
@@ -86,20 +84,13 @@ fn any_number_of_jobs_builds_what_sorting_one_by_one_gives() {
             let order = spatial_order(&items);
             let mut expected = Boxes::new();
             order.iter().for_each(|&i| expected.push(&items[i as usize]));
-            for jobs in [0, 1, 2, 3, 7, 40] {
-                let (h, handles) = Hierarchy::build_in_jobs(&items, jobs, |all| {
-                    assert!(all.len() <= jobs.max(1));
-                    // Last first, as threads might.
-                    all.into_iter().rev().map(BuildJob::run).collect()
-                })
-                .expect("few");
-                h.validate().expect("just built");
-                assert_eq!(h.boxes().as_floats(), expected.as_floats(), "{len}, {jobs} jobs");
-                assert_eq!(h.len() as usize, len);
-                for (slot, &i) in (0..).zip(&order) {
-                    assert_eq!(h.handle(slot), Some(handles[i as usize]));
-                    assert_eq!(h.slot(handles[i as usize]), Ok(slot));
-                }
+            let (h, handles) = Hierarchy::build(&items).expect("few");
+            h.validate().expect("just built");
+            assert_eq!(h.boxes().as_floats(), expected.as_floats(), "{len}");
+            assert_eq!(h.len() as usize, len);
+            for (slot, &i) in (0..).zip(&order) {
+                assert_eq!(h.handle(slot), Some(handles[i as usize]));
+                assert_eq!(h.slot(handles[i as usize]), Ok(slot));
             }
         }
     }
@@ -165,7 +156,7 @@ fn a_hierarchy_stays_right_whatever_is_done_to_it() {
                         let slot = rng.below(u64::from(slots)) as u32;
                         if let Some(handle) = h.handle(slot) {
                             let b = random_box(&mut rng);
-                            h.bounds_mut().set(slot, &b);
+                            h.write_bounds(|boxes| boxes.set(slot, &b));
                             truth.insert(handle, b);
                         }
                     }
@@ -228,12 +219,12 @@ fn boxes_that_are_written_few_or_many_at_once_leave_nodes_as_tight_as_new_ones()
         for share in [1, 3, 20, 400] {
             let written = 1 + u64::from(h.slot_count()) / share;
             let version = h.change_version();
-            let mut boxes = h.bounds_mut();
-            for _ in 0..written {
-                let b = if rng.below(20) == 0 { Aabb::EMPTY } else { random_box(&mut rng) };
-                boxes.set(rng.below(count as u64) as u32, &b);
-            }
-            drop(boxes);
+            h.write_bounds(|boxes| {
+                for _ in 0..written {
+                    let b = if rng.below(20) == 0 { Aabb::EMPTY } else { random_box(&mut rng) };
+                    boxes.set(rng.below(count as u64) as u32, &b);
+                }
+            });
             assert!(h.change_version() > version);
             let mut covered = h.boxes().clone();
             covered.resize(h.nodes().len());
@@ -246,6 +237,35 @@ fn boxes_that_are_written_few_or_many_at_once_leave_nodes_as_tight_as_new_ones()
             check(&random_planes(&mut rng), h.nodes(), h.boxes(), &mut Cut::new());
         }
     }
+}
+
+#[test]
+fn the_slot_of_a_removed_item_stays_empty_whatever_is_written_to_it() {
+    let before_eye = Aabb::new([-1.0, -1.0, -6.0], [1.0, 1.0, -5.0]);
+    let planes = Planes::new(&looking_down_z().frustum());
+    let (mut h, handles) = Hierarchy::build(&[before_eye; 40]).expect("few");
+    let slot = h.slot(handles[7]).expect("it is there");
+    h.remove(handles[7]).expect("it is there");
+    h.write_bounds(|boxes| boxes.set(slot, &before_eye));
+    let mut cut = Cut::new();
+    cut.cull(Simd::best(), &planes, h.nodes(), h.boxes());
+    assert_eq!(cut.count(), 39);
+    assert!(h.boxes().get(slot as usize).is_empty());
+}
+
+#[test]
+fn nodes_hold_what_was_written_before_a_panic() {
+    let (mut h, _) = Hierarchy::build(&[Aabb::new([0.0; 3], [1.0; 3]); 300]).expect("few");
+    let version = h.change_version();
+    let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        h.write_bounds(|boxes| {
+            boxes.set(100, &Aabb::new([50.0; 3], [60.0; 3]));
+            boxes.set(300, &Aabb::EMPTY);
+        });
+    }));
+    assert!(caught.is_err(), "there is no slot 300");
+    assert!(h.change_version() > version);
+    h.validate().expect("fitted");
 }
 
 #[test]

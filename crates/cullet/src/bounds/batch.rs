@@ -183,7 +183,7 @@ impl Boxes {
     pub fn gather(&mut self, level: crate::Simd, items: &[Aabb], order: &[u32]) {
         self.resize(order.len());
         let (whole, rest) = order.as_chunks::<LANES>();
-        gather_into(level, &mut self.blocks, whole, |i| items[i as usize]);
+        dispatch_256!(level, simd => gather_blocks(simd, &mut self.blocks, whole, items));
         let first = whole.len() * LANES;
         for (i, &from) in rest.iter().enumerate() {
             self.set(first + i, &items[from as usize]);
@@ -215,26 +215,17 @@ impl Boxes {
     }
 }
 
-/// Fills blocks with the boxes that `item` has under the numbers of `order`, as setting them would.
-pub(crate) fn gather_into(
-    level: crate::Simd,
-    blocks: &mut [BoxBlock],
-    order: &[[u32; LANES]],
-    item: impl Fn(u32) -> Aabb,
-) {
-    dispatch_256!(level, simd => gather_blocks(simd, blocks, order, &item));
-}
-
+/// Fills blocks with the items of each sixteen numbers of `order`, as setting them would.
 #[inline(always)]
 fn gather_blocks<S: Simd>(
     simd: S,
     blocks: &mut [BoxBlock],
     order: &[[u32; LANES]],
-    item: &impl Fn(u32) -> Aabb,
+    items: &[Aabb],
 ) {
     for (block, order) in blocks.iter_mut().zip(order) {
         for (lane, &from) in order.iter().enumerate() {
-            let Aabb { min, max } = item(from);
+            let Aabb { min, max } = items[from as usize];
             for axis in 0..3 {
                 block.0[axis][lane] = -min[axis];
                 block.0[axis + 3][lane] = max[axis];
@@ -242,7 +233,7 @@ fn gather_blocks<S: Simd>(
         }
         if !widen_block(simd, block) {
             for (lane, &from) in order.iter().enumerate() {
-                block.set(lane, &item(from));
+                block.set(lane, &items[from as usize]);
             }
         }
     }
@@ -288,11 +279,6 @@ impl<B: Block> Batch<B> {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
-    }
-
-    /// So many points at the origin, until they are set.
-    pub(crate) fn zeroed(len: usize) -> Self {
-        Self { blocks: bytemuck::zeroed_vec(len.div_ceil(LANES)), len }
     }
 
     /// A batch of the items of a slice, in their order.

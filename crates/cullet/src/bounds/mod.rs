@@ -8,7 +8,7 @@ mod sphere;
 
 pub use aabb::Aabb;
 pub(crate) use aabb::{round_down, round_up};
-pub(crate) use batch::{LANES, gather_into};
+pub(crate) use batch::LANES;
 
 pub use batch::{Batch, Block, BoxBlock, Boxes, SphereBlock, Spheres};
 pub use plane::{Plane, Side};

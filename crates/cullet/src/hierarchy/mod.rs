@@ -9,13 +9,11 @@
 //! nodes above it grow; [`Hierarchy::refit`] fits them again, [`Hierarchy::commit`] sorts everything
 //! anew, [`Hierarchy::commit_slice`] a little of it, so that a world in motion never waits for a commit.
 
-mod build;
 mod nodes;
 mod order;
 mod sizes;
 mod slots;
 
-pub use build::{BuildDone, BuildJob};
 pub use nodes::{NodeStatistics, Nodes, NodesError};
 pub use order::spatial_order;
 pub(crate) use sizes::SizeRange;
@@ -97,39 +95,22 @@ impl Hierarchy {
         Self::default()
     }
 
-    /// Over boxes, sorted. The handle of `boxes[i]` is `handles[i]`. O(n log n).
+    /// Builds a hierarchy over `boxes`, sorted by [`spatial_order`]. The handle of `boxes[i]` is `handles[i]`.
+    /// O(n).
     ///
     /// # Errors
-    /// If there are more than there are slots.
+    /// If there are more boxes than slots.
     pub fn build(boxes: &[Aabb]) -> Result<(Self, Vec<Handle>), HierarchyError> {
-        Self::build_in_jobs(boxes, 1, |jobs| jobs.into_iter().map(BuildJob::run).collect())
-    }
-
-    /// [`build`](Self::build) in four steps of at most `jobs` jobs each: `run` is given those of a step, each to be
-    /// run once, on any thread and in any order, and returns what they return. The same hierarchy, for any
-    /// number of jobs.
-    ///
-    /// With rayon: `|jobs| jobs.into_par_iter().map(BuildJob::run).collect()`.
-    ///
-    /// # Errors
-    /// If there are more boxes than there are slots.
-    ///
-    /// # Panics
-    /// If a job was not run.
-    pub fn build_in_jobs(
-        boxes: &[Aabb],
-        jobs: usize,
-        mut run: impl FnMut(Vec<BuildJob<'_>>) -> Vec<BuildDone>,
-    ) -> Result<(Self, Vec<Handle>), HierarchyError> {
         let count = u32::try_from(boxes.len()).map_err(|_| HierarchyError::Full(NO_SLOT))?;
+        let handle = |index| Handle { index, generation: 0 };
         let mut h = Self::new();
-        let sorted = build::sort(h.level, boxes, jobs.max(1), &mut run);
-        h.orderer = Orderer::along(sorted.curve);
-        h.boxes = sorted.boxes;
-        h.slots = Slots::in_order(sorted.handles);
+        let mut order = Vec::new();
+        h.orderer.order(boxes.len(), |i| boxes[i], &mut order);
+        h.orderer.forget_keys();
+        h.boxes.gather(h.level, boxes, &order);
+        h.slots = Slots::in_order(order.into_iter().map(handle).collect());
         h.settle(0);
-        let handles = (0..count).map(|index| Handle { index, generation: 0 }).collect();
-        Ok((h, handles))
+        Ok((h, (0..count).map(handle).collect()))
     }
 
     /// Adds an item, in a new slot at the end. It lies under no node until the next commit: walks take such
@@ -198,10 +179,12 @@ impl Hierarchy {
         }
     }
 
-    /// All boxes by slot, to be written in place. Dropping this fits the nodes above those that were: the cost is that
-    /// of what was written, and at most O(n), once through all nodes.
-    pub fn bounds_mut(&mut self) -> BoundsMut<'_> {
-        BoundsMut { hierarchy: self }
+    /// Calls `write` with the boxes of all slots, to be written in place, and then fits the nodes above those that were
+    /// written, also if `write` panics. The cost is that of what was written, and at most O(n), once through all nodes.
+    pub fn write_bounds<R>(&mut self, write: impl FnOnce(&mut BoundsWriter<'_>) -> R) -> R {
+        // Lent and never given away: a guard that is dropped by its owner could be leaked, and nodes that do not
+        // hold their boxes would cull what is visible.
+        write(&mut BoundsWriter { hierarchy: self })
     }
 
     /// Fits the nodes above all boxes that were set since the last time.
@@ -398,23 +381,27 @@ impl Hierarchy {
     }
 }
 
-/// The boxes of a [`Hierarchy`], to be written in place.
+/// The boxes of a [`Hierarchy`], to be written in place: see [`Hierarchy::write_bounds`].
 #[derive(Debug)]
-pub struct BoundsMut<'a> {
+pub struct BoundsWriter<'a> {
     hierarchy: &'a mut Hierarchy,
 }
 
-impl BoundsMut<'_> {
-    /// Replaces the box of a slot.
+impl BoundsWriter<'_> {
+    /// Replaces the box of a slot. The slot of a removed item stays empty.
     ///
     /// # Panics
     /// If there is no such slot.
     pub fn set(&mut self, slot: u32, bounds: &Aabb) {
-        self.hierarchy.write(slot as usize, bounds);
+        let count = self.hierarchy.slot_count();
+        assert!(slot < count, "slot {slot} of {count}");
+        if bits::get(self.hierarchy.present(), slot as usize) {
+            self.hierarchy.write(slot as usize, bounds);
+        }
     }
 }
 
-impl Drop for BoundsMut<'_> {
+impl Drop for BoundsWriter<'_> {
     fn drop(&mut self) {
         self.hierarchy.refit_written();
     }

@@ -38,11 +38,6 @@ pub(super) struct Orderer {
 }
 
 impl Orderer {
-    /// Along this curve from now on.
-    pub(super) fn along(curve: Curve) -> Self {
-        Self { curve, ..Self::default() }
-    }
-
     /// Writes to `order` the numbers 0..`len` sorted by where their boxes are.
     pub(super) fn order(
         &mut self,
@@ -69,7 +64,7 @@ impl Orderer {
         if len < DIGITS {
             self.keys.sort_unstable();
         } else {
-            radix_sort::<DIGITS, PASSES>(&mut self.keys, &mut self.other);
+            radix_sort(&mut self.keys, &mut self.other);
         }
         order.clear();
         order.extend(self.keys.iter().map(|&k| k as u32));
@@ -87,10 +82,7 @@ impl Orderer {
 }
 
 /// A stable sort by `PASSES` digits of `DIGITS` values each, from bit 32 on upwards.
-pub(super) fn radix_sort<const DIGITS: usize, const PASSES: usize>(
-    keys: &mut Vec<u64>,
-    other: &mut Vec<u64>,
-) {
+fn radix_sort(keys: &mut Vec<u64>, other: &mut Vec<u64>) {
     other.resize(keys.len(), 0);
     let mut counts = [[0u32; DIGITS]; PASSES];
     let digit = |key: u64, pass: usize| {
@@ -120,7 +112,7 @@ pub(super) fn radix_sort<const DIGITS: usize, const PASSES: usize>(
 
 /// The span of all finite centres.
 #[derive(Clone, Debug)]
-pub(super) struct Extent {
+struct Extent {
     low: [f32; 3],
     high: [f32; 3],
 }
@@ -148,25 +140,18 @@ fn is_finite(v: f32) -> bool {
 
 impl Extent {
     #[inline(always)]
-    pub(super) fn add(&mut self, b: &Aabb) {
+    fn add(&mut self, b: &Aabb) {
         let (c, somewhere) = centre(b);
         for a in 0..3 {
             self.low[a] = if somewhere & (c[a] < self.low[a]) { c[a] } else { self.low[a] };
             self.high[a] = if somewhere & (c[a] > self.high[a]) { c[a] } else { self.high[a] };
         }
     }
-
-    pub(super) fn merge(&mut self, other: &Self) {
-        for a in 0..3 {
-            self.low[a] = self.low[a].min(other.low[a]);
-            self.high[a] = self.high[a].max(other.high[a]);
-        }
-    }
 }
 
 /// How centres become keys.
 #[derive(Clone, Debug)]
-pub(super) struct Curve {
+struct Curve {
     low: [f32; 3],
     scale: [f32; 3],
     last: [f32; 3],
@@ -182,7 +167,7 @@ impl Default for Curve {
 }
 
 impl Curve {
-    pub(super) fn new(extent: &Extent) -> Self {
+    fn new(extent: &Extent) -> Self {
         let mut side: [f64; 3] =
             array::from_fn(|a| (f64::from(extent.high[a]) - f64::from(extent.low[a])).max(0.0));
         let full = side;
@@ -214,7 +199,7 @@ impl Curve {
     }
 
     #[inline(always)]
-    pub(super) fn key(&self, b: &Aabb) -> u32 {
+    fn key(&self, b: &Aabb) -> u32 {
         let (c, somewhere) = centre(b);
         if !somewhere {
             return u32::MAX;

@@ -4,8 +4,7 @@ use cullet::Simd;
 use cullet::bounds::Aabb;
 use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes};
 use cullet::cull::frustum::tree::Cut;
-use cullet::hierarchy::{BuildJob, Handle, Hierarchy};
-use rayon::prelude::*;
+use cullet::hierarchy::{Handle, Hierarchy};
 
 use super::measure::{fastest_of_both, stream};
 use super::measured::{Measured, Workload};
@@ -27,7 +26,7 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
         for &len in options.tree_sizes.iter().filter(|&&len| len <= 1_000_000) {
             let name = format!("moving/{}/{}/", layout.name(), size_name(len));
             let wanted = |row: &str| options.wants(&format!("{name}{row}"));
-            let build = wanted("build") || wanted("build, two threads");
+            let build = wanted("build");
             let moves = wanted("refit") || MOVES.iter().any(|row| wanted(row.0));
             let drift = DRIFTS.iter().filter(|row| len <= options.drift_size && wanted(row.0));
             let drift: Vec<_> = drift.collect();
@@ -86,20 +85,6 @@ impl Moving<'_> {
         );
         let row = self.row("build", self.items.len(), ok);
         each(row.streaming(size_of::<Aabb>(), times));
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("two threads");
-        let in_jobs = || {
-            let run = |jobs: Vec<BuildJob<'_>>| jobs.into_par_iter().map(BuildJob::run).collect();
-            Hierarchy::build_in_jobs(&self.items, 4, run).expect("fewer than there are slots").0
-        };
-        let (times, other) = pool.install(|| {
-            let times =
-                fastest_of_both(self.options.seconds, |_| drop(self.built()), || drop(in_jobs()));
-            (times, in_jobs())
-        });
-        let same = h.boxes().as_floats() == other.boxes().as_floats()
-            && (0..h.slot_count()).all(|slot| h.handle(slot) == other.handle(slot));
-        let row = self.row("build, two threads", self.items.len(), same);
-        each(row.against(times, "build"));
     }
 
     fn moves(&self, each: &mut dyn FnMut(Measured)) {
@@ -113,7 +98,7 @@ impl Moving<'_> {
         let times = fastest_of_both(
             seconds,
             |turn| stream(Simd::best(), &floats, turn),
-            || drop(h.bounds_mut()),
+            || h.write_bounds(|_| ()),
         );
         let valid = h.validate().is_ok();
         let row = self.row("refit", self.items.len(), valid);
@@ -160,17 +145,17 @@ impl Moving<'_> {
         let slices = (self.items.len().div_ceil(1024) * rounds).div_ceil(FRAMES);
         for _ in 0..FRAMES {
             let by_slot: Vec<_> = (0..h.slot_count()).map(|slot| h.handle(slot)).collect();
-            let mut bounds = h.bounds_mut();
-            for (slot, handle) in (0..).zip(by_slot) {
-                let Some(index) = handle.map(|handle| handle.index as usize) else { continue };
-                let (place, speed) = (&mut places[index], &speeds[index]);
-                for a in 0..3 {
-                    place.min[a] += speed[a];
-                    place.max[a] += speed[a];
+            h.write_bounds(|bounds| {
+                for (slot, handle) in (0..).zip(by_slot) {
+                    let Some(index) = handle.map(|handle| handle.index as usize) else { continue };
+                    let (place, speed) = (&mut places[index], &speeds[index]);
+                    for a in 0..3 {
+                        place.min[a] += speed[a];
+                        place.max[a] += speed[a];
+                    }
+                    bounds.set(slot, place);
                 }
-                bounds.set(slot, place);
-            }
-            drop(bounds);
+            });
             (0..slices).for_each(|_| drop(h.commit_slice()));
         }
         let (fresh, _) = Hierarchy::build(&places).expect("fewer than there are slots");
