@@ -418,10 +418,10 @@ fn far_from_the_origin_nothing_is_lost() {
 fn the_planes_serve_other_tests() {
     let region = CasterRegion::new(&wide_view().frustum(), None, &SUN);
     let planes = Planes::new(region.frustum());
-    let over = Sphere::new([0.0, 90.0, -9.0], 1.0);
-    assert_eq!(planes.classify_sphere(&over), cullet::bounds::Side::Inside);
-    let behind = Sphere::new([0.0, 90.0, 9.0], 1.0);
-    assert_eq!(planes.classify_sphere(&behind), cullet::bounds::Side::Outside);
+    let over = Aabb::new([-1.0, 89.0, -10.0], [1.0, 91.0, -8.0]);
+    assert_eq!(planes.classify_box(&over), cullet::bounds::Side::Inside);
+    let behind = Aabb::new([-1.0, 89.0, 8.0], [1.0, 91.0, 10.0]);
+    assert_eq!(planes.classify_box(&behind), cullet::bounds::Side::Outside);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use cullet::bounds::Side;
 use cullet::bounds::{Boxes, Sphere, Spheres};
-use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes, cull_spheres};
+use cullet::cull::frustum::batch::{Indices, Planes, SpherePlanes, cull_boxes, cull_spheres};
 use cullet::cull::frustum::triangles::ObjectRegion;
 use cullet::{Culler, Frustum, Scene, View};
 
@@ -84,7 +84,8 @@ impl BoundsTest {
         clock: fn() -> u64,
     ) -> BoundsCounts {
         let frustum = view.frustum();
-        let planes = Planes::new(&frustum.relative_to(scene.origin()));
+        let relative = frustum.relative_to(scene.origin());
+        let (planes, sphere_planes) = (Planes::new(&relative), SpherePlanes::new(&relative));
         let tested = self.boxes.len();
         let mut time = |test: &mut dyn FnMut(&mut Indices)| {
             // The first run warms the cache and grows the list; the better of two others is the time.
@@ -99,7 +100,7 @@ impl BoundsTest {
         };
         let (boxes, spheres) = (&self.boxes, &self.spheres);
         let (spheres_kept, sphere_ns) =
-            time(&mut |hits| cull_spheres(culler.level, &planes, spheres, hits));
+            time(&mut |hits| cull_spheres(culler.level, &sphere_planes, spheres, hits));
         let (boxes_kept, box_ns) = time(&mut |hits| cull_boxes(culler.level, &planes, boxes, hits));
         let kept = self.hits.iter().map(|&index| self.slots[index as usize]);
         let in_frustum = kept.filter(|&slot| has_triangle_in(scene, &frustum, &planes, slot));

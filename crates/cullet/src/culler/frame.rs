@@ -111,6 +111,12 @@ impl<'a> Frame<'a> {
         casters.reason(&bounds, plane).map_or(VISIBLE, CasterReason::detail)
     }
 
+    /// Planes that an instance is not proved to be inside of, a bit for the number of each: no other can reject
+    /// anything of it.
+    pub(super) fn straddled(&self, slot: u32) -> u32 {
+        self.planes.straddled(&self.scene.bounds(slot))
+    }
+
     /// Whether back faces are culled by whole clusters.
     pub(super) fn culls_backs_by_cluster(&self) -> bool {
         self.culler.backface == Backface::Fast

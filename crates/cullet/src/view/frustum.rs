@@ -202,20 +202,28 @@ impl Frustum {
     #[must_use]
     pub fn to_object_space(&self, transform: &Transform) -> Self {
         let mut f = Self::everything();
-        if !transform.is_finite() {
-            return f;
+        for (i, plane) in self.planes_in_object_space(transform, u32::MAX) {
+            f.set(i, plane);
         }
-        for (i, plane) in self.planes() {
+        f
+    }
+
+    /// The planes of [`to_object_space`](Self::to_object_space) whose bits are set in `wanted`, with their numbers.
+    pub(crate) fn planes_in_object_space(
+        &self,
+        transform: &Transform,
+        wanted: u32,
+    ) -> impl Iterator<Item = (usize, Plane)> {
+        let wanted = if transform.is_finite() { wanted } else { 0 };
+        let planes = self.planes().filter(move |(i, _)| wanted >> i & 1 == 1);
+        planes.filter_map(move |(i, plane)| {
             let columns = transform.linear.each(|c| dot2(plane.normal, c.each(f64::from), 0.0));
             let normal = DVec3::from(columns.each(|c| c.0));
             let error = columns.iter().map(|c| c.1).fold(0.0, f64::max);
             let length = normal.length();
-            if error > length * ROUNDING {
-                continue;
-            }
             let d = -dot2(plane.normal, transform.translation, -plane.d).0;
-            f.set(i, Plane { normal: (normal / length).into(), d: d / length });
-        }
-        f
+            let plane = Plane { normal: (normal / length).into(), d: d / length };
+            (error <= length * ROUNDING && plane.is_finite()).then_some((i, plane))
+        })
     }
 }

@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::{Planes, count_boxes};
-use cullet::{Camera, Projection, Simd};
+use cullet::{Camera, Frustum, Projection, Simd};
 
 /// Half the side of the cube that the items lie in.
 pub(super) const HALF: f32 = 1000.0;
@@ -87,22 +87,27 @@ pub(super) fn camera(back: f64) -> Camera {
 }
 
 /// The planes of a camera.
-pub(super) fn planes_of(camera: &Camera) -> Planes {
-    Planes::new(&camera.frustum().expect("a plain camera"))
+pub(crate) fn planes_of(camera: &Camera) -> Planes {
+    Planes::new(&frustum_of(camera))
+}
+
+/// The frustum of a camera.
+pub(super) fn frustum_of(camera: &Camera) -> Frustum {
+    camera.frustum().expect("a plain camera")
 }
 
 /// The camera that sees about `percent` of the items: it moves back from the far corner of their cube until it
 /// does.
 pub(super) fn camera_that_sees(
     percent: usize,
-    count: impl Fn(&Planes) -> usize,
+    mut count: impl FnMut(&Frustum) -> usize,
     len: usize,
 ) -> Camera {
     let half = f64::from(HALF);
     let (mut low, mut high) = (-2.0 * half, 6.0 * half);
     for _ in 0..24 {
         let middle = (low + high) / 2.0;
-        if count(&planes_of(&camera(middle))) * 100 < percent * len {
+        if count(&frustum_of(&camera(middle))) * 100 < percent * len {
             low = middle;
         } else {
             high = middle;
@@ -111,19 +116,10 @@ pub(super) fn camera_that_sees(
     camera(high)
 }
 
-/// The planes of that camera.
-pub(crate) fn planes_that_see(
-    percent: usize,
-    count: impl Fn(&Planes) -> usize,
-    len: usize,
-) -> Planes {
-    planes_of(&camera_that_sees(percent, count, len))
-}
-
 /// [`camera_that_sees`] for boxes.
-pub(super) fn camera_over(percent: usize, boxes: &Boxes) -> Camera {
-    let level = Simd::best();
-    camera_that_sees(percent, |p| count_boxes(level, p, boxes), boxes.len())
+pub(crate) fn camera_over(percent: usize, boxes: &Boxes) -> Camera {
+    let count = |frustum: &Frustum| count_boxes(Simd::best(), &Planes::new(frustum), boxes);
+    camera_that_sees(percent, count, boxes.len())
 }
 
 /// Like `1e5`.

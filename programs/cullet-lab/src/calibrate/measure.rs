@@ -15,7 +15,7 @@ use cullet::{Camera, Depth, Instance, Mesh, MeshData, Projection, Scene, Transfo
 use cullet_command::console::interrupted;
 use cullet_draw::{RenderOptions, Selection, render};
 
-use crate::bench::world::{planes_that_see, random_boxes};
+use crate::bench::world::{camera_over, planes_of, random_boxes};
 use crate::shapes::bumpy_ball;
 
 /// A round of a test takes so long.
@@ -144,9 +144,8 @@ struct Tests {
 
 impl Tests {
     fn new() -> Self {
-        let level = cullet_command::machine::levels()[0].1;
         let boxes = random_boxes(ITEMS);
-        let frustum = planes_that_see(30, |p| batch::count_boxes(level, p, &boxes), ITEMS);
+        let frustum = planes_of(&camera_over(30, &boxes));
         let (positions, indices) = bumpy_ball(DISTINCT * CLUSTER);
         let cones: Vec<Option<EllipticCone>> = indices
             .chunks(CLUSTER * 3)

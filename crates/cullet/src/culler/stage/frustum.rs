@@ -264,8 +264,8 @@ fn list_clusters(
 ) {
     let (scene, slot) = (frame.scene, all.slot);
     let mesh = scene.mesh(slot);
-    let planes = Planes::new(&frame.world_frustum.to_object_space(scene.transform(slot)));
-    let first = runs.len();
+    let (first, straddled) = (runs.len(), frame.straddled(slot));
+    let planes = Planes::in_object_space(&frame.world_frustum, scene.transform(slot), straddled);
     cut.cull(frame.culler.level, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
     for word in cut.touched() {
         for bit in bits::ones(cut.visible()[word]) {
@@ -306,7 +306,8 @@ fn list_levels(
         runs.extend(coarse.runs_of(levels).map(|run| Run { inside, ..run }));
         return;
     }
-    let planes = Planes::new(&frame.world_frustum.to_object_space(scene.transform(slot)));
+    // A coarser level may lie beyond the bounds of its instance, so that no plane is left out.
+    let planes = Planes::in_object_space(&frame.world_frustum, scene.transform(slot), u32::MAX);
     cut.cull(frame.culler.level, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
     all.clear();
     all.extend(coarse.runs_of(levels));
@@ -330,7 +331,8 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
     let scene = frame.scene;
     let entered = log.left.counts;
     let Sets { clusters, triangles: set, .. } = sets;
-    let mut region = None;
+    // The slot, its region, and the planes that it straddles.
+    let mut region: Option<(u32, ObjectRegion, u32)> = None;
     for (i, &run) in clusters.runs.iter().enumerate() {
         let mesh = &scene.meshes()[run.mesh as usize];
         let triangles = triangles_of(mesh, run);
@@ -339,14 +341,16 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
             set.list.extend(triangles.clone());
         } else {
             // Runs of a slot follow each other: its region is made once.
-            if region.as_ref().is_none_or(|(slot, _)| *slot != run.slot) {
+            if region.as_ref().is_none_or(|(slot, ..)| *slot != run.slot) {
                 let transform = scene.transform(run.slot);
-                region = Some((run.slot, ObjectRegion::new(&frame.world_frustum, transform)));
+                let own = ObjectRegion::new(&frame.world_frustum, transform);
+                region = Some((run.slot, own, frame.straddled(run.slot)));
             }
-            let Some((_, region)) = &region else { continue };
+            let Some((_, region, straddled)) = &region else { continue };
             let (positions, indices) = (mesh.positions(), mesh.indices());
-            let present = region.present();
-            region.keep_into(positions, indices, triangles.clone(), present, &mut set.list);
+            let is_own = run.mesh == scene.mesh_id(run.slot);
+            let active = region.present() & if is_own { *straddled } else { u32::MAX };
+            region.keep_into(positions, indices, triangles.clone(), active, &mut set.list);
         }
         let is_part = set.list.len() - before < triangles.len();
         if is_part && log.lists_dropped() {

@@ -268,7 +268,7 @@ impl Cache {
         self.kept.resize(mesh.clusters().len().div_ceil(64), 0);
         for visit in self.reached.visits().iter().filter(|visit| own.contains(&visit.cell)) {
             let frustum = bounds_of(frame, cells, &self.reached, visit, [0.0; 3]);
-            let planes = Planes::new(&frustum.to_object_space(scene.transform(slot)));
+            let planes = Planes::in_object_space(&frustum, scene.transform(slot), u32::MAX);
             self.cut.cull(frame.culler.level, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
             for word in self.cut.touched() {
                 self.kept[word] |= self.cut.visible()[word];

@@ -192,8 +192,10 @@ impl Samples {
         let count = mesh.clusters().len();
         let some = some.min(count);
         let is_cut = frame.culler.frustum && !bits::get(&set.inside, slot as usize);
-        let planes = is_cut
-            .then(|| Planes::new(&frame.world_frustum.to_object_space(scene.transform(slot))));
+        let planes = is_cut.then(|| {
+            let straddled = frame.straddled(slot);
+            Planes::in_object_space(&frame.world_frustum, scene.transform(slot), straddled)
+        });
         let has_backs = frame.culls_backs_by_cluster()
             && count <= MANY
             && Backs::new(frame).cull_clusters(slot, scene.mesh_id(slot), &mut self.culled);

@@ -1,24 +1,23 @@
 //! The box tests, in SIMD of any width.
 
-use crate::array::Each;
 use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 
 use super::planes::{BoxPlane, Planes};
 use super::words::{BLOCKS, bits, load, padded, parts, valid};
-use crate::bounds::BoxBlock;
+use crate::bounds::{BoxBlock, Boxes};
 
 /// The visible boxes of words `first..` of a batch of `len`.
 pub(super) fn visible(
     level: crate::Simd,
     planes: &Planes,
-    (blocks, len): (&[BoxBlock], usize),
+    boxes: &Boxes,
     first: usize,
     visible: &mut [u64],
 ) {
     dispatch!(level, simd => {
         let mut test = Outside { planes: planes.box_planes() };
-        run(simd, &mut test, (blocks, len), first, visible);
+        run(simd, &mut test, boxes, first, visible);
     });
 }
 
@@ -28,14 +27,14 @@ pub(super) fn visible(
 pub(super) fn inside(
     level: crate::Simd,
     planes: &Planes,
-    (blocks, len): (&[BoxBlock], usize),
+    boxes: &Boxes,
     first: usize,
     visible: &[u64],
     inside: &mut [u64],
 ) {
     dispatch!(level, simd => {
         let mut test = Inside { planes: planes.box_planes(), visible, first };
-        run(simd, &mut test, (blocks, len), first, inside);
+        run(simd, &mut test, boxes, first, inside);
     });
 }
 
@@ -81,13 +80,8 @@ impl Test for Inside<'_> {
 }
 
 #[inline(always)]
-fn run<S: Simd>(
-    simd: S,
-    test: &mut impl Test,
-    (blocks, len): (&[BoxBlock], usize),
-    first: usize,
-    words: &mut [u64],
-) {
+fn run<S: Simd>(simd: S, test: &mut impl Test, boxes: &Boxes, first: usize, words: &mut [u64]) {
+    let (blocks, len) = (boxes.blocks(), boxes.len());
     let (full, rest) = parts(blocks, len, first, words);
     for (i, (chunk, word)) in full.enumerate() {
         *word = test.word(simd, first + i, chunk);
@@ -117,9 +111,7 @@ fn signs<S: Simd, const INSIDE: bool, const V: usize>(
     while start < 64 {
         let mut negative = [S::i32s::splat(simd, 0); V];
         for plane in planes {
-            let [p, q, r] = if INSIDE { plane.rows.each(|r| (r + 3) % 6) } else { plane.rows };
-            // Once a plane, so that the loads below need no check of their own.
-            assert!(p < 6 && q < 6 && r < 6);
+            let [p, q, r] = if INSIDE { plane.far_rows() } else { plane.near_rows() };
             let b = S::f32s::splat(simd, plane.b);
             let c = S::f32s::splat(simd, plane.c);
             let d = S::f32s::splat(simd, if INSIDE { plane.inside } else { plane.d });

@@ -27,7 +27,7 @@ impl Trace {
         assert!(nodes.len() <= boxes.len(), "nodes over {} of {}", nodes.len(), boxes.len());
         let all: Vec<&Boxes> = std::iter::once(boxes).chain(nodes.levels()).collect();
         let mut levels: Vec<_> = all.iter().map(|level| vec![None; level.len()]).collect();
-        let side = |level: &Boxes, i: usize| planes.boxes(&level.blocks()[i / LANES].0, i % LANES);
+        let side = |level: &Boxes, i: usize| planes.classify_stored(level, i);
         for (at, level) in all.into_iter().enumerate().rev() {
             for i in 0..level.len() {
                 let above = levels.get(at + 1).filter(|_| at > 0 || i < nodes.len());

@@ -109,7 +109,7 @@ impl Walk<'_> {
     /// Walks from the root to the boxes. Returns `false` if so many boxes are left to test that
     /// sweeping all of them is cheaper: then the masks are incomplete.
     pub(super) fn run(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> bool {
-        fronts[0].set_root(self.planes.len(), self.nodes.len());
+        fronts[0].set_root(self.planes.box_planes().len(), self.nodes.len());
         self.down(fronts, target);
         if self.is_vain(&fronts[0]) {
             return false;
@@ -224,9 +224,8 @@ fn test<S: Simd>(
         let number = left.trailing_zeros() as usize;
         left &= left - 1;
         let plane = &planes[number];
-        let [p, q, r] = plane.rows;
-        assert!(p < 6 && q < 6 && r < 6);
-        let [u, v, w] = [(p + 3) % 6, (q + 3) % 6, (r + 3) % 6];
+        let [p, q, r] = plane.near_rows();
+        let [u, v, w] = plane.far_rows();
         let b = S::f32s::splat(simd, plane.b);
         let c = S::f32s::splat(simd, plane.c);
         let d = S::f32s::splat(simd, plane.d);
