@@ -87,7 +87,7 @@ pub use occlusion::proof::{Proof, ProofOptions, Prover, prove_hidden};
 pub use occlusion::reference::{SampleOptions, Sampled, sampled_boxes, sampled_instances};
 pub use occlusion::{OccluderError, OccluderTriangles, occluder_scene};
 pub use picture::{
-    Culled, FrozenView, Highlight, Opening, Outlook, Picture, before_cut, cut_away,
+    Culled, FrozenView, Highlight, Opening, Outlook, Picture, Trace, before_cut, cut_away,
     depth_complexity, even, even_levels, hidden, hierarchy, kinds, kinds_of, occluders,
     occlusion_buffer, palette, shaded, top_down,
 };

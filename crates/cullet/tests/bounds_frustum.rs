@@ -2,10 +2,12 @@
 
 use cullet::bounds::{Aabb, Plane, Side, Sphere};
 use cullet::cull::frustum::exact::ExactFrustum;
-use cullet::cull::frustum::single::{classify_aabb, classify_sphere};
-use cullet::{Camera, Frustum};
+use cullet::view::FrustumPlane;
+use cullet::{Camera, Frustum, Projection};
 use cullet_testkit::Rng;
-use cullet_testkit::oracles::frustum::{classify_aabb_ref, classify_sphere_ref, intersects_ref};
+use cullet_testkit::oracles::frustum::{
+    classify_aabb, classify_aabb_ref, classify_sphere, classify_sphere_ref, intersects_ref,
+};
 use cullet_testkit::strategies::*;
 use glam::DVec3;
 use proptest::prelude::*;
@@ -205,4 +207,56 @@ fn enough_is_culled_and_the_exact_test_leaves_none_in_vain() {
     assert!(by_planes < by_exact, "there are boxes that only the exact test drops");
     assert!(f64::from(by_planes) > 0.95 * f64::from(outside));
     assert!(f64::from(by_spheres) > 0.85 * f64::from(outside));
+}
+
+fn unit_cube() -> Frustum {
+    let p = Projection::Orthographic {
+        left: -1.0,
+        right: 1.0,
+        bottom: -1.0,
+        top: 1.0,
+        near: -1.0,
+        far: 1.0,
+    };
+    Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], p).frustum().unwrap()
+}
+
+#[test]
+fn each_plane_of_a_cube_rejects_what_is_beyond_it() {
+    let f = unit_cube();
+    let beyond = [
+        (FrustumPlane::Left, [-3.0, 0.0, 0.0]),
+        (FrustumPlane::Right, [3.0, 0.0, 0.0]),
+        (FrustumPlane::Bottom, [0.0, -3.0, 0.0]),
+        (FrustumPlane::Top, [0.0, 3.0, 0.0]),
+        (FrustumPlane::Near, [0.0, 0.0, 3.0]),
+        (FrustumPlane::Far, [0.0, 0.0, -3.0]),
+    ];
+    for (plane, c) in beyond {
+        let expected = (Side::Outside, Some(plane as u8));
+        let b = Aabb::new(c.map(|v| v - 1.0), c.map(|v| v + 1.0));
+        assert_eq!(classify_aabb(&f, &b), expected);
+        assert_eq!(classify_sphere(&f, &Sphere::new(c, 1.0)), expected);
+    }
+}
+
+#[test]
+fn inside_only_when_inside_all() {
+    let f = unit_cube();
+    assert_eq!(classify_sphere(&f, &Sphere::new([0.0; 3], 0.5)), (Side::Inside, None));
+    assert_eq!(classify_sphere(&f, &Sphere::new([0.6, 0.0, 0.0], 0.5)), (Side::Straddling, None));
+    let b = Aabb::new([-0.5; 3], [0.5; 3]);
+    assert_eq!(classify_aabb(&f, &b), (Side::Inside, None));
+}
+
+#[test]
+fn empty_nan_and_infinite_things() {
+    for f in [unit_cube(), Frustum::everything()] {
+        assert_eq!(classify_aabb(&f, &Aabb::EMPTY), (Side::Outside, None));
+        assert_eq!(classify_sphere(&f, &Sphere::EMPTY), (Side::Outside, None));
+        assert_eq!(classify_aabb(&f, &Aabb::EVERYTHING), (Side::Straddling, None));
+        assert_eq!(classify_sphere(&f, &Sphere::EVERYTHING), (Side::Straddling, None));
+        let nan = Aabb::new([f32::NAN, 9.0, 9.0], [9.0; 3]);
+        assert_eq!(classify_aabb(&f, &nan), (Side::Straddling, None));
+    }
 }

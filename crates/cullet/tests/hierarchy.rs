@@ -6,8 +6,9 @@ use cullet::Simd;
 use cullet::bounds::{Aabb, Boxes, Side};
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::{self, Planes, mask_words};
-use cullet::cull::frustum::tree::{Cut, Trace};
+use cullet::cull::frustum::tree::Cut;
 use cullet::hierarchy::{Handle, Hierarchy, HierarchyError, Nodes, NodesError, spatial_order};
+use cullet_draw::Trace;
 use cullet_testkit::views::{looking_down_z, random_box, random_planes};
 use cullet_testkit::{Rng, at_every_level};
 

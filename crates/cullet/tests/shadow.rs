@@ -1,6 +1,6 @@
 //! Shadow casters: what throws a shadow that the view sees is never dropped, and most of the rest is.
 
-use cullet::bounds::{Aabb, Boxes, Sphere};
+use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::{Planes, VISIBLE, reject_boxes};
 use cullet::cull::shadow::{CasterReason, CasterRegion, Light};
 use cullet::{Frustum, Simd, View};

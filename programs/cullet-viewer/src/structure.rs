@@ -3,9 +3,8 @@
 
 use cullet::bounds::{Boxes, Side};
 use cullet::cull::frustum::batch::Planes;
-use cullet::cull::frustum::tree::Trace;
 use cullet::{Scene, Stage, View};
-use cullet_draw::palette;
+use cullet_draw::{Trace, palette};
 use glam::DVec3;
 
 use crate::lines::{Lines, tint, to_world};

@@ -2,7 +2,6 @@
 
 use cullet::bounds::{Aabb, Boxes, Side};
 use cullet::cull::frustum::batch::Planes;
-use cullet::cull::frustum::tree::Trace;
 use cullet::{Scene, View};
 use glam::DVec3;
 
@@ -12,6 +11,7 @@ use super::font::{text_height, text_size, text_width};
 use super::map::Map;
 use super::palette::{CHALK, NIGHT, PROVED, UNSEEN, mix, reason_color};
 use super::space::Space;
+use super::trace::Trace;
 use crate::sort;
 
 /// A box this many times as long as the median of its level is one of a node whose children lie apart.

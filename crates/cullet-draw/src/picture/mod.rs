@@ -18,6 +18,7 @@ pub mod palette;
 mod scene_fates;
 pub mod shaded;
 pub mod space;
+mod trace;
 
 pub use canvas::{caption, key_strip};
 pub use cells::{
@@ -37,6 +38,7 @@ pub use occlusion::{Culled, hidden, occluders, occlusion_buffer};
 pub use opened::{Opening, before_cut, cut_away};
 pub use outside::Outlook;
 pub use shaded::{even, shaded, shaded_clear, shaded_levels};
+pub use trace::Trace;
 
 use std::io;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Slow oracles of the frustum tests: plain f64, literally as the lectures have them.
 
 use cullet::Frustum;
-use cullet::bounds::{Aabb, Plane, Side};
+use cullet::bounds::{Aabb, Plane, Side, Sphere};
 use glam::DVec3;
 
 /// The lecture's loop, literally: the planes in camera space, out at the first plane that the sphere is
@@ -78,4 +78,37 @@ fn clipped(polygon: &[DVec3], plane: &Plane) -> Vec<DVec3> {
         }
     }
     kept
+}
+
+/// Where a sphere lies, with proof, in f64 with a bound of its rounding; and the number of the first plane that
+/// rejects it. Empty is outside, with no plane to blame; NaN or infinite is straddling.
+pub fn classify_sphere(frustum: &Frustum, sphere: &Sphere) -> (Side, Option<u8>) {
+    classify(frustum, sphere.is_empty(), sphere.is_finite(), |plane| sphere.side(plane))
+}
+
+/// Where a box lies, with proof, in f64 with a bound of its rounding; and the number of the first plane that
+/// rejects it. Empty is outside, with no plane to blame; NaN is straddling; an infinite side counts as what it is,
+/// but such a box is never inside.
+pub fn classify_aabb(frustum: &Frustum, b: &Aabb) -> (Side, Option<u8>) {
+    classify(frustum, b.is_empty(), b.is_finite(), |plane| b.side(plane))
+}
+
+fn classify(
+    frustum: &Frustum,
+    empty: bool,
+    finite: bool,
+    side: impl Fn(&Plane) -> Side,
+) -> (Side, Option<u8>) {
+    if empty {
+        return (Side::Outside, None);
+    }
+    let mut inside = finite;
+    for (number, plane) in frustum.planes() {
+        match side(plane) {
+            Side::Outside => return (Side::Outside, Some(number as u8)),
+            Side::Straddling => inside = false,
+            Side::Inside => {}
+        }
+    }
+    (if inside { Side::Inside } else { Side::Straddling }, None)
 }

@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Aabb, Side};
 use cullet::cell::{CellGraph, Portal};
-use cullet::cull::frustum::single::classify_aabb;
+use cullet::cull::frustum::batch::Planes;
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, ScreenBounds, Visibility};
 use cullet::cull::portal::{PortalOptions, PortalView, Reached, walk_portals};
 use cullet::cull::shadow::Light;
@@ -79,7 +79,7 @@ fn beside_two_doors() -> Computed {
     let frustum = reached.frustum(visit, [0.0; 3], 100.0);
     let side = |low: f32| {
         let b = Aabb::new([low, -0.5, -41.0], [low + 1.0, 0.5, -40.0]);
-        classify_aabb(&frustum, &b).0
+        Planes::new(&frustum).classify_box(&b)
     };
     assert_ne!(side(7.0), Side::Outside, "one between 6 and 8 is seen");
     Ok(if side(9.0) == Side::Outside { "dropped" } else { "seen" }.to_owned())

@@ -159,7 +159,7 @@ fn edges(corners: &[Corner; 8]) -> impl Iterator<Item = DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cull::frustum::single::classify_aabb;
+    use crate::cull::frustum::batch::Planes;
     use crate::view::View;
 
     #[test]
@@ -170,7 +170,7 @@ mod tests {
         assert!(exact.has_corners());
         // The far corners are at x = ±91.2. Farther back than they are, the left plane lets it in.
         let beside = |x: f32| Aabb::new([-500.0, -50.0, -500.0], [x, 50.0, -50.0]);
-        assert_eq!(classify_aabb(&f, &beside(-95.0)).0, Side::Straddling);
+        assert_eq!(Planes::new(&f).classify_box(&beside(-95.0)), Side::Straddling);
         assert!(exact.is_outside(&beside(-95.0)) && exact.is_outside_beyond_planes(&beside(-95.0)));
         assert!(!exact.is_outside(&beside(-91.0)));
     }
@@ -183,7 +183,7 @@ mod tests {
         let exact = ExactFrustum::new(&f);
         assert!(exact.has_corners());
         let below = |x: f32| Aabb::new([-400.0; 3], [x, 400.0, 400.0]);
-        assert_eq!(classify_aabb(&f, &below(0.1)).0, Side::Straddling);
+        assert_eq!(Planes::new(&f).classify_box(&below(0.1)), Side::Straddling);
         assert!(exact.is_outside(&below(0.1)));
         assert!(!exact.is_outside(&below(2.0)));
     }

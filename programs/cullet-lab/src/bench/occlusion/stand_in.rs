@@ -3,7 +3,7 @@
 
 use cullet::View;
 use cullet::bounds::{Aabb, Boxes, Side};
-use cullet::cull::frustum::single::classify_aabb;
+use cullet::cull::frustum::batch::Planes;
 use cullet_maps::occscn::Occscn;
 
 use super::rasteriser::{HIDDEN, OUTSIDE, Rasteriser, VISIBLE};
@@ -65,7 +65,7 @@ impl<'a> StandIn<'a> {
 
     fn answer(&self, b: &Aabb) -> u8 {
         let Some(view) = &self.view else { return VISIBLE };
-        if classify_aabb(&view.frustum(), b).0 == Side::Outside {
+        if Planes::new(&view.frustum()).classify_box(b) == Side::Outside {
             return OUTSIDE;
         }
         let corners: Option<Vec<[f64; 3]>> =

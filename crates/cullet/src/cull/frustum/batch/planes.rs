@@ -166,7 +166,7 @@ impl Planes {
     /// # Panics
     /// If `index` is not below the batch's length.
     #[must_use]
-    pub(crate) fn classify_stored(&self, boxes: &Boxes, index: usize) -> Side {
+    pub fn classify_stored(&self, boxes: &Boxes, index: usize) -> Side {
         self.side(&boxes.blocks()[index / 16], index % 16)
     }
 

@@ -29,10 +29,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod trace;
 mod walk;
-
-pub use trace::Trace;
 
 use super::batch::planes::BoxPlane;
 use super::batch::{Planes, classify_boxes};

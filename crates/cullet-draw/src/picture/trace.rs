@@ -1,8 +1,11 @@
 //! Trace of a walk, node by node: the oracle of the walk, and the source of pictures of it.
 
-use super::super::batch::planes::Planes;
-use crate::bounds::{Boxes, LANES, Side};
-use crate::hierarchy::Nodes;
+use cullet::bounds::{Boxes, Side};
+use cullet::cull::frustum::batch::Planes;
+use cullet::hierarchy::Nodes;
+
+/// Children of a node.
+const WIDTH: usize = 16;
 
 /// Every node that a walk tests, with the result, level by level.
 ///
@@ -18,7 +21,7 @@ impl Trace {
     /// Walks `nodes`, which are over `boxes` or the first of them, one after the other, each against
     /// all planes. Boxes that lie under no node are tested each.
     ///
-    /// The slow twin of [`Cut::cull`](super::Cut::cull): the same nodes, the same answers.
+    /// The slow twin of [`Cut::cull`](cullet::cull::frustum::tree::Cut::cull): the same nodes, the same answers.
     ///
     /// # Panics
     /// If the nodes are over more boxes than there are.
@@ -31,7 +34,7 @@ impl Trace {
         for (at, level) in all.into_iter().enumerate().rev() {
             for i in 0..level.len() {
                 let above = levels.get(at + 1).filter(|_| at > 0 || i < nodes.len());
-                if above.is_none_or(|above| above[i / LANES] == Some(Side::Straddling)) {
+                if above.is_none_or(|above| above[i / WIDTH] == Some(Side::Straddling)) {
                     levels[at][i] = Some(side(level, i));
                 }
             }
@@ -43,13 +46,13 @@ impl Trace {
     /// that is inside, empty ones apart where planes reject those.
     #[must_use]
     pub fn visible(&self, planes: &Planes, boxes: &Boxes) -> Vec<u32> {
-        let outside = planes.classify_box(&crate::bounds::Aabb::EMPTY) == Side::Outside;
+        let outside = planes.classify_box(&cullet::bounds::Aabb::EMPTY) == Side::Outside;
         let keeps = |i: usize| {
             let mut index = i;
             // The first level, going up, at which the walk was.
             let found = self.levels.iter().find_map(|level| {
                 let side = level[index];
-                index /= LANES;
+                index /= WIDTH;
                 side
             });
             let hole = outside && boxes.get(i).is_empty();
