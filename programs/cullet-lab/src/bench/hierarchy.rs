@@ -2,7 +2,7 @@
 
 use cullet::Simd;
 use cullet::bounds::Boxes;
-use cullet::cull::frustum::batch::{self, Indices, Planes};
+use cullet::cull::frustum::batch::{self, Indices};
 use cullet::cull::frustum::tree::Cut;
 use cullet::hierarchy::Hierarchy;
 
@@ -36,7 +36,7 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
 }
 
 fn wants(options: &BenchOptions, below: &str) -> bool {
-    let rows = ["list", "ranges", "sorted sweep", "visible box"];
+    let rows = ["list", "sorted sweep", "visible box"];
     rows.iter().any(|row| options.wants(&format!("{below}{row}")))
 }
 
@@ -104,15 +104,6 @@ impl World {
             each(row("list", level_name, *list == *expected).against(times, "flat list"));
         }
         let (level_name, level) = levels[0];
-        let mut ranges = Vec::new();
-        let times = fastest_of_both(
-            options.seconds,
-            |_| sweep(level, &self.unsorted, &mut flat),
-            || ranges_of(level, &planes, &self.hierarchy, &mut cut, &mut ranges),
-        );
-        let listed = ranges.iter().flat_map(|&[first, count]| first..first + count);
-        let checked = listed.eq(expected.iter().copied());
-        each(row("ranges", level_name, checked).against(times, "flat list"));
         let times = fastest_of_both(
             options.seconds,
             |_| sweep(level, &self.unsorted, &mut flat),
@@ -146,16 +137,4 @@ impl World {
         }
         Some(here)
     }
-}
-
-fn ranges_of(
-    level: Simd,
-    planes: &Planes,
-    hierarchy: &Hierarchy,
-    cut: &mut Cut,
-    ranges: &mut Vec<[u32; 2]>,
-) {
-    cut.cull(level, planes, hierarchy.nodes(), hierarchy.boxes());
-    ranges.clear();
-    cut.ranges(|first, count| ranges.push([first, count]));
 }

@@ -165,27 +165,6 @@ impl Cut {
         });
     }
 
-    /// Calls `each` for every run of visible boxes that touch, ascending: first, and how many.
-    pub fn ranges(&self, mut each: impl FnMut(u32, u32)) {
-        let (mut first, mut count) = (0, 0);
-        for word in self.touched() {
-            for run in bits::runs(self.visible[word]) {
-                let (start, len) = ((word * 64 + run.start) as u32, run.len() as u32);
-                if first + count == start && count > 0 {
-                    count += len;
-                    continue;
-                }
-                if count > 0 {
-                    each(first, count);
-                }
-                (first, count) = (start, len);
-            }
-        }
-        if count > 0 {
-            each(first, count);
-        }
-    }
-
     /// One bit a box: visible. Words beyond the last that is not zero are there all the same.
     #[must_use]
     pub fn visible(&self) -> &[u64] {
