@@ -41,11 +41,13 @@ fn bench(c: &mut Criterion) {
         });
         let mut draws = DrawList::default();
         group.bench_function(format!("fill/{name}"), |b| {
-            b.iter(|| match output {
-                Output::Triangles => draws.fill_triangles(&scene, &visible, &[]),
-                _ => draws.fill(&scene, &visible, &[]),
-            }
-            .expect("the scene stands as it was culled"));
+            b.iter(|| {
+                match output {
+                    Output::Triangles => draws.fill_triangles(&scene, &visible, &[]),
+                    _ => draws.fill(&scene, &visible, &[]),
+                }
+                .expect("the scene stands as it was culled")
+            });
         });
         assert!(drawn(&draws).into_iter().eq(answers::slots(&visible)), "{name}");
         assert_eq!(degenerate(&scene, &visible), 0);

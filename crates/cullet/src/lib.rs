@@ -30,7 +30,8 @@
 //! # }
 //! ```
 //!
-//! [`Visible::draws`] is for a start; [`DrawList`] fills arrays for indirect draws and allocates nothing. A renderer
+//! [`Visible::draws`] is for a start; [`DrawList`] fills arrays for indirect draws and allocates nothing. Both refuse a
+//! result that is older than the last commit of its scene. A renderer
 //! that has no use for a [`Scene`] calls the rooms below it: plain functions over slices.
 //!
 //! # Where to find what
