@@ -4,7 +4,8 @@ use std::ops::{Add, AddAssign, Sub, SubAssign};
 
 use crate::cull::shadow::CasterReason;
 
-/// One kind of culling in the pipeline, in the order in which they run.
+/// One kind of culling in the pipeline. Stages run in the order of the rows of a [`Funnel`], some of
+/// them once for each [`Unit`]; their numbers are those in files and bindings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
@@ -31,7 +32,7 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// All stages, in their order.
+    /// All stages, by their numbers.
     pub const ALL: [Self; 9] = [
         Self::Layer,
         Self::Frustum,
