@@ -159,3 +159,23 @@ impl Balls {
         mesh
     }
 }
+
+/// A round ball, its one coarse level within it, and beads behind it that only the round ball hides: they are near its rim.
+/// The ball is slot 0. For a view from [0, 0, 6] to the origin.
+///
+/// # Panics
+/// Never: what it is made of is right.
+#[must_use]
+pub fn ball_before_beads() -> cullet::Scene {
+    use cullet::{Instance, Scene, Transform};
+    let mut scene = Scene::new();
+    let ball = Balls::new(&[48, 3], 1.0).add_to(&mut scene);
+    let bead = scene.add_mesh(crate::meshes::block([-0.02; 3], [0.02; 3]));
+    scene.add(Instance::new(ball, Transform::IDENTITY)).expect("few");
+    for k in 0..48 {
+        let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 48.0).sin_cos();
+        let place = [1.26 * cos, 1.26 * sin, -2.0];
+        scene.add(Instance::new(bead, Transform::from_translation(place))).expect("few");
+    }
+    scene
+}

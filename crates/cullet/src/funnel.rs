@@ -5,7 +5,9 @@ use std::ops::{Add, AddAssign, Sub, SubAssign};
 use crate::cull::shadow::CasterReason;
 
 /// One kind of culling in the pipeline. Stages run in the order of the rows of a [`Funnel`], some of
-/// them once for each [`Unit`]; their numbers are those in files and bindings.
+/// them once for each [`Unit`]; their numbers are those in files and bindings. They ascend in the order of the rows of a unit,
+/// with two exceptions: [`Degenerate`](Self::Degenerate) drops flattened instances before [`Lod`](Self::Lod), and
+/// [`Detail`](Self::Detail) tests the samples of triangles last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]

@@ -5,7 +5,7 @@ use cullet::cull::detail::{Detail, Measure};
 use cullet::{Culler, Instance, Output, Scene, Simd, Stage, Transform, View};
 use cullet_testkit::answers::cull;
 use cullet_testkit::views::{look, random_view};
-use cullet_testkit::{Rng, cases, meshes};
+use cullet_testkit::{Rng, cases, meshes, soups};
 use proptest::prelude::*;
 
 const MEASURES: [Measure; 3] = [Measure::WidthAndHeight, Measure::Area, Measure::Diameter];
@@ -157,4 +157,52 @@ fn clusters_go_by_themselves_only_where_asked() {
     };
     let all = scene.triangle_count();
     assert!(left(false) == all && left(true) < all, "{} of {all}", left(true));
+}
+
+#[test]
+fn an_occluder_keeps_its_clusters() {
+    let mut scene = Scene::new();
+    // Of many small clusters, so that they would all go.
+    let wall = scene.add_mesh(meshes::one_sided(soups::moved(soups::divided_block(24), |p| {
+        [p[0] * 4.0, p[1] * 8.0 - 4.0, p[2] * 0.1]
+    })));
+    let bead = scene.add_mesh(meshes::block([-0.1; 3], [0.1; 3]));
+    let wall = scene.add(Instance::new(wall, Transform::IDENTITY)).expect("few");
+    let mut behind = Instance::new(bead, Transform::from_translation([0.0, 0.0, -3.0]));
+    behind.size_weight = f32::INFINITY;
+    let bead = scene.add(behind).expect("few");
+    scene.commit();
+    let [wall, bead] = [wall, bead].map(|h| scene.slot(h).expect("there"));
+    scene.prepare(Culler::exact().preparation());
+    let view = look([0.3, 0.2, 10.0], [0.0; 3], [640, 400]);
+    let detail = Detail { clusters: true, threshold_px: 200.0, ..Detail::default() };
+    let all = Culler { detail: Some(detail), reasons: true, ..Culler::exact() };
+    let [alone, all] = [all.without(Stage::Occlusion), all].map(|c| cull(&c, &scene, &view));
+    assert_eq!(alone.slots().collect::<Vec<_>>(), [bead], "its clusters are small");
+    assert_eq!(all.slots().collect::<Vec<_>>(), [wall], "what hides is drawn");
+    assert_eq!(all.reasons[bead as usize].map(|r| r.stage), Some(Stage::Occlusion));
+}
+
+#[test]
+fn what_fades_hides_nothing() {
+    let mut scene = Scene::new();
+    let wall = scene.add_mesh(meshes::block([-1.0, -1.0, 0.0], [1.0, 1.0, 0.1]));
+    let bead = scene.add_mesh(meshes::block([-0.1; 3], [0.1; 3]));
+    let wall = scene.add(Instance::new(wall, Transform::IDENTITY)).expect("few");
+    let mut behind = Instance::new(bead, Transform::from_translation([0.0, 0.0, -3.0]));
+    behind.size_weight = f32::INFINITY;
+    scene.add(behind).expect("few");
+    scene.commit();
+    let wall = scene.slot(wall).expect("there");
+    scene.prepare(Culler::exact().preparation());
+    let view = look([0.0, 0.0, 10.0], [0.0; 3], [640, 400]);
+    // The wall is some 70 pixels high.
+    let left = |fade| {
+        let detail = Detail { threshold_px: 50.0, fade, ..Detail::default() };
+        let culler = Culler { detail: Some(detail), ..Culler::exact() };
+        cull(&culler, &scene, &view).slots().collect::<Vec<_>>()
+    };
+    assert_eq!(left(0.0), [wall]);
+    assert_eq!(left(0.1), [wall], "it is larger than that");
+    assert_eq!(left(4.0).len(), 2);
 }

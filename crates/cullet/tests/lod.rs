@@ -10,7 +10,7 @@ use cullet::{
 };
 use cullet_testkit::answers::cull;
 use cullet_testkit::memory::{Counting, allocations_of};
-use cullet_testkit::steps::Strip;
+use cullet_testkit::steps::{Strip, ball_before_beads};
 use cullet_testkit::views::look;
 use cullet_testkit::{Rng, cases};
 use proptest::prelude::*;
@@ -458,4 +458,23 @@ fn pixels_of_a_view_are_those_of_its_projection() {
     let seen = stick(0.005) / (0.01 * centre.pixels / away);
     // It leans to the line of sight a little, and so is seen a little shorter.
     assert!((0.9..1.0001).contains(&seen), "{seen}");
+}
+
+#[test]
+fn what_is_drawn_is_what_hides() {
+    let mut scene = ball_before_beads();
+    scene.prepare(Culler::exact().preparation());
+    let view = look([0.0, 0.0, 6.0], [0.0; 3], [640, 400]);
+    let hidden = |pixels: Option<f64>| {
+        let lod = pixels.map(|pixels| Lod { pixels, ..Lod::default() });
+        let result = cull(&Culler { lod, reasons: true, ..Culler::exact() }, &scene, &view);
+        let is_coarse = result.partial.iter().any(|d| d.slot == 0 && d.level == 1);
+        let is_hidden = |r: &&Option<cullet::Reason>| r.is_some_and(|r| r.stage == Stage::Occlusion);
+        (is_coarse, result.reasons.iter().filter(is_hidden).count())
+    };
+    // In full the ball hides the beads behind its rim. Its coarse level does not reach that far.
+    for in_full in [None, Some(0.5)] {
+        assert_eq!(hidden(in_full), (false, 48));
+    }
+    assert_eq!(hidden(Some(1e3)), (true, 0));
 }

@@ -53,12 +53,13 @@ pub fn fates(scene: &Scene, result: &Visible) -> Fates {
 }
 
 /// Fates by the stages, each run alone. Occlusion chooses its occluders among what the stages of instances before it
-/// leave, so it runs after those.
+/// leave, so it runs after those; and detail leaves occluders their clusters, so it runs beside occlusion.
 pub fn fates_alone(culler: &Culler, scene: &Scene, view: &View) -> Fates {
     let culler = telling(culler);
     let alone = |stage: Stage| {
         let mut one = culler.only(stage);
-        if stage == Stage::Occlusion {
+        let is_beside = stage == Stage::Detail && culler.runs(Stage::Occlusion);
+        if stage == Stage::Occlusion || is_beside {
             one = culler.without(Stage::Backface);
         }
         fates(scene, &cull(&one, scene, view))
@@ -73,8 +74,8 @@ pub fn fates_alone(culler: &Culler, scene: &Scene, view: &View) -> Fates {
         (Stage::Degenerate, Unit::Instances),
         (Stage::Occlusion, Unit::Instances),
         (Stage::Frustum, Unit::Clusters),
-        (Stage::Detail, Unit::Clusters),
         (Stage::Portal, Unit::Clusters),
+        (Stage::Detail, Unit::Clusters),
         (Stage::Occlusion, Unit::Clusters),
         (Stage::Backface, Unit::Clusters),
         (Stage::Frustum, Unit::Triangles),

@@ -35,9 +35,11 @@ pub struct Detail {
     /// The threshold, in pixels (square pixels for [`Measure::Area`]).
     pub threshold_px: f64,
     /// Whether clusters of rigid instances are dropped by themselves, too. Default off: it tears holes into whatever is
-    /// made of clusters that are smaller than the threshold but is itself larger; [levels](crate::lod) are for that.
+    /// made of clusters that are smaller than the threshold but is itself larger; [levels](crate::lod) are for that. An
+    /// instance that [hides](crate::Culler::occlusion) others keeps its clusters.
     pub clusters: bool,
-    /// How much above the threshold what is left begins to [fade](Self::weight), as a share of it, from 0. Default 0.
+    /// How much above the threshold what is left begins to [fade](Self::weight), as a share of it, from 0. Default 0. What
+    /// fades hides nothing.
     pub fade: f64,
 }
 

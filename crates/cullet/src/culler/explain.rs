@@ -154,19 +154,19 @@ impl Culler {
 
 /// Whether an instance that stands for others is drawn in their place.
 fn of_stand_in(scene: &Scene, slot: u32, all: &Visible) -> Explanation {
-    let is_drawn = all.slots().any(|s| s == slot);
-    let finding = match (is_drawn, scene.is_stand_in_off(slot)) {
-        (true, _) => "drawn in the place of".to_owned(),
-        (_, true) => "never drawn, for one of them has changed: stands for".to_owned(),
-        _ => "not drawn here: stands for".to_owned(),
+    let reason = all.reasons.get(slot as usize).copied().flatten();
+    let finding = match (reason.map(|r| r.stage), scene.is_stand_in_off(slot)) {
+        (None, _) => "drawn in the place of",
+        (Some(Stage::Layer), true) => "never drawn, for one of them has changed: stands for",
+        (Some(Stage::Layer), _) => "not drawn here: stands for",
+        _ => "in the place of others, but hidden: stands for",
     };
     let count = scene.stood_for_by(slot).len();
     let finding = format!("{finding} {count} instances");
-    let left = u64::from(is_drawn);
+    let left = u64::from(reason.is_none_or(|r| r.stage != Stage::Layer));
     let evidence = Evidence::None;
     let step =
         Step { stage: Stage::Lod, unit: Unit::Instances, entered: 1, left, finding, evidence };
-    let reason = (!is_drawn).then_some(Reason { stage: Stage::Layer, detail: 0 });
     Explanation { reason, steps: vec![step], hidden_by: Vec::new() }
 }
 

@@ -118,6 +118,10 @@ pub struct Culler {
     /// Cull instances that lie behind others, and where the output is finer, clusters of rigid instances that do. Not
     /// lossy: what is dropped is proved to be hidden, at every resolution, or to be beyond an edge of the screen. On by
     /// default, as far as it [pays](Occlusion::risk) by the [`costs`](Self::costs).
+    ///
+    /// Only what is drawn hides. [Levels](Self::lod) are chosen first: an instance that is drawn by levels, by an
+    /// impostor or by a stand-in hides nothing, for the proof is of the mesh in full; nor does one that
+    /// [fades](Detail::fade). An instance that hid others keeps the clusters that [`Detail::clusters`] would drop.
     pub occlusion: Option<Occlusion>,
     /// Costs by which [`occlusion`](Self::occlusion) chooses what to draw, and whether. Default [`Costs::default`]; give
     /// those of your renderer.

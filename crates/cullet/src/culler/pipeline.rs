@@ -55,20 +55,20 @@ const PIPELINE: [Step; 17] = [
     then(Stage::Degenerate, Unit::Instances, |f, _, s, log| {
         degenerate::instances(f, &mut s.instances, log);
     }),
-    then(Stage::Occlusion, Unit::Instances, |f, c, s, log| {
-        occlusion::instances(f, &mut c.occlusion, &mut s.instances, log);
-    }),
     then(Stage::Lod, Unit::Instances, |f, c, s, log| {
         lod::instances(f, &mut c.lod, &mut s.instances, &mut s.coarse, log);
+    }),
+    then(Stage::Occlusion, Unit::Instances, |f, c, s, log| {
+        occlusion::instances(f, &mut c.occlusion, &mut s.instances, &mut s.coarse, log);
     }),
     opens(Stage::Frustum, Unit::Clusters, |f, c, s, log| {
         frustum::clusters(f, &mut c.frustum, (&c.portal, &c.occlusion), s, log);
     }),
-    then(Stage::Detail, Unit::Clusters, |f, _, s, log| {
-        detail::clusters(f, &mut s.clusters, log);
-    }),
     then(Stage::Portal, Unit::Clusters, |f, c, s, log| {
         portal::clusters(f, &mut c.portal, &mut s.clusters, log);
+    }),
+    then(Stage::Detail, Unit::Clusters, |f, c, s, log| {
+        detail::clusters(f, &c.occlusion, &mut s.clusters, log);
     }),
     then(Stage::Occlusion, Unit::Clusters, |f, c, s, log| {
         occlusion::clusters(f, &c.occlusion, &mut s.clusters, log);

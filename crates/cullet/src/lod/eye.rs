@@ -21,9 +21,10 @@ pub struct Lod {
     pub at_corners: bool,
     /// A budget: where more triangles than this would be drawn, `pixels` are raised for all until they are not, in steps of a
     /// quarter of an octave; [`Visible::lod_pixels`](crate::Visible::lod_pixels) tells to how many. What is counted is
-    /// the instances that are left when levels are chosen, before any of their clusters is culled; those without levels count
-    /// in full, and where the coarsest of all are still too many, they are drawn. Default none. Cost: for each of those
-    /// instances a choice of its levels at the finest threshold, `pixels`, before that at the threshold which is drawn.
+    /// the instances that are left when levels are chosen: before occlusion, which needs to know what is drawn, and before
+    /// any of their clusters is culled. Those without levels count in full, and where the coarsest of all are still too
+    /// many, they are drawn. Default none. Cost: for each of those instances a choice of its levels at the finest threshold,
+    /// `pixels`, before that at the threshold which is drawn.
     pub triangles: Option<u64>,
     /// Whether instances that [stand for others](crate::Scene::stand_for) are drawn in their place. Default on.
     pub stand_ins: bool,

@@ -47,7 +47,7 @@ pub(crate) struct PixelRecord {
     pub(crate) differ: u64,
     /// Of these, those where only one of the two pictures shows anything.
     pub(crate) silhouette: u64,
-    /// What was dropped as hidden shows there, since what hides it is drawn coarser.
+    /// What was dropped for its size or for the eye's cell shows there, since what is before it is drawn coarser.
     pub(crate) uncovered: u64,
 }
 
@@ -203,7 +203,7 @@ impl LevelsSummary {
         if let Some(p) = self.pixels {
             lines.push(format!(
                 "{} of the pixels show another instance than in full, {} at silhouettes before the background; {} what was taken for \
-                 hidden",
+                 small or out of reach of the eye's cell",
                 percent(p.differ, p.all),
                 percent(p.silhouette, p.all),
                 count(p.uncovered, "pixel shows", "pixels show"),

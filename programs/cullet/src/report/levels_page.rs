@@ -102,7 +102,7 @@ fn found(out: &mut String, deviation: &DeviationRecord, levels: &LevelsSummary) 
         let _ = writeln!(
             out,
             "<p class=\"sub\">{} of the pixels show another instance than in full, {} at silhouettes before the background. \
-             {} what was taken for hidden.</p>",
+             {} what was taken for small or out of reach of the eye's cell.</p>",
             percent(p.differ, p.all),
             percent(p.silhouette, p.all),
             count(p.uncovered, "pixel shows", "pixels show"),

@@ -5,6 +5,7 @@ use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::run::is_parted;
 use super::super::sets::{Clusters, Instances, Sets, slots};
+use super::occlusion;
 use crate::array;
 use crate::bits;
 use crate::bounds::{Aabb, LANES};
@@ -155,13 +156,19 @@ pub(super) fn may_drop_clusters(frame: &Frame<'_>, slot: u32) -> bool {
         && !bits::get(frame.scene.exempt(), slot as usize)
 }
 
-/// Drops clusters of rigid instances whose size is surely below the threshold, where the settings ask for it.
-pub(in super::super) fn clusters(frame: &Frame<'_>, set: &mut Clusters, log: &mut Log<'_>) {
+/// Drops clusters of rigid instances whose size is surely below the threshold, where the settings ask for it. An occluder
+/// keeps all of its clusters, for it has hidden other instances as a whole.
+pub(in super::super) fn clusters(
+    frame: &Frame<'_>,
+    hidden: &occlusion::Cache,
+    set: &mut Clusters,
+    log: &mut Log<'_>,
+) {
     let Some(detail) = frame.culler.detail.filter(|detail| detail.clusters) else { return };
     let scene = frame.scene;
     set.filter(scene, Stage::Detail, log, |runs, culled| {
         let slot = runs[0].slot;
-        if !may_drop_clusters(frame, slot) {
+        if !may_drop_clusters(frame, slot) || hidden.has_drawn(slot) {
             return false;
         }
         let weight = f64::from(scene.size_weight(slot));

@@ -9,11 +9,12 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use super::super::sets::{GROUP, groups};
+use super::super::sets::{Coarse, GROUP, groups};
 use super::density::Density;
 use crate::array::{self, Each};
 use crate::bits;
 use crate::bounds::{Aabb, Block, BoxBlock, LANES};
+use crate::cull::detail::Detail;
 use crate::cull::occlusion::{
     BoxTests, Candidate, Choice, CostModel, LeastCost, Occluder, OcclusionBuffer, ScreenBounds,
     Shape,
@@ -46,11 +47,15 @@ pub(super) struct Search<'a> {
     /// Slots that are alive, one bit each, and the words of it that are not zero.
     pub(super) alive: &'a [u64],
     pub(super) live: &'a [u32],
+    /// Instances that are drawn by levels. They hide nothing: the shapes are of the mesh in full.
+    pub(super) coarse: &'a Coarse,
     /// The slots and shapes that the buffer has by now, ascending. What is hidden behind them is passed over.
     pub(super) drawn: &'a [(u32, u32)],
     /// Value of pixels.
     pub(super) density: &'a Density,
     pub(super) view: &'a View,
+    /// Set where instances fade before they are too small: those are drawn by a part of their pixels, and hide nothing.
+    pub(super) fade: Option<Detail>,
 }
 
 /// A node, and the highest score that a shape in it may have: the greater the better.
@@ -273,7 +278,8 @@ impl Search<'_> {
         self.tests.bounds_of(boxes, alive, LEAST_PIXELS, |lane, bounds| {
             let slot = (block * LANES + lane) as u32;
             if let Some(value) = self.value_of(bounds, least_value)
-                && let Some(occluder) = occluder_of(self.scene, slot)
+                && let Some(occluder) = occluder_of(self.scene, self.coarse, slot)
+                && !self.fades(slot)
             {
                 let least_cost = occluder.least_cost();
                 if choice.may_take(self.costs.score(least_cost, value, self.density.densest()))
@@ -283,6 +289,16 @@ impl Search<'_> {
                 }
             }
         });
+    }
+
+    /// Whether an instance is drawn by a part of its pixels.
+    fn fades(&self, slot: u32) -> bool {
+        let Self { scene, view, .. } = self;
+        self.fade.is_some_and(|detail| {
+            let rect = view.project_box(&scene.bounds(slot), scene.origin());
+            let size = rect.map(|rect| [rect.width(), rect.height()]);
+            detail.weight(size, f64::from(scene.size_weight(slot))) < 1.0
+        })
     }
 
     /// The pixels of that part of a shape's box that lies beyond the near plane; `None` where there are none.
@@ -377,12 +393,13 @@ impl Search<'_> {
 }
 
 /// The occluder of an instance that may hide something.
-fn occluder_of(scene: &Scene, slot: u32) -> Option<&Occluder> {
+fn occluder_of<'a>(scene: &'a Scene, coarse: &Coarse, slot: u32) -> Option<&'a Occluder> {
     let flags = scene.flags(slot);
     if flags.no_occlusion || flags.transparent || !scene.is_rigid(slot) {
         return None;
     }
-    scene.prepared_of(slot).occluder().filter(|occluder| !occluder.shapes().is_empty())
+    let occluder = scene.prepared_of(slot).occluder();
+    occluder.filter(|occluder| !occluder.shapes().is_empty() && coarse.cut_of(slot).is_none())
 }
 
 /// Whether the view may begin within what the occluder of an instance seals off.

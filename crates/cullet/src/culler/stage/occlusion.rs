@@ -13,7 +13,7 @@ use super::super::evidence::{CoverTest, Evidence, Finding};
 use super::super::frame::{Alone, Frame};
 use super::super::log::Log;
 use super::super::run::{Run, is_parted};
-use super::super::sets::{Clusters, GROUP, Instances, groups, slots};
+use super::super::sets::{Clusters, Coarse, GROUP, Instances, groups, slots};
 use super::density::Density;
 use super::occluders::{Group, Search};
 use super::samples::Samples;
@@ -25,7 +25,7 @@ use crate::cull::occlusion::{
     Visibility,
 };
 use crate::funnel::{OcclusionTimes, OcclusionWork, Reason, Stage};
-use crate::scene::{MeshId, Tally};
+use crate::scene::{MeshId, Scene, Tally};
 use crate::sort::{Sorter, pair};
 use crate::view::View;
 
@@ -62,6 +62,11 @@ impl Cache {
     /// The buffer of the last cull that drew one; `None` where it would not have paid.
     pub(in super::super) fn buffer(&self) -> Option<&OcclusionBuffer> {
         self.buffer.as_ref().filter(|_| !self.is_left_out)
+    }
+
+    /// Whether the instance of a slot was drawn into the buffer of the last cull.
+    pub(super) fn has_drawn(&self, slot: u32) -> bool {
+        !self.is_left_out && self.drawn.iter().any(|&(by, _)| by == slot)
     }
 
     /// Why an instance is hidden or not, in words: which pixel lets it through, or what covers it.
@@ -124,24 +129,32 @@ pub(in super::super) fn instances(
     frame: &Frame<'_>,
     cache: &mut Cache,
     set: &mut Instances,
+    coarse: &mut Coarse,
     log: &mut Log<'_>,
 ) {
     let Some(settings) = frame.culler.occlusion else { return };
-    let dropped = match frame.only {
+    let mut dropped = match frame.only {
         Some(only) => test_alone(frame, set, log, only),
-        None => test_all(frame, cache, set, log, &settings),
+        None => test_all(frame, cache, (set, coarse), log, &settings),
     };
+    // Of instances that are drawn by levels, only the levels are dropped.
+    let (drawn, replaced) = (coarse.drawn(), coarse.replaced());
+    coarse.drop_slots(|slot| !set.has(slot));
+    dropped += drawn;
+    dropped += coarse.replaced();
+    dropped -= replaced;
+    dropped -= coarse.drawn();
     log.instance_row(Stage::Occlusion, dropped);
 }
 
 fn test_all(
     frame: &Frame<'_>,
     cache: &mut Cache,
-    set: &mut Instances,
+    (set, coarse): (&mut Instances, &Coarse),
     log: &mut Log<'_>,
     settings: &Occlusion,
 ) -> Tally {
-    let left = set.tally(frame.scene).counts;
+    let left = coarse.drawn_of(set.tally(frame.scene)).counts;
     // Samples take time themselves: not where all that is left would pay for nothing.
     let costs = &frame.culler.costs;
     let instances = left.instances as f64;
@@ -149,7 +162,7 @@ fn test_all(
     let mut stake = Stake::new(settings, costs, all, [costs.occluders.begin_ns, 0.0]);
     if !stake.is_nothing() {
         let samples = &mut cache.samples;
-        samples.take(frame, set, left);
+        samples.take(frame, (set, coarse), left);
         let overheads = samples.overheads_ns(&costs.occluders, instances);
         stake = Stake::new(settings, costs, [instances, samples.triangles()], overheads);
     }
@@ -165,7 +178,7 @@ fn test_all(
     }
     let Some(mut buffer) = cache.buffer.take() else { return Tally::default() };
     buffer.begin(frame.view, frame.scene.origin());
-    let (mut work, hidden) = choose_and_draw(frame, cache, set, log, stake, &mut buffer);
+    let (mut work, hidden) = choose_and_draw(frame, cache, (set, coarse), log, stake, &mut buffer);
     let begin = log.now();
     let mut dropped = Tally::default();
     if stake.pays_for_tests(hidden) {
@@ -191,7 +204,7 @@ fn test_all(
 fn choose_and_draw(
     frame: &Frame<'_>,
     cache: &mut Cache,
-    set: &Instances,
+    left: (&Instances, &Coarse),
     log: &Log<'_>,
     stake: Stake,
     buffer: &mut OcclusionBuffer,
@@ -204,21 +217,21 @@ fn choose_and_draw(
         cache.density.sample(frame.scene, &tests, buffer.size(), cache.samples.slots());
         times.choosing = log.now().saturating_sub(begin);
     }
-    let (mut left, mut spent, mut rounds) = (stake.budget(0.0), 0.0, ROUNDS);
+    let (mut unspent, mut spent, mut rounds) = (stake.budget(0.0), 0.0, ROUNDS);
     let (mut next, mut is_all) = (0, false);
     let mut hidden = if stake.is_limited() { 0.0 } else { 1.0 };
     cache.ranked.clear();
     // Nor is a NaN a budget.
-    while left > 0.0 && rounds > 0 {
+    while unspent > 0.0 && rounds > 0 {
         let begin = log.now();
         if next == cache.ranked.len() && !is_all {
-            search(frame, cache, set, buffer, (left * FORESIGHT).min(stake.limit()));
+            search(frame, cache, left, buffer, (unspent * FORESIGHT).min(stake.limit()));
             cache.ranked.clear();
             cache.ranked.extend_from_slice(cache.choice.ranked());
             (next, is_all) = (0, !cache.choice.is_short());
             work.considered += cache.choice.considered();
         }
-        next = choose(frame, cache, buffer, next, left);
+        next = choose(frame, cache, buffer, next, unspent);
         let chose = log.now();
         let cost = draw_chosen(frame, cache, buffer);
         work.chosen += cache.chosen.len() as u64;
@@ -226,7 +239,7 @@ fn choose_and_draw(
         times.choosing += chose.saturating_sub(begin);
         times.drawing += log.now().saturating_sub(chose);
         let is_short = next < cache.ranked.len() || !is_all;
-        let mut more = left - cost;
+        let mut more = unspent - cost;
         if stake.is_limited() {
             let before = std::mem::replace(&mut hidden, cache.samples.hidden_share(frame, buffer));
             // As long as what it finds is worth it.
@@ -236,8 +249,8 @@ fn choose_and_draw(
                 0.0
             };
         }
-        rounds = if is_short && more > left * 0.5 { rounds - 1 } else { 0 };
-        left = more;
+        rounds = if is_short && more > unspent * 0.5 { rounds - 1 } else { 0 };
+        unspent = more;
     }
     work.drawn = cache.drawn.len() as u64;
     work.times = log.has_clock().then_some(times);
@@ -248,7 +261,7 @@ fn choose_and_draw(
 fn search(
     frame: &Frame<'_>,
     cache: &mut Cache,
-    set: &Instances,
+    (set, coarse): (&Instances, &Coarse),
     buffer: &OcclusionBuffer,
     budget: f32,
 ) {
@@ -265,9 +278,11 @@ fn search(
         near: near_box(frame.view, frame.scene.origin()),
         alive: &set.alive,
         live: &set.live,
+        coarse,
         drawn: &cache.sorted,
         density: &cache.density,
         view: frame.view,
+        fade: frame.culler.detail.filter(|detail| detail.fade > 0.0),
     };
     search.run(&mut cache.open, &mut cache.choice);
 }
@@ -340,10 +355,12 @@ fn test(
         let (mut left, mut whole) = ([0; GROUP], [0; GROUP]);
         let of_scene = alive[words.clone()].iter().zip(&scene.exempt()[words.clone()]);
         left.iter_mut().zip(of_scene).for_each(|(left, (alive, exempt))| *left = alive & !exempt);
+        let stood_in = stand_ins_unseen(scene, buffer, start, &mut left);
         let mut dropped = left;
         let (nodes, boxes) = (hierarchy.nodes(), hierarchy.boxes());
         tests += against.group(nodes, boxes, start / GROUP, &mut left, &mut whole);
         dropped.iter_mut().zip(&left).for_each(|(dropped, left)| *dropped &= !left);
+        dropped.iter_mut().zip(&stood_in).for_each(|(dropped, unseen)| *dropped |= unseen);
         sum += scene.tally_of_words(start, &dropped[..words.len()]);
         cache.whole[words.clone()].copy_from_slice(&whole[..words.len()]);
         let of_words = alive[words.clone()].iter_mut().zip(&dropped);
@@ -374,6 +391,26 @@ fn test(
     }
     live.truncate(kept);
     (tests, sum)
+}
+
+/// Takes out of the words of a group the instances that stand for others, which have no box in the hierarchy; one bit for
+/// each of them that is hidden or outside.
+fn stand_ins_unseen(
+    scene: &Scene,
+    buffer: &OcclusionBuffer,
+    start: usize,
+    left: &mut [u64; GROUP],
+) -> [u64; GROUP] {
+    let mut unseen = [0; GROUP];
+    let Some(stands) = scene.stand_ins() else { return unseen };
+    for ((word, left), unseen) in (start..).zip(left).zip(&mut unseen) {
+        let own = *left & stands.word(word);
+        *left &= !own;
+        let is_unseen =
+            |slot: &u32| buffer.test_box(&scene.bounds(*slot)) != Visibility::Visible;
+        *unseen = slots(word, own).filter(is_unseen).fold(0, |all, s| all | 1 << (s % 64));
+    }
+    unseen
 }
 
 const HIDDEN: Reason = Reason { stage: Stage::Occlusion, detail: 0 };

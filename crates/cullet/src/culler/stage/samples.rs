@@ -6,7 +6,7 @@
 use super::super::Output;
 use super::super::frame::Frame;
 use super::super::run::is_parted;
-use super::super::sets::{Instances, slots};
+use super::super::sets::{Coarse, Instances, slots};
 use super::backface::Backs;
 use crate::bits;
 use crate::costs::OccluderCosts;
@@ -67,10 +67,18 @@ struct Part {
 
 impl Samples {
     /// Samples what is alive, of which the counts are `left`.
-    pub(super) fn take(&mut self, frame: &Frame<'_>, set: &Instances, left: Counts) {
+    pub(super) fn take(
+        &mut self,
+        frame: &Frame<'_>,
+        (set, coarse): (&Instances, &Coarse),
+        left: Counts,
+    ) {
         self.pick(frame, set, left.instances as usize, left.triangles);
         self.parts.clear();
-        let triangles = |slot: u32| u64::from(frame.scene.mesh(slot).triangle_count());
+        let whole = |slot: u32| u64::from(frame.scene.mesh(slot).triangle_count());
+        let triangles = |slot: u32| {
+            coarse.cut_of(slot).map_or_else(|| whole(slot), |cut| cut.tally.counts.triangles)
+        };
         let stands_for = left.instances as f64 / self.evenly.max(1) as f64;
         let is_outlier =
             |slot: u32| triangles(slot) as f64 * stands_for * OUTLIER > left.triangles as f64;
@@ -91,6 +99,8 @@ impl Samples {
         for i in 0..self.slots.len() {
             let slot = self.slots[i];
             let factor = if is_outlier(slot) { 1.0 } else { factor };
+            // Of levels it is not known here where their clusters are.
+            let each = if coarse.cut_of(slot).is_some() { 0 } else { each };
             self.add(frame, set, slot, triangles(slot) as f64 * factor, each);
         }
     }
@@ -181,11 +191,12 @@ impl Samples {
         });
     }
 
-    /// Adds an instance that stands for so many triangles: all of it, or some of its clusters, without those that the
+    /// Adds an instance that stands for so many triangles: all of it, or `some` of its clusters, without those that the
     /// frustum rejects and those that face away.
     fn add(&mut self, frame: &Frame<'_>, set: &Instances, slot: u32, triangles: f64, some: usize) {
         let (scene, mesh) = (frame.scene, frame.scene.mesh(slot));
-        if frame.culler.output == Output::Instances || !is_parted(mesh) || !scene.is_rigid(slot) {
+        let is_whole = some == 0 || frame.culler.output == Output::Instances;
+        if is_whole || !is_parted(mesh) || !scene.is_rigid(slot) {
             self.parts.push(Part { slot, cluster: None, triangles });
             return;
         }

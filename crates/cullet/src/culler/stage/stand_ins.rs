@@ -208,9 +208,10 @@ pub(super) fn replaced_alone(frame: &Frame<'_>) -> Option<u32> {
 pub(super) fn finding(frame: &Frame<'_>, slot: u32) -> Option<String> {
     let scene = frame.scene;
     replaced_alone(frame).filter(|&only| only == slot)?;
-    let is_drawn = |slot: u32| frame.only.is_some_and(|only| only.all.slots().any(|s| s == slot));
+    // One that nobody wanted is in no layer; one that was wanted may be hidden since.
+    let reason = |slot: u32| *frame.only?.all.reasons.get(slot as usize)?;
     let mut by = scene.stand_in_of(slot)?;
-    while !is_drawn(by)
+    while reason(by).is_some_and(|reason| reason.stage == Stage::Layer)
         && let Some(above) = scene.stand_in_of(by)
     {
         by = above;
