@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut buffer = OcclusionBuffer::new([640, 360])?;
     buffer.begin(&view, [0.0; 3]);
     for occluder in [&house, &wall] {
-        occluder.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+        occluder.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
     }
 
     for (name, x) in [("behind the house", 0.0), ("beside it", -14.0), ("behind the wall", 20.0)] {

@@ -177,7 +177,7 @@ pub unsafe extern "C" fn cullet_occlusion_draw_boxes(
             shapes.push(shape.map_err(|e| Error::value(format!("box {at}, {b:?}: {e}")))?);
         }
         for shape in shapes {
-            shape.draw(Simd::best(), &mut own.buffer.band(), &transform);
+            shape.draw(Simd::best(), &mut own.buffer, &transform);
         }
         Ok(())
     })

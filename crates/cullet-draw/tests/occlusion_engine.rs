@@ -72,11 +72,11 @@ impl Occluder {
     fn draw(&self, buffer: &mut OcclusionBuffer) {
         if self.kind == Kind::Convex {
             let convex = Convex::from_box(&UNIT).unwrap();
-            return convex.draw(Simd::best(), &mut buffer.band(), &self.transform);
+            return convex.draw(Simd::best(), buffer, &self.transform);
         }
         let cut = Patch::cut(&self.positions, &self.indices, 7, self.two_sided());
         for patch in cut.unwrap() {
-            patch.draw(Simd::best(), &mut buffer.band(), &self.transform);
+            patch.draw(Simd::best(), buffer, &self.transform);
         }
     }
 

@@ -176,7 +176,7 @@ impl Recording {
                     found.views += 1;
                 }
                 Call::Draw { shape, transform } => {
-                    self.shapes[*shape as usize].draw(level, &mut buffer.band(), transform);
+                    self.shapes[*shape as usize].draw(level, buffer, transform);
                     found.drawn += 1;
                 }
                 Call::Test { bounds, visibility } => {

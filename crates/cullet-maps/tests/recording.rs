@@ -31,7 +31,7 @@ impl Noted {
     }
 
     fn draw(&mut self, shape: &Shape, at: Transform) {
-        shape.draw(Simd::best(), &mut self.buffer.band(), &at);
+        shape.draw(Simd::best(), &mut self.buffer, &at);
         self.recording.draw(shape, &at);
     }
 

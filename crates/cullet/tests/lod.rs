@@ -469,7 +469,8 @@ fn what_is_drawn_is_what_hides() {
         let lod = pixels.map(|pixels| Lod { pixels, ..Lod::default() });
         let result = cull(&Culler { lod, reasons: true, ..Culler::exact() }, &scene, &view);
         let is_coarse = result.partial.iter().any(|d| d.slot == 0 && d.level == 1);
-        let is_hidden = |r: &&Option<cullet::Reason>| r.is_some_and(|r| r.stage == Stage::Occlusion);
+        let is_hidden =
+            |r: &&Option<cullet::Reason>| r.is_some_and(|r| r.stage == Stage::Occlusion);
         (is_coarse, result.reasons.iter().filter(is_hidden).count())
     };
     // In full the ball hides the beads behind its rim. Its coarse level does not reach that far.

@@ -95,11 +95,11 @@ proptest! {
             let (positions, indices) = triangles(&blocks);
             // So few that boxes are cut apart.
             for patch in Patch::cut(&positions, &indices, 4, reversed).unwrap() {
-                patch.draw(Simd::best(), &mut buffer.band(), &here);
+                patch.draw(Simd::best(), &mut buffer, &here);
             }
         } else {
             for b in &blocks {
-                Convex::from_box(b).unwrap().draw(Simd::best(), &mut buffer.band(), &here);
+                Convex::from_box(b).unwrap().draw(Simd::best(), &mut buffer, &here);
             }
         }
         let eye = view.eye();
@@ -133,11 +133,7 @@ fn through_a_gap(gap: f32, size: [u32; 2]) -> Visibility {
     for (from, to) in [(-20.0, 0.0), (gap, 20.0)] {
         // Without thickness, for a thick one hides what is seen aslant through so thin a gap.
         let wall = Aabb { min: [from, -20.0, -5.0], max: [to, 20.0, -5.0] };
-        Convex::from_box(&wall).unwrap().draw(
-            Simd::best(),
-            &mut buffer.band(),
-            &Transform::IDENTITY,
-        );
+        Convex::from_box(&wall).unwrap().draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
     }
     buffer.test_box(&Aabb { min: [-1.0, -1.0, -9.0], max: [1.0, 1.0, -8.0] })
 }
@@ -173,7 +169,7 @@ fn a_surface_has_no_cracks() {
         let mut buffer = OcclusionBuffer::new(size).unwrap();
         buffer.begin(&view, [0.0; 3]);
         for patch in Patch::cut(&positions, &indices, 32, false).unwrap() {
-            patch.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+            patch.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
         }
         let count = size[0] * size[1];
         let covered =

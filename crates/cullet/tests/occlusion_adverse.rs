@@ -102,21 +102,19 @@ fn draw(buffer: &mut OcclusionBuffer, walls: &[Aabb], how: As, at: [f64; 3]) {
     let level = Simd::best();
     let here = Transform::from_translation(at);
     match how {
-        As::Convex => walls
-            .iter()
-            .for_each(|w| Convex::from_box(w).unwrap().draw(level, &mut buffer.band(), &here)),
+        As::Convex => {
+            walls.iter().for_each(|w| Convex::from_box(w).unwrap().draw(level, buffer, &here))
+        }
         As::Patch => {
             let (positions, indices) = quads(walls);
-            patch(&positions, &indices, true)
-                .iter()
-                .for_each(|p| p.draw(level, &mut buffer.band(), &here));
+            patch(&positions, &indices, true).iter().for_each(|p| p.draw(level, buffer, &here));
         }
         As::Mirrored => {
             let mirror = Transform::from_scale_translation([-1.0, 1.0, 1.0], at);
             for w in walls {
                 let flipped =
                     cuboid([-w.max[0], w.min[1], w.min[2]], [-w.min[0], w.max[1], w.max[2]]);
-                Convex::from_box(&flipped).unwrap().draw(level, &mut buffer.band(), &mirror);
+                Convex::from_box(&flipped).unwrap().draw(level, buffer, &mirror);
             }
         }
     }
@@ -229,7 +227,7 @@ fn a_vertex_off_the_edge_that_it_divides_leaves_a_gap() {
             let mut buffer = OcclusionBuffer::new(size).unwrap();
             buffer.begin(&view(), [0.0; 3]);
             for p in patch(&positions, &indices, true) {
-                p.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+                p.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
             }
             let occludee = cuboid([-0.5, -0.5, -9.0], [0.5, 0.5, -8.0]);
             assert_eq!(buffer.test_box(&occludee), Visibility::Visible, "{dent} {size:?}");
@@ -326,7 +324,7 @@ fn a_hundred_thousand_triangles_in_a_pixel_hide_no_more_than_they_cover() {
         let mut buffer = OcclusionBuffer::new(size).unwrap();
         buffer.begin(&view(), [0.0; 3]);
         for p in patch(&positions, &indices, false) {
-            p.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+            p.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
         }
         let covered: Vec<_> = (0..size[0] * size[1])
             .map(|i| [i % size[0], i / size[0]])
@@ -350,10 +348,10 @@ fn slivers_cover_nothing_and_a_sheet_of_them_hides_nothing_before_it() {
             let mut buffer = OcclusionBuffer::new(size).unwrap();
             buffer.begin(&view(), [0.0; 3]);
             for p in patch(&positions, &[0, 1, 2], true) {
-                p.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+                p.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
             }
             if let Ok(polygon) = Convex::from_polygon(&positions) {
-                polygon.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+                polygon.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
             }
             assert_eq!(buffer.test_box(&occludee), Visibility::Visible, "{width} {size:?}");
         }
@@ -367,7 +365,7 @@ fn slivers_cover_nothing_and_a_sheet_of_them_hides_nothing_before_it() {
     let mut buffer = OcclusionBuffer::new([640, 360]).unwrap();
     buffer.begin(&view(), [0.0; 3]);
     for p in patch(&positions, &indices, false) {
-        p.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+        p.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
     }
     assert_eq!(buffer.test_box(&before), Visibility::Visible);
     assert_eq!(buffer.test_box(&occludee), Visibility::Visible);
@@ -412,8 +410,8 @@ fn numbers_that_are_none_hide_nothing_and_are_not_hidden() {
         }
         for t in transforms {
             buffer.begin(&view(), [0.0; 3]);
-            convex.draw(Simd::best(), &mut buffer.band(), &t);
-            patches.iter().for_each(|p| p.draw(Simd::best(), &mut buffer.band(), &t));
+            convex.draw(Simd::best(), &mut buffer, &t);
+            patches.iter().for_each(|p| p.draw(Simd::best(), &mut buffer, &t));
             assert_eq!(buffer.test_box(&occludee), Visibility::Visible, "{t:?}");
         }
     }
@@ -422,8 +420,8 @@ fn numbers_that_are_none_hide_nothing_and_are_not_hidden() {
     let flat = Transform::from_scale_translation([1.0, 0.0, 1.0], [0.0; 3]);
     let huge = Transform::from_scale_translation([f32::MAX / 100.0, 1.0, 1.0], [0.0; 3]);
     for t in [flat, huge] {
-        convex.draw(Simd::best(), &mut buffer.band(), &t);
-        patches.iter().for_each(|p| p.draw(Simd::best(), &mut buffer.band(), &t));
+        convex.draw(Simd::best(), &mut buffer, &t);
+        patches.iter().for_each(|p| p.draw(Simd::best(), &mut buffer, &t));
         let before = cuboid([-0.4, -0.6, -4.0], [0.3, -0.2, -3.0]);
         assert_eq!(buffer.test_box(&before), Visibility::Visible, "{t:?}");
         if t == flat {

@@ -1,7 +1,7 @@
-//! Surfaces drawn patch by patch: what is passed over as hidden, and how the buffer is shared out, changes no bit.
+//! Surfaces drawn patch by patch: what is passed over as hidden changes no bit.
 
 use cullet::bounds::{Aabb, Boxes};
-use cullet::cull::occlusion::{Band, DrawJob, OcclusionBuffer, Patch};
+use cullet::cull::occlusion::{OcclusionBuffer, Patch};
 use cullet::{Simd, Transform, View};
 use cullet_testkit::views::look;
 use cullet_testkit::{Rng, cases};
@@ -40,7 +40,7 @@ fn pixels(buffer: &OcclusionBuffer) -> Vec<u32> {
 }
 
 #[test]
-fn patches_that_are_passed_over_and_bands_change_no_bit() {
+fn patches_that_are_passed_over_change_no_bit() {
     let mut rng = Rng(8);
     let (mut passed_over, mut covered) = (0, 0);
     let rounds = cases(60) as usize;
@@ -57,23 +57,16 @@ fn patches_that_are_passed_over_and_bands_change_no_bit() {
         let mut order: Vec<u32> = (0..patches.len() as u32).collect();
         order.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
         let level = Simd::best();
-        let draw = |band: &mut Band<'_>, i: u32| {
-            patches[i as usize].draw(level, band, &Transform::IDENTITY);
+        let draw = |buffer: &mut OcclusionBuffer, i: u32| {
+            patches[i as usize].draw(level, buffer, &Transform::IDENTITY);
         };
         let mut buffer = OcclusionBuffer::new(SIZE).unwrap();
         buffer.begin(&view, [0.0; 3]);
-        order.iter().for_each(|&i| draw(&mut buffer.band(), i));
+        order.iter().for_each(|&i| draw(&mut buffer, i));
         let all = pixels(&buffer);
         buffer.begin(&view, [0.0; 3]);
         passed_over += patches.len() - buffer.draw_unless_hidden(level, &boxes, &order, draw);
         assert!(pixels(&buffer) == all);
-        for jobs in 2..5 {
-            buffer.begin(&view, [0.0; 3]);
-            buffer.draw_in_jobs(level, &boxes, &order, jobs, &draw, |jobs| {
-                jobs.into_iter().for_each(DrawJob::run);
-            });
-            assert!(pixels(&buffer) == all, "{jobs} jobs");
-        }
         covered += all.iter().filter(|n| **n != 0).count();
     }
     assert!(passed_over > rounds, "{passed_over}");

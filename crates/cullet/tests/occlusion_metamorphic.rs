@@ -2,7 +2,7 @@
 //! mirrors and origins; more occluders, smaller boxes.
 
 use cullet::bounds::{Aabb, Boxes};
-use cullet::cull::occlusion::{Band, Convex, DrawJob, OcclusionBuffer, Patch, Visibility};
+use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Visibility};
 use cullet::{Camera, Depth, Projection, Simd, Transform, View};
 use cullet_testkit::at_every_level;
 use proptest::prelude::*;
@@ -15,10 +15,10 @@ enum Drawn {
 }
 
 impl Drawn {
-    fn draw_in(&self, level: Simd, band: &mut Band<'_>) {
+    fn draw_in(&self, level: Simd, buffer: &mut OcclusionBuffer) {
         match self {
-            Self::Convex(convex, t) => convex.draw(level, band, t),
-            Self::Patch(patches, t) => patches.iter().for_each(|p| p.draw(level, band, t)),
+            Self::Convex(convex, t) => convex.draw(level, buffer, t),
+            Self::Patch(patches, t) => patches.iter().for_each(|p| p.draw(level, buffer, t)),
         }
     }
 
@@ -28,9 +28,9 @@ impl Drawn {
             ..*t
         };
         match self {
-            Self::Convex(convex, t) => convex.draw(level, &mut buffer.band(), &placed(t)),
+            Self::Convex(convex, t) => convex.draw(level, buffer, &placed(t)),
             Self::Patch(patches, t) => {
-                patches.iter().for_each(|p| p.draw(level, &mut buffer.band(), &placed(t)));
+                patches.iter().for_each(|p| p.draw(level, buffer, &placed(t)));
             }
         }
     }
@@ -192,7 +192,6 @@ proptest! {
         order in prop::collection::vec(0..1000_usize, 12),
         occludees in prop::collection::vec(occludee(), 20),
         (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
-        threads in 1..5_usize,
     ) {
         let view = view(kind, reversed);
         let straight = all(&buffer(&view, size, Simd::best(), &drawn), &occludees);
@@ -206,19 +205,9 @@ proptest! {
         let boxes = Boxes::from_slice(&bounds);
         at_every_level!(|level| {
             let mut some = buffer(&view, size, level, []);
-            let draw = |b: &mut Band<'_>, i: u32| drawn[i as usize].draw_in(level, b);
+            let draw = |b: &mut OcclusionBuffer, i: u32| drawn[i as usize].draw_in(level, b);
             let count = some.draw_unless_hidden(level, &boxes, &order, draw);
             prop_assert!(count <= drawn.len() && all(&some, &occludees) == straight);
-            // The same in bands, run in any order; twice, for what a buffer keeps.
-            let mut jobs = buffer(&view, size, level, &drawn[..1]);
-            for _ in 0..2 {
-                jobs.begin(&view, [0.0; 3]);
-                jobs.draw_in_jobs(level, &boxes, &order, threads, &draw, |jobs| {
-                    assert!((1..=threads).contains(&jobs.len()));
-                    jobs.into_iter().rev().for_each(DrawJob::run);
-                });
-                prop_assert!(all(&jobs, &occludees) == straight);
-            }
         });
     }
 
@@ -321,39 +310,6 @@ proptest! {
         let pairs = results(&coarse, &occludees).into_iter().zip(results(&fine, &occludees));
         let lost = pairs.filter(|(a, b)| *a == Visibility::Hidden && *b != Visibility::Hidden);
         prop_assert!(lost.count() <= 1);
-    }
-}
-
-#[test]
-fn jobs_share_what_there_is_to_do() {
-    let (view, level) = (view(0, true), Simd::best());
-    // Many small boxes in the lower half, each hidden by none.
-    let boxes: Vec<Aabb> = (0..400)
-        .map(|i| {
-            let at = [(i % 40) as f32 * 0.2 - 4.0, (i / 40) as f32 * -0.2 - 0.2, -9.0];
-            Aabb { min: at, max: at.map(|v| v + 0.15) }
-        })
-        .collect();
-    let convex: Vec<Convex> = boxes.iter().map(|b| Convex::from_box(b).unwrap()).collect();
-    let order: Vec<u32> = (0..400).collect();
-    let mut buffer = buffer(&view, [160, 97], level, []);
-    for (jobs, most) in [(0, 400), (1, 400), (2, 280), (4, 200), (99, 160), (usize::MAX, 160)] {
-        buffer.begin(&view, [0.0; 3]);
-        let drawn = std::sync::Mutex::new(vec![0]);
-        let draw = |b: &mut Band<'_>, i: u32| {
-            *drawn.lock().unwrap().last_mut().unwrap() += 1;
-            convex[i as usize].draw(level, b, &Transform::IDENTITY);
-        };
-        let all = Boxes::from_slice(&boxes);
-        buffer.draw_in_jobs(level, &all, &order, jobs, &draw, |jobs| {
-            for job in jobs {
-                job.run();
-                drawn.lock().unwrap().push(0);
-            }
-        });
-        let drawn = drawn.into_inner().unwrap();
-        assert!(drawn.iter().sum::<usize>() >= 400, "{drawn:?}");
-        assert!(drawn.iter().all(|&d| d <= most), "{jobs} jobs: {drawn:?}");
     }
 }
 

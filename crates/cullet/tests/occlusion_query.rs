@@ -85,7 +85,7 @@ proptest! {
         for b in occluders(&blocks) {
             let place = Transform::from_translation(away);
             if let Ok(convex) = Convex::from_box(&b) {
-                convex.draw(Simd::best(), &mut buffer.band(), &place);
+                convex.draw(Simd::best(), &mut buffer, &place);
             }
         }
         let placed: Vec<Aabb> = occludees.iter().map(|b| at(b, away)).collect();
@@ -149,7 +149,7 @@ fn a_batch_finds_what_one_box_after_the_other_finds() {
         buffer.begin(&view(orthographic, Depth::Reversed, eye), [0.0; 3]);
         for b in occluders(&[]) {
             let place = Transform::from_translation(away);
-            Convex::from_box(&b).unwrap().draw(Simd::best(), &mut buffer.band(), &place);
+            Convex::from_box(&b).unwrap().draw(Simd::best(), &mut buffer, &place);
         }
         let items: Vec<Aabb> = (0..20_000)
             .map(|i| {

@@ -268,7 +268,7 @@ fn owners(scene: &Scene, view: &View, culled: &Culled<'_>, buffer: &OcclusionBuf
         let shape = &scene.prepared_of(slot).shapes()[shape as usize];
         let transform = scene.transform(slot);
         alone.begin(view, scene.origin());
-        shape.draw(level, &mut alone.band(), transform);
+        shape.draw(level, &mut alone, transform);
         let bounds = alone.screen_bounds(&transform.transform_box(&shape.bounds(), scene.origin()));
         // A shape that crosses the near plane may be anywhere.
         let [min, max] = bounds.map_or([[0; 2], [columns - 1, rows - 1]], |b| [b.min, b.max]);

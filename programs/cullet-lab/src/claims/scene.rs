@@ -95,10 +95,9 @@ impl<'a> SceneOccluders<'a> {
             }
         }
         order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        let mut band = buffer.band();
         for &(_, slot, shape) in &order {
             let occluder = &self.occluders[self.scene.mesh_id(slot) as usize];
-            occluder.shapes()[shape as usize].draw(level, &mut band, self.scene.transform(slot));
+            occluder.shapes()[shape as usize].draw(level, buffer, self.scene.transform(slot));
         }
         order.len() as u64
     }

@@ -171,7 +171,7 @@ fn mesh() -> Option<Figure> {
     let patches = Patch::cut(&positions, &indices, Patch::FACETS, true).ok()?;
     let mut buffer = empty()?;
     for patch in &patches {
-        patch.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+        patch.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
     }
     let faces = triangles.iter().map(|t| t.map(|v| points[v as usize]).to_vec()).collect();
     Some(Figure { faces, buffer })
@@ -189,7 +189,7 @@ fn walls() -> Option<Figure> {
     for face in &faces {
         let corners: Vec<[f32; 3]> = face.iter().map(|&p| world(p, 0.0)).collect();
         let wall = Convex::from_polygon(&corners).ok()?;
-        wall.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+        wall.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
     }
     Some(Figure { faces, buffer })
 }

@@ -95,7 +95,7 @@ fn behind_the_wall() -> Result<OcclusionBuffer, Box<dyn std::error::Error>> {
     let mut buffer = OcclusionBuffer::new(size)?;
     buffer.begin(&View::new(&camera, Depth::Reversed, size)?, [0.0; 3]);
     let wall = Convex::from_box(&Aabb::new([-5.0, -2.0, -10.1], [5.0, 2.0, -10.0]))?;
-    wall.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+    wall.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
     Ok(buffer)
 }
 
@@ -123,7 +123,7 @@ fn gap_in_a_pixel() -> Computed {
     buffer.begin(&view, [0.0; 3]);
     for [left, right] in [[-90.0, 1.0 / 3.0], [2.0 / 3.0, 90.0]] {
         let wall = Convex::from_box(&Aabb::new([left, -110.0, -11.0], [right, 110.0, -10.0]))?;
-        wall.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+        wall.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
     }
     // Boxes as far away as the view reaches, each behind one pixel.
     let hidden = |column: u32| {

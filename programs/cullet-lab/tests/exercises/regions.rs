@@ -74,7 +74,7 @@ fn texel_of_four() -> Computed {
         let (far, ends) = (1.0 / depth, side.map(|s| [-0.02 * s, 1.2 * s].map(|v| v / depth)));
         let [low, high] = [f32::min, f32::max].map(|of| ends.map(|[a, b]| of(a, b)));
         let wall = Aabb::new([low[0], low[1], -far - 1e-3], [high[0], high[1], -far]);
-        Convex::from_box(&wall)?.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+        Convex::from_box(&wall)?.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
     }
     let is_hidden = |nearness: f32| {
         let bounds = ScreenBounds { min: [0, 0], max: [63, 63], nearness };

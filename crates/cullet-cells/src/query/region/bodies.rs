@@ -157,7 +157,7 @@ impl Bodies {
             for bit in bits::ones(open[0]) {
                 let body = &self.all[self.order[word * 64 + bit].1 as usize];
                 if let Some(convex) = body_of(scene, body.slot, body.shape) {
-                    convex.draw(level, &mut buffer.band(), &body.shrunk);
+                    convex.draw(level, buffer, &body.shrunk);
                     drawn += 1;
                 }
             }

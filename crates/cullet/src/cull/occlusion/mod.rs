@@ -32,9 +32,9 @@ pub use occluder::{Convex, Occluder, Patch, Shape};
 pub(crate) use occluder::{CostModel, LeastCost};
 pub use query::Visibility;
 pub(crate) use query::{BoxTests, Nearest};
-pub use raster::{Band, OcclusionBuffer, ScreenBounds, TILE};
+pub use raster::{OcclusionBuffer, ScreenBounds, TILE};
 pub(crate) use select::{Candidate, Choice};
-pub use select::{DrawJob, DynamicSurface, Occlusion};
+pub use select::{DynamicSurface, Occlusion};
 
 use thiserror::Error;
 

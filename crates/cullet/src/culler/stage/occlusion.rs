@@ -112,7 +112,7 @@ impl Cache {
         for &(by, shape) in &self.drawn {
             alone.begin(view, scene.origin());
             let shape = &scene.prepared_of(by).shapes()[shape as usize];
-            shape.draw(culler.level, &mut alone.band(), scene.transform(by));
+            shape.draw(culler.level, &mut alone, scene.transform(by));
             let ScreenBounds { min, max, nearness } = bounds;
             let covers = (min[1]..=max[1])
                 .any(|y| (min[0]..=max[0]).any(|x| alone.nearness(x, y) > nearness));
@@ -321,7 +321,7 @@ fn draw_chosen(frame: &Frame<'_>, cache: &mut Cache, buffer: &mut OcclusionBuffe
             continue;
         }
         let shape = &frame.scene.prepared_of(c.slot).shapes()[c.shape as usize];
-        shape.draw(frame.culler.level, &mut buffer.band(), frame.scene.transform(c.slot));
+        shape.draw(frame.culler.level, buffer, frame.scene.transform(c.slot));
         cache.drawn.push((c.slot, c.shape));
         cost += c.cost;
     }
@@ -406,8 +406,7 @@ fn stand_ins_unseen(
     for ((word, left), unseen) in (start..).zip(left).zip(&mut unseen) {
         let own = *left & stands.word(word);
         *left &= !own;
-        let is_unseen =
-            |slot: &u32| buffer.test_box(&scene.bounds(*slot)) != Visibility::Visible;
+        let is_unseen = |slot: &u32| buffer.test_box(&scene.bounds(*slot)) != Visibility::Visible;
         *unseen = slots(word, own).filter(is_unseen).fold(0, |all, s| all | 1 << (s % 64));
     }
     unseen

@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::{Planes, mask_boxes, mask_words};
-use cullet::cull::occlusion::{Band, Convex, Occluder, OcclusionBuffer, Shape};
+use cullet::cull::occlusion::{Convex, Occluder, OcclusionBuffer, Shape};
 use cullet::{Mesh, MeshData, Simd, Transform, View};
 use cullet_command::exit::Failure;
 use cullet_maps::occscn::Occscn;
@@ -59,8 +59,8 @@ fn convex(scene: &Occscn, triangles: &[[u32; 3]]) -> Option<Convex> {
 }
 
 /// Draws one shape, where it stands.
-fn draw(shape: &Shape, level: Simd, band: &mut Band<'_>) {
-    shape.draw(level, band, &Transform::IDENTITY);
+fn draw(shape: &Shape, level: Simd, buffer: &mut OcclusionBuffer) {
+    shape.draw(level, buffer, &Transform::IDENTITY);
 }
 
 /// The boxes of shapes.
@@ -100,30 +100,7 @@ impl<'a> Engine<'a> {
             hidden: Vec::new(),
         })
     }
-
-    /// Draws pieces as so many jobs, as [`Rasteriser::draw_unless_hidden`] does; `run` runs each of them.
-    pub(super) fn draw_in_jobs(
-        &mut self,
-        pieces: &[u32],
-        jobs: usize,
-        run: impl for<'j> FnOnce(Vec<Job<'j>>),
-    ) {
-        let (level, shapes, boxes) = (self.level, self.shapes, &self.prepared.pieces.boxes);
-        let draw_one = |band: &mut Band<'_>, i: u32| draw(&shapes[i as usize], level, band);
-        self.buffer.draw_in_jobs(level, boxes, pieces, jobs, &draw_one, |jobs| {
-            run(jobs.into_iter().map(|job| Box::new(|| job.run()) as Job<'_>).collect());
-        });
-    }
-
-    /// The nearness of every pixel, row by row.
-    pub(super) fn pixels(&self) -> Vec<f32> {
-        let [width, height] = self.buffer.size();
-        (0..height).flat_map(|y| (0..width).map(move |x| self.buffer.nearness(x, y))).collect()
-    }
 }
-
-/// A part of the drawing of a list, to be run once, on any thread.
-pub(super) type Job<'a> = Box<dyn FnOnce() + Send + 'a>;
 
 impl Rasteriser for Engine<'_> {
     fn clear(&mut self, view: &View) {
@@ -133,14 +110,14 @@ impl Rasteriser for Engine<'_> {
 
     fn draw(&mut self, pieces: &[u32]) {
         for &i in pieces {
-            draw(&self.shapes[i as usize], self.level, &mut self.buffer.band());
+            draw(&self.shapes[i as usize], self.level, &mut self.buffer);
         }
     }
 
     fn draw_unless_hidden(&mut self, pieces: &[u32]) -> usize {
         let (level, shapes, boxes) = (self.level, self.shapes, &self.prepared.pieces.boxes);
-        self.buffer.draw_unless_hidden(level, boxes, pieces, |band, i| {
-            draw(&shapes[i as usize], level, band);
+        self.buffer.draw_unless_hidden(level, boxes, pieces, |buffer, i| {
+            draw(&shapes[i as usize], level, buffer);
         })
     }
 

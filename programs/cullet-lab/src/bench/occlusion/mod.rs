@@ -7,7 +7,6 @@ pub(super) mod report;
 mod scene;
 #[cfg(test)]
 mod stand_in;
-mod threads;
 mod truth;
 
 use std::path::{Path, PathBuf};
@@ -60,9 +59,6 @@ pub struct OcclusionArgs {
     /// The SIMD level, such as avx2 [default: the best of this machine]
     #[arg(long, value_name = "NAME", requires = "scene", value_parser = level)]
     level: Option<(&'static str, Simd)>,
-    /// Draw the sorted list on so many threads too, in bands of the buffer, and hold that against one
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "scene", value_parser = clap::value_parser!(u16).range(1..=256))]
-    threads: u16,
     /// Measure every view N times, in each way [default: for 20 ms, and at least 3 times]
     #[arg(long, value_name = "N", requires = "scene", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     passes: Option<u32>,
@@ -114,20 +110,6 @@ pub(super) fn run_scene(o: &OcclusionArgs, json: Option<&Path>, console: &Consol
         !interrupted()
     });
     bar.finish();
-    let mut shared = None;
-    if o.threads > 1 && found.views == views {
-        let mut bar = console.progress("drawing on several threads", views as u64);
-        let go_on = &mut || {
-            bar.step();
-            !interrupted()
-        };
-        let found = threads::measure(&prepared, level.1, &mut engine, o.threads, passes, go_on)?;
-        bar.finish();
-        if !found.alike {
-            return Err(fail(format!("{} threads did not draw what one does", o.threads)));
-        }
-        shared = Some(found);
-    }
     if let Some(n) = o.reference {
         references.retain(|r| r.samples != n || r.jittered);
         let mut bar = console.progress("drawing the reference", found.views as u64);
@@ -148,8 +130,7 @@ pub(super) fn run_scene(o: &OcclusionArgs, json: Option<&Path>, console: &Consol
     report::measured(&name, level.0, &prepared, &found, &streaming, checked, &mut |m| {
         results.push(m);
     });
-    let occlusion =
-        Occlusion::new(level.0, o.resolution, &found, agreements, &streaming).with_shared(shared);
+    let occlusion = Occlusion::new(level.0, o.resolution, &found, agreements, &streaming);
     if let Some(out) = &o.answers {
         std::fs::write(out, &found.answers).map_err(|e| Failure::write(out, &e))?;
     }

@@ -8,7 +8,6 @@ use super::super::measure::{fastest_of_both, stream};
 use super::super::measured::{Measured, Workload};
 use super::measure::{Found, MODES, Mode, ObjectTests};
 use super::scene::Prepared;
-use super::threads::Shared;
 use super::truth::Agreement;
 
 /// Results that `cullet bench occlusion` adds: means over views.
@@ -26,9 +25,6 @@ pub struct Occlusion {
     modes: [Mode; 3],
     /// The tests of objects.
     test: ObjectTests,
-    /// Drawing on several threads, where the options have it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    shared: Option<Shared>,
     /// Beside what is really hidden.
     references: Vec<Agreement>,
 }
@@ -112,14 +108,8 @@ impl Occlusion {
             streaming_gb_per_s: streaming.rate,
             modes: found.modes,
             test: found.test,
-            shared: None,
             references,
         }
-    }
-
-    /// With what several threads took.
-    pub(super) fn with_shared(self, shared: Option<Shared>) -> Self {
-        Self { shared, ..self }
     }
 }
 
@@ -153,26 +143,6 @@ pub(super) fn print(name: &str, prepared: &Prepared, o: &Occlusion, console: &Co
             m.prepare_ms,
             rounded(m.triangles),
             rounded(m.pieces)
-        ));
-    }
-    if let Some(s) = &o.shared {
-        let times = |one: f64, all: f64| one / all.max(1e-9);
-        console.line(format!(
-            "{} threads    {:.4} ms, {:.2} times as fast as one interleaved in the same passes ({:.4}), {:.2} times sorted ({:.4})",
-            s.threads,
-            s.all_ms,
-            times(s.one_interleaved_ms, s.all_ms),
-            s.one_interleaved_ms,
-            times(s.one_sorted_ms, s.all_ms),
-            s.one_sorted_ms
-        ));
-        let least = s.prepare_ms + s.longest_ms;
-        console.line(format!(
-            "             with a core for each at most {:.4} ms, {:.2} times: {:.4} before the jobs, {:.4} the longest",
-            least,
-            times(s.one_interleaved_ms, least),
-            s.prepare_ms,
-            s.longest_ms
         ));
     }
     let t = &o.test;

@@ -42,7 +42,7 @@ pub struct Convex {
 
 impl Convex {
     /// The most vertices that a convex occluder has.
-    pub const MAX_VERTICES: usize = 256;
+    pub(crate) const MAX_VERTICES: usize = 256;
 
     /// A box. One that is flat hides by its two largest sides; one without area hides nothing.
     ///
@@ -324,7 +324,7 @@ mod tests {
             View::new(&Camera::look_at(eye, [0.0; 3], projection), Depth::Reversed, [64, 64]);
         let mut buffer = OcclusionBuffer::new([64, 64]).unwrap();
         buffer.begin(&view.unwrap(), [0.0; 3]);
-        polygon.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+        polygon.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
         let at = eye.map(|v| -v as f32);
         let target = Aabb::new(at.map(|v| v - 0.2), at.map(|v| v + 0.2));
         buffer.test_box(&target) == Visibility::Hidden

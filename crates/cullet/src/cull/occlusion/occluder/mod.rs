@@ -11,7 +11,7 @@ pub(crate) use cost::{CostModel, EdgeCount, LeastCost};
 pub use patch::Patch;
 pub(crate) use patch::{Chunks, check_finite};
 
-use super::raster::{Band, FACETS};
+use super::raster::{FACETS, OcclusionBuffer};
 use crate::Simd;
 use crate::bounds::{Aabb, Boxes};
 use crate::costs::OccluderCosts;
@@ -47,12 +47,12 @@ impl Shape {
         }
     }
 
-    /// Draws what lies in a band of it, the shape standing at `transform`. Nothing where a number is not finite, and
-    /// before [`OcclusionBuffer::begin`](super::OcclusionBuffer::begin).
-    pub fn draw(&self, level: Simd, band: &mut Band<'_>, transform: &Transform) {
+    /// Draws it into `buffer`, the shape standing at `transform`. Nothing where a number is not finite, and before
+    /// [`OcclusionBuffer::begin`].
+    pub fn draw(&self, level: Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
         match self {
-            Self::Convex(convex) => convex.draw(level, band, transform),
-            Self::Patch(patch) => patch.draw(level, band, transform),
+            Self::Convex(convex) => convex.draw(level, buffer, transform),
+            Self::Patch(patch) => patch.draw(level, buffer, transform),
         }
     }
 

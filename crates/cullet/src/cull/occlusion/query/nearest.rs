@@ -62,7 +62,7 @@ mod tests {
         let wall = Convex::from_box(&Aabb::new([-2.0, -1.0, -0.1], [1.0, 3.0, 0.1])).unwrap();
         for level in Simd::all() {
             let name = level.name();
-            wall.draw(level, &mut buffer.band(), &Transform::IDENTITY);
+            wall.draw(level, &mut buffer, &Transform::IDENTITY);
             let mut nearest = Nearest::default();
             nearest.read(level, &buffer);
             let mut before = 0;

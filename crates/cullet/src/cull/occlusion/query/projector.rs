@@ -80,6 +80,8 @@ impl BoxProjector {
     /// A box within another has its rectangle within, and is neither nearer nor farther, if the other is
     /// projected with four times the doubt or more: each number is off by less than its own doubt, and that of
     /// the smaller box is the smaller.
+    // One copy for all callers: their callbacks would each have one of every SIMD level.
+    #[inline(never)]
     pub(crate) fn project(&self, level: crate::Simd, block: &BoxBlock, slack: f32) -> Rectangles {
         let mut all = Rectangles::NONE;
         dispatch!(level, simd => self.project_with(simd, block, slack, &mut all));

@@ -137,7 +137,7 @@ mod tests {
         assert_eq!(buffer.test_bounds(level, &whole), Visibility::Visible);
         buffer.begin(&view, [0.0; 3]);
         let wall = Convex::from_box(&Aabb::new([-3.0, -2.0, -0.1], [2.0, 4.0, 0.1])).unwrap();
-        wall.draw(level, &mut buffer.band(), &Transform::IDENTITY);
+        wall.draw(level, &mut buffer, &Transform::IDENTITY);
         let mut hidden = 0;
         for i in 0..400_u32 {
             let min = [-6.0 + (i % 20) as f32 * 0.5, -3.0 + (i / 20) as f32 * 0.3, -2.0];

@@ -61,14 +61,12 @@ impl Pixels {
     pub(super) const BLANK: Self = Self([0; TILE[0] * TILE[1]]);
 }
 
-/// Rows of blocks of a buffer, to be read.
+/// Blocks of a buffer, to be read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Blocks<'a> {
     pub(super) scale: Scale,
     /// Blocks in a row.
     pub(super) columns: usize,
-    /// The first row, and the one beyond the last.
-    pub(super) rows: [usize; 2],
     pub(super) blocks: &'a [Block],
     /// Masks, one per block, of the tiles that have a number for each pixel.
     pub(super) parted: &'a [u8],
@@ -76,12 +74,7 @@ pub(crate) struct Blocks<'a> {
 }
 
 impl Blocks<'_> {
-    /// Its first and its last row of pixels.
-    pub(crate) fn pixel_rows(&self) -> [usize; 2] {
-        [self.rows[0] * BLOCK[1], self.rows[1] * BLOCK[1] - 1]
-    }
-
-    /// Whether those pixels of a rectangle that lie in these blocks are all nearer. The rectangle lies within the buffer.
+    /// Whether the pixels of a rectangle are all nearer. The rectangle lies within the buffer.
     #[inline(always)]
     pub(crate) fn covers<S: Simd>(&self, simd: S, bounds: &ScreenBounds) -> bool {
         let ScreenBounds { min, max, nearness } = *bounds;
@@ -89,7 +82,7 @@ impl Blocks<'_> {
         let limit = u16x8::splat(simd, steps);
         let ([x0, y0], [x1, y1]) = (min.each(|v| v as usize), max.each(|v| v as usize));
         let [width, height] = BLOCK;
-        for row in (y0 / height).max(self.rows[0])..=(y1 / height).min(self.rows[1] - 1) {
+        for row in y0 / height..=y1 / height {
             let (top, bottom) =
                 (y0.saturating_sub(row * height), (y1 - row * height).min(height - 1));
             let wanted_rows =
@@ -98,7 +91,7 @@ impl Blocks<'_> {
                 let left = x0.saturating_sub(column * width);
                 let right = (x1 - column * width).min(width - 1);
                 let columns = (2_u8 << (right / TILE[0])) - (1 << (left / TILE[0]));
-                let block = (row - self.rows[0]) * self.columns + column;
+                let block = row * self.columns + column;
                 let least = u16x8::from_slice(simd, &self.blocks[block].least);
                 let open = !least.simd_gt(limit).to_bitmask() as u8
                     & wanted_rows
@@ -212,15 +205,13 @@ impl Rectangle {
     }
 }
 
-/// Rows of blocks of a buffer, to be drawn into.
+/// Blocks of a buffer, to be drawn into.
 #[derive(Debug)]
 pub(crate) struct BlocksMut<'a> {
     /// Size of the whole buffer, in pixels.
     pub(crate) size: [u32; 2],
     pub(super) scale: Scale,
     pub(super) columns: usize,
-    /// The first row, and the one beyond the last.
-    pub(super) rows: [usize; 2],
     pub(super) blocks: &'a mut [Block],
     pub(super) parted: &'a mut [u8],
     pub(super) pixels: &'a mut [Pixels],
@@ -233,16 +224,10 @@ impl BlocksMut<'_> {
         Blocks {
             scale: self.scale,
             columns: self.columns,
-            rows: self.rows,
             blocks: self.blocks,
             parted: self.parted,
             pixels: self.pixels,
         }
-    }
-
-    /// Its first and its last row of pixels.
-    pub(crate) fn pixel_rows(&self) -> [usize; 2] {
-        [self.rows[0] * BLOCK[1], (self.rows[1] * BLOCK[1]).min(self.size[1] as usize) - 1]
     }
 
     /// Raises the covered pixels of a block of the buffer: `covered` has the 32 of each tile, row by row, `nearness` one
@@ -255,7 +240,7 @@ impl BlocksMut<'_> {
         covered: u32x8<S>,
         nearness: f32x8<S>,
     ) {
-        let block = (row - self.rows[0]) * self.columns + column;
+        let block = row * self.columns + column;
         let none = u32x8::splat(simd, 0);
         let touched = covered.simd_ne(none).to_bitmask() as u8;
         let steps = self.scale.of_eight_drawn(simd, nearness);
@@ -298,7 +283,7 @@ impl BlocksMut<'_> {
         far: f32x8<S>,
         near: f32x8<S>,
     ) -> u8 {
-        let block = (row - self.rows[0]) * self.columns + column;
+        let block = row * self.columns + column;
         let least = u16x8::from_slice(simd, &self.blocks[block].least);
         let (far, near) =
             (self.scale.of_eight_drawn(simd, far), self.scale.of_eight_drawn(simd, near));
@@ -317,7 +302,7 @@ impl BlocksMut<'_> {
         covered: u32,
         nearness: [f32x8<S>; 4],
     ) {
-        let block = (row - self.rows[0]) * self.columns + column;
+        let block = row * self.columns + column;
         let [a, b, c, d] = nearness;
         let steps: u16x32<S> = {
             let [a, b] = [self.scale.of_eight_drawn(simd, a), self.scale.of_eight_drawn(simd, b)];

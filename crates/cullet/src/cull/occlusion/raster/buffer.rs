@@ -1,9 +1,8 @@
 //! The buffer: blocks of pixels, each with the nearness of what is proved to cover all of it.
 
 use super::super::OcclusionError;
-use super::band::{Band, Pen};
 use super::blocks::{BLOCK, Block, Blocks, BlocksMut, Pixels};
-use super::bounds::Rectangles;
+use super::canvas::{Canvas, Pen};
 use super::screen::Screen;
 use super::steps::Scale;
 use crate::array::Each;
@@ -29,10 +28,7 @@ pub struct OcclusionBuffer {
     pixels: Vec<Pixels>,
     screen: Option<Screen>,
     origin: [f64; 3],
-    /// One for each band that was drawn at a time, and at least one.
-    pens: Vec<Pen>,
-    /// Memory of drawing lists of occluders.
-    pub(crate) rectangles: Vec<Rectangles>,
+    pen: Pen,
 }
 
 impl OcclusionBuffer {
@@ -57,8 +53,7 @@ impl OcclusionBuffer {
             pixels: vec![Pixels::BLANK; columns * rows * 8],
             screen: None,
             origin: [0.0; 3],
-            pens: vec![Pen::new(columns, rows)],
-            rectangles: Vec::new(),
+            pen: Pen::new(columns, rows),
         })
     }
 
@@ -81,7 +76,7 @@ impl OcclusionBuffer {
         if height % down != 0 {
             (0..self.columns).for_each(|column| self.fill_beyond([column, rows - 1]));
         }
-        self.pens.iter_mut().for_each(Pen::begin);
+        self.pen.begin();
         self.screen = Some(Screen::new(view, origin, self.size));
         self.origin = origin;
     }
@@ -101,11 +96,6 @@ impl OcclusionBuffer {
         Some((self.screen.as_ref()?, self.origin))
     }
 
-    /// Blocks in a row, and rows of them.
-    pub(crate) fn block_counts(&self) -> [usize; 2] {
-        [self.columns, self.blocks.len() / self.columns]
-    }
-
     /// Returns the scale of the view that the buffer was turned to last; that of a parallel view
     /// before any.
     fn scale(&self) -> Scale {
@@ -118,56 +108,28 @@ impl OcclusionBuffer {
         Blocks {
             scale: self.scale(),
             columns: self.columns,
-            rows: [0, self.blocks.len() / self.columns],
             blocks: &self.blocks,
             parted: &self.parted,
             pixels: &self.pixels,
         }
     }
 
-    /// All of it as one band, to draw into.
+    /// All that drawing needs of it.
     #[inline(always)]
-    pub fn band(&mut self) -> Band<'_> {
-        Band {
+    pub(crate) fn canvas(&mut self) -> Canvas<'_> {
+        Canvas {
             target: BlocksMut {
                 size: self.size,
                 scale: self.scale(),
                 columns: self.columns,
-                rows: [0, self.blocks.len() / self.columns],
                 blocks: &mut self.blocks,
                 parted: &mut self.parted,
                 pixels: &mut self.pixels,
             },
             screen: self.screen.as_ref(),
             origin: self.origin,
-            pen: &mut self.pens[0],
+            pen: &mut self.pen,
         }
-    }
-
-    /// Its bands between rows of blocks; `ends` ascend from above 0 to the number of all rows.
-    pub(crate) fn bands(&mut self, ends: &[usize]) -> Vec<Band<'_>> {
-        let (scale, rows) = (self.scale(), self.blocks.len() / self.columns);
-        while self.pens.len() < ends.len() {
-            self.pens.push(Pen::new(self.columns, rows));
-        }
-        let (mut blocks, mut parted, mut pixels) =
-            (&mut self.blocks[..], &mut self.parted[..], &mut self.pixels[..]);
-        let (mut first, mut bands) = (0, Vec::with_capacity(ends.len()));
-        for (&end, pen) in ends.iter().zip(&mut self.pens) {
-            let count = (end - first) * self.columns;
-            let target = BlocksMut {
-                size: self.size,
-                scale,
-                columns: self.columns,
-                rows: [first, end],
-                blocks: blocks.split_off_mut(..count).unwrap_or_default(),
-                parted: parted.split_off_mut(..count).unwrap_or_default(),
-                pixels: pixels.split_off_mut(..count * 8).unwrap_or_default(),
-            };
-            bands.push(Band { target, screen: self.screen.as_ref(), origin: self.origin, pen });
-            first = end;
-        }
-        bands
     }
 
     /// The nearness that covers all of a pixel, counted from the top left; 0 where none is proved, and

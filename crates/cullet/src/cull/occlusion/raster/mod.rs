@@ -3,17 +3,17 @@
 //! Each file names those before it alone:
 //!
 //! ```text
-//! steps, row ─► screen, bounds, plane ─► blocks, span ─┬─► outline, clip ────────┬─► band ─► buffer
+//! steps, row ─► screen, bounds, plane ─► blocks, span ─┬─► outline, clip ────────┬─► canvas ─► buffer
 //!                                                      └─► connected ─► surface ─┘
 //! ```
 //!
 //! An *outline* is convex, and fills the pixels that lie wholly within all its edges. A *surface* is triangles that share
-//! edges: pixels that several of them cover together are covered too. A *band* is some rows of blocks to draw into.
+//! edges: pixels that several of them cover together are covered too.
 
-mod band;
 mod blocks;
 mod bounds;
 mod buffer;
+mod canvas;
 mod clip;
 mod connected;
 mod outline;
@@ -24,12 +24,11 @@ mod span;
 mod steps;
 mod surface;
 
-pub use band::Band;
 pub use blocks::TILE;
-pub(crate) use blocks::{BLOCK, Blocks};
 pub(crate) use bounds::Rectangles;
 pub use bounds::ScreenBounds;
 pub use buffer::OcclusionBuffer;
+pub(crate) use canvas::Canvas;
 pub(crate) use clip::clip_near;
 #[cfg(feature = "serde")]
 pub(crate) use connected::corners_of;

@@ -52,16 +52,9 @@ impl Outline {
         self.planes.clear();
     }
 
-    /// Begins an outline within the box `min`..`max` of pixels on a screen of `size`, of which these `rows`,
-    /// from the first to the last, are to be filled; its corners are off by `doubt` pixels at most.
-    pub(crate) fn begin(
-        &mut self,
-        size: [u32; 2],
-        rows: [usize; 2],
-        min: [f64; 2],
-        max: [f64; 2],
-        doubt: f64,
-    ) {
+    /// Begins an outline within the box `min`..`max` of pixels on a screen of `size`; its corners are off by
+    /// `doubt` pixels at most.
+    pub(crate) fn begin(&mut self, size: [u32; 2], min: [f64; 2], max: [f64; 2], doubt: f64) {
         self.clear();
         self.size = size.each(|s| s as i32);
         self.doubt = doubt + SLACK;
@@ -69,8 +62,7 @@ impl Outline {
         // Where a corner is off by more than an i32 holds, no pixel is certain.
         let last = |v: f64, size: i32| ((v - self.doubt).floor() as i32).clamp(0, size) - 1;
         self.columns = [first(min[0]), last(max[0], self.size[0])];
-        self.rows =
-            [first(min[1]).max(rows[0] as i32), last(max[1], self.size[1]).min(rows[1] as i32)];
+        self.rows = [first(min[1]), last(max[1], self.size[1])];
     }
 
     /// Adds the edge from `p` to `q`, whose inner side is `side` (1 or −1) times the left of it, where y grows

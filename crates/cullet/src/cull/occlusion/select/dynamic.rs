@@ -106,7 +106,7 @@ impl DynamicSurface {
             for (lane, &number) in numbers.iter().enumerate() {
                 let is_bounded = r.bounded >> lane & 1 == 1;
                 if !(is_bounded && buffer.covers(level, &r.bounds(lane))) {
-                    self.patch(number as usize).draw(level, &mut buffer.band(), transform);
+                    self.patch(number as usize).draw(level, buffer, transform);
                 }
             }
         }

@@ -6,7 +6,6 @@ mod list;
 
 pub(crate) use choice::{Candidate, Choice};
 pub use dynamic::DynamicSurface;
-pub use list::DrawJob;
 
 use super::raster::OcclusionBuffer;
 use crate::array::Each;

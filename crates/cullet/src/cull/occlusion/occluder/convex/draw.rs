@@ -7,7 +7,7 @@ use fearless_simd::prelude::*;
 use glam::DVec4;
 
 use super::super::super::raster::{
-    Band, Clip, Doubt, Edges, ObjectScreen, Plane, ScreenBounds, Spot, clip_near,
+    Canvas, Clip, Doubt, Edges, ObjectScreen, OcclusionBuffer, Plane, ScreenBounds, Spot, clip_near,
 };
 use super::Convex;
 use crate::bits;
@@ -26,33 +26,34 @@ struct Extent {
 }
 
 impl Convex {
-    /// Draws what lies in a band of it. Nothing where a number is not finite, where the eye is within, and before
-    /// [`OcclusionBuffer::begin`](super::super::super::OcclusionBuffer::begin).
-    pub fn draw(&self, level: crate::Simd, band: &mut Band<'_>, transform: &Transform) {
-        let Some(screen) = band.object_screen(transform) else { return };
-        if dispatch_256!(level, simd => self.outline(simd, &screen, band)) {
-            return band.fill(level);
+    /// Draws it into `buffer`. Nothing where a number is not finite, where the eye is within, and before
+    /// [`OcclusionBuffer::begin`].
+    pub fn draw(&self, level: crate::Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
+        let canvas = &mut buffer.canvas();
+        let Some(screen) = canvas.object_screen(transform) else { return };
+        if dispatch_256!(level, simd => self.outline(simd, &screen, canvas)) {
+            return canvas.fill(level);
         }
-        let mut clips = std::mem::take(&mut band.pen.clips);
+        let mut clips = std::mem::take(&mut canvas.pen.clips);
         clips.clear();
         clips.extend(self.vertices.iter().map(|&p| screen.clip(p)));
         let is_known = |c: &Clip| c.is_finite() && (!c.is_in_front() || c.spot().is_finite());
         if clips.iter().all(is_known) && clips.iter().any(Clip::is_in_front) {
-            self.draw_clipped(level, &clips, &screen, band);
+            self.draw_clipped(level, &clips, &screen, canvas);
         }
-        band.pen.clips = clips;
+        canvas.pen.clips = clips;
     }
 
-    /// Outlines a body with the band's pen; `false`, and nothing, where a corner is not in front or a number is not finite.
+    /// Outlines a body with the canvas's pen; `false`, and nothing, where a corner is not in front or a number is not finite.
     #[inline(always)]
-    fn outline<S: Simd>(&self, simd: S, screen: &ObjectScreen, band: &mut Band<'_>) -> bool {
-        let mut places = std::mem::take(&mut band.pen.places);
+    fn outline<S: Simd>(&self, simd: S, screen: &ObjectScreen, canvas: &mut Canvas<'_>) -> bool {
+        let mut places = std::mem::take(&mut canvas.pen.places);
         let extent = place(simd, screen, self, &mut places);
-        band.pen.outline.clear();
+        canvas.pen.outline.clear();
         if let Some(extent) = &extent {
-            self.outline_placed(simd, screen, &places, extent, band);
+            self.outline_placed(simd, screen, &places, extent, canvas);
         }
-        band.pen.places = places;
+        canvas.pen.places = places;
         extent.is_some()
     }
 
@@ -63,10 +64,10 @@ impl Convex {
         screen: &ObjectScreen,
         places: &[Places],
         extent: &Extent,
-        band: &mut Band<'_>,
+        canvas: &mut Canvas<'_>,
     ) {
         let Extent { min, max, nearest, w } = *extent;
-        let size = band.target.size;
+        let size = canvas.target.size;
         let last = size.each(|s| f64::from(s) - 1.0);
         if (0..2).any(|a| max[a] < 0.0 || min[a] > last[a] + 1.0) {
             return;
@@ -80,12 +81,11 @@ impl Convex {
             max: [pixel(max[0], 0), pixel(max[1], 1)],
             nearness: nearest,
         };
-        if band.target.read().covers(simd, &bounds) {
+        if canvas.target.read().covers(simd, &bounds) {
             return;
         }
-        let rows = band.target.pixel_rows();
-        let outline = &mut band.pen.outline;
-        outline.begin(size, rows, min, max, doubt.pixels);
+        let outline = &mut canvas.pen.outline;
+        outline.begin(size, min, max, doubt.pixels);
         if outline.is_thin() {
             return;
         }
@@ -138,7 +138,7 @@ impl Convex {
         level: crate::Simd,
         clips: &[Clip],
         screen: &ObjectScreen,
-        band: &mut Band<'_>,
+        canvas: &mut Canvas<'_>,
     ) {
         let orient = if screen.mirrored { 1.0 } else { -1.0 };
         let error = screen.error(self.reach);
@@ -150,7 +150,7 @@ impl Convex {
             clip_near(&mut polygon, &mut other);
             let doubt = Doubt::of(&error, polygon.iter());
             let spots: Vec<Spot> = polygon.iter().map(Clip::spot).collect();
-            draw_polygon(level, &spots, orient, &doubt, band);
+            draw_polygon(level, &spots, orient, &doubt, canvas);
         }
     }
 }
@@ -161,9 +161,9 @@ fn draw_polygon(
     spots: &[Spot],
     orient: f64,
     doubt: &Doubt,
-    band: &mut Band<'_>,
+    canvas: &mut Canvas<'_>,
 ) {
-    let size = band.target.size;
+    let size = canvas.target.size;
     let Some((min, max)) = on_screen(spots, size) else { return };
     // A clipped triangle has four corners at most; the largest fan triangle gives the plane.
     let fan = (1..spots.len().max(2) - 1).map(|k| [spots[0], spots[k], spots[k + 1]]);
@@ -175,14 +175,13 @@ fn draw_polygon(
     }
     let reach = [max[0] - min[0], max[1] - min[1]];
     let plane = Plane::through(corners, reach, size, doubt);
-    let rows = band.target.pixel_rows();
-    let outline = &mut band.pen.outline;
-    outline.begin(size, rows, min, max, doubt.pixels);
+    let outline = &mut canvas.pen.outline;
+    outline.begin(size, min, max, doubt.pixels);
     outline.plane(plane);
     for k in 0..spots.len() {
         outline.edge(spots[k], spots[(k + 1) % spots.len()], orient);
     }
-    band.fill(level);
+    canvas.fill(level);
 }
 
 fn cross([a, b, c]: [Spot; 3]) -> f64 {

@@ -19,7 +19,7 @@ use layout::{Layout, cone};
 use split::Split;
 
 use super::super::OcclusionError;
-use super::super::raster::{Band, Connected};
+use super::super::raster::{Connected, OcclusionBuffer};
 use crate::Simd;
 use crate::array::Each;
 use crate::bounds::Aabb;
@@ -87,16 +87,9 @@ impl Patch {
         &mut self.mesh
     }
 
-    /// Draws what lies in a band of it. Nothing where a number is not finite, and before
-    /// [`OcclusionBuffer::begin`](super::super::OcclusionBuffer::begin).
-    pub fn draw(&self, level: Simd, band: &mut Band<'_>, transform: &Transform) {
-        band.draw_connected(level, &self.mesh, transform, true);
-    }
-
-    /// Draws it wrongly, as if no pixel had to be given up where the surface ends or turns away: for tests that must notice.
-    #[doc(hidden)]
-    pub fn draw_without_removal(&self, level: Simd, band: &mut Band<'_>, transform: &Transform) {
-        band.draw_connected(level, &self.mesh, transform, false);
+    /// Draws it into `buffer`. Nothing where a number is not finite, and before [`OcclusionBuffer::begin`].
+    pub fn draw(&self, level: Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
+        buffer.canvas().draw_connected(level, &self.mesh, transform);
     }
 
     /// The box around its own triangles.

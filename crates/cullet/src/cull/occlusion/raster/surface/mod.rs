@@ -53,8 +53,6 @@ pub(super) struct Surface {
     /// Quads of which both triangles are drawn, but not as one.
     halves: Vec<[u16; 3]>,
     cut: Cut,
-    /// Whether silhouette edges remove what they touch: without, claims are wrong.
-    pub(super) removal: bool,
 }
 
 /// The part of the screen on which a patch lies, and how far its vertices may be off.
@@ -96,11 +94,10 @@ impl Surface {
             silhouettes: Vec::new(),
             halves: Vec::new(),
             cut: Cut::default(),
-            removal: true,
         }
     }
 
-    /// Draws what lies in the target's rows of a patch, each side that it shows by itself.
+    /// Draws a patch, each side that it shows by itself.
     #[inline(always)]
     pub(super) fn draw<S: Simd>(
         &mut self,
@@ -117,8 +114,7 @@ impl Surface {
         if away == [true, true] {
             return;
         }
-        let rows = target.rows;
-        let Some(window) = self.project(simd, screen, projection, patch, rows) else { return };
+        let Some(window) = self.project(simd, screen, projection, patch) else { return };
         for (back, is_away) in away.into_iter().enumerate() {
             if !is_away {
                 let turned = projection.is_mirrored() ^ (back == 1);
@@ -163,9 +159,7 @@ impl Surface {
             return;
         }
         if self.find_silhouettes(screen, patch, window, back) {
-            if self.removal {
-                self.draw_silhouettes(simd, window);
-            }
+            self.draw_silhouettes(simd, window);
             self.resolve(simd, window, Some(target));
         } else {
             // More corners than there are numbers: nothing is certain.

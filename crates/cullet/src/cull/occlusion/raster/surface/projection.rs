@@ -182,7 +182,6 @@ impl Surface {
         screen: &ObjectScreen,
         projection: &Projection,
         patch: &Connected,
-        rows: [usize; 2],
     ) -> Option<Window> {
         let splat = |v: f32| f32x8::splat(simd, v);
         let reach = projection.reach(&patch.around);
@@ -268,11 +267,10 @@ impl Surface {
         if margin >= 1.0 || margin.is_nan() {
             return None;
         }
-        let first = [0.0, (rows[0] * BLOCK[1]) as f32];
-        let end = [padded[0] as f32, (rows[1] * BLOCK[1]) as f32];
+        let end = padded.each(|v| v as f32);
         // The pixels that its own facets touch for certain. What they may touch beside those is of the patches around it; so it
         // draws nothing beyond its box, by which it may be passed over.
-        let low = [0, 1].each(|a| (own_low[a] + margin).floor().max(first[a]));
+        let low = [0, 1].each(|a| (own_low[a] + margin).floor().max(0.0));
         let high = [
             ((own_high[0] - margin).floor() + 1.0).min(end[0]),
             (own_high[1] - margin).floor().min(end[1] - 1.0),

@@ -1,8 +1,4 @@
-//! Bands: rows of blocks of a buffer, each drawn by itself.
-//!
-//! Coverage of a pixel depends on no other pixel, so a buffer can be drawn band by band, on as many threads,
-//! with the same result to the last bit; and what is hidden in its band need not be drawn there, which threads
-//! with a buffer each would not know of one another.
+//! The canvas: all that drawing into a buffer needs, borrowed from it.
 
 use crate::simd::dispatch_256;
 
@@ -13,10 +9,9 @@ use super::screen::{Clip, ObjectScreen, Screen};
 use super::surface::{Projection, Surface};
 use crate::transform::Transform;
 
-/// Rows of blocks of an [`OcclusionBuffer`](super::OcclusionBuffer), all or some of them, into which occluders are drawn:
-/// of each only the part that lies in these rows.
+/// Blocks of an [`OcclusionBuffer`](super::OcclusionBuffer) into which occluders are drawn, and the memory of drawing.
 #[derive(Debug)]
-pub struct Band<'a> {
+pub(crate) struct Canvas<'a> {
     pub(crate) target: BlocksMut<'a>,
     pub(super) screen: Option<&'a Screen>,
     pub(super) origin: [f64; 3],
@@ -60,7 +55,7 @@ impl Pen {
     }
 }
 
-impl Band<'_> {
+impl Canvas<'_> {
     /// The screen of an object; `None` where the buffer has none yet.
     pub(crate) fn object_screen(&mut self, transform: &Transform) -> Option<ObjectScreen> {
         if let Some((last, screen)) = &self.pen.object
@@ -74,21 +69,14 @@ impl Band<'_> {
         Some(screen)
     }
 
-    /// Draws what lies in it of a patch. Without `removal` what silhouette edges touch is claimed too, which is wrong.
-    pub(crate) fn draw_connected(
-        &mut self,
-        level: crate::Simd,
-        patch: &Connected,
-        at: &Transform,
-        removal: bool,
-    ) {
+    /// Draws a patch.
+    pub(crate) fn draw_connected(&mut self, level: crate::Simd, patch: &Connected, at: &Transform) {
         let Some(screen) = self.object_screen(at) else { return };
         let size = self.target.size;
         let Pen { surface, projection, blocks: [columns, rows], .. } = &mut *self.pen;
         let projection = projection.get_or_insert_with(|| Projection::new(&screen, size));
         let Some(projection) = projection else { return };
         let surface = surface.get_or_insert_with(|| Surface::new(*columns, *rows));
-        surface.removal = removal;
         let target = &mut self.target;
         dispatch_256!(level, simd => surface.draw(simd, patch, &screen, projection, target));
     }
