@@ -23,6 +23,7 @@ pub mod html;
 pub mod inputs;
 pub mod items;
 pub mod machine;
+pub mod measured_costs;
 pub mod parse;
 pub mod peer;
 pub mod process;

@@ -149,7 +149,7 @@ pub fn triangles(text: &str) -> Result<f64, String> {
 
 /// Nanoseconds of something that happens.
 pub fn nanoseconds(text: &str) -> Result<f64, String> {
-    let fine = |v| v > 0.0 && v <= cullet::Costs::MOST_NS;
+    let fine = |v| v > 0.0 && v <= crate::measured_costs::MeasuredCosts::MOST_NS;
     number(text, fine, "a number of nanoseconds above 0, to 1e9; try 5")
 }
 

@@ -6,13 +6,13 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use cullet::Costs;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::console::Console;
 use crate::exit::Failure;
 use crate::machine::Machine;
+use crate::measured_costs::MeasuredCosts;
 
 /// The number of the file's format; raised only when a key changes its meaning or goes.
 const SCHEMA: u32 = 1;
@@ -45,19 +45,19 @@ pub struct Stored {
     pub renderer: String,
     /// Rounds of which the fastest counts.
     pub rounds: u32,
-    /// Nanoseconds, by the names of [`Costs::named`].
+    /// Nanoseconds, by the names of [`MeasuredCosts::named`].
     costs: BTreeMap<String, Spread>,
     /// For readers; computed anew here.
     t_over_r: f64,
 }
 
 impl Stored {
-    /// The costs measured here and now, in the order of [`Costs::named`].
+    /// The costs measured here and now, in the order of [`MeasuredCosts::named`].
     #[must_use]
     pub fn now(spreads: [Spread; 8], rounds: u32) -> Self {
         let mut values = spreads.iter();
         let mut costs = BTreeMap::new();
-        let fastest = Costs::from_named(|name| {
+        let fastest = MeasuredCosts::from_named(|name| {
             let Some(spread) = values.next() else { return f64::NAN };
             costs.insert(name.to_owned(), *spread);
             spread.ns
@@ -75,8 +75,8 @@ impl Stored {
     }
 
     /// The costs.
-    pub fn costs(&self) -> Costs {
-        Costs::from_named(|name| self.spread(name).ns)
+    pub fn costs(&self) -> MeasuredCosts {
+        MeasuredCosts::from_named(|name| self.spread(name).ns)
     }
 
     /// A cost with its quartiles; NaN for a name that there is not.
@@ -137,13 +137,13 @@ impl Stored {
             schema if schema.as_u64() == Some(u64::from(SCHEMA)) => {}
             schema => return Err(Damage::Schema(schema.to_string())),
         }
-        for (name, _) in Costs::from_named(|_| 1.0).named() {
+        for (name, _) in MeasuredCosts::from_named(|_| 1.0).named() {
             let cost = &value["costs"][name];
             let refuse = |key: &str, allowed| {
                 let value = cost[key].to_string();
                 Damage::Cost { key: format!("costs.{name}.{key}"), value, allowed }
             };
-            let ns = cost["ns"].as_f64().filter(|&ns| ns > 0.0 && ns <= Costs::MOST_NS);
+            let ns = cost["ns"].as_f64().filter(|&ns| ns > 0.0 && ns <= MeasuredCosts::MOST_NS);
             let Some(ns) = ns else {
                 return Err(refuse("ns", "nanoseconds above 0, to 1e9"));
             };

@@ -80,7 +80,7 @@ mod transform;
 pub mod view;
 mod visible;
 
-pub use costs::{Costs, CostsError, DrawingCosts, OccluderCosts};
+pub use costs::{Costs, DrawingCosts, OccluderCosts};
 pub use culler::{Backface, CullError, Culler, Explanation, Output, ShadowView, Step, ViewState};
 pub use culler::{CellTest, CoverTest, Evidence, PlaneTest};
 pub use funnel::{

@@ -59,9 +59,7 @@ fn a_cullers_level_and_clock_are_the_readers() {
          \"backface\":\"fast\",\"degenerate\":true,\
          \"detail\":{\"measure\":\"area\",\"threshold_px\":2.5,\"clusters\":false,\"fade\":0.0},\
          \"samples\":null,\"lod\":null,\"occlusion\":{\"width\":128,\"budget\":9.5,\"risk\":null},\
-         \"costs\":{\"object_test_ns\":0.5,\"cluster_test_ns\":0.5,\"triangle_test_ns\":0.2,\
-         \"rejected_triangle_ns\":1.0,\"opaque_triangle_ns\":10.0,\"masked_triangle_ns\":10.0,\
-         \"blended_triangle_ns\":10.0,\"draw_ns\":1000.0,\"occluders\":{\
+         \"costs\":{\"opaque_triangle_ns\":10.0,\"draw_ns\":1000.0,\"occluders\":{\
          \"convex\":{\"base_ns\":330.0,\"edge_ns\":5.0,\"outline_ns\":5.0,\"pixel_ns\":0.02},\
          \"patch\":{\"base_ns\":650.0,\"edge_ns\":7.0,\"outline_ns\":2.0,\"pixel_ns\":0.03},\
          \"look_ns\":30.0,\"test_ns\":20.0,\"begin_ns\":10000.0}},\

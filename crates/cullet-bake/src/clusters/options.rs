@@ -1,6 +1,5 @@
 //! How clusters are made.
 
-use cullet::Costs;
 use cullet::mesh::{MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES, MeshError};
 use thiserror::Error;
 
@@ -91,16 +90,15 @@ impl ClusterOptions {
 
     /// The default with `test_cost` from what a machine and its renderer cost: the test of a cluster, and
     /// the draw that a cluster which stays may need by itself, over what the renderer takes for a triangle
-    /// that it rejects because it faces away. Costs that [`Costs::check`] refuses may give a `test_cost`
-    /// that [`build`](super::build) refuses.
+    /// that it rejects because it faces away, all in nanoseconds. Costs that are not above 0 may give a `test_cost` that
+    /// [`build`](super::build) refuses.
     ///
     /// The bare t/r is so small on a CPU (some 0.002 for the reference renderer) that it leaves clusters half
     /// empty, as if each cost nothing but its test: on the bunny more than twice as many as by default, and with
     /// the draw a sixth more (`cullet reproduce johannsen-carter --test-cost`).
     #[must_use]
-    pub const fn from_costs(costs: &Costs) -> Self {
-        let test = costs.cluster_test_ns + costs.draw_ns;
-        Self { test_cost: test / costs.rejected_triangle_ns, ..Self::balanced() }
+    pub const fn from_costs(cluster_test: f64, draw: f64, rejected_triangle: f64) -> Self {
+        Self { test_cost: (cluster_test + draw) / rejected_triangle, ..Self::balanced() }
     }
 
     /// Whether every value is in range.
@@ -185,13 +183,10 @@ mod tests {
 
     #[test]
     fn costs_become_triangles() {
-        let mut costs = Costs::from_named(|_| 1.0);
-        (costs.cluster_test_ns, costs.draw_ns, costs.rejected_triangle_ns) = (0.5, 199.5, 80.0);
-        let options = ClusterOptions::from_costs(&costs);
+        let options = ClusterOptions::from_costs(0.5, 199.5, 80.0);
         assert_eq!(options, ClusterOptions { test_cost: 2.5, ..ClusterOptions::default() });
         assert_eq!(options.check(), Ok(()));
-        costs.rejected_triangle_ns = 0.0;
-        let refused = ClusterOptions::from_costs(&costs).check();
+        let refused = ClusterOptions::from_costs(0.5, 199.5, 0.0).check();
         assert!(matches!(refused, Err(ClusterError::Value { what: "test_cost", .. })));
     }
 }

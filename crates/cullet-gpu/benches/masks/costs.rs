@@ -1,7 +1,7 @@
 //! What tests and triangles cost on the device: the figures that clusters are made for, as `cullet calibrate` keeps them for the
 //! reference renderer.
 
-use cullet::{Costs, Instance, Mesh, Scene, Transform, View};
+use cullet::{Instance, Mesh, Scene, Transform, View};
 use cullet_gpu::{
     DrawArguments, Gpu, GpuError, MeshTriangles, OffScreen, TriangleList, TrianglePass,
     TriangleTest, TriangleView, Triangles,
@@ -373,23 +373,23 @@ impl DeviceCosts {
         for (name, s) in self.named.iter().chain(&more) {
             println!("{name:26} {:9.3}   {:.3} to {:.3}", s.ns, s.low, s.high);
         }
-        let costs = Costs::from_named(|name| self.of(name));
-        let back = self.mask.ns / costs.rejected_triangle_ns;
+        let [test, rejected] = ["cluster_test", "rejected_triangle"].map(|name| self.of(name));
+        let back = self.mask.ns / rejected;
         println!(
             "t/r of a triangle's mask: {:.3} of one drawn, {back:.3} of one rejected",
             self.t_over_r()
         );
-        let cluster = (costs.cluster_test_ns + costs.draw_ns) / costs.rejected_triangle_ns;
+        let cluster = (test + self.of("draw")) / rejected;
         println!(
             "t/r of a cluster: {:.3} bare; {cluster:.1} as clustering takes it, with a draw, of one rejected",
-            costs.t_over_r()
+            test / self.of("opaque_triangle")
         );
         for (what, cost) in [
-            ("masked", costs.masked_triangle_ns),
-            ("blended", costs.blended_triangle_ns),
+            ("masked", self.of("masked_triangle")),
+            ("blended", self.of("blended_triangle")),
             ("16 lights", self.lit.ns),
         ] {
-            println!("t/r of a cluster, {what}: {:.3} bare", costs.cluster_test_ns / cost);
+            println!("t/r of a cluster, {what}: {:.3} bare", test / cost);
         }
     }
 

@@ -8,6 +8,7 @@ use cullet_command::console::{Console, digits};
 use cullet_command::exit::Failure;
 use cullet_command::parse;
 
+use cullet_command::measured_costs::MeasuredCosts;
 use cullet_command::stored_costs::Stored;
 
 /// Where t/r comes from when a command makes clusters.
@@ -29,6 +30,12 @@ pub struct ClusterCosts {
     pub options: ClusterOptions,
     /// The value and where it comes from, for people.
     pub words: String,
+}
+
+/// The default options with the t/r of `costs`.
+pub(super) const fn options_for(costs: &MeasuredCosts) -> ClusterOptions {
+    let MeasuredCosts { cluster_test_ns, draw_ns, rejected_triangle_ns, .. } = *costs;
+    ClusterOptions::from_costs(cluster_test_ns, draw_ns, rejected_triangle_ns)
 }
 
 impl ClusterArgs {
@@ -53,7 +60,7 @@ impl ClusterArgs {
             return Ok(ClusterCosts { options, words });
         };
         let costs = stored.costs();
-        let options = ClusterOptions::from_costs(&costs);
+        let options = options_for(&costs);
         if options.test_cost > parse::MOST_TRIANGLES {
             return Err(Failure::input(format!(
                 "{}: a cluster's test and draw over a rejected triangle make t/r = {:.3e}; clusters are \

@@ -64,7 +64,7 @@ impl Series {
     }
 }
 
-/// Measures every cost of [`cullet::Costs::named`] in so many rounds; `step` is called after each. Where a
+/// Measures every cost of [`MeasuredCosts::named`](cullet_command::measured_costs::MeasuredCosts::named) in so many rounds; `step` is called after each. Where a
 /// cost comes out as one that cannot be, the machine was busy, and rounds are added up to four times as
 /// many, or 24. `None` where the user stopped it.
 pub(super) fn measure(rounds: u32, mut step: impl FnMut()) -> Option<Stored> {

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use cullet_bake::clusters::ClusterOptions;
 use cullet_command::console::{Console, count, digits};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
@@ -62,12 +61,6 @@ impl CalibrateArgs {
     pub fn json(&self) -> Option<&Path> {
         self.json.as_deref()
     }
-}
-
-/// Costs of this machine from so few rounds, each a third of a second or so; nothing is kept. `None` where the user stopped it.
-#[must_use]
-pub fn measured(rounds: u32) -> Option<cullet::Costs> {
-    Some(measure::measure(rounds, || ())?.costs())
 }
 
 /// Runs the command.
@@ -170,7 +163,7 @@ fn forget(console: &Console) -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// Symbol and words for each cost, in the order of [`cullet::Costs::named`].
+/// Symbol and words for each cost, in the order of [`MeasuredCosts::named`].
 const WORDS: [(&str, &str); 8] = [
     ("", "frustum test of an instance's box"),
     ("t", "back-face test of a cluster"),
@@ -201,7 +194,7 @@ fn print(console: &Console, stored: &Stored) {
     console.line(format!("t/r = {}: {words}", digits(ratio)));
     console.line(format!(
         "clusters are made for t/r = {}: a test and a draw over a rejected triangle",
-        digits(ClusterOptions::from_costs(&costs).test_cost)
+        digits(clusters::options_for(&costs).test_cost)
     ));
     let rounds = count(u64::from(stored.rounds), "round", "rounds");
     console.line(format!("{}; {}; {}; {rounds}", stored.machine, stored.renderer, stored.date));

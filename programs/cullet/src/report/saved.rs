@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cullet::mesh::Alpha;
-use cullet::{Costs, Scene, Stage, Unit};
+use cullet::{Scene, Stage, Unit};
 use cullet_command::console::Console;
 use cullet_command::console::digits;
 use cullet_command::exit::Failure;
+use cullet_command::measured_costs::MeasuredCosts;
 use cullet_command::parse;
 use cullet_command::stored_costs::Stored;
 use serde::Serialize;
@@ -184,7 +185,7 @@ pub(crate) const UNKNOWN: &str = "`cullet calibrate` measures what a triangle co
                                   then say how many milliseconds culling saves.";
 
 /// The cost of a drawn triangle, the mean over all instances; that of an opaque one where there is none.
-fn mean_drawn_ns(costs: &Costs, scene: &Scene) -> f64 {
+fn mean_drawn_ns(costs: &MeasuredCosts, scene: &Scene) -> f64 {
     let (mut ns, mut triangles) = (0.0, 0u64);
     for slot in scene.slots() {
         let transparent = scene.flags(slot).transparent;
@@ -198,7 +199,7 @@ fn mean_drawn_ns(costs: &Costs, scene: &Scene) -> f64 {
 }
 
 /// The tests of all views, were each made in bulk.
-fn tests_ns(costs: &Costs, summary: &Summary) -> f64 {
+fn tests_ns(costs: &MeasuredCosts, summary: &Summary) -> f64 {
     let cost = |stage: Stage, unit: Unit| match (stage, unit) {
         (Stage::Frustum, Unit::Instances) => costs.object_test_ns,
         (_, Unit::Clusters) => costs.cluster_test_ns,

@@ -117,9 +117,8 @@ impl PaysArgs {
             ));
         };
         let draw_ns = self.draw_ns.or(stored.as_ref().map(|s| s.1.costs().draw_ns));
-        let mut costs = stored.as_ref().map_or(Costs::from_named(|_| triangle_ns), |s| s.1.costs());
-        costs.opaque_triangle_ns = triangle_ns;
-        costs.draw_ns = draw_ns.unwrap_or(triangle_ns);
+        let draw_ns = draw_ns.unwrap_or(triangle_ns);
+        let costs = Costs { opaque_triangle_ns: triangle_ns, draw_ns, ..Costs::default() };
         let source = match (self.triangle_ns, &stored) {
             (None, Some((path, stored))) => {
                 format!("{}, {}, {}", path.display(), stored.renderer, stored.date)

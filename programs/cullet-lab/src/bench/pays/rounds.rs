@@ -200,7 +200,7 @@ mod tests {
         let views: Vec<View> = cameras.unwrap().iter().map(view).collect();
         let off = on.without(cullet::Stage::Occlusion);
         let mut arms = [Arm::new("off", off), Arm::new("on", on)];
-        let costs = Costs::from_named(|_| 10.0);
+        let costs = Costs { opaque_triangle_ns: 10.0, draw_ns: 10.0, ..Costs::default() };
         let level = *Simd::all().last().unwrap();
         let found = measure(&model.scene, &views, &mut arms, &costs, level, 0.0, || true);
         assert_eq!(found, Timing { rounds: LEAST_ROUNDS, checked: true });
