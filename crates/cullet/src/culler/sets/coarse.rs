@@ -76,13 +76,6 @@ impl Coarse {
         self.sorter.sort(&mut self.cuts, |cut| cut.slot.into());
     }
 
-    /// Returns what is drawn of instances of which the meshes hold `whole`, all cuts among them.
-    pub(in super::super) fn drawn_of(&self, mut whole: Tally) -> Tally {
-        whole += self.drawn;
-        whole -= self.replaced;
-        whole
-    }
-
     /// Returns the counts of all cuts.
     pub(in super::super) fn drawn(&self) -> Tally {
         self.drawn

@@ -154,7 +154,7 @@ fn test_all(
     log: &mut Log<'_>,
     settings: &Occlusion,
 ) -> Tally {
-    let left = coarse.drawn_of(set.tally(frame.scene)).counts;
+    let left = log.left.counts;
     // Samples take time themselves: not where all that is left would pay for nothing.
     let costs = &frame.culler.costs;
     let instances = left.instances as f64;
