@@ -311,7 +311,7 @@ fn casters_are_kept_that_stand_between_a_light_and_what_it_lights() {
             let wider = ShadowView { receivers: None, ..shadows.clone() };
             let [own, all] = [&shadows, &wider].map(|s| {
                 let mut result = Visible::default();
-                culler.cull_shadows(&scene, s, &mut ViewState::default(), &mut result);
+                culler.cull_shadow(&scene, s, &mut ViewState::default(), &mut result);
                 result
             });
             assert_eq!(&own, casters);

@@ -82,7 +82,7 @@ impl Reason {
     /// The detail where parts of an instance were dropped for different details of one stage.
     pub const MIXED: u8 = u8::MAX;
 
-    /// Why its shadow cannot matter, in an answer of [`Culler::cull_shadows`](crate::Culler::cull_shadows); `None`
+    /// Why its shadow cannot matter, in an answer of [`Culler::cull_shadow`](crate::Culler::cull_shadow); `None`
     /// where another stage than the frustum took it.
     #[must_use]
     pub fn caster(self) -> Option<CasterReason> {

@@ -5,6 +5,7 @@ mod backface;
 mod backface_bulk;
 mod bounds;
 mod bounds_frustum;
+mod bounds_only;
 mod culler;
 mod culler_backface;
 mod culler_occlusion;

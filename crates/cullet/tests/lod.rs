@@ -12,7 +12,7 @@ use cullet_testkit::answers::cull;
 use cullet_testkit::memory::{Counting, allocations_of};
 use cullet_testkit::steps::{Strip, ball_before_beads};
 use cullet_testkit::views::look;
-use cullet_testkit::{Rng, cases};
+use cullet_testkit::{Rng, cases, meshes};
 use proptest::prelude::*;
 
 #[global_allocator]
@@ -348,7 +348,7 @@ fn a_shadow_is_cast_by_what_its_camera_draws() {
     let light = cullet::cull::shadow::Light::Directional { direction: [0.0, -1.0, 0.0] };
     let shadows = cullet::ShadowView::new(camera.clone(), light);
     let (mut state, mut result) = (ViewState::default(), Visible::default());
-    culler.cull_shadows(&scene, &shadows, &mut state, &mut result);
+    culler.cull_shadow(&scene, &shadows, &mut state, &mut result);
     let chosen = chosen_ref(&scene, &strips, &camera, &lod);
     let cast = drawn(&scene, &result);
     assert!(!cast.is_empty() && cast.iter().any(|t| t.1 == 1));
@@ -478,4 +478,35 @@ fn what_is_drawn_is_what_hides() {
         assert_eq!(hidden(in_full), (false, 48));
     }
     assert_eq!(hidden(Some(1e3)), (true, 0));
+}
+
+/// A chain of whole meshes: each is drawn where its error is below the threshold, the fewest triangles first.
+#[test]
+fn a_chain_of_whole_meshes_is_chosen_by_its_errors() {
+    let mut scene = Scene::new();
+    let [fine, middle, coarse] = [32, 16, 8].map(|rings| scene.add_mesh(meshes::ball(rings)));
+    // In any order.
+    scene.add_lod(fine, coarse, 0.08).unwrap();
+    scene.add_lod(fine, middle, 0.02).unwrap();
+    let handle = scene.add(Instance::new(fine, Transform::IDENTITY)).unwrap();
+    scene.commit();
+    let lod = Some(Lod { pixels: 1.0, ..Lod::default() });
+    let culler = Culler { lod, output: Output::Triangles, ..Culler::default() };
+    let drawn = |distance: f64| {
+        let eye = [0.0, 0.0, distance];
+        let view = View::perspective(eye, [0.0; 3], 1.0, 0.01, 1e4, [1000, 1000]).unwrap();
+        let visible = cull(&culler, &scene, &view);
+        assert_eq!(visible.triangle_ranges.len(), 1);
+        scene.mesh_id_at(scene.slot(handle).unwrap(), visible.triangle_ranges[0].level)
+    };
+    // A unit is 1000 / (2 tan 0.5) = 915 pixels at a distance of 1: 0.02 is a pixel at 18 units, 0.08 at 73.
+    assert_eq!([3.0, 15.0].map(drawn), [fine, fine]);
+    assert_eq!([25.0, 60.0].map(drawn), [middle, middle]);
+    assert_eq!([90.0, 1000.0].map(drawn), [coarse, coarse]);
+    for error in [-1.0, f32::NAN, f32::INFINITY] {
+        assert!(matches!(scene.add_lod(fine, coarse, error), Err(LevelsError::NotFinite { .. })));
+    }
+    assert_eq!(scene.add_lod(fine, 9, 0.1), Err(LevelsError::NoMesh { mesh: 9, meshes: 3 }));
+    let empty = scene.add_mesh(Mesh::default());
+    assert_eq!(scene.add_lod(fine, empty, 0.1), Ok(()));
 }

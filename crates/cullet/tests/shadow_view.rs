@@ -62,7 +62,7 @@ fn map_of(rng: &mut Rng, light: &Light, near: [f64; 3]) -> View {
 
 fn cull(culler: &Culler, scene: &Scene, shadows: &ShadowView) -> Visible {
     let mut result = Visible::default();
-    culler.cull_shadows(scene, shadows, &mut ViewState::default(), &mut result);
+    culler.cull_shadow(scene, shadows, &mut ViewState::default(), &mut result);
     result
 }
 
@@ -140,7 +140,7 @@ fn the_pipeline_keeps_what_the_region_keeps_box_by_box() {
             // Cold, then warm.
             for _ in 0..2 {
                 let mut result = Visible::default();
-                culler.cull_shadows(&scene, &shadows, &mut state, &mut result);
+                culler.cull_shadow(&scene, &shadows, &mut state, &mut result);
                 for slot in scene.slots() {
                     let reason = result.reasons[slot as usize].and_then(cullet::Reason::caster);
                     let is_empty = boxes.get(slot as usize).is_empty();
@@ -363,7 +363,7 @@ fn warm_equals_cold() {
             culler.cull_one(&scene, &shadows.camera, &mut state, &mut result);
             // Twice: the second time by what the first proved.
             for _ in 0..2 {
-                culler.cull_shadows(&scene, &shadows, &mut state, &mut result);
+                culler.cull_shadow(&scene, &shadows, &mut state, &mut result);
                 assert_eq!(result, cull(&culler, &scene, &shadows));
             }
         }
@@ -527,4 +527,55 @@ fn receivers_are_what_the_camera_sees() {
     let by_none: Vec<bool> = kept(&shadows.clone().receiving(&scene, &nothing).unwrap());
     assert_eq!(by_none, [false, false, false]);
     assert!(shadows.receiving(&scene, &Visible::default()).is_err(), "never culled");
+}
+
+/// The cascades of a camera: each keeps what can shade the receivers in its own slice, so that near ones take less.
+#[test]
+fn cascades_keep_what_shades_their_slice() {
+    let camera =
+        View::perspective([0.0, 2.0, 0.0], [0.0, 2.0, -1.0], 1.0, 0.1, 100.0, [640, 480]).unwrap();
+    let boxes: Vec<Aabb> = (0..20)
+        .flat_map(|i| {
+            let z = -5.0 * i as f32 - 4.0;
+            // What the camera sees, and what stands above it.
+            [1.0, 60.0].map(|y| Aabb::new([-1.0, y, z], [1.0, y + 2.0, z + 2.0]))
+        })
+        .collect();
+    let (scene, handles) = scene_of_boxes(&boxes);
+    let culler = Culler::default();
+    let mut seen = Visible::default();
+    culler.without(Stage::Occlusion).cull_one(
+        &scene,
+        &camera,
+        &mut ViewState::default(),
+        &mut seen,
+    );
+    assert!(seen.instance_count >= 10);
+    let splits = [0.1, 12.0, 40.0, 100.0];
+    let cascades = ShadowView::cascades(&camera, SUN, &splits).unwrap();
+    let cascades: Vec<_> = cascades.into_iter().map(|s| s.receiving(&scene, &seen)).collect();
+    let mut states = vec![ViewState::default(); 3];
+    let mut casters = vec![Visible::default(); 3];
+    culler.cull_shadows(&scene, &cascades, &mut states, &mut casters).unwrap();
+    let whole = ShadowView::new(camera.clone(), SUN).receiving(&scene, &seen);
+    let of_all: Vec<u32> = cull(&culler, &scene, &whole).slots().collect();
+    let mut of_any: Vec<u32> = casters.iter().flat_map(Visible::slots).collect();
+    of_any.sort_unstable();
+    of_any.dedup();
+    assert_eq!(of_any, of_all, "together they keep what the whole view does");
+    for (i, casters) in casters.iter().enumerate() {
+        assert!(casters.instance_count < of_all.len() as u64, "cascade {i}");
+        // What is seen in the slice shades itself, and what stands above it shades it.
+        for (pair, at) in boxes.chunks(2).zip(handles.chunks(2)) {
+            let distance = f64::from(-pair[0].center()[2] as f32);
+            if distance > splits[i] + 1.0 && distance < splits[i + 1] - 1.0 {
+                let is_seen = seen.slots().any(|s| s == scene.slot(at[0]).unwrap());
+                let kept = at.iter().map(|&h| scene.slot(h).unwrap());
+                let kept: Vec<bool> = kept.map(|slot| casters.slots().any(|s| s == slot)).collect();
+                assert!(!is_seen || kept == [true, true], "{distance} in cascade {i}: {kept:?}");
+            }
+        }
+    }
+    let refused = culler.cull_shadows(&scene, &cascades, &mut states, &mut casters[..2]);
+    assert!(refused.unwrap_err().to_string().contains("3 views, but 3 states and 2 results"));
 }

@@ -429,3 +429,65 @@ fn shortcuts_fill_the_viewport() {
     let m = DMat4::from_cols_array(&p.world_from_clip()) * clip_from_world(&p);
     assert!(m.abs_diff_eq(DMat4::IDENTITY, 1e-12));
 }
+
+proptest! {
+    #![proptest_config(config(200))]
+
+    /// A slice shows the points of its view between two distances, and no others.
+    #[test]
+    fn a_slice_shows_what_lies_between_two_distances(
+        c in camera(20.0), depth in depth(), cut in 0.2..0.8_f64, at in [-0.2..1.2, -0.2..1.2, 0.01..0.99],
+    ) {
+        let view = view_of(&c, depth);
+        let along = DVec3::from(c.direction).normalize();
+        let near = point_in(&c, [0.5, 0.5, 0.0]);
+        let from = if view.is_orthographic() { near } else { DVec3::from(c.eye) };
+        let distance = |p: DVec3| -> f64 { (p - from).dot(along) };
+        let far = distance(point_in(&c, [0.5, 0.5, 1.0]));
+        let split = distance(near) + (far - distance(near)) * cut;
+        let point = point_in(&c, at);
+        prop_assume!((distance(point) - split).abs() > 1e-6 * split.abs());
+        let slices = view.slices(&[distance(near), split, far]).unwrap();
+        let inside = view.frustum().contains(point);
+        let found = [&slices[0], &slices[1]].map(|slice: &View| slice.frustum().contains(point));
+        let expected = [inside && distance(point) < split, inside && distance(point) > split];
+        prop_assert_eq!(found, expected);
+        prop_assert_eq!((slices[0].depth(), slices[0].layers), (depth, view.layers));
+    }
+
+    /// A matrix for depth −1..1 makes the view of its volume, and none of the other depth.
+    #[test]
+    fn a_matrix_for_depth_from_minus_one_makes_the_same_view(c in camera(20.0), depth in depth()) {
+        let view = view_of(&c, depth);
+        let mut m = view.clip_from_world();
+        m.chunks_exact_mut(4).for_each(|column| column[2] = 2.0 * column[2] - column[3]);
+        let of_gl = View::from_gl_matrix(m, depth, view.viewport()).unwrap();
+        let apart = of_gl.clip_from_world().iter().zip(view.clip_from_world())
+            .map(|(a, b)| (a - b).abs() / b.abs().max(1.0)).fold(0.0, f64::max);
+        prop_assert!(apart < 1e-12, "{apart:e}");
+        let other = if depth == Depth::Standard { Depth::Reversed } else { Depth::Standard };
+        let stated_wrong = View::from_matrix(view.clip_from_world(), other, view.viewport());
+        if !view.is_orthographic() {
+            prop_assert_eq!(stated_wrong, Err(ViewError::Depth { stated: other, found: depth }));
+        }
+    }
+}
+
+#[test]
+fn slices_refuse_distances_that_bound_nothing() {
+    let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 1.0, 0.1, 100.0, [8, 8]).unwrap();
+    for (near, far) in [(0.0, 1.0), (-1.0, 1.0), (2.0, 2.0), (3.0, 2.0), (1.0, f64::NAN)] {
+        let refused = view.slice(near, far);
+        assert!(matches!(refused, Err(ViewError::Range { .. })), "{near} to {far}: {refused:?}");
+    }
+    assert!(
+        view.slice(f64::NAN, 1.0).is_err() && view.slice(f64::INFINITY, f64::INFINITY).is_err()
+    );
+    let endless = view.slice(5.0, f64::INFINITY).unwrap();
+    assert!(endless.frustum().contains([0.0, 0.0, -1e9]));
+    assert!(!endless.frustum().contains([0.0, 0.0, -4.9]));
+    assert!(view.slices(&[1.0]).unwrap().is_empty());
+    let plan = View::orthographic([0.0; 3], [0.0, 0.0, -1.0], 2.0, -5.0, 5.0, [8, 8]).unwrap();
+    assert!(plan.slice(1.0, f64::INFINITY).is_err());
+    assert!(plan.slice(0.0, 1.0).unwrap().frustum().contains([0.0, 0.0, 4.5]));
+}

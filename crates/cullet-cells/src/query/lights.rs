@@ -97,7 +97,7 @@ pub struct LightAnswer {
 
 impl LightAnswer {
     /// The shadows of the `at`th light that was kept, in the picture of the view that the lights were culled for: what
-    /// [`Culler::cull_shadows`] takes. Received by what the light was found to reach. Give it a
+    /// [`Culler::cull_shadow`] takes. Received by what the light was found to reach. Give it a
     /// [map](ShadowView::map) when there is one. `None` if fewer were kept, or `lights` has fewer.
     #[must_use]
     pub fn shadow_view(&self, view: &View, lights: &[Light], at: usize) -> Option<ShadowView> {
@@ -186,7 +186,7 @@ pub fn cull_lights(
     }
 }
 
-/// [`Culler::cull_shadows`] for each light that [`cull_lights`] kept, in its order: which casters matter for it, with the
+/// [`Culler::cull_shadow`] for each light that [`cull_lights`] kept, in its order: which casters matter for it, with the
 /// funnel and the reasons of that. There is one state and one result for each afterwards. Whoever draws into shadow maps
 /// that are known by then makes the calls himself, with [`LightAnswer::shadow_view`].
 pub fn cull_light_casters(
@@ -200,7 +200,7 @@ pub fn cull_light_casters(
     results.resize_with(answer.kept.len(), Visible::default);
     for (at, (state, result)) in states.iter_mut().zip(results).enumerate() {
         if let Some(shadows) = answer.shadow_view(view, lights, at) {
-            culler.cull_shadows(scene, &shadows, state, result);
+            culler.cull_shadow(scene, &shadows, state, result);
         }
     }
 }

@@ -85,6 +85,16 @@ impl Aabb {
         b
     }
 
+    /// Returns the box that lies in both; empty where they do not meet.
+    #[must_use]
+    pub fn intersection(&self, other: &Self) -> Self {
+        let (mut min, mut max) = (self.min, self.max);
+        for a in 0..3 {
+            (min[a], max[a]) = (min[a].max(other.min[a]), max[a].min(other.max[a]));
+        }
+        Self { min, max }
+    }
+
     /// Whether `point` is in the box, its surface included.
     #[must_use]
     pub fn contains(&self, point: [f32; 3]) -> bool {

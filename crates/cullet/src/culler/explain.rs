@@ -74,7 +74,7 @@ impl Culler {
     }
 
     /// Explains an instance for a light, as [`explain`](Self::explain) does for a camera. The
-    /// reason is the one that [`cull_shadows`](Self::cull_shadows) writes.
+    /// reason is the one that [`cull_shadow`](Self::cull_shadow) writes.
     ///
     /// # Errors
     /// If the handle names no instance.

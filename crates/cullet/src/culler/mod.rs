@@ -328,24 +328,9 @@ impl Culler {
         states: &mut [ViewState],
         results: &mut [Visible],
     ) -> Result<(), CullError> {
-        if states.len() != views.len() || results.len() != views.len() {
-            return Err(CullError::Counts {
-                views: views.len(),
-                states: states.len(),
-                results: results.len(),
-            });
-        }
-        #[cfg(feature = "rayon")]
-        {
-            use rayon::prelude::*;
-            let all = views.par_iter().zip(states).zip(results);
-            all.for_each(|((view, state), result)| self.cull_one(scene, view, state, result));
-        }
-        #[cfg(not(feature = "rayon"))]
-        for ((view, state), result) in views.iter().zip(states).zip(results) {
+        cull_each(views, states, results, |view, state, result| {
             self.cull_one(scene, view, state, result);
-        }
-        Ok(())
+        })
     }
 
     /// Culls for one view. The result ascends by slot. Allocates nothing once `state` and `result` have
@@ -360,13 +345,30 @@ impl Culler {
         pipeline::run(self, scene, Viewer::Camera(view), None, &mut state.scratch, result);
     }
 
+    /// Culls one scene for several lights, or for the [cascades](ShadowView::cascades) of one, each as
+    /// [`cull_shadow`](Self::cull_shadow) would; with the feature `rayon` side by side on the threads of its pool.
+    ///
+    /// # Errors
+    /// If there is not one state and one result for each.
+    pub fn cull_shadows(
+        &self,
+        scene: &Scene,
+        shadows: &[ShadowView],
+        states: &mut [ViewState],
+        results: &mut [Visible],
+    ) -> Result<(), CullError> {
+        cull_each(shadows, states, results, |shadow, state, result| {
+            self.cull_shadow(scene, shadow, state, result);
+        })
+    }
+
     /// Culls for a light: what casts a shadow that its camera sees. The same stages by the same settings, with the
     /// region where a caster can matter in place of a frustum; see [`ShadowView`]. What the frustum stage took went
     /// because its shadow cannot matter, and [`Reason::caster`](crate::Reason::caster) says why. Conservative: no point
     /// of what was dropped is between the light and a receiver, or what hides it from the light is kept.
     ///
     /// Use one state for each light and camera. Cost: that of a camera's view, and the shadow region once.
-    pub fn cull_shadows(
+    pub fn cull_shadow(
         &self,
         scene: &Scene,
         shadows: &ShadowView,
@@ -375,4 +377,31 @@ impl Culler {
     ) {
         pipeline::run(self, scene, Viewer::Light(shadows), None, &mut state.scratch, result);
     }
+}
+
+/// Runs `cull_one` for each view, with the feature `rayon` side by side.
+fn cull_each<V: Sync>(
+    views: &[V],
+    states: &mut [ViewState],
+    results: &mut [Visible],
+    cull_one: impl Fn(&V, &mut ViewState, &mut Visible) + Sync,
+) -> Result<(), CullError> {
+    if states.len() != views.len() || results.len() != views.len() {
+        return Err(CullError::Counts {
+            views: views.len(),
+            states: states.len(),
+            results: results.len(),
+        });
+    }
+    #[cfg(feature = "rayon")]
+    {
+        use rayon::prelude::*;
+        let all = views.par_iter().zip(states).zip(results);
+        all.for_each(|((view, state), result)| cull_one(view, state, result));
+    }
+    #[cfg(not(feature = "rayon"))]
+    for ((view, state), result) in views.iter().zip(states).zip(results) {
+        cull_one(view, state, result);
+    }
+    Ok(())
 }

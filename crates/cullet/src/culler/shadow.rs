@@ -1,12 +1,13 @@
 //! A light as a kind of view: whose shadows on what a camera sees are wanted.
 
-use crate::bounds::Aabb;
+use crate::bounds::{Aabb, Side};
+use crate::cull::frustum::batch::Planes;
 use crate::cull::shadow::Light;
 use crate::scene::{Scene, SceneError};
-use crate::view::View;
+use crate::view::{View, ViewError};
 use crate::visible::Visible;
 
-/// A light and the camera whose picture its shadows fall into: what [`Culler::cull_shadows`] takes for a view. Its
+/// A light and the camera whose picture its shadows fall into: what [`Culler::cull_shadow`] takes for a view. Its
 /// result is what the light's shadow map must show: an instance matters only if it stands between the light and
 /// something that the camera sees.
 ///
@@ -33,7 +34,7 @@ use crate::visible::Visible;
 /// let sun = Light::Directional { direction: [0.0, -1.0, 0.0] };
 /// let shadows = ShadowView::new(camera, sun).receiving(&scene, &visible)?;
 /// let mut casters = Visible::default();
-/// culler.cull_shadows(&scene, &shadows, &mut ViewState::default(), &mut casters);
+/// culler.cull_shadow(&scene, &shadows, &mut ViewState::default(), &mut casters);
 /// assert_eq!(casters.instance_count, 2);
 /// let reason = casters.reasons[scene.slot(behind)? as usize].and_then(|r| r.caster());
 /// assert_eq!(reason.map(|r| r.name()), Some("outside-sweep"));
@@ -43,7 +44,7 @@ use crate::visible::Visible;
 /// # }
 /// ```
 ///
-/// [`Culler::cull_shadows`]: crate::Culler::cull_shadows
+/// [`Culler::cull_shadow`]: crate::Culler::cull_shadow
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShadowView {
     /// Whose picture the shadows fall into.
@@ -74,15 +75,33 @@ impl ShadowView {
         Self { camera, light, receivers: None, margin_world: 0.0, map: None }
     }
 
-    /// The same, received by nothing but what the camera was found to see: `visible` is the answer of its cull. O(what
-    /// is visible). A receiver without bounds stands anywhere.
+    /// Returns the shadows of cascaded shadow maps: one view for each two distances of `splits`, which ascend, with
+    /// the [slice](View::slice) of the camera between them in place of the camera.
+    ///
+    /// # Errors
+    /// As [`View::slice`].
+    pub fn cascades(camera: &View, light: Light, splits: &[f64]) -> Result<Vec<Self>, ViewError> {
+        Ok(camera.slices(splits)?.into_iter().map(|slice| Self::new(slice, light)).collect())
+    }
+
+    /// Returns these shadows received by nothing but what the camera was found to see: `visible` is the answer of its
+    /// cull, or of that of the view that a cascade is a slice of. O(what is visible). A receiver without bounds
+    /// stands anywhere in the camera's frustum.
     ///
     /// # Errors
     /// [`SceneError::Stale`] if `visible` is not of the scene as it is.
     pub fn receiving(self, scene: &Scene, visible: &Visible) -> Result<Self, SceneError> {
         visible.check(scene)?;
-        let bounds = visible.slots().map(|slot| scene.bounds(slot));
-        let receivers = bounds.fold(Aabb::EMPTY, |all, b| all.union(&b));
+        let frustum = self.camera.frustum().relative_to(scene.origin());
+        let planes = Planes::new(&frustum);
+        let is_seen =
+            |slot: &u32| planes.classify_stored(scene.boxes(), *slot as usize) != Side::Outside;
+        let bounds = visible.slots().filter(is_seen).map(|slot| scene.bounds(slot));
+        let all = bounds.fold(Aabb::EMPTY, |all, b| all.union(&b));
+        let receivers = match frustum.bounds() {
+            Some(within) => all.intersection(&within),
+            None => all,
+        };
         Ok(Self { receivers: Some(receivers), ..self })
     }
 

@@ -36,6 +36,55 @@ impl Clustering {
         Ok(Self::of_checked(data))
     }
 
+    /// Keeps the caller's order: runs of consecutive triangles of one part, each as long as a cluster may be. A mesh
+    /// [with these clusters](super::Mesh::with_clusters) has the indices that it was given, so that a renderer draws
+    /// from the index buffer that it has. Degenerate triangles keep their places and are drawn. O(n).
+    ///
+    /// Clusters are as compact as the order is: of indices sorted for a vertex cache they are about as good as
+    /// [`spatial`](Self::spatial) ones, of a random order each is as large as the mesh, and culls nothing.
+    ///
+    /// # Errors
+    /// As [`Mesh::new`](super::Mesh::new).
+    pub fn in_order(data: &MeshData) -> Result<Self, MeshError> {
+        super::check(data)?;
+        let triangles = data.indices.len() / 3;
+        let whole = [super::whole(triangles)];
+        let parts = if data.parts.is_empty() { &whole } else { data.parts.as_slice() };
+        let mut used_by = vec![0; data.positions.len()];
+        let mut clusters: Vec<Cluster> = Vec::new();
+        for (number, part) in (0..).zip(parts) {
+            let mut vertices = usize::MAX;
+            for t in part.first_triangle..part.first_triangle + part.triangle_count {
+                let corners = &data.indices[t as usize * 3..][..3];
+                let is_new = |used_by: &[u32], at: usize, stamp: usize| {
+                    used_by[corners[at] as usize] != stamp as u32
+                        && !corners[..at].contains(&corners[at])
+                };
+                let new = (0..3).filter(|&at| is_new(&used_by, at, clusters.len())).count();
+                match clusters.last_mut() {
+                    Some(open)
+                        if vertices.saturating_add(new) <= MAX_CLUSTER_VERTICES
+                            && (open.triangle_count as usize) < MAX_CLUSTER_TRIANGLES =>
+                    {
+                        open.triangle_count += 1;
+                        vertices += new;
+                    }
+                    _ => {
+                        clusters.push(Cluster {
+                            first_triangle: t,
+                            triangle_count: 1,
+                            part: number,
+                        });
+                        vertices =
+                            (0..3).filter(|&at| is_new(&used_by, at, clusters.len())).count();
+                    }
+                }
+                corners.iter().for_each(|&v| used_by[v as usize] = clusters.len() as u32);
+            }
+        }
+        Ok(Self { order: (0..triangles as u32).collect(), clusters })
+    }
+
     pub(super) fn of_checked(data: &MeshData) -> Self {
         let whole = [super::whole(data.indices.len() / 3)];
         let parts = if data.parts.is_empty() { &whole } else { data.parts.as_slice() };

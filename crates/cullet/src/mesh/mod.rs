@@ -177,6 +177,15 @@ fn next_revision() -> u64 {
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
+impl Default for Mesh {
+    /// A mesh without triangles.
+    fn default() -> Self {
+        let mut data = MeshData::default();
+        complete_parts(&mut data);
+        Self::assemble(data, Clustering { order: Vec::new(), clusters: Vec::new() })
+    }
+}
+
 impl Mesh {
     /// A mesh with clusters of the simple kind: triangles in spatial order.
     ///

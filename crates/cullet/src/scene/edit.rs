@@ -5,6 +5,7 @@ use crate::array::{self, Each};
 use crate::bits;
 use crate::bounds::Aabb;
 use crate::hierarchy::Handle;
+use crate::mesh::Mesh;
 use crate::transform::Transform;
 
 impl Scene {
@@ -12,7 +13,12 @@ impl Scene {
     ///
     /// # Errors
     /// If the mesh does not exist or the scene is full.
-    pub fn add(&mut self, instance: Instance) -> Result<Handle, SceneError> {
+    pub fn add(&mut self, mut instance: Instance) -> Result<Handle, SceneError> {
+        if instance.has_no_mesh() {
+            let known = self.no_mesh;
+            instance.mesh = known.unwrap_or_else(|| self.add_mesh(Mesh::default()));
+            self.no_mesh = Some(instance.mesh);
+        }
         if instance.mesh as usize >= self.meshes.len() {
             let meshes = self.meshes.len();
             return Err(SceneError::NoMesh { mesh: instance.mesh, meshes });
@@ -198,7 +204,9 @@ impl Scene {
             bits::set(&mut self.exempt_words, at / 64, true);
         }
         let flat = finite && self.transforms[at].rank() <= 1 && self.is_rigid(slot);
-        let nothing = self.mesh(slot).clusters().is_empty();
+        // Of an instance of bounds alone the engine does not know what is drawn.
+        let has_mesh = self.no_mesh != Some(self.mesh[at]);
+        let nothing = has_mesh && self.mesh(slot).clusters().is_empty();
         bits::set(&mut self.collapsed, at, flat || nothing);
     }
 }

@@ -9,6 +9,9 @@ use crate::transform::Transform;
 /// The number of a mesh in its scene.
 pub type MeshId = u32;
 
+/// The mesh of an [instance of bounds alone](Instance::of_bounds).
+const NO_MESH: MeshId = MeshId::MAX;
+
 /// Flags of an instance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -101,6 +104,29 @@ impl std::fmt::Display for SceneVersion {
             0 => f.write_str("no scene"),
             _ => write!(f, "scene {scene} (order {order}, meshes {meshes})"),
         }
+    }
+}
+
+impl Instance {
+    /// An instance without a mesh, in layer 0 alone: something of the caller's that lies within `bounds`, relative to
+    /// the scene's origin. It hides nothing, has no triangles and no draws; [`Visible::slots`](crate::Visible::slots)
+    /// lists it where it is visible. Bounds that are empty or not finite say nothing: such an instance is always
+    /// visible. Move it by [`Scene::set_bounds`] or [`Scene::write_bounds`].
+    ///
+    /// All of a scene share one empty mesh, which takes one [`MeshId`].
+    ///
+    /// [`Scene::set_bounds`]: super::Scene::set_bounds
+    /// [`Scene::write_bounds`]: super::Scene::write_bounds
+    #[must_use]
+    pub fn of_bounds(bounds: Aabb) -> Self {
+        let is_known = bounds.is_finite() && !bounds.is_empty();
+        let bounds = if is_known { BoundsOverride::World(bounds) } else { BoundsOverride::None };
+        Self { bounds, ..Self::new(NO_MESH, Transform::IDENTITY) }
+    }
+
+    /// Whether it is of bounds alone.
+    pub(super) fn has_no_mesh(&self) -> bool {
+        self.mesh == NO_MESH
     }
 }
 

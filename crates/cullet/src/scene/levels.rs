@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use super::{MeshId, Scene};
-use crate::lod::{Impostor, ImpostorError, Levels, LevelsError, Lod, NO_GROUP, box_triangles};
+use crate::lod::{
+    Group, Impostor, ImpostorError, Levels, LevelsError, Lod, NO_GROUP, box_triangles,
+};
 use crate::mesh::{Alpha, Mesh, MeshData, Part};
 
 /// Levels of a mesh, and the mesh of the scene that holds their triangles.
@@ -54,6 +56,36 @@ impl Scene {
         self.change += 1;
         self.mesh_version += 1;
         Ok(())
+    }
+
+    /// Gives a mesh a coarser one to be drawn in its place where the eye is far enough: another mesh of the scene, in
+    /// the same space, no point of which is farther than `error` from the surface of `mesh`, in units of the mesh, nor
+    /// the other way round. Call it once for each level of a chain, in any order. For parts and sides see
+    /// [`add_levels`](Self::add_levels).
+    ///
+    /// # Errors
+    /// If one of the meshes is not there, `coarse` has degenerate triangles, or `error` is negative or not finite.
+    pub fn add_lod(&mut self, mesh: MeshId, coarse: MeshId, error: f32) -> Result<(), LevelsError> {
+        let meshes = self.meshes.len();
+        let find = |id: MeshId| {
+            self.meshes.get(id as usize).ok_or(LevelsError::NoMesh { mesh: id, meshes })
+        };
+        let (fine, held) = (find(mesh)?, find(coarse)?);
+        let around = fine.bounds().union(&held.bounds());
+        let group = match around.is_empty() {
+            true => Group { error, ..Group::default() },
+            false => {
+                let (centre, half) = (around.center(), around.half_extent());
+                // Rounded up, with room for the rounding of the centre.
+                let diagonal = half.iter().map(|h| h * h).sum::<f64>().sqrt();
+                let size = centre.iter().map(|c| c.abs()).fold(diagonal, f64::max);
+                let radius = (diagonal + size * 1e-6) as f32;
+                Group { centre: centre.map(|c| c as f32), radius, error }
+            }
+        };
+        let clusters = held.clusters().len();
+        let levels = Levels::new(held, &[group], vec![0; clusters], vec![NO_GROUP; clusters])?;
+        self.add_levels(mesh, coarse, levels)
     }
 
     /// Gives a mesh an impostor, as one more of its levels: the box around it, which goes through culling in its place where

@@ -57,6 +57,8 @@ pub struct Scene {
     levels: Vec<Vec<MeshLevels>>,
     // How many levels there are of all meshes.
     level_count: usize,
+    // The empty mesh of instances of bounds alone, once there is one.
+    no_mesh: Option<MeshId>,
     // By slot.
     mesh: Vec<MeshId>,
     transforms: Vec<Transform>,
@@ -102,6 +104,7 @@ impl Scene {
             kinds: Vec::new(),
             levels: Vec::new(),
             level_count: 0,
+            no_mesh: None,
             mesh: Vec::new(),
             transforms: Vec::new(),
             layers: Vec::new(),

@@ -5,7 +5,7 @@ use glam::{DMat4, DVec3, DVec4};
 use super::corners::{self, Corner};
 use super::{Depth, ViewError};
 use crate::array::Each;
-use crate::bounds::{Plane, ROUNDING, dot2};
+use crate::bounds::{Aabb, Plane, ROUNDING, dot2};
 use crate::transform::Transform;
 
 /// The name of a plane of a frustum. Its number is what reasons and outcodes carry.
@@ -172,6 +172,19 @@ impl Frustum {
     pub fn corners(&self) -> Option<[[f64; 4]; 8]> {
         self.corners_with_error()
             .map(|all| all.each(|c| c.point.extend(if c.at_infinity { 0.0 } else { 1.0 }).into()))
+    }
+
+    /// Returns a box around the frustum, rounded outward; `None` where it has no end or its corners are unknown.
+    pub(crate) fn bounds(&self) -> Option<Aabb> {
+        let corners = self.corners_with_error()?;
+        if corners.iter().any(|corner| corner.at_infinity) {
+            return None;
+        }
+        let (min, max) =
+            corners.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), c| {
+                (min.min(c.point - c.error), max.max(c.point + c.error))
+            });
+        Some(Aabb::rounded_out(min.into(), max.into()))
     }
 
     /// [`corners`](Self::corners), with what rounding may have done to each.

@@ -9,6 +9,7 @@ mod plain;
 mod project;
 mod ray;
 mod size;
+mod slices;
 
 pub use camera::{Camera, Projection};
 pub use eyes::EyeBall;
@@ -93,6 +94,17 @@ pub enum ViewError {
     /// A viewport with no pixel, or too many.
     #[error("viewport {0}x{1} is not between 1x1 and 65536x65536")]
     Viewport(u32, u32),
+    /// A perspective matrix whose near plane is at the other end of the depth range.
+    #[error(
+        "the matrix has {found:?} depth, not {stated:?}: its near plane is at depth {}",
+        *found as u8
+    )]
+    Depth {
+        /// The depth that was stated.
+        stated: Depth,
+        /// The depth of the matrix.
+        found: Depth,
+    },
     /// A frustum has no more room: all 32 bits are taken.
     #[error(
         "a frustum has room for {limit} planes, numbers 0 to 5 being the view's own; \
@@ -199,7 +211,8 @@ impl View {
     /// room in f64 for a near plane at 0.1, so let matrix and scene share an origin near the eye.
     ///
     /// # Errors
-    /// If a number is not finite, or the matrix is singular, or the viewport is empty.
+    /// If a number is not finite, the matrix is singular, a perspective matrix has its near plane at the other end of
+    /// the depth range than `depth` says, or the viewport is empty.
     pub fn from_matrix(
         clip_from_world: impl Into<Matrix>,
         depth: Depth,
@@ -211,8 +224,7 @@ impl View {
         }
         check_viewport(viewport)?;
         let m = DMat4::from_cols_array(&clip_from_world);
-        let (eye, mirrored) =
-            homogeneous_eye(&m, depth).ok_or(ViewError::Singular(m.determinant()))?;
+        let (eye, mirrored) = homogeneous_eye(&m, depth)?;
         Ok(Self {
             clip_from_world: m,
             eye,
@@ -224,6 +236,26 @@ impl View {
             cull_face: CullFace::default(),
             eyes: None,
         })
+    }
+
+    /// Makes the view of a matrix for clip depth −1..1, as OpenGL, WebGL and three.js have it: −1 at the near plane in
+    /// [`Depth::Standard`], 1 in [`Depth::Reversed`]. The view holds the matrix of the same volume for depth 0..1.
+    ///
+    /// Such a matrix given to [`from_matrix`](Self::from_matrix) moves the near plane to about twice its distance,
+    /// which no check can notice.
+    ///
+    /// # Errors
+    /// As [`from_matrix`](Self::from_matrix).
+    pub fn from_gl_matrix(
+        clip_from_world: impl Into<Matrix>,
+        depth: Depth,
+        viewport: [u32; 2],
+    ) -> Result<Self, ViewError> {
+        let Matrix(mut m) = clip_from_world.into();
+        for column in m.chunks_exact_mut(4) {
+            column[2] = 0.5 * column[2] + 0.5 * column[3];
+        }
+        Self::from_matrix(m, depth, viewport)
     }
 
     /// The same view for other layers.
@@ -298,7 +330,8 @@ fn check_viewport(viewport: [u32; 2]) -> Result<[f64; 2], ViewError> {
 /// det[(x, y, w) of three points] = E·(n, −d) for the plane (n, d) of the three points: positive on the
 /// screen means counter-clockwise, so the sign of E also tells whether the projection mirrors.
 /// E is scaled to w = 1, or to a unit direction towards the viewer where the eye is at infinity.
-fn homogeneous_eye(m: &DMat4, depth: Depth) -> Option<(DVec4, bool)> {
+/// Fails where the matrix is singular, or shows that its depth is not `depth`.
+fn homogeneous_eye(m: &DMat4, depth: Depth) -> Result<(DVec4, bool), ViewError> {
     // Each row to about unit size: a positive factor changes neither the eye nor a sign, and products
     // of four tiny or huge numbers would leave f64.
     let row = |i: usize| m.row(i) / m.row(i).abs().max_element();
@@ -320,11 +353,17 @@ fn homogeneous_eye(m: &DMat4, depth: Depth) -> Option<(DVec4, bool)> {
     let rounding = z.abs().dot(DVec4::from(minors.each(|m| m.1))) * (ROUNDING * 0.5);
     let certain = z.dot(e).abs() > rounding;
     if !(e.is_finite() && certain) {
-        return None;
+        return Err(ViewError::Singular(m.determinant()));
     }
     let position = e / e.w;
     if e.w != 0.0 && position.is_finite() {
-        return Some((position, e.w < 0.0));
+        // Clip z of the eye, where w is zero: it lies beyond the near plane, which is z = 0 or z = w.
+        let is_standard = (z.dot(e) < 0.0) == (e.w > 0.0);
+        let found = if is_standard { Depth::Standard } else { Depth::Reversed };
+        if found != depth {
+            return Err(ViewError::Depth { stated: depth, found });
+        }
+        return Ok((position, e.w < 0.0));
     }
     // Lines of sight are parallel to E; the viewer is on the side where depth is nearer.
     let nearer = match depth {
@@ -332,5 +371,5 @@ fn homogeneous_eye(m: &DMat4, depth: Depth) -> Option<(DVec4, bool)> {
         Depth::Reversed => z.dot(e),
     };
     let direction = e.truncate().normalize() * nearer.signum();
-    Some((direction.extend(0.0), nearer < 0.0))
+    Ok((direction.extend(0.0), nearer < 0.0))
 }

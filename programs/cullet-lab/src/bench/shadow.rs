@@ -203,7 +203,7 @@ mod tests {
                     let fits = shadows.receiving(&model.scene, &in_view);
                     shadows = fits.expect("the scene stands as it was culled");
                 }
-                culler.cull_shadows(&model.scene, &shadows, &mut of_light, &mut casters);
+                culler.cull_shadow(&model.scene, &shadows, &mut of_light, &mut casters);
                 counts(&casters, &seen)
             };
             for ((_, direction), sums) in suns.iter().zip(&mut sums) {

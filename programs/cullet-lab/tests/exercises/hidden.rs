@@ -177,7 +177,7 @@ fn shadow_of_a_bird() -> Computed {
     let (culler, [mut seen, mut casters]) =
         (Culler::default(), [(); 2].map(|()| Visible::default()));
     culler.cull_one(&scene, &view, &mut ViewState::default(), &mut seen);
-    culler.cull_shadows(&scene, &shadows, &mut ViewState::default(), &mut casters);
+    culler.cull_shadow(&scene, &shadows, &mut ViewState::default(), &mut casters);
     let [first, second] = birds;
     let [first, second] = [scene.slot(first?)?, scene.slot(second?)?];
     let is_in = |visible: &Visible, slot: u32| visible.slots().any(|s| s == slot);
