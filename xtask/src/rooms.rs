@@ -5,6 +5,7 @@
 mod imports;
 mod openings;
 mod tests_listed;
+mod unused;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -54,6 +55,7 @@ const KNOWN: &str = include_str!("rooms/known.txt");
 pub(crate) fn check() -> Ended {
     tests_listed::check()?;
     openings::check()?;
+    unused::check()?;
     let found = faults()?;
     let is_line = |line: &&str| !line.is_empty() && !line.starts_with('#');
     let known: BTreeSet<&str> = KNOWN.lines().map(str::trim).filter(is_line).collect();

@@ -26,5 +26,6 @@ mod serde;
 mod shadow;
 mod shadow_view;
 mod simd_levels;
+mod stereo;
 mod view;
 mod view_project;

@@ -10,6 +10,7 @@ mod project;
 mod ray;
 mod size;
 mod slices;
+mod stereo;
 
 pub use camera::{Camera, Projection};
 pub use eyes::EyeBall;
@@ -94,6 +95,12 @@ pub enum ViewError {
     /// A viewport with no pixel, or too many.
     #[error("viewport {0}x{1} is not between 1x1 and 65536x65536")]
     Viewport(u32, u32),
+    /// Views of two eyes that no view is around.
+    #[error("the views of the two eyes {what}")]
+    Stereo {
+        /// What is wrong with them.
+        what: &'static str,
+    },
     /// A perspective matrix whose near plane is at the other end of the depth range.
     #[error(
         "the matrix has {found:?} depth, not {stated:?}: its near plane is at depth {}",
@@ -141,6 +148,9 @@ pub struct View {
     /// The eyes that levels of detail are chosen for, where it is not the view's own alone; of parallel lines of sight
     /// nothing. Not written with a view.
     pub eyes: Option<EyeBall>,
+    /// Of a stereo view: half the way between the eyes, and how far their near planes lie apart in depth.
+    apart: [f64; 3],
+    near_depth: f64,
 }
 
 impl View {
@@ -235,6 +245,8 @@ impl View {
             front_face: FrontFace::default(),
             cull_face: CullFace::default(),
             eyes: None,
+            apart: [0.0; 3],
+            near_depth: 0.0,
         })
     }
 
@@ -296,6 +308,11 @@ impl View {
     #[must_use]
     pub fn is_mirrored(&self) -> bool {
         self.mirrored
+    }
+
+    /// How far the near planes of the two eyes of a stereo view lie apart in depth; 0 for one eye.
+    pub(crate) fn near_depth(&self) -> f64 {
+        self.near_depth
     }
 
     /// Returns which end of the clip depth range is near.

@@ -1,6 +1,7 @@
 //! Results of a culler: visible instances, clusters and triangles, reasons of the rest, and counts of each stage.
 
 mod draws;
+mod eyes;
 
 pub use draws::{Draw, DrawCommand, DrawKey, DrawList, DrawState, MeshPlace};
 

@@ -49,7 +49,8 @@ impl BoxProjector {
         // x, y, w or nearness, near.
         let order = [0, 1, if perspective { 4 } else { 2 }, 3];
         let base = meet([0, 1, 2].each(|i| rows[order[i]])).unwrap_or_default();
-        let row = |i: usize| Row::new(rows[order[i]], sizes[order[i]], base);
+        let apart = screen.apart();
+        let row = |i: usize| Row::new(rows[order[i]], sizes[order[i]], base, apart[order[i]]);
         let rows = [row(0)?, row(1)?, row(2)?, row(3)?];
         Some(Self { base, rows, size: screen.size.each(|s| s as f32), perspective })
     }

@@ -60,19 +60,20 @@ impl OcclusionBuffer {
             return Ok(None);
         }
         let Some((screen, _)) = self.screen() else { return Err(Unbounded) };
-        let rows = screen.rows();
+        let (rows, apart) = (screen.rows(), screen.apart());
         let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         let mut nearest = f64::NEG_INFINITY;
         let (mut crosses, mut behind) = (false, true);
         for p in b.corners().each(|c| c.each(f64::from)) {
             let sum = |r: [f64; 4]| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3];
-            let error = |r: [f64; 4]| {
+            let error = |row: usize| {
+                let r = rows[row];
                 let size =
                     (r[0] * p[0]).abs() + (r[1] * p[1]).abs() + (r[2] * p[2]).abs() + r[3].abs();
-                size * 32.0 * f64::EPSILON
+                size * 32.0 * f64::EPSILON + apart[row]
             };
             let [x, y, nearness, near, w] = rows.each(sum);
-            let [ex, ey, en, enear, ew] = rows.each(error);
+            let [ex, ey, en, enear, ew] = [0, 1, 2, 3, 4].each(error);
             // A NaN fails both.
             if !(near >= -enear && w > 2.0 * ew) {
                 crosses = true;

@@ -30,9 +30,9 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// A row for points relative to `e`, of which each number was summed from terms of the sizes `of`; `None` where a
-    /// number may overflow.
-    pub(crate) fn new(r: [f64; 4], of: [f64; 4], e: [f32; 3]) -> Option<Self> {
+    /// A row for points relative to `e`, of which each number was summed from terms of the sizes `of`, and which is off by
+    /// `apart` beside its rounding; `None` where a number may overflow.
+    pub(crate) fn new(r: [f64; 4], of: [f64; 4], e: [f32; 3], apart: f64) -> Option<Self> {
         let at = |r: [f64; 4], a: usize| r[a] * f64::from(e[a]);
         let c = r[3] + at(r, 0) + at(r, 1) + at(r, 2);
         let size = of[3] + at(of, 0).abs() + at(of, 1).abs() + at(of, 2).abs();
@@ -45,7 +45,7 @@ impl Row {
             k: [r[0] as f32, r[1] as f32, r[2] as f32],
             c: c as f32,
             k_error: [0, 1, 2].each(|a| up(r[a].abs() * SHARE + of[a] * SHARE64)),
-            c_error: up(c.abs() * SHARE + size * SHARE64),
+            c_error: up(c.abs() * SHARE + size * SHARE64 + apart),
         })
     }
 }

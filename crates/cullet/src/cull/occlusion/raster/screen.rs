@@ -1,6 +1,6 @@
 //! Places in the buffer: pixels, and how near they are.
 
-use glam::{DMat4, DVec4};
+use glam::{DMat4, DVec3, DVec4};
 
 use super::steps::Scale;
 use crate::array::{self, Each};
@@ -21,6 +21,8 @@ pub(crate) struct Screen {
     /// Take a point to x·w, y·w (pixels, down from the top left corner), nearness·w, height over the near
     /// plane, w.
     rows: [DVec4; 5],
+    /// How far each row is off for either eye of a stereo view; zeros for one eye.
+    apart: [f64; 5],
     pub(crate) size: [u32; 2],
     /// Whether outward windings look clockwise where they face the eye.
     pub(crate) mirrored: bool,
@@ -111,19 +113,16 @@ impl Screen {
         };
         let scale =
             if perspective { Scale::perspective(near_w(near, w)) } else { Scale::parallel() };
-        Self {
-            rows: [
-                (x + w) * (0.5 * width),
-                (w - y) * (0.5 * height),
-                if perspective { DVec4::W } else { nearness },
-                near,
-                w,
-            ],
-            size,
-            mirrored: view.is_mirrored(),
-            perspective,
-            scale,
-        }
+        let nearness = if perspective { DVec4::W } else { nearness };
+        let mut rows = [(x + w) * (0.5 * width), (w - y) * (0.5 * height), nearness, near, w];
+        // An eye that is elsewhere by `half` sees a point as the middle sees it moved the other way.
+        let half = DVec3::from(view.eyes_apart());
+        let mut apart = rows.each(|row| row.truncate().dot(half).abs() * (1.0 + ROUNDING));
+        // Occluders count from the farther of the two near planes on, boxes from the nearer.
+        let cut = apart[3] + near.truncate().length() * view.near_depth();
+        rows[3].w -= cut;
+        apart[3] = 2.0 * cut;
+        Self { rows, apart, size, mirrored: view.is_mirrored(), perspective, scale }
     }
 
     /// The same screen for the points of an object.
@@ -139,6 +138,7 @@ impl Screen {
         let sizes = columns.each(|c| c.each(f64::abs));
         ObjectScreen {
             rows: self.rows.each(|r| of(r, columns)),
+            apart: self.apart,
             sizes: self.rows.each(|r| of(r.abs(), sizes)),
             mirrored: self.mirrored ^ (transform.determinant() < 0.0),
             perspective: self.perspective,
@@ -149,12 +149,19 @@ impl Screen {
     pub(crate) fn rows(&self) -> [[f64; 4]; 5] {
         self.rows.each(Into::into)
     }
+
+    /// How far each row is off for either eye of a stereo view.
+    pub(crate) fn apart(&self) -> [f64; 5] {
+        self.apart
+    }
 }
 
 /// The map from an object's own space.
 #[derive(Clone, Debug)]
 pub(crate) struct ObjectScreen {
     rows: [DVec4; 5],
+    /// How far each row is off for either eye of a stereo view.
+    pub(crate) apart: [f64; 5],
     /// Sums of the sizes of the terms that each number of the rows was summed from.
     pub(crate) sizes: [DVec4; 5],
     /// Whether outward windings look clockwise on a screen whose y grows upward.
@@ -190,12 +197,13 @@ impl ObjectScreen {
         let [x, y, z] = [f64::from(reach[0]), f64::from(reach[1]), f64::from(reach[2])];
         let reach = DVec4::new(x, y, z, 1.0);
         let [rx, ry, rn, near, w] = &self.rows;
+        let [ax, ay, an, anear, aw] = self.apart;
         Clip {
-            x: rx.abs().dot(reach) * ROUNDING,
-            y: ry.abs().dot(reach) * ROUNDING,
-            nearness: rn.abs().dot(reach) * ROUNDING,
-            near: near.abs().dot(reach) * ROUNDING,
-            w: w.abs().dot(reach) * ROUNDING,
+            x: rx.abs().dot(reach) * ROUNDING + ax,
+            y: ry.abs().dot(reach) * ROUNDING + ay,
+            nearness: rn.abs().dot(reach) * ROUNDING + an,
+            near: near.abs().dot(reach) * ROUNDING + anear,
+            w: w.abs().dot(reach) * ROUNDING + aw,
         }
     }
 }

@@ -56,7 +56,7 @@ impl Projection {
         let rows = order.each(|i| screen.rows()[i].to_array());
         let of = order.each(|i| screen.sizes[i].to_array());
         let base = meet([rows[0], rows[1], rows[2]]).unwrap_or_default();
-        let row = |i: usize| Row::new(rows[i], of[i], base);
+        let row = |i: usize| Row::new(rows[i], of[i], base, screen.apart[order[i]]);
         let [x, y, third] = [0, 1, 2].each(|i| DVec3::new(rows[i][0], rows[i][1], rows[i][2]));
         let inverse = DMat3::from_cols(x, y, third).transpose().inverse();
         let rows = [row(0)?, row(1)?, row(2)?, row(3)?];
