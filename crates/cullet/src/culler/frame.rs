@@ -124,9 +124,16 @@ impl<'a> Frame<'a> {
             && self.culler.output >= Output::Clusters
     }
 
-    /// Whether back faces are culled by triangles.
+    /// Whether back faces are culled by triangles; not of two eyes, which share whole clusters alone.
     pub(super) fn culls_backs_by_triangle(&self) -> bool {
-        self.culler.backface != Backface::Off && self.view.cull_face != CullFace::None
+        self.culler.backface != Backface::Off
+            && self.view.cull_face != CullFace::None
+            && !self.is_stereo()
+    }
+
+    /// Whether the view is of both eyes of a headset.
+    pub(super) fn is_stereo(&self) -> bool {
+        self.view.eyes_apart() != [0.0; 3]
     }
 }
 

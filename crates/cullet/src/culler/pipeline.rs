@@ -73,8 +73,8 @@ const PIPELINE: [Step; 17] = [
     then(Stage::Occlusion, Unit::Clusters, |f, c, s, log| {
         occlusion::clusters(f, &c.occlusion, &mut s.clusters, log);
     }),
-    then(Stage::Backface, Unit::Clusters, |f, _, s, log| {
-        backface::clusters(f, &mut s.clusters, log);
+    then(Stage::Backface, Unit::Clusters, |f, c, s, log| {
+        backface::clusters(f, &mut c.backface, &mut s.clusters, log);
     }),
     opens(Stage::Frustum, Unit::Triangles, |f, _, s, log| {
         frustum::triangles(f, s, log);

@@ -81,6 +81,18 @@ impl ViewEye {
         }
     }
 
+    /// Makes the left and the right eye of a stereo view. A plane that both see from behind, all between them do.
+    pub(crate) fn of_stereo(view: &View) -> [Self; 2] {
+        let (middle, half) = (Self::new(view), DVec3::from(view.eyes_apart()));
+        [-half, half].each(|half| {
+            let (eye, error) = middle.eye;
+            let (weight, weight_error) = middle.weight;
+            let moved = eye + half * weight;
+            let rounding = (eye.abs() + moved.abs()) * f64::EPSILON;
+            Self { eye: (moved, error + half.abs() * weight_error + rounding), ..middle }
+        })
+    }
+
     /// Returns the side of counter-clockwise triangles that is culled where it is seen; `Edge`
     /// where no side is culled.
     #[must_use]

@@ -19,12 +19,13 @@ pub struct PortalView {
 }
 
 impl PortalView {
-    /// The eye of a view; `None` of an orthographic one, which has no eye that could be in a cell.
+    /// The eye of a view; `None` of an orthographic one, which has no eye that could be in a cell, and of a stereo view.
     #[must_use]
     pub fn new(view: &View) -> Option<Self> {
         let [x, y, z, w] = view.eye();
         let eye = DVec3::new(x, y, z);
-        if w == 0.0 || !eye.is_finite() {
+        // Two eyes see beside a portal what the point between them does not.
+        if w == 0.0 || !eye.is_finite() || view.eyes_apart() != [0.0; 3] {
             return None;
         }
         let frustum = view.frustum();

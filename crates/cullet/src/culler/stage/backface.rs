@@ -23,6 +23,8 @@ pub(in super::super) struct Cache {
 pub(super) struct Backs<'a> {
     frame: &'a Frame<'a>,
     eye: ViewEye,
+    /// The other eye of a stereo view, whose clusters both must see from behind.
+    other: Option<ViewEye>,
 }
 
 /// The eye of one instance.
@@ -37,7 +39,11 @@ enum Eye<'a> {
 
 impl<'a> Backs<'a> {
     pub(super) fn new(frame: &'a Frame<'a>) -> Self {
-        Self { frame, eye: ViewEye::new(frame.view) }
+        if frame.is_stereo() {
+            let [eye, other] = ViewEye::of_stereo(frame.view);
+            return Self { frame, eye, other: Some(other) };
+        }
+        Self { frame, eye: ViewEye::new(frame.view), other: None }
     }
 
     /// Whether an instance, drawn by a mesh, has sides that are not drawn, and stays in the shape of that mesh.
@@ -65,9 +71,9 @@ impl<'a> Backs<'a> {
         !kind.may_be_culled(self.eye.culled_side())
     }
 
-    /// The eye for triangles.
-    fn eye_of(&self, slot: u32, mesh: MeshId) -> Eye<'a> {
-        let eye = self.eye.in_space_of(self.frame.scene.transform(slot));
+    /// An eye of the view for triangles.
+    fn eye_of(&self, eye: &ViewEye, slot: u32, mesh: MeshId) -> Eye<'a> {
+        let eye = eye.in_space_of(self.frame.scene.transform(slot));
         if !eye.culls_any() {
             return Eye::Undecided;
         }
@@ -78,25 +84,42 @@ impl<'a> Backs<'a> {
     }
 
     /// Sets the bits of those clusters of an instance that face away; whether there may be any.
-    pub(super) fn cull_clusters(&self, slot: u32, mesh: MeshId, culled: &mut Vec<u64>) -> bool {
+    /// `spare` is memory for a second eye.
+    pub(super) fn cull_clusters(
+        &self,
+        slot: u32,
+        mesh: MeshId,
+        culled: &mut Vec<u64>,
+        spare: &mut Vec<u64>,
+    ) -> bool {
         if !self.has_back(slot, mesh) {
             return false;
         }
         let Some(cones) = self.cones(mesh) else { return false };
-        let Eye::Planes(_, _, eye) = self.eye_of(slot, mesh) else { return false };
-        cones.cull(self.frame.culler.level, &eye, culled);
+        let level = self.frame.culler.level;
+        let Eye::Planes(_, _, eye) = self.eye_of(&self.eye, slot, mesh) else { return false };
+        cones.cull(level, &eye, culled);
+        let Some(other) = &self.other else { return true };
+        let Eye::Planes(_, _, eye) = self.eye_of(other, slot, mesh) else { return false };
+        cones.cull(level, &eye, spare);
+        culled.iter_mut().zip(spare).for_each(|(culled, other)| *culled &= *other);
         true
     }
 }
 
 /// Drops the clusters of which every triangle faces away.
-pub(in super::super) fn clusters(frame: &Frame<'_>, set: &mut Clusters, log: &mut Log<'_>) {
+pub(in super::super) fn clusters(
+    frame: &Frame<'_>,
+    cache: &mut Cache,
+    set: &mut Clusters,
+    log: &mut Log<'_>,
+) {
     if !frame.culls_backs_by_cluster() {
         return;
     }
     let backs = Backs::new(frame);
     set.filter(frame.scene, Stage::Backface, log, |runs, culled| {
-        backs.cull_clusters(runs[0].slot, runs[0].mesh, culled)
+        backs.cull_clusters(runs[0].slot, runs[0].mesh, culled, &mut cache.culled)
     });
 }
 
@@ -121,7 +144,7 @@ pub(in super::super) fn triangles(
             return false;
         }
         let (level, mesh) = (frame.culler.level, &frame.scene.meshes()[id as usize]);
-        let (exact, planes, eye) = match backs.eye_of(slot, id) {
+        let (exact, planes, eye) = match backs.eye_of(&backs.eye, slot, id) {
             Eye::Undecided => return false,
             Eye::Exact(eye) => {
                 keep_exact(mesh, &eye, triangles, kept);

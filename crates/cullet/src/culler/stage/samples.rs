@@ -209,7 +209,12 @@ impl Samples {
         });
         let has_backs = frame.culls_backs_by_cluster()
             && count <= MANY
-            && Backs::new(frame).cull_clusters(slot, scene.mesh_id(slot), &mut self.culled);
+            && Backs::new(frame).cull_clusters(
+                slot,
+                scene.mesh_id(slot),
+                &mut self.culled,
+                &mut Vec::new(),
+            );
         let triangles = triangles / some as f64;
         for i in 0..some {
             let cluster = (2 * i + 1) * count / (2 * some);
