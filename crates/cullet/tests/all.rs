@@ -25,6 +25,7 @@ mod readme;
 mod serde;
 mod shadow;
 mod shadow_view;
+mod sides;
 mod simd_levels;
 mod stereo;
 mod view;

@@ -2,6 +2,7 @@
 
 mod clusters;
 mod regions;
+mod sides;
 mod weld;
 
 pub use clusters::{Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES};
@@ -53,7 +54,9 @@ pub struct MeshData {
     pub positions: Vec<[f32; 3]>,
     /// Three indices a triangle.
     pub indices: Vec<u32>,
-    /// Ranges of triangles, in order and without gap; empty means one opaque, two-sided part.
+    /// Ranges of triangles, in order and without gap. Empty means one opaque part, which is one-sided, so that its back
+    /// faces are culled, where the triangles are the closed surfaces of bodies, wound outward; else two-sided.
+    /// [`Mesh::is_two_sided`] tells which.
     pub parts: Vec<Part>,
     /// How many polygons the triangles came from; 0 means that each triangle is a polygon.
     pub polygons: u32,
@@ -464,10 +467,11 @@ pub fn is_degenerate(triangle: [u32; 3], positions: &[[f32; 3]]) -> bool {
         || crate::exact::is_collinear(&triangle.each(|v| positions[v as usize]))
 }
 
-/// A mesh without parts has one, opaque and two-sided.
+/// Gives a mesh without parts one: opaque, and one-sided where it is a body.
 fn complete_parts(data: &mut MeshData) {
     if data.parts.is_empty() {
-        data.parts.push(whole(data.indices.len() / 3));
+        let is_body = !data.deformable && sides::encloses(&data.positions, &data.indices);
+        data.parts.push(Part { two_sided: !is_body, ..whole(data.indices.len() / 3) });
     }
 }
 
