@@ -33,10 +33,10 @@ fn main() -> Result<()> {
         next.first_index += mesh.indices().len() as u32;
         next.base_vertex += mesh.positions().len() as i32;
     }
-    for i in 0..2000 {
+    for i in 0..2000_u32 {
         let at = [f64::from(i % 50) * 4.0 - 100.0, 0.0, f64::from(i / 50) * -4.0];
         scene.add(Instance {
-            user: i as u64,
+            user: u64::from(i),
             ..Instance::new(pillar, Transform::from_translation(at))
         })?;
     }
@@ -72,16 +72,16 @@ fn main() -> Result<()> {
         let camera = clip_from_world([f64::from(frame), 2.0, 20.0]);
         let view = View::from_matrix(camera, Depth::Reversed, SCREEN)?;
         culler.cull_one(&scene, &view, &mut state, &mut visible);
-        list.fill(&scene, &visible, &places);
+        list.fill(&scene, &visible, &places)?;
         draw("camera", &list);
         // Shadows: what casts one on something that is visible, for each cascade.
         let sun = Light::Directional { direction: [0.3, -1.0, 0.2] };
         let cascades = ShadowView::cascades(&view, sun, &splits)?;
-        let cascades: Vec<_> =
-            cascades.into_iter().map(|slice| slice.receiving(&scene, &visible)).collect();
+        let cascades = cascades.into_iter().map(|slice| slice.receiving(&scene, &visible));
+        let cascades = cascades.collect::<std::result::Result<Vec<_>, _>>()?;
         culler.cull_shadows(&scene, &cascades, &mut states, &mut casters)?;
         for casters in &casters {
-            list.fill(&scene, casters, &places);
+            list.fill(&scene, casters, &places)?;
             draw("  cascade", &list);
         }
     }

@@ -46,9 +46,9 @@ fn boxes_are_culled_as_meshes_in_them_are() {
         assert_eq!(found.instance_count, slots.len() as u64);
         assert_eq!(found.triangle_count, 0);
         assert_eq!(found.reasons, expected.reasons);
-        assert!(found.draws(&alone).is_empty());
+        assert!(found.draws(&alone).unwrap().is_empty());
         let mut list = DrawList::default();
-        list.fill(&alone, &found, &[]);
+        list.fill(&alone, &found, &[]).unwrap();
         assert!(list.commands.is_empty());
         (kept, all) = (kept + slots.len(), all + boxes.len());
     }

@@ -553,11 +553,12 @@ fn cascades_keep_what_shades_their_slice() {
     assert!(seen.instance_count >= 10);
     let splits = [0.1, 12.0, 40.0, 100.0];
     let cascades = ShadowView::cascades(&camera, SUN, &splits).unwrap();
-    let cascades: Vec<_> = cascades.into_iter().map(|s| s.receiving(&scene, &seen)).collect();
+    let cascades: Vec<_> =
+        cascades.into_iter().map(|s| s.receiving(&scene, &seen).unwrap()).collect();
     let mut states = vec![ViewState::default(); 3];
     let mut casters = vec![Visible::default(); 3];
     culler.cull_shadows(&scene, &cascades, &mut states, &mut casters).unwrap();
-    let whole = ShadowView::new(camera.clone(), SUN).receiving(&scene, &seen);
+    let whole = ShadowView::new(camera.clone(), SUN).receiving(&scene, &seen).unwrap();
     let of_all: Vec<u32> = cull(&culler, &scene, &whole).slots().collect();
     let mut of_any: Vec<u32> = casters.iter().flat_map(Visible::slots).collect();
     of_any.sort_unstable();
