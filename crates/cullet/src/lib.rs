@@ -98,6 +98,6 @@ pub use simd::Simd;
 pub use transform::Transform;
 pub use view::{Camera, CullFace, Depth, FrontFace, Frustum, Projection, View};
 pub use visible::{
-    Draw, DrawCommand, DrawKey, DrawList, DrawRange, DrawState, DroppedRange, MeshPlace, SlotRange,
-    TriangleRange, Visible,
+    Draw, DrawCommand, DrawKey, DrawList, DrawRange, DrawState, DroppedRange, InstanceNumbers,
+    MeshPlace, SlotRange, TriangleRange, Visible,
 };

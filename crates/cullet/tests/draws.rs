@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use cullet::cull::shadow::Light;
 use cullet::mesh::{Alpha, Part};
 use cullet::{
-    Culler, DrawCommand, DrawKey, DrawList, DrawState, Instance, InstanceFlags, Mesh, MeshData,
-    MeshPlace, Output, Preparation, Scene, SceneError, ShadowView, Transform, ViewState, Visible,
+    Culler, DrawCommand, DrawKey, DrawList, DrawState, Instance, InstanceFlags, InstanceNumbers,
+    Mesh, MeshData, MeshPlace, Output, Preparation, Scene, SceneError, ShadowView, Transform,
+    ViewState, Visible,
 };
 use cullet_testkit::scenes::random_scene;
 use cullet_testkit::views::{looking_down_z, random_culler, random_view};
@@ -237,5 +238,43 @@ fn a_result_that_is_older_than_its_scene_is_refused() {
         assert_eq!(is_refused(&scene, &visible, &mut list), is_stale);
         everything.cull_one(&scene, &view, &mut state, &mut visible);
         assert!(!is_refused(&scene, &visible, &mut list));
+    }
+}
+
+/// Lists by handles and by the caller's numbers name the instances of the list by slots, and keep their names through a
+/// commit.
+#[test]
+fn instances_are_listed_by_the_numbers_that_are_wanted() {
+    let mut rng = Rng(8);
+    let mut scene = scene(&mut rng);
+    let handles: Vec<_> = scene.slots().filter_map(|slot| scene.handle(slot)).collect();
+    for (i, &handle) in handles.iter().enumerate() {
+        scene.set_user(handle, (7 << 32) + 1000 + i as u64).unwrap();
+    }
+    handles.iter().step_by(3).for_each(|&handle| scene.remove(handle).unwrap());
+    scene.commit();
+    let culler = Culler { output: Output::Triangles, ..Culler::default() };
+    let mut visible = Visible::default();
+    culler.cull_one(&scene, &looking_down_z(), &mut ViewState::default(), &mut visible);
+    let list = |numbers, triangles| {
+        let mut list = DrawList { numbers, ..DrawList::default() };
+        match triangles {
+            true => list.fill_triangles(&scene, &visible, &[]).unwrap(),
+            false => list.fill(&scene, &visible, &[]).unwrap(),
+        }
+        (list.instances, list.commands)
+    };
+    for triangles in [false, true] {
+        let (slots, commands) = list(InstanceNumbers::Slots, triangles);
+        assert!(slots.len() > 10);
+        let (by_handles, same) = list(InstanceNumbers::Handles, triangles);
+        assert_eq!(same, commands);
+        let index = |slot: &u32| scene.handle(*slot).unwrap().index;
+        assert!(by_handles.iter().copied().eq(slots.iter().map(index)));
+        let (by_users, same) = list(InstanceNumbers::Users, triangles);
+        assert_eq!(same, commands);
+        let user =
+            |index: &u32| 1000 + handles.iter().position(|h| h.index == *index).unwrap() as u32;
+        assert!(by_users.iter().copied().eq(by_handles.iter().map(user)));
     }
 }

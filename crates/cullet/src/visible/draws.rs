@@ -168,6 +168,18 @@ pub struct MeshPlace {
     pub base_vertex: i32,
 }
 
+/// Numbers by which a [`DrawList`] lists instances.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum InstanceNumbers {
+    /// Slots: dense, and in the order of place, but a commit changes them.
+    #[default]
+    Slots,
+    /// The indices of handles: dense, and an instance keeps its own, so that no buffer of the renderer's is ever permuted.
+    Handles,
+    /// The low 32 bits of [`Instance::user`](crate::Instance::user), such as a place in the renderer's own buffer.
+    Users,
+}
+
 /// Draws of a frame as flat arrays for upload, used again from frame to frame.
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
@@ -175,8 +187,10 @@ pub struct DrawList {
     pub commands: Vec<DrawCommand>,
     /// State, material and mesh of each command.
     pub keys: Vec<DrawKey>,
-    /// The slots that commands draw, each command a range of them.
+    /// The instances that commands draw, each command a range of them, by [`numbers`](Self::numbers).
     pub instances: Vec<u32>,
+    /// The numbers that [`instances`](Self::instances) are listed by. Default [`InstanceNumbers::Slots`].
+    pub numbers: InstanceNumbers,
     /// The indices of [`fill_triangles`](Self::fill_triangles); else empty.
     pub indices: Vec<u32>,
     /// How many whole instances of each mesh and variant there are; then where their next slot is written.
@@ -237,7 +251,7 @@ impl DrawList {
                 self.list(scene, places, (mesh, state, d.level), clusters, first_instance, 1);
             }
         }
-        self.finish();
+        self.finish(scene);
         Ok(())
     }
 
@@ -288,7 +302,7 @@ impl DrawList {
                 self.entries.push((key(mesh, (id, state, range.level), run.part), command));
             }
         }
-        self.finish();
+        self.finish(scene);
         Ok(())
     }
 
@@ -340,7 +354,15 @@ impl DrawList {
         }
     }
 
-    fn finish(&mut self) {
+    fn finish(&mut self, scene: &Scene) {
+        let number: fn(&Scene, u32) -> u32 = match self.numbers {
+            InstanceNumbers::Slots => |_, slot| slot,
+            InstanceNumbers::Handles => |scene, slot| scene.handle(slot).map_or(slot, |h| h.index),
+            InstanceNumbers::Users => |scene, slot| scene.user(slot) as u32,
+        };
+        if self.numbers != InstanceNumbers::Slots {
+            self.instances.iter_mut().for_each(|i| *i = number(scene, *i));
+        }
         self.entries.sort_unstable_by_key(|(key, command)| {
             let DrawKey { state, material, mesh, part, level } = *key;
             (state, material, mesh, part, level, command.first_instance, command.first_index)

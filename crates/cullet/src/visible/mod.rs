@@ -3,7 +3,7 @@
 mod draws;
 mod eyes;
 
-pub use draws::{Draw, DrawCommand, DrawKey, DrawList, DrawState, MeshPlace};
+pub use draws::{Draw, DrawCommand, DrawKey, DrawList, DrawState, InstanceNumbers, MeshPlace};
 
 use crate::funnel::{Funnel, Reason, Stage, Unit};
 use crate::scene::{Scene, SceneError, SceneVersion};
