@@ -257,7 +257,7 @@ fn instances_are_listed_by_the_numbers_that_are_wanted() {
     let mut visible = Visible::default();
     culler.cull_one(&scene, &looking_down_z(), &mut ViewState::default(), &mut visible);
     let list = |numbers, triangles| {
-        let mut list = DrawList { numbers, ..DrawList::default() };
+        let mut list = DrawList::by(numbers);
         match triangles {
             true => list.fill_triangles(&scene, &visible, &[]).unwrap(),
             false => list.fill(&scene, &visible, &[]).unwrap(),

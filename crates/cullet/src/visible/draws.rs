@@ -207,6 +207,12 @@ pub struct DrawList {
 const VARIANTS: usize = 16;
 
 impl DrawList {
+    /// Makes an empty list that lists instances by `numbers`.
+    #[must_use]
+    pub fn by(numbers: InstanceNumbers) -> Self {
+        Self { numbers, ..Self::default() }
+    }
+
     /// Fills the list with what is visible: one command for the whole instances of a mesh and part, one for each run
     /// of clusters of the others. `places` says where the meshes are in the renderer's buffers; for one that is not
     /// among them the command counts from its mesh's first index.
