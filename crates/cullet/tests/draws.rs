@@ -249,7 +249,7 @@ fn instances_are_listed_by_the_numbers_that_are_wanted() {
     let mut scene = scene(&mut rng);
     let handles: Vec<_> = scene.slots().filter_map(|slot| scene.handle(slot)).collect();
     for (i, &handle) in handles.iter().enumerate() {
-        scene.set_user(handle, (7 << 32) + 1000 + i as u64).unwrap();
+        scene.set_user_data(handle, (7 << 32) + 1000 + i as u64).unwrap();
     }
     handles.iter().step_by(3).for_each(|&handle| scene.remove(handle).unwrap());
     scene.commit();

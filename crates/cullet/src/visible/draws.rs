@@ -176,7 +176,7 @@ pub enum InstanceNumbers {
     Slots,
     /// The indices of handles: dense, and an instance keeps its own, so that no buffer of the renderer's is ever permuted.
     Handles,
-    /// The low 32 bits of [`Instance::user`](crate::Instance::user), such as a place in the renderer's own buffer.
+    /// The low 32 bits of [`Instance::user_data`](crate::Instance::user_data), such as a place in the renderer's own buffer.
     Users,
 }
 
@@ -364,7 +364,7 @@ impl DrawList {
         let number: fn(&Scene, u32) -> u32 = match self.numbers {
             InstanceNumbers::Slots => |_, slot| slot,
             InstanceNumbers::Handles => |scene, slot| scene.handle(slot).map_or(slot, |h| h.index),
-            InstanceNumbers::Users => |scene, slot| scene.user(slot) as u32,
+            InstanceNumbers::Users => |scene, slot| scene.user_data(slot) as u32,
         };
         if self.numbers != InstanceNumbers::Slots {
             self.instances.iter_mut().for_each(|i| *i = number(scene, *i));
