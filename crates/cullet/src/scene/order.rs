@@ -118,6 +118,7 @@ impl Scene {
             kinds: _,
             levels: _,
             level_count: _,
+            no_mesh: _,
             tallies: _,
             exempt_words: _,
             hierarchy: _,
