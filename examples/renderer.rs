@@ -36,7 +36,7 @@ fn main() -> Result<()> {
     for i in 0..2000_u32 {
         let at = [f64::from(i % 50) * 4.0 - 100.0, 0.0, f64::from(i / 50) * -4.0];
         scene.add(Instance {
-            user: u64::from(i),
+            user_data: u64::from(i),
             ..Instance::new(pillar, Transform::from_translation(at))
         })?;
     }
