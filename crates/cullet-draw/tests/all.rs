@@ -12,4 +12,5 @@ mod occlusion_verify;
 mod outcode;
 mod region;
 mod render;
+mod stereo;
 mod surface_distances;

@@ -27,7 +27,8 @@ fn clumps() -> Model {
         let clustering = Clustering { order, clusters: coarse.clusters().to_vec() };
         let positions = coarse.positions().iter().map(|p| p.map(|v| v * size as f32)).collect();
         // Drawn like the balls.
-        let parts = coarse.parts().iter().map(|p| Part { two_sided: true, ..*p }).collect();
+        let two_sided = scene.meshes()[ball as usize].is_two_sided();
+        let parts = coarse.parts().iter().map(|p| Part { two_sided, ..*p }).collect();
         let data = MeshData { positions, indices, parts, ..MeshData::default() };
         let scaled = Mesh::with_clusters(data, &clustering).unwrap();
         let groups: Vec<_> = (0..levels.group_count())

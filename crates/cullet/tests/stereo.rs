@@ -46,9 +46,12 @@ fn the_frustum_of_both_holds_that_of_each() {
                 let at =
                     DVec3::from([x, y, z]) * far + DVec3::from_slice(&eye.eye()[..3]) * (1.0 - w);
                 // A little inward, for what rounding does to the corners themselves.
-                let middle = corners.iter().fold(DVec3::ZERO, |m, c| {
-                    m + if c[3] == 0.0 { DVec3::ZERO } else { DVec3::from_slice(&c[..3]) / 8.0 }
-                });
+                let quarter = |half: &[[f64; 4]]| {
+                    half.iter().map(|c| DVec3::from_slice(&c[..3]) * 0.25).sum::<DVec3>()
+                };
+                let (near, beyond) = (quarter(&corners[..4]), quarter(&corners[4..]));
+                let middle =
+                    near + if corners[7][3] == 0.0 { beyond } else { (beyond - near) * 0.5 };
                 let inward = at.lerp(middle, 1e-7);
                 assert!(both.contains(inward), "{inward} of {corners:?}");
             }
@@ -65,7 +68,8 @@ fn nothing_that_an_eye_sees_is_dropped() {
         let scene = random_scene(&mut rng, 14);
         let eyes = random_eyes(&mut rng);
         let both = View::stereo(&eyes[0], &eyes[1]).unwrap();
-        let culler = Culler { output: Output::Triangles, ..Culler::exact() };
+        // The oracle does not know what is hidden; `cullet-draw` holds that against pictures.
+        let culler = Culler { output: Output::Triangles, occlusion: None, ..Culler::exact() };
         let result = cull(&culler, &scene, &both);
         let listed = listed(&result);
         let bits: std::collections::BTreeMap<u32, u8> =
@@ -106,7 +110,7 @@ fn one_buffer_hides_for_both() {
     let without = cull(&culler.without(Stage::Occlusion), &scene, &both).instance_count;
     assert!(of_both >= left.max(right));
     assert!(of_both * 3 < without, "{of_both} of {without}");
-    assert!(of_both < (left.max(right)) * 5 / 4, "{left} and {right}, {of_both} of both");
+    assert!(of_both <= left.max(right) + 2, "{left} and {right}, {of_both} of both");
     // The answer is the same cold and warm.
     let (mut state, mut result) = (ViewState::default(), Visible::default());
     for _ in 0..2 {

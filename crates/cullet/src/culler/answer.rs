@@ -37,7 +37,7 @@ fn write_clusters(frame: &Frame<'_>, sets: &Sets, result: &mut Visible) {
     for runs in sets.clusters.runs.chunk_by(|a, b| a.slot == b.slot) {
         let slot = runs[0].slot;
         // An instance of bounds alone has no triangles to lose.
-        if by_triangle && runs[0].cluster_count > 0 {
+        if by_triangle && frame.scene.meshes()[runs[0].mesh as usize].triangle_count() > 0 {
             // Both ascend by slot; a slot without a range has lost all its triangles.
             if ranges.next_if(|range| range.slot == slot).is_none() {
                 continue;

@@ -335,6 +335,10 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
     let mut region: Option<(u32, ObjectRegion, u32)> = None;
     for (i, &run) in clusters.runs.iter().enumerate() {
         let mesh = &scene.meshes()[run.mesh as usize];
+        // An instance of bounds alone has no triangles to lose.
+        if mesh.triangle_count() == 0 {
+            continue;
+        }
         let triangles = triangles_of(mesh, run);
         let before = set.list.len();
         if run.inside {
