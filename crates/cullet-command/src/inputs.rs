@@ -297,7 +297,6 @@ pub fn culler(args: &CullArgs) -> Culler {
         };
         culler.detail = (threshold_px > 0.0).then_some(detail);
     }
-    culler.samples = args.sample_pattern;
     culler.lod = args.levels();
     if args.no_occlusion {
         culler.occlusion = None;
@@ -319,15 +318,12 @@ pub fn culling_words(args: &CullArgs, scene: &Scene) -> Vec<String> {
     let culler = culler(args);
     let words = |stage: Stage| match stage {
         Stage::Frustum if culler.frustum_exact => "frustum (exact)".into(),
-        Stage::Detail if culler.detail.is_none() => "triangles that cover no sample".to_owned(),
         Stage::Detail => {
             let Detail { measure, threshold_px: px, clusters, .. } =
                 culler.detail.unwrap_or_default();
             let clusters = if clusters { ", clusters too" } else { "" };
             let unit = if measure == Measure::Area { "square px" } else { "px" };
-            let samples =
-                if culler.samples.is_some() { ", triangles that cover no sample" } else { "" };
-            format!("detail under {px} {unit}{clusters} (lossy){samples}")
+            format!("detail under {px} {unit}{clusters} (lossy)")
         }
         Stage::Lod => {
             let Lod { pixels, at_corners, triangles, .. } = culler.lod.unwrap_or_default();
@@ -373,7 +369,6 @@ pub fn colors(model: &Model) -> Vec<[f32; 4]> {
 mod tests {
     use clap::Args as _;
 
-    use cullet::cull::detail::samples::SamplePattern;
     use cullet::cull::occlusion::Occlusion;
 
     use super::*;
@@ -403,8 +398,6 @@ mod tests {
         let small = Some(Detail { measure: Measure::Area, threshold_px: 3.0, ..Detail::default() });
         same("--preset fast --detail 3 --detail-by area", Culler { detail: small, ..fast });
         same("--detail 0", Culler::balanced());
-        let samples = Some(SamplePattern::Four);
-        same("--sample-pattern four", Culler { samples, ..Culler::balanced() });
         let lod = Some(Lod { pixels: 1.5, at_corners: true, ..Lod::default() });
         same("--lod 1.5 --lod-corners", Culler { lod, ..Culler::balanced() });
         same("--lod 0", Culler::balanced());

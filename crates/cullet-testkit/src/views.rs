@@ -1,7 +1,6 @@
 //! Views of any kind, and what is culled by them.
 
 use cullet::bounds::{Aabb, Plane};
-use cullet::cull::detail::samples::SamplePattern;
 use cullet::cull::detail::{Detail, Measure};
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::occlusion::Occlusion;
@@ -205,7 +204,6 @@ pub fn random_culler(rng: &mut Rng) -> Culler {
             [rng.below(4) as usize],
         degenerate: rng.below(5) > 0,
         detail: (rng.below(3) == 0).then_some(detail),
-        samples: (rng.below(4) == 0).then_some(SamplePattern::Centre),
         occlusion: (rng.below(2) == 0).then(Occlusion::default),
         ..Culler::default()
     }

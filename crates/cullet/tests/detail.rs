@@ -1,6 +1,6 @@
-//! Detail: what is small goes, whole nodes of it at once; what covers no sample goes.
+//! Detail: what is small goes, whole nodes of it at once.
 
-use cullet::cull::detail::samples::{SamplePattern, SampleTest};
+use cullet::bounds::Aabb;
 use cullet::cull::detail::{Detail, Measure};
 use cullet::{Culler, Instance, Output, Scene, Simd, Stage, Transform, View};
 use cullet_testkit::answers::cull;
@@ -34,11 +34,18 @@ fn clumps(rng: &mut Rng, weighted: bool) -> Scene {
     scene
 }
 
+/// Clip w of a point.
+fn depth_of(view: &View, point: [f32; 3]) -> f64 {
+    let m = view.clip_from_world();
+    let [x, y, z] = point.map(f64::from);
+    m[3] * x + m[7] * y + m[11] * z + m[15]
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: cases(40), ..ProptestConfig::default() })]
 
     #[test]
-    fn just_what_is_small_by_itself_goes(seed in any::<u64>()) {
+    fn what_goes_is_small_by_itself_and_hardly_anything_small_stays(seed in any::<u64>()) {
         let mut rng = Rng(seed);
         let mut scene = clumps(&mut rng, seed % 2 == 0);
         if seed % 3 == 0 {
@@ -64,82 +71,24 @@ proptest! {
                 let weight = f64::from(scene.size_weight(slot));
                 let small = size.is_some_and(|size| detail.is_small_size(size, weight));
                 let gone = result.reasons[slot as usize].is_some();
-                prop_assert_eq!(gone, small, "slot {} of round {}: {:?}", slot, round, size);
+                prop_assert!(small || !gone, "slot {} of round {}: {:?}", slot, round, size);
+                // Far from the origin f32 bounds too wide to say more, and what touches the near plane has no bound.
+                let b = scene.bounds(slot);
+                let grown = Aabb::new(b.min.map(|v| v - 0.01), b.max.map(|v| v + 0.01));
+                let is_ahead = view.project_box(&grown, scene.origin()).is_some();
+                if small && !gone && seed % 3 != 0 && is_ahead {
+                    let depths = b.corners().map(|c| depth_of(&view, c));
+                    let [near, far] = [f64::min, f64::max].map(|f| depths.into_iter().reduce(f).unwrap());
+                    let wide = size.map(|size| size.map(|v| v * far / near * 1.3));
+                    prop_assert!(
+                        !wide.is_some_and(|size| detail.is_small_size(size, weight)),
+                        "slot {slot} of round {round} stays: {size:?}, depths {near} to {far}"
+                    );
+                }
             }
             scene.set_size_weight(late, round as f32).expect("live");
         }
     }
-
-    #[test]
-    fn a_triangle_that_goes_covers_no_sample_wherever_its_corners_are_rounded_to(seed in any::<u64>()) {
-        let mut rng = Rng(seed);
-        let (mut gone, mut kept_for_nothing) = (0, 0);
-        let view = look([0.0, 0.0, 10.0], [0.0; 3], [64, 48]);
-        for _ in 0..200 {
-            let pattern = [SamplePattern::Centre, SamplePattern::Four, SamplePattern::Eight][rng.below(3) as usize];
-            let middle = [rng.range(-5.0, 5.0), rng.range(-4.0, 4.0), rng.range(-5.0, 5.0)];
-            let size = 10_f64.powf(rng.range(-2.5, 0.3));
-            let corners = [0; 3].map(|_: i32| middle.map(|v| (v + rng.range(-size, size)) as f32));
-            let transform = Transform::IDENTITY.to_matrix();
-            let goes = SampleTest::new(&view, transform, pattern).covers_none(&corners);
-            let points = corners.map(|c| {
-                let [x, y, _] = view.project_point(c.map(f64::from)).expect("ahead");
-                [x, y]
-            });
-            let covered = |points: &[[f64; 2]; 3]| {
-                let (x, y) = (points.map(|p| p[0]), points.map(|p| p[1]));
-                let range = |v: [f64; 3], most: u32| {
-                    let low = v[0].min(v[1]).min(v[2]).floor().max(0.0) as u32;
-                    low..(v[0].max(v[1]).max(v[2]).floor().max(-1.0) + 1.0).min(f64::from(most)) as u32
-                };
-                range(y, 48).any(|py| {
-                    range(x, 64).any(|px| {
-                        pattern.samples().iter().any(|s| {
-                            inside(points, [f64::from(px) + s[0], f64::from(py) + s[1]])
-                        })
-                    })
-                })
-            };
-            if goes {
-                gone += 1;
-                for _ in 0..30 {
-                    // To the next 256th of a pixel on any side.
-                    let rounded = points.map(|p| p.map(|v| ((v * 256.0).floor() + rng.below(2) as f64) / 256.0));
-                    prop_assert!(!covered(&rounded), "{:?} of {:?}", rounded, pattern);
-                }
-            } else if !covered(&points) {
-                kept_for_nothing += 1;
-            }
-        }
-        prop_assert!(gone > 20 && kept_for_nothing < 40, "{} gone, {} kept", gone, kept_for_nothing);
-    }
-}
-
-/// Whether a point is in a triangle or on its edge; of one without area, in the box around it.
-fn inside(t: &[[f64; 2]; 3], p: [f64; 2]) -> bool {
-    let side =
-        |a: [f64; 2], b: [f64; 2]| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
-    let sides = [side(t[0], t[1]), side(t[1], t[2]), side(t[2], t[0])];
-    let around = (0..2).all(|a| {
-        let v = t.map(|q| q[a]);
-        v.iter().any(|&v| v <= p[a]) && v.iter().any(|&v| v >= p[a])
-    });
-    around && (sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0))
-}
-
-#[test]
-fn nothing_that_cannot_be_judged_goes_for_its_samples() {
-    let view = look([0.0, 0.0, 10.0], [0.0; 3], [64, 48]);
-    let test = |pattern, corners: &[[f32; 3]; 3]| {
-        SampleTest::new(&view, Transform::IDENTITY.to_matrix(), pattern).covers_none(corners)
-    };
-    let small = [[0.0, 0.0, 0.0], [0.001, 0.0, 0.0], [0.0, 0.001, 0.0]];
-    let beside = small.map(|c| [c[0] + 90.0, c[1], c[2]]);
-    let behind = small.map(|c| [c[0], c[1], 20.0]);
-    assert!(test(SamplePattern::Anywhere, &beside) && !test(SamplePattern::Anywhere, &small));
-    assert!(!test(SamplePattern::Centre, &behind));
-    assert!(!test(SamplePattern::Centre, &[[f32::NAN; 3], small[1], small[2]]));
-    assert!(!test(SamplePattern::Centre, &[[0.0; 3], [f32::INFINITY, 0.0, 0.0], small[2]]));
 }
 
 #[test]

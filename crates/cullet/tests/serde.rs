@@ -58,7 +58,7 @@ fn a_cullers_level_and_clock_are_the_readers() {
          \"portal\":{\"clip\":\"polygons\",\"depth\":64,\"visits\":4096,\"mirrors\":0},\
          \"backface\":\"fast\",\"degenerate\":true,\
          \"detail\":{\"measure\":\"area\",\"threshold_px\":2.5,\"clusters\":false,\"fade\":0.0},\
-         \"samples\":null,\"lod\":null,\"occlusion\":{\"width\":128,\"budget\":9.5,\"risk\":null},\
+         \"lod\":null,\"occlusion\":{\"width\":128,\"budget\":9.5,\"risk\":null},\
          \"costs\":{\"opaque_triangle_ns\":10.0,\"draw_ns\":1000.0,\"occluders\":{\
          \"convex\":{\"base_ns\":330.0,\"edge_ns\":5.0,\"outline_ns\":5.0,\"pixel_ns\":0.02},\
          \"patch\":{\"base_ns\":650.0,\"edge_ns\":7.0,\"outline_ns\":2.0,\"pixel_ns\":0.03},\

@@ -2,7 +2,6 @@
 
 use clap::{Args, ValueEnum};
 use cullet::cull::detail::Measure;
-use cullet::cull::detail::samples::SamplePattern;
 use cullet::lod::Lod;
 use cullet::{Culler, Stage};
 
@@ -24,9 +23,6 @@ pub struct CullArgs {
     /// Let --detail drop clusters of larger instances, too: where these are made of small clusters, they get holes
     #[arg(long, requires = "detail")]
     pub detail_clusters: bool,
-    /// Also drop triangles that cover no sample of the image's pixels, where these are: exact for that pattern
-    #[arg(long, value_parser = parse::choice(SAMPLES), value_name = "PATTERN")]
-    pub sample_pattern: Option<SamplePattern>,
     /// Draw levels of detail that are off by up to PX pixels at the image's centre (lossy); 0 draws all in full. A scene
     /// without levels gets some from the baker, once
     #[arg(long, value_name = "PX", value_parser = parse::lod_pixels, allow_hyphen_values = true)]
@@ -154,14 +150,6 @@ const MEASURES: &[(&str, Measure, &str)] = &[
     ("sides", Measure::WidthAndHeight, "Width and height both under the threshold"),
     ("area", Measure::Area, "Area under the threshold"),
     ("diameter", Measure::Diameter, "Diagonal under the threshold"),
-];
-
-/// Where the samples of pixels are.
-const SAMPLES: &[(&str, SamplePattern, &str)] = &[
-    ("centre", SamplePattern::Centre, "One in the middle of each pixel"),
-    ("four", SamplePattern::Four, "The standard pattern of four of Direct3D and Vulkan"),
-    ("eight", SamplePattern::Eight, "The standard pattern of eight"),
-    ("anywhere", SamplePattern::Anywhere, "Not known, as in images that jitter"),
 ];
 
 /// Proxy that is drawn for a mesh into the occlusion buffer.

@@ -1,12 +1,9 @@
 //! Detail culling: dropping what is small on the screen. Lossy, so off by default: what is dropped
 //! is smaller than the threshold, in pixels, and no more than that is promised.
-//!
-//! And triangles that cover no [sample](samples), which is not lossy for the pattern of samples that is drawn with.
 
 mod batch;
-pub mod samples;
 
-pub(crate) use batch::BatchSizes;
+pub(crate) use batch::SizeTest;
 
 use crate::view::ScreenRect;
 

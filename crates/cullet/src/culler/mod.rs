@@ -20,7 +20,6 @@ use thiserror::Error;
 use crate::Simd;
 use crate::costs::Costs;
 use crate::cull::detail::Detail;
-use crate::cull::detail::samples::SamplePattern;
 use crate::cull::occlusion::{Occlusion, OcclusionBuffer};
 use crate::cull::portal::{PortalOptions, Reached};
 use crate::funnel::Stage;
@@ -104,13 +103,9 @@ pub struct Culler {
     pub backface: Backface,
     /// Cull triangles without area. Default on. Cost: none, for a mesh knows them since it was made.
     pub degenerate: bool,
-    /// Cull what is small on the screen, in pixels from 0: lossy, so off by default. Cost: the projection of each instance that
-    /// is not below a node of instances that are all too small.
+    /// Cull what is small on the screen, in pixels from 0: lossy, so off by default. Cost: a bound of the size of each
+    /// instance that is not below a node of instances that are all too small.
     pub detail: Option<Detail>,
-    /// Cull triangles that cover no sample of this pattern, where the output is triangles: not lossy for images that are
-    /// drawn with it, of rigid instances alone. Default none. Cost: the projection of each triangle, so that it pays for
-    /// little but meshes that are far too fine for what they cover and have no [levels](Self::lod).
-    pub samples: Option<SamplePattern>,
     /// Draw [levels of detail](crate::lod) in place of meshes that [have some](crate::Scene::add_levels), as coarse as the
     /// threshold allows: lossy, so off by default. Of rigid instances alone. Cost: that of
     /// [choosing](crate::lod::Levels::select) for each of them.
@@ -224,7 +219,6 @@ impl Culler {
             backface: Backface::default(),
             degenerate: true,
             detail: None,
-            samples: None,
             lod: None,
             occlusion: Some(Occlusion { risk: Some(0.015), ..Occlusion::default() }),
             costs: Costs::default(),
@@ -255,9 +249,6 @@ impl Culler {
             Stage::Frustum => only.frustum = true,
             Stage::Pvs => only.pvs = true,
             Stage::Portal => only.portal = Some(self.portal.unwrap_or_default()),
-            Stage::Detail if self.samples.is_some() => {
-                (only.detail, only.samples) = (self.detail, self.samples);
-            }
             Stage::Detail => only.detail = self.detail.or_else(|| Some(Detail::default())),
             Stage::Occlusion => {
                 only.occlusion = self.occlusion.or_else(|| Some(Occlusion::default()));
@@ -278,7 +269,7 @@ impl Culler {
             Stage::Frustum => (without.frustum, without.frustum_exact) = (false, false),
             Stage::Pvs => without.pvs = false,
             Stage::Portal => without.portal = None,
-            Stage::Detail => (without.detail, without.samples) = (None, None),
+            Stage::Detail => without.detail = None,
             Stage::Occlusion => without.occlusion = None,
             Stage::Backface => without.backface = Backface::Off,
             Stage::Degenerate => without.degenerate = false,
@@ -306,7 +297,7 @@ impl Culler {
             Stage::Frustum => self.frustum,
             Stage::Pvs => self.pvs,
             Stage::Portal => self.portal.is_some(),
-            Stage::Detail => self.detail.is_some() || self.samples.is_some(),
+            Stage::Detail => self.detail.is_some(),
             Stage::Occlusion => self.occlusion.is_some(),
             Stage::Backface => self.backface != Backface::Off,
             Stage::Degenerate => self.degenerate,

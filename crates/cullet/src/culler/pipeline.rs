@@ -36,7 +36,7 @@ const fn then(stage: Stage, unit: Unit, run: Run) -> Step {
 
 /// The one list of what runs when. A step is left out where its stage is off, and where the answer does not go as deep
 /// as its unit.
-const PIPELINE: [Step; 17] = [
+const PIPELINE: [Step; 16] = [
     then(Stage::Layer, Unit::Instances, |f, _, _, log| {
         layer::instances(f, log);
     }),
@@ -84,9 +84,6 @@ const PIPELINE: [Step; 17] = [
     }),
     then(Stage::Degenerate, Unit::Triangles, |f, _, s, log| {
         degenerate::triangles(f, s, log);
-    }),
-    then(Stage::Detail, Unit::Triangles, |f, _, s, log| {
-        detail::triangles(f, s, log);
     }),
 ];
 

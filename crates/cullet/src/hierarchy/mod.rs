@@ -16,7 +16,6 @@ mod slots;
 
 pub use nodes::{NodeStatistics, Nodes, NodesError};
 pub use order::spatial_order;
-pub(crate) use sizes::SizeRange;
 pub(crate) use slots::NO_SLOT;
 pub use slots::{Commit, Handle};
 

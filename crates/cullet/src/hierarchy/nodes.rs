@@ -8,7 +8,7 @@ use fearless_simd::f32x4;
 use fearless_simd::prelude::*;
 use thiserror::Error;
 
-use super::sizes::{SizeRange, Sizes};
+use super::sizes::{Sizes, largest_of};
 use crate::bits;
 use crate::bounds::{Aabb, Boxes, LANES};
 
@@ -17,7 +17,7 @@ use crate::bounds::{Aabb, Boxes, LANES};
 /// Node i of level 0 bounds the boxes 16 i to 16 i + 15, node i of the next level the nodes 16 i to
 /// 16 i + 15, and so on up to a level of at most sixteen. The boxes stay where they are: a flat sweep
 /// and a walk of the tree read the same array. All sixteen children of a node are one block, tested at
-/// once. A tenth of the boxes' memory, with the sizes of the largest and the smallest box below each node of the lowest two levels.
+/// once. A tenth of the boxes' memory, with the size of the largest box below each node of the lowest two levels.
 ///
 /// Boxes that are appended later lie under no node until nodes are made [anew](Self::over): a walk takes
 /// them one by one.
@@ -231,14 +231,13 @@ impl Nodes {
         if level == 2 {
             // Needed of few, so that it is not kept.
             let below = self.sizes.of(1).get(node * LANES..).filter(|below| !below.is_empty());
-            let of_all = |below: &[SizeRange]| SizeRange::of_all(below.iter().take(LANES)).largest;
-            return below.map_or([f32::INFINITY; 3], of_all);
+            return below.map_or([f32::INFINITY; 3], |all| largest_of(all.iter().take(LANES)));
         }
-        self.sizes.of(level).get(node).map_or([f32::INFINITY; 3], |sizes| sizes.largest)
+        self.sizes.of(level).get(node).copied().unwrap_or([f32::INFINITY; 3])
     }
 
-    /// The sizes of the boxes below the nodes of a level, 0 or 1; none of others.
-    pub(crate) fn sizes_below(&self, level: usize) -> &[SizeRange] {
+    /// The largest sizes of the boxes below the nodes of a level, 0 or 1; none of others.
+    pub(crate) fn sizes_below(&self, level: usize) -> &[[f32; 3]] {
         self.sizes.of(level)
     }
 

@@ -8,7 +8,6 @@ mod frustum;
 mod plain;
 mod project;
 mod ray;
-mod size;
 mod slices;
 mod stereo;
 
@@ -17,7 +16,6 @@ pub use eyes::EyeBall;
 pub use frustum::{Frustum, FrustumPlane};
 pub use project::ScreenRect;
 pub use ray::Ray;
-pub(crate) use size::SizeBounds;
 
 use glam::{DMat4, DVec3, DVec4};
 use thiserror::Error;

@@ -44,6 +44,17 @@ impl ScreenRect {
 }
 
 impl View {
+    /// Rows of clip x, y, of the depth beyond the near plane, and of w, for points that `place` puts into the world.
+    pub(crate) fn depth_rows(&self, place: &[f64; 16]) -> [[f64; 4]; 4] {
+        let clip = self.clip_from_world * DMat4::from_cols_array(place);
+        let row = |r: usize| clip.row(r);
+        let depth = match self.depth {
+            Depth::Standard => row(2),
+            Depth::Reversed => row(3) - row(2),
+        };
+        [row(0), row(1), depth, row(3)].each(Into::into)
+    }
+
     /// The rectangle around the projection of a box given relative to `origin`, never smaller than it:
     /// rounded outward.
     ///
