@@ -17,7 +17,7 @@ pub enum Stage {
     Layer = 1,
     /// Outside the view's frustum; of a light, where no caster can matter.
     Frustum = 2,
-    /// Not in the potentially visible set of the eye's cell.
+    /// Not in the potentially visible set: that of the eye's cell, or the [candidates](crate::Candidates) of the caller.
     Pvs = 3,
     /// Not seen through any portal.
     Portal = 4,
@@ -73,7 +73,7 @@ pub struct Reason {
     /// The stage that dropped it.
     pub stage: Stage,
     /// For the frustum, the number of the first plane it is outside of, or [`Reason::MIXED`], and for a light what
-    /// [`Reason::caster`] reads; for sets and portals, the number of the instance's cell, or [`Reason::MIXED`] where it is in
+    /// [`Reason::caster`] reads; for sets of cells and portals, the number of the instance's cell, or [`Reason::MIXED`] where it is in
     /// several, or in one whose number is no smaller than that; else 0.
     pub detail: u8,
 }

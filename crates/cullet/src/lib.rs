@@ -81,7 +81,9 @@ pub mod view;
 mod visible;
 
 pub use costs::{Costs, DrawingCosts, OccluderCosts};
-pub use culler::{Backface, CullError, Culler, Explanation, Output, ShadowView, Step, ViewState};
+pub use culler::{
+    Backface, Candidates, CullError, Culler, Explanation, Output, ShadowView, Step, ViewState,
+};
 pub use culler::{CellTest, CoverTest, Evidence, PlaneTest};
 pub use funnel::{
     Counts, FrustumWork, Funnel, FunnelRow, OcclusionTimes, OcclusionWork, Reason, Stage, Unit,

@@ -6,6 +6,7 @@ mod backface_bulk;
 mod bounds;
 mod bounds_frustum;
 mod bounds_only;
+mod candidates;
 mod culler;
 mod culler_backface;
 mod culler_occlusion;

@@ -1,5 +1,6 @@
 //! Why one instance is drawn or not, with the numbers of every stage that it came to.
 
+use super::candidates::Candidates;
 use super::evidence::{Evidence, Finding};
 use super::frame::{Alone, Frame, Viewer};
 use super::pipeline::{self, Caches, Scratch};
@@ -85,6 +86,23 @@ impl Culler {
         handle: Handle,
     ) -> Result<Explanation, CullError> {
         Ok(self.explain_all(scene, Viewer::Light(shadows), &[handle])?.remove(0))
+    }
+
+    /// Explains an instance for a view among `candidates`, as [`explain`](Self::explain) does for one of the whole scene. The
+    /// reason is the one that [`cull_among`](Self::cull_among) writes.
+    ///
+    /// # Errors
+    /// If the handle names no instance, and [`CullError::Candidates`] for a mask of the wrong length.
+    pub fn explain_among(
+        &self,
+        scene: &Scene,
+        view: &View,
+        candidates: &dyn Candidates,
+        handle: Handle,
+    ) -> Result<Explanation, CullError> {
+        candidates.check(scene)?;
+        let viewer = Viewer::Among(view, candidates);
+        Ok(self.explain_all(scene, viewer, &[handle])?.remove(0))
     }
 
     fn explain_all(

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::candidates::Candidates;
 use super::shadow::ShadowView;
 use super::{Backface, Culler, Output};
 use crate::array::Each;
@@ -17,6 +18,8 @@ use crate::visible::Visible;
 #[derive(Clone, Copy)]
 pub(super) enum Viewer<'a> {
     Camera(&'a View),
+    /// A camera that sees these candidates alone.
+    Among(&'a View, &'a dyn Candidates),
     Light(&'a ShadowView),
 }
 
@@ -54,6 +57,8 @@ pub(super) struct Frame<'a> {
     /// Region in which casters of the light matter, relative to the scene's origin; `None` for a
     /// camera.
     pub(super) casters: Option<CasterRegion>,
+    /// Instances that may be visible, where the caller says which.
+    pub(super) candidates: Option<&'a dyn Candidates>,
     /// The one instance that is culled, where an explanation is wanted.
     pub(super) only: Option<Alone<'a>>,
 }
@@ -76,7 +81,7 @@ impl<'a> Frame<'a> {
     ) -> Self {
         let origin = scene.origin();
         let (view, seen_by, world_frustum, frustum, casters) = match viewer {
-            Viewer::Camera(view) => {
+            Viewer::Camera(view) | Viewer::Among(view, _) => {
                 let world = view.frustum();
                 let frustum = world.relative_to(origin);
                 (view, view, world, frustum, None)
@@ -89,7 +94,22 @@ impl<'a> Frame<'a> {
             }
         };
         let planes = Planes::new(&frustum);
-        Self { culler, scene, view, seen_by, world_frustum, frustum, planes, casters, only }
+        let candidates = match viewer {
+            Viewer::Among(_, candidates) => Some(candidates),
+            Viewer::Camera(_) | Viewer::Light(_) => None,
+        };
+        Self {
+            culler,
+            scene,
+            view,
+            seen_by,
+            world_frustum,
+            frustum,
+            planes,
+            casters,
+            candidates,
+            only,
+        }
     }
 
     /// The slot of the one instance that is culled.

@@ -1,6 +1,7 @@
 //! The culler: runs the stages in order and says what is left.
 
 mod answer;
+mod candidates;
 mod evidence;
 mod explain;
 mod frame;
@@ -11,6 +12,7 @@ mod sets;
 mod shadow;
 mod stage;
 
+pub use candidates::Candidates;
 pub use evidence::{CellTest, CoverTest, Evidence, PlaneTest};
 pub use explain::{Explanation, Step};
 pub use shadow::ShadowView;
@@ -190,6 +192,18 @@ pub enum CullError {
         /// How many results.
         results: usize,
     },
+    /// One bit a slot.
+    #[error(
+        "a mask of {words} words, but {slots} slots take {expected}: of another scene, or an earlier order?"
+    )]
+    Candidates {
+        /// Number of words of the mask.
+        words: usize,
+        /// Number of words that the scene takes.
+        expected: usize,
+        /// Number of slots of the scene.
+        slots: u32,
+    },
     /// The handle names no instance.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -351,6 +365,50 @@ impl Culler {
         cull_each(shadows, states, results, |shadow, state, result| {
             self.cull_shadow(scene, shadow, state, result);
         })
+    }
+
+    /// Culls for one view among `candidates`, the instances that the caller takes for visible; all others are dropped after the
+    /// frustum stage, with [`Stage::Pvs`] for a reason. The answer is what is left of [`cull_one`](Self::cull_one)'s, but
+    /// for what dropped instances would have hidden. Cost: none to speak of.
+    ///
+    /// ```
+    /// # use cullet::{Culler, Instance, Mesh, MeshData, Scene, Transform, View, ViewState, Visible};
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let positions = vec![[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0]];
+    /// # let indices = vec![0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
+    /// # let mut scene = Scene::new();
+    /// # let mesh = scene.add_mesh(Mesh::new(MeshData { positions, indices, ..MeshData::default() })?);
+    /// # let mut handles = Vec::new();
+    /// # for x in [-3.0, 0.0, 3.0] {
+    /// #     handles.push(scene.add(Instance::new(mesh, Transform::from_translation([x, 0.0, -20.0])))?);
+    /// # }
+    /// # scene.commit();
+    /// # let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 0.8, 0.1, 100.0, [640, 480])?;
+    /// # let (culler, mut state, mut visible) = (Culler::default(), ViewState::default(), Visible::default());
+    /// // The player has explored the middle alone.
+    /// let explored = scene.slot(handles[1])?;
+    /// let mut mask = vec![0_u64; scene.slot_count().div_ceil(64) as usize];
+    /// mask[explored as usize / 64] |= 1 << (explored % 64);
+    /// culler.cull_among(&scene, &view, &mask, &mut state, &mut visible)?;
+    /// assert!(visible.slots().eq([explored]));
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`CullError::Candidates`] for a mask of the wrong length; `state` and `result` stay as they are then.
+    pub fn cull_among(
+        &self,
+        scene: &Scene,
+        view: &View,
+        candidates: &dyn Candidates,
+        state: &mut ViewState,
+        result: &mut Visible,
+    ) -> Result<(), CullError> {
+        candidates.check(scene)?;
+        let viewer = Viewer::Among(view, candidates);
+        pipeline::run(self, scene, viewer, None, &mut state.scratch, result);
+        Ok(())
     }
 
     /// Culls for a light: what casts a shadow that its camera sees. The same stages by the same settings, with the

@@ -131,7 +131,8 @@ pub(super) fn run(
     let mut log = Log::new(&frame, result);
     let depth = depth(culler.output);
     for step in &PIPELINE {
-        if step.unit <= depth && (step.opens || culler.runs(step.stage)) {
+        let has_candidates = step.stage == Stage::Pvs && frame.candidates.is_some();
+        if step.unit <= depth && (step.opens || culler.runs(step.stage) || has_candidates) {
             (step.run)(&frame, caches, sets, &mut log);
         }
     }

@@ -37,7 +37,16 @@ pub(in super::super) fn instances(
     set: &mut Instances,
     log: &mut Log<'_>,
 ) {
-    let mut dropped = Tally::default();
+    let mut dropped = match frame.candidates {
+        None => Tally::default(),
+        Some(candidates) => {
+            set.filter(frame.scene, Stage::Pvs, log, |word, alive| alive & !candidates.word(word))
+        }
+    };
+    if !frame.culler.pvs {
+        cache.idle = Idle::NoSets;
+        return log.instance_row(Stage::Pvs, dropped);
+    }
     cache.idle = match frame.scene.cells().map(|cells| (cells, cells.sets())) {
         None => Idle::NoCells,
         Some((_, None)) => Idle::NoSets,
@@ -45,7 +54,7 @@ pub(in super::super) fn instances(
             Err(idle) => idle,
             Ok(_) => {
                 cache.look_up(frame, cells, sets);
-                dropped = cache.drop_unseen(frame.scene, (cells, sets), set, log);
+                dropped += cache.drop_unseen(frame.scene, (cells, sets), set, log);
                 Idle::No
             }
         },
@@ -145,6 +154,12 @@ impl Cache {
 
     /// In whose set an instance is, or not.
     pub(in super::super) fn finding(&self, frame: &Frame<'_>, slot: u32) -> Finding {
+        let word = frame.candidates.map(|candidates| candidates.word(slot as usize / 64));
+        match word.map(|word| word >> (slot % 64) & 1 == 1) {
+            Some(false) => return "none of the candidates".into(),
+            Some(true) if !frame.culler.pvs => return "one of the candidates".into(),
+            _ => {}
+        }
         let sets = frame.scene.cells().and_then(|cells| Some((cells, cells.sets()?)));
         let Some((cells, sets)) = sets.filter(|_| self.idle == Idle::No) else {
             return self.idle.words().into();
