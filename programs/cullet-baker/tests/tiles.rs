@@ -1,7 +1,7 @@
 //! Levels of detail in worlds of tiles.
 
 use cullet::lod::Lod;
-use cullet::mesh::MeshData;
+use cullet::mesh::{MeshData, Part};
 use cullet::{
     Camera, Culler, Depth, Instance, Mesh, Projection, Scene, Transform, View, ViewState, Visible,
 };
@@ -17,7 +17,10 @@ use cullet_tiles::{FolderTiles, Settings, World};
 fn levels_of_baked_meshes_come_with_their_tiles() {
     // A ball of many triangles, ten of it in a row.
     let (positions, indices) = soups::bumpy_ball(24, 0.0);
-    let data = MeshData { positions, indices, ..MeshData::default() };
+    // Two-sided: its coarsest level is a triangle, which may face away.
+    let triangle_count = indices.len() as u32 / 3;
+    let parts = vec![Part { triangle_count, two_sided: true, ..Part::default() }];
+    let data = MeshData { positions, indices, parts, ..MeshData::default() };
     let ball = Mesh::new(data.clone()).unwrap();
     let (held, levels) =
         build_chain(&data, &ChainOptions::default()).unwrap().into_levels().unwrap();
