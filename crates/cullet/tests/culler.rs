@@ -9,7 +9,9 @@ use cullet::{
 use cullet_testkit::answers::cull;
 use cullet_testkit::oracles::visible::visible_ref;
 use cullet_testkit::scenes::random_scene;
-use cullet_testkit::views::{looking_down_z, random_culler, random_view, view_and_moved};
+use cullet_testkit::views::{
+    looking_down_z, random_box, random_culler, random_view, view_and_moved,
+};
 use cullet_testkit::{Rng, answers, at_every_level, cases, meshes};
 
 fn triangles() -> Culler {
@@ -411,4 +413,37 @@ fn many_instances_are_explained_as_each_alone() {
         assert!(culler.explain_many(&scene, &view, &handles).is_err());
         assert_eq!(culler.explain_many(&scene, &view, &[]), Ok(Vec::new()));
     }
+}
+
+/// A view that wanders, and sometimes stands, keeps in each frame what is found afresh.
+#[test]
+fn a_wandering_view_sees_what_a_cold_one_sees() {
+    let mut rng = Rng(12);
+    let (mut came, mut went) = (0, 0);
+    for count in [0, 5, 16, 17, 300, 5000, 30_000] {
+        let mut scene = cullet::Scene::new();
+        for _ in 0..count {
+            scene.add(Instance::of_bounds(random_box(&mut rng))).expect("room");
+        }
+        scene.commit();
+        let culler = Culler { output: Output::Instances, occlusion: None, ..Culler::default() };
+        let (mut state, mut warm) = (ViewState::default(), Visible::default());
+        let (mut eye, mut turn, mut before) = (rng.vector(20.0), 0.0_f64, BTreeSet::new());
+        for frame in 0..150 {
+            if frame % 5 != 4 {
+                turn += rng.range(-0.05, 0.2);
+                let step = rng.vector(0.5);
+                (0..3).for_each(|a| eye[a] += step[a]);
+            }
+            let target = [eye[0] + turn.cos(), eye[1], eye[2] + turn.sin()];
+            let view = View::perspective(eye, target, 1.0, 0.1, 100.0, [640, 480]).expect("a view");
+            culler.cull_one(&scene, &view, &mut state, &mut warm);
+            assert_eq!(warm, cull(&culler, &scene, &view), "frame {frame} of {count} boxes");
+            let now: BTreeSet<u32> = warm.slots().collect();
+            (came, went) =
+                (came + now.difference(&before).count(), went + before.difference(&now).count());
+            before = now;
+        }
+    }
+    assert!(came > 10_000 && went > 10_000, "{came} came, {went} went");
 }
