@@ -121,7 +121,7 @@ impl<'a> Builder<'a> {
             match options.two_sided {
                 None if map => {}
                 said => {
-                    mesh.set_two_sided(said.unwrap_or_else(|| cullet_mesh::solid(&mesh).is_err()))
+                    mesh.set_two_sided(said.unwrap_or_else(|| cullet_mesh::solid(&mesh).is_err()));
                 }
             }
             if let Some(message) = coarse(&mesh.bounds()).filter(|_| !map) {

@@ -77,7 +77,7 @@ pub enum RecordingError {
 /// One call, in the order of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum Call {
-    Begin { view: View, origin: [f64; 3], size: [u32; 2] },
+    Begin { view: Box<View>, origin: [f64; 3], size: [u32; 2] },
     Draw { shape: u32, transform: Transform },
     Test { bounds: Aabb, visibility: Visibility },
 }
@@ -137,7 +137,7 @@ impl Recording {
 
     /// Notes [`OcclusionBuffer::begin`] on a buffer of `size`.
     pub fn begin(&mut self, view: &View, origin: [f64; 3], size: [u32; 2]) {
-        self.calls.push(Call::Begin { view: view.clone(), origin, size });
+        self.calls.push(Call::Begin { view: Box::new(view.clone()), origin, size });
     }
 
     /// Notes that a shape was drawn.

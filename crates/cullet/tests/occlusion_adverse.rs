@@ -103,7 +103,7 @@ fn draw(buffer: &mut OcclusionBuffer, walls: &[Aabb], how: As, at: [f64; 3]) {
     let here = Transform::from_translation(at);
     match how {
         As::Convex => {
-            walls.iter().for_each(|w| Convex::from_box(w).unwrap().draw(level, buffer, &here))
+            walls.iter().for_each(|w| Convex::from_box(w).unwrap().draw(level, buffer, &here));
         }
         As::Patch => {
             let (positions, indices) = quads(walls);
