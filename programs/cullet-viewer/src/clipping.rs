@@ -1,5 +1,5 @@
 //! The clipping playground: a polygon that the user draws, cut by a convex window one plane after another, as
-//! Sutherland & Hodgman do. What cuts is [`cullet::clip`]; here is only who came from where.
+//! Sutherland & Hodgman do. What cuts is [`cullet_draw::clip`]; here is only who came from where.
 
 use cullet_draw::clip::outcode::{Outcode, OutcodeResult};
 use cullet_draw::clip::{Clipper, HalfSpace, Region, Vertex};

@@ -96,7 +96,7 @@ pub enum ViewError {
     /// Views of two eyes that no view is around.
     #[error("the views of the two eyes {what}")]
     Stereo {
-        /// What is wrong with them.
+        /// The fault of the pair, after "the views of the two eyes".
         what: &'static str,
     },
     /// A perspective matrix whose near plane is at the other end of the depth range.
