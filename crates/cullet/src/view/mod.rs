@@ -146,7 +146,7 @@ pub struct View {
     /// The eyes that levels of detail are chosen for, where it is not the view's own alone; of parallel lines of sight
     /// nothing. Not written with a view.
     pub eyes: Option<EyeBall>,
-    /// Of a stereo view: half the way between the eyes, and how far their near planes lie apart in depth.
+    /// Half the way between the eyes of a stereo view, and how far their near planes lie apart in depth.
     apart: [f64; 3],
     near_depth: f64,
 }
