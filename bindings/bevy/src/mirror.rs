@@ -299,9 +299,9 @@ impl CulletScene {
         }
         let bounds = if mesh == 0 { seen.bounds() } else { BoundsOverride::Mesh };
         let transform = if mesh == 0 { Transform::IDENTITY } else { seen.transform() };
-        let (layers, flags, user) = (record.layers, record.flags, entity.to_bits());
+        let (layers, flags, user_data) = (record.layers, record.flags, entity.to_bits());
         let instance = Instance::new(mesh, transform);
-        if let Ok(handle) = self.scene.add(Instance { bounds, layers, flags, user, ..instance }) {
+        if let Ok(handle) = self.scene.add(Instance { bounds, layers, flags, user_data, ..instance }) {
             self.touch_handle(handle);
             self.touch_handle(record.handle);
             let _ = self.scene.remove(record.handle);

@@ -12,8 +12,32 @@ const ENGINE: &str = "crates/cullet/src/";
 /// Files whose names are no use: tests, which may reach for whatever there is, and what serves them.
 const TESTS: [&str; 3] = ["/tests/", "/tests.rs", "crates/cullet-testkit/"];
 
-/// Public functions that are used without being named elsewhere, each with the reason.
-const KNOWN: &[(&str, &str)] = &[];
+/// Public functions that only tests name so far, each with the reason why it stays.
+const KNOWN: &[(&str, &[&str])] = &[
+    (
+        "callers outside the workspace: nothing else does what these do",
+        &["explain_among", "eyes_apart", "hide_boxes", "index_range", "set_size_weight"],
+    ),
+    (
+        "tests of other crates need them, which cannot reach into the engine",
+        &[
+            "basis",
+            "commit_parts",
+            "has_corners",
+            "is_limited",
+            "is_outside_beyond_planes",
+            "is_small_size",
+            "is_zero_area",
+            "piece_count",
+            "same_counts",
+            "side_of",
+            "surface_area",
+            "to_object_space",
+            "with_margin",
+            "within_map",
+        ],
+    ),
+];
 
 /// Returns an error that names each public function and constant that nothing outside the engine names.
 pub(crate) fn check() -> Done {
@@ -34,7 +58,7 @@ pub(crate) fn check() -> Done {
     for name in listed.lines().filter(|name| name.starts_with(ENGINE)) {
         let text = read(name);
         let items = public_items(&text).filter(|item| !words.contains(*item));
-        let items = items.filter(|item| KNOWN.iter().all(|(known, _)| known != item));
+        let items = items.filter(|item| KNOWN.iter().all(|(_, known)| !known.contains(item)));
         found.extend(items.map(|item| format!("{item} in {name}")));
     }
     match found.len() {

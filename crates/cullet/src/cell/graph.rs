@@ -204,7 +204,7 @@ impl CellGraph {
 
     /// The plane of a mirror, its normal of unit length and towards the cell.
     #[must_use]
-    pub fn mirror_plane(&self, mirror: u32) -> &Plane {
+    pub(crate) fn mirror_plane(&self, mirror: u32) -> &Plane {
         &self.mirror_planes[mirror as usize]
     }
 }

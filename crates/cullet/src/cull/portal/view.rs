@@ -46,7 +46,7 @@ impl PortalView {
     /// The same, for whom shut doors nearer than this are open: in world units, more than half of what a door is thick
     /// and how far the near plane is away, beyond which a door is not seen. Default 0.
     #[must_use]
-    pub fn with_door_reach(self, reach: f64) -> Self {
+    pub(crate) fn with_door_reach(self, reach: f64) -> Self {
         Self { door_reach: reach, ..self }
     }
 
