@@ -138,3 +138,40 @@ fn views_that_make_no_pair_are_refused() {
     assert!(View::stereo(&left, &left).is_ok());
     assert_eq!(View::stereo(&left, &left).unwrap().eyes_apart(), [0.0; 3]);
 }
+
+/// Prints the time of both eyes in one call beside that of two calls, at the corner of a street of a city.
+#[test]
+#[ignore = "measures"]
+fn both_eyes_beside_two_calls() {
+    let mut scene = cullet_testkit::scenes::city(40, 6, 20_000);
+    scene.commit();
+    let eyes = |turn: f64| {
+        [-0.032, 0.032].map(|x: f64| {
+            let side = [-turn.sin() * x, turn.cos() * x];
+            let eye = [6.0 + side[0], 1.7, 6.0 + side[1]];
+            let ahead = [eye[0] + turn.cos(), 1.7, eye[2] + turn.sin()];
+            View::perspective(eye, ahead, 1.6, 0.1, 1000.0, [1600, 1600]).expect("an eye")
+        })
+    };
+    let culler = Culler::default();
+    let mut states: [ViewState; 3] = Default::default();
+    let mut results: [Visible; 3] = Default::default();
+    let (mut two, mut one, mut left) = (0.0, 0.0, [0; 2]);
+    for frame in 0..400 {
+        let pair = eyes(f64::from(frame) * 0.02);
+        let start = std::time::Instant::now();
+        for eye in 0..2 {
+            culler.cull_one(&scene, &pair[eye], &mut states[eye], &mut results[eye]);
+        }
+        let middle = std::time::Instant::now();
+        let both = View::stereo(&pair[0], &pair[1]).expect("a pair");
+        culler.cull_one(&scene, &both, &mut states[2], &mut results[2]);
+        if frame > 20 {
+            two += (middle - start).as_secs_f64();
+            one += middle.elapsed().as_secs_f64();
+            left[0] += results[0].instance_count.max(results[1].instance_count);
+            left[1] += results[2].instance_count;
+        }
+    }
+    println!("one call {:.2} of two, {} instances left of {}", one / two, left[1], left[0]);
+}

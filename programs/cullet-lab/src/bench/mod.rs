@@ -193,8 +193,8 @@ mod tests {
         // three answers each, and the vertices. A frame: three at each level, and three that have none.
         // Shadows: three lights.
         let flat = (2 * 3 + (4 + 6) * 3 + 3 + 3) * levels + 1 + 3;
-        // Two layouts: four shares, a list at each level, ranges and sorted; seven of moves.
-        let trees = 2 * (4 * (levels + 2) + 7);
+        // Two layouts: four shares, a list at each level and sorted; six of moves.
+        let trees = 2 * (4 * (levels + 1) + 6);
         // Sorting, three ways for lines, four for triangles, two places. Cuts: six.
         let clipping = 1 + 3 + 4 + 2 + 6;
         // Two eyes.
