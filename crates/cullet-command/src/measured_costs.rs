@@ -96,7 +96,7 @@ impl MeasuredCosts {
 pub struct CostsError {
     /// Which, by its name in [`MeasuredCosts::named`].
     pub what: &'static str,
-    /// Its value, in nanoseconds.
+    /// The cost that was given, in nanoseconds.
     pub value: f64,
 }
 

@@ -38,7 +38,7 @@ pub struct LevelPixels {
     pub differ: u64,
     /// Of these, those where only one of the two pictures shows anything: the silhouette before the background.
     pub silhouette: u64,
-    /// Those where levels let something be seen that was dropped as too small, or out of reach of the eye's cell.
+    /// Pixels where levels show something that was dropped as too small, or out of reach of the eye's cell.
     pub uncovered: u64,
 }
 

@@ -79,7 +79,7 @@ impl ShadowView {
     /// the [slice](View::slice) of the camera between them in place of the camera.
     ///
     /// # Errors
-    /// As [`View::slice`].
+    /// The errors of [`View::slice`].
     pub fn cascades(camera: &View, light: Light, splits: &[f64]) -> Result<Vec<Self>, ViewError> {
         Ok(camera.slices(splits)?.into_iter().map(|slice| Self::new(slice, light)).collect())
     }

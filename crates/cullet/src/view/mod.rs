@@ -255,7 +255,7 @@ impl View {
     /// which no check can notice.
     ///
     /// # Errors
-    /// As [`from_matrix`](Self::from_matrix).
+    /// The errors of [`from_matrix`](Self::from_matrix).
     pub fn from_gl_matrix(
         clip_from_world: impl Into<Matrix>,
         depth: Depth,

@@ -52,7 +52,7 @@ impl View {
     /// Returns one [slice](Self::slice) between each two distances of `splits`, which ascend.
     ///
     /// # Errors
-    /// As [`slice`](Self::slice).
+    /// The errors of [`slice`](Self::slice).
     pub fn slices(&self, splits: &[f64]) -> Result<Vec<Self>, ViewError> {
         splits.windows(2).map(|pair| self.slice(pair[0], pair[1])).collect()
     }
