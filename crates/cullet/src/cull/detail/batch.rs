@@ -2,11 +2,11 @@
 //!
 //! With g = x − q w, where x and w are rows of the matrix and q = x/w at the middle of a box, a corner at d from the middle
 //! is at g·d / w beside it, so that the picture is at most 2G/w wide, G being the sum of |g| times half the box, and w the
-//! least of the box. Of a box that is small for its distance that is hardly more than its picture. Projecting the corners of
-//! boxes that this finds just above the threshold changed the answer for none in some hundreds.
+//! least of the box. For a box that is small for its distance the bound is hardly wider than the picture. Tried: projecting
+//! the corners of boxes just above the threshold changed no answer in some hundreds.
 //!
-//! Of boxes anywhere in a node q is not known but to be in a range, by which |g| may be off. With the size of the largest of
-//! them the node is decided as a whole, sixteen nodes at once.
+//! A node decides all its boxes at once, sixteen nodes at a time: q is then known only as a range, which widens |g|, and
+//! the box is taken as large as the largest below the node.
 
 use crate::array::Each;
 use crate::simd::dispatch_256;
