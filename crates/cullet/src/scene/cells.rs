@@ -6,7 +6,7 @@ use super::Scene;
 use super::column::{gather_bits, rearrange, rearrange_bits};
 use crate::array::{self, Each};
 use crate::bits;
-use crate::bounds::{Aabb, Boxes};
+use crate::bounds::Aabb;
 use crate::cell::{CellGraph, CellLocator};
 use crate::cull::pvs::{SetsError, Targets, VisibleSets};
 
@@ -19,17 +19,18 @@ pub(crate) struct SceneCells {
     of_slots: Vec<[u32; 2]>,
     /// Cells of one slot after the other, ascending; what moved leaves gaps.
     all: Vec<u32>,
+    /// Place of the slot among the `slots` of that cell, for each entry of `all`.
+    places: Vec<u32>,
     /// One bit a slot: seen from everywhere, for it is in no cell, reaches out of them, or moved since it was found.
     loose: Vec<u64>,
     /// One bit a slot: to be found. All of them are loose.
     moved: Vec<u64>,
-    /// Whether the slots of each cell are those of `of_slots`, and nothing moved.
-    is_sorted: bool,
-    /// Where the slots of each cell begin, and where those of the last end.
-    firsts: Vec<u32>,
-    /// Slots of one cell after the other.
-    slots: Vec<u32>,
-    /// Around the boxes of those of each cell that are not loose.
+    /// Whether nothing is to be found.
+    is_found: bool,
+    /// Slots of each cell, in any order.
+    slots: Vec<Vec<u32>>,
+    /// A box of each cell around those of its instances that are not loose. What moves makes it larger; a
+    /// [commit](Scene::commit) fits it.
     extents: Vec<Aabb>,
     sets: Option<VisibleSets<'static>>,
     /// One bit a slot: added or moved since the sets were given.
@@ -59,8 +60,7 @@ impl SceneCells {
 
     /// Slots of the instances that touch a cell, loose ones among them.
     pub(crate) fn slots_in(&self, cell: u32) -> &[u32] {
-        let at = |c: u32| self.firsts.get(c as usize).map_or(self.slots.len(), |&f| f as usize);
-        &self.slots[at(cell)..at(cell + 1)]
+        self.slots.get(cell as usize).map_or(&[], Vec::as_slice)
     }
 
     /// A box around the instances in a cell that are not loose, relative to the scene's origin.
@@ -99,7 +99,13 @@ impl SceneCells {
         rearrange_bits(&mut self.loose, moves);
         rearrange_bits(&mut self.moved, moves);
         rearrange_bits(&mut self.changed, moves);
-        self.is_sorted &= moves.is_empty();
+        for &[_, slot] in moves {
+            let [first, count] = self.of_slots[slot as usize];
+            for at in first as usize..(first + count) as usize {
+                self.slots[self.all[at] as usize][self.places[at] as usize] = slot;
+            }
+        }
+        self.version += u64::from(!moves.is_empty());
     }
 
     /// Makes room for some slots.
@@ -114,38 +120,55 @@ impl SceneCells {
     fn loosen(&mut self, slot: usize) {
         bits::set(&mut self.loose, slot, true);
         bits::set(&mut self.moved, slot, true);
-        self.is_sorted = false;
+        self.is_found = false;
     }
 
-    /// Makes the slots of each cell anew.
-    fn sort(&mut self, boxes: &Boxes) {
-        self.version += 1;
-        self.firsts.clear();
-        self.firsts.resize(self.graph.cell_count() as usize + 1, 0);
-        let of = |[first, count]: [u32; 2]| first as usize..(first + count) as usize;
-        for &range in &self.of_slots {
-            self.all[of(range)].iter().for_each(|&cell| self.firsts[cell as usize] += 1);
-        }
-        let mut sum = 0;
-        for first in &mut self.firsts {
-            sum += *first;
-            *first = sum;
-        }
-        self.slots.clear();
-        self.slots.resize(sum as usize, 0);
-        self.extents.clear();
-        self.extents.resize(self.graph.cell_count() as usize, Aabb::EMPTY);
-        for (slot, &range) in self.of_slots.iter().enumerate().rev() {
-            let is_loose = bits::get(&self.loose, slot);
-            for &cell in &self.all[of(range)] {
-                if !is_loose {
-                    let extent = &mut self.extents[cell as usize];
-                    *extent = extent.union(&boxes.get(slot));
+    /// Takes a slot out of the lists of its cells.
+    fn take_out(&mut self, slot: u32) {
+        let [first, count] = std::mem::take(&mut self.of_slots[slot as usize]);
+        for at in first as usize..(first + count) as usize {
+            let (cell, place) = (self.all[at], self.places[at]);
+            let slots = &mut self.slots[cell as usize];
+            slots.swap_remove(place as usize);
+            // The last one of the list is where this one was.
+            if let Some(&last) = slots.get(place as usize) {
+                let [first, count] = self.of_slots[last as usize];
+                let own = first as usize..(first + count) as usize;
+                if let Some(at) = own.into_iter().find(|&at| self.all[at] == cell) {
+                    self.places[at] = place;
                 }
-                self.firsts[cell as usize] -= 1;
-                self.slots[self.firsts[cell as usize] as usize] = slot as u32;
             }
         }
+    }
+
+    /// Puts a slot into the lists of its cells, which are those of `all` from `first` on.
+    fn put_in(&mut self, slot: u32, first: usize, bounds: Option<&Aabb>) {
+        for &cell in &self.all[first..] {
+            let slots = &mut self.slots[cell as usize];
+            self.places.push(slots.len() as u32);
+            slots.push(slot);
+            if let Some(bounds) = bounds {
+                let extent = &mut self.extents[cell as usize];
+                *extent = extent.union(bounds);
+            }
+        }
+        self.of_slots[slot as usize] = [first as u32, (self.all.len() - first) as u32];
+    }
+
+    /// Closes the gaps in `all` where they are more than what is there.
+    fn close_gaps(&mut self) {
+        let used: usize = self.slots.iter().map(Vec::len).sum();
+        if self.all.len() <= 2 * used + 1024 {
+            return;
+        }
+        let (mut all, mut places) = (Vec::with_capacity(used), Vec::with_capacity(used));
+        for [first, count] in &mut self.of_slots {
+            let own = *first as usize..(*first + *count) as usize;
+            *first = all.len() as u32;
+            all.extend_from_slice(&self.all[own.clone()]);
+            places.extend_from_slice(&self.places[own]);
+        }
+        (self.all, self.places) = (all, places);
     }
 }
 
@@ -163,10 +186,10 @@ impl Scene {
             place: Box::new(place),
             of_slots: Vec::new(),
             all: Vec::new(),
+            places: Vec::new(),
             loose: Vec::new(),
             moved: Vec::new(),
-            is_sorted: false,
-            firsts: Vec::new(),
+            is_found: false,
             slots: Vec::new(),
             extents: Vec::new(),
             sets: None,
@@ -268,37 +291,35 @@ impl Scene {
     pub(super) fn assign_all(&mut self) {
         if let Some(cells) = &mut self.cells {
             let count = self.hierarchy.slot_count() as usize;
+            let cell_count = cells.graph.cell_count() as usize;
             cells.all.clear();
+            cells.places.clear();
             cells.of_slots.clear();
+            cells.slots.iter_mut().for_each(Vec::clear);
+            cells.slots.resize(cell_count, Vec::new());
+            cells.extents.clear();
+            cells.extents.resize(cell_count, Aabb::EMPTY);
             // Bits of slots that are no more must not stay.
             cells.loose.clear();
             cells.moved.clear();
             cells.resize(count);
             (0..count).for_each(|slot| cells.loosen(slot));
-            cells.is_sorted = false;
+            // Also where there are no slots: others may have been.
+            cells.is_found = false;
             self.assign_moved();
         }
     }
 
     /// Finds the cells of the instances that moved.
     pub(super) fn assign_moved(&mut self) {
-        if self.cells.as_ref().is_none_or(|cells| cells.is_sorted) {
+        if self.cells.as_ref().is_none_or(|cells| cells.is_found) {
             return;
         }
         let Some(mut cells) = self.cells.take() else { return };
         let mut moved = std::mem::take(&mut cells.moved);
-        // Gaps are closed when they are more than what is there.
-        let used: usize = cells.of_slots.iter().map(|[_, count]| *count as usize).sum();
-        if cells.all.len() > 2 * used + 1024 {
-            let mut all = Vec::with_capacity(used);
-            for [first, count] in &mut cells.of_slots {
-                let from = *first as usize;
-                *first = all.len() as u32;
-                all.extend_from_slice(&cells.all[from..][..*count as usize]);
-            }
-            cells.all = all;
-        }
+        cells.close_gaps();
         for slot in bits::in_words(&moved).map(|slot| slot as u32) {
+            cells.take_out(slot);
             let first = cells.all.len();
             let mut is_loose = true;
             let b = self.bounds(slot);
@@ -321,13 +342,118 @@ impl Scene {
                 cells.all.truncate(kept);
                 is_loose = kept == first || !cells.place.is_within(min, max);
             }
-            cells.of_slots[slot as usize] = [first as u32, (cells.all.len() - first) as u32];
+            let stored = self.hierarchy.boxes().get(slot as usize);
+            cells.put_in(slot, first, (!is_loose).then_some(&stored));
             bits::set(&mut cells.loose, slot as usize, is_loose);
         }
         moved.fill(0);
         cells.moved = moved;
-        cells.sort(self.hierarchy.boxes());
-        cells.is_sorted = true;
+        cells.version += 1;
+        cells.is_found = true;
         self.cells = Some(cells);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Mesh, MeshData};
+    use crate::scene::{Instance, InstanceFlags};
+    use crate::transform::Transform;
+    use cullet_testkit::Rng;
+
+    /// Cells in a row along x, ten units each, with nothing beyond.
+    #[derive(Debug)]
+    struct Row(u32);
+
+    impl CellLocator for Row {
+        fn cell_of(&self, [x, ..]: [f64; 3]) -> Option<u32> {
+            (x >= 0.0 && x < f64::from(self.0) * 10.0).then(|| (x / 10.0) as u32)
+        }
+
+        fn cells_touching(&self, min: [f64; 3], max: [f64; 3], cells: &mut Vec<u32>) {
+            let touches =
+                |c: &u32| min[0] <= f64::from(*c + 1) * 10.0 && max[0] >= f64::from(*c) * 10.0;
+            cells.extend((0..self.0).filter(touches));
+        }
+
+        fn is_free(&self, _: [f64; 3], _: [f64; 3]) -> bool {
+            true
+        }
+
+        fn is_within(&self, min: [f64; 3], max: [f64; 3]) -> bool {
+            min[0] >= 0.0 && max[0] <= f64::from(self.0) * 10.0
+        }
+    }
+
+    /// The lists of slots are those of the cells of each slot, and places lead back.
+    fn check(scene: &Scene) {
+        let cells = scene.cells().expect("a scene with cells");
+        let mut count = 0;
+        for slot in 0..scene.slot_count() {
+            let [first, own] = cells.of_slots[slot as usize];
+            let mut expected = Vec::new();
+            let b = scene.bounds(slot);
+            if !scene.is_removed(slot) {
+                let [min, max] = [b.min, b.max].each(|v| v.each(f64::from));
+                cells.place.cells_touching(min, max, &mut expected);
+            }
+            assert_eq!(cells.of_slot(slot), expected, "slot {slot}");
+            for at in first as usize..(first + own) as usize {
+                let listed = &cells.slots[cells.all[at] as usize];
+                assert_eq!(listed[cells.places[at] as usize], slot);
+            }
+            count += own as usize;
+        }
+        assert_eq!(cells.slots.iter().map(Vec::len).sum::<usize>(), count);
+        for (cell, slots) in (0..).zip(&cells.slots) {
+            for &slot in slots.iter().filter(|&&slot| !bits::get(&cells.loose, slot as usize)) {
+                let (extent, b) = (cells.extent(cell), scene.boxes().get(slot as usize));
+                assert_eq!(extent.union(&b), extent, "cell {cell}, slot {slot}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_moves_is_in_the_lists_of_the_cells_where_it_is() {
+        let positions = vec![[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0]];
+        let data = MeshData { positions, indices: vec![0, 1, 2], ..MeshData::default() };
+        let mut rng = Rng(3);
+        let mut scene = Scene::new();
+        let mesh = scene.add_mesh(Mesh::new(data).expect("a triangle"));
+        let mut handles = Vec::new();
+        let place =
+            |rng: &mut Rng| Transform::from_translation([rng.range(-20.0, 120.0), 0.0, 0.0]);
+        let add = |scene: &mut Scene, rng: &mut Rng| {
+            let flags = InstanceFlags { dynamic: true, ..InstanceFlags::default() };
+            let instance = Instance { flags, ..Instance::new(mesh, place(rng)) };
+            scene.add(instance).expect("a mesh that is there")
+        };
+        for _ in 0..3000 {
+            handles.push(add(&mut scene, &mut rng));
+        }
+        scene.commit();
+        scene.set_cells(CellGraph::new(8, Vec::new()).expect("cells alone"), Row(8));
+        check(&scene);
+        for round in 0..60 {
+            for _ in 0..rng.below(200) {
+                let at = rng.index(handles.len());
+                match rng.below(10) {
+                    0 => scene.remove(handles.swap_remove(at)).expect("an instance"),
+                    1 => handles.push(add(&mut scene, &mut rng)),
+                    _ => scene.set_transform(handles[at], place(&mut rng)).expect("an instance"),
+                }
+            }
+            match round % 5 {
+                0 => {
+                    scene.commit();
+                }
+                1 | 2 => scene.refit(),
+                _ => {
+                    scene.commit_slice();
+                }
+            }
+            check(&scene);
+        }
     }
 }

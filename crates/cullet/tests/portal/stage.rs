@@ -245,3 +245,43 @@ fn an_eye_in_no_cell_or_in_a_wall_sees_all() {
     let flat = View::orthographic([1.0, 1.0, 1.0], [1.0, 1.0, 2.0], 2.0, 0.1, 9.0, [9, 9]).unwrap();
     assert_eq!(cull(&portal_alone(), &scene, &flat).instance_count, 2);
 }
+
+/// Time of moving a hundredth of a building's furniture, beside that in the same scene without cells.
+#[test]
+#[ignore = "measures: cargo test --release -p cullet-testkit --test cullet -- --ignored --nocapture a_refit_costs"]
+fn a_refit_costs_what_moved_with_cells_too() {
+    let mut rng = Rng(19);
+    let building = Building::new(&mut rng, [8, 2, 8]);
+    let mut times = Vec::new();
+    for with_cells in [false, true] {
+        let mut scene = Scene::new();
+        let ball = scene.add_mesh(meshes::ball(3));
+        let place = |rng: &mut Rng| {
+            let (at, _) = building.point(rng, 0.0);
+            Transform::from_scale_translation([0.05; 3], at)
+        };
+        let mut handles = Vec::new();
+        for _ in 0..100_000 {
+            handles.push(scene.add(Instance::new(ball, place(&mut rng))).unwrap());
+        }
+        scene.commit();
+        if with_cells {
+            scene.set_cells(building.graph.clone(), building.shapes.clone());
+        }
+        let mut took: Vec<_> = (0..60)
+            .map(|_| {
+                let moves: Vec<_> = (0..1000)
+                    .map(|_| (handles[rng.index(handles.len())], place(&mut rng)))
+                    .collect();
+                let began = std::time::Instant::now();
+                moves.iter().for_each(|&(h, at)| scene.set_transform(h, at).unwrap());
+                let moved = began.elapsed();
+                scene.refit();
+                (moved, began.elapsed() - moved)
+            })
+            .collect();
+        took.sort_unstable();
+        times.push(took[took.len() / 2]);
+    }
+    println!("set and refit without cells {:?}, with cells {:?}", times[0], times[1]);
+}
