@@ -1,7 +1,8 @@
 //! Two rooms and a door: what portals hide, which door hides it, and what changes when that is opened.
 
-use cullet::cell::{CellGraph, CellPiece, CellShapes, Portal};
 use cullet::{Culler, Instance, Mesh, MeshData, Scene, Transform, View, ViewState, Visible};
+use cullet_cells::cell::{CellGraph, CellPiece, CellShapes, Portal};
+use cullet_cells::{CellView, Cells};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = Scene::new();
@@ -23,14 +24,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         CellPiece::from_box(1, [4.0, 0.0, 0.0], [8.0, 3.0, 4.0]),
     ];
     let shapes = CellShapes::new(&graph, rooms)?;
-    scene.set_cells(graph, shapes);
+    let mut cells = Cells::new(&mut scene, graph, shapes);
 
     let (culler, mut visible) = (Culler::default(), Visible::default());
+    let (mut state, mut among) = (ViewState::default(), CellView::default());
     let view = View::perspective([0.5, 1.2, 2.0], [4.0, 1.2, 2.0], 1.0, 0.1, 100.0, [640, 480])?;
     for open in [true, false] {
-        scene.set_portal_open(0, open);
-        culler.cull_one(&scene, &view, &mut ViewState::default(), &mut visible);
-        let told = culler.explain(&scene, &view, beyond)?;
+        cells.set_portal_open(0, open);
+        culler.cull_among(&scene, &view, &among.on(&cells), &mut state, &mut visible)?;
+        let told = culler.explain_among(&scene, &view, &among.on(&cells), beyond)?;
         let portal = told.steps.iter().find(|step| step.stage == cullet::Stage::Portal);
         println!("{} visible; {}", visible.instance_count, portal.map_or("", |step| &step.finding));
     }

@@ -1,7 +1,7 @@
 //! Which rooms see each other: a graph of cells and portals, its sets, and what proves them.
 
-use cullet::cell::{CellGraph, Portal};
 use cullet_bake::pvs::{PairState, PvsSettings, bake};
+use cullet_cells::cell::{CellGraph, Portal};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Six rooms along x, each 4 wide; the doors are not in line.

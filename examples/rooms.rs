@@ -4,12 +4,13 @@
 
 use cullet::{Culler, Stage, View, ViewState, Visible};
 use cullet_bake::rooms::{FindOptions, find_cells};
+use cullet_cells::Cells;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // An office of which we keep the triangles alone.
     let mut model = cullet_scenes::build("office:floors=1,corridors=1,roof=1")?;
     let doors = model.cells.portals.iter().filter_map(|portal| portal.door).collect();
-    model.scene.clear_cells();
+    model.placed = None;
 
     let options = FindOptions::default().with_voxel(0.1).with_ignored(doors);
     let found = find_cells(&model.scene, &options, 2, |_| true, || true)?;
@@ -19,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{} free voxels; {closed} of {sides} sides at walls are closed", figures.free);
 
     let (graph, shapes) = found.build()?;
-    model.scene.set_cells(graph, shapes);
+    model.placed = Some(Cells::new(&mut model.scene, graph, shapes));
     // From the middle of the largest box of each cell but the outside.
     let volume = |b: &[[f64; 3]; 2]| (0..3).map(|a| b[1][a] - b[0][a]).product::<f64>();
     let rooms = found.cells[1..].iter();
@@ -33,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let view = View::perspective(eye, target, 1.2, 0.05, 200.0, [640, 480])?;
         for (stage, left) in [Stage::Frustum, Stage::Portal].into_iter().zip(&mut left) {
             let culler = Culler::default().only(stage);
-            culler.cull_one(&model.scene, &view, &mut ViewState::default(), &mut visible);
+            model.in_cells().cull(&culler, &view, &mut ViewState::default(), &mut visible);
             *left += visible.instance_count;
         }
     }

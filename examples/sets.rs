@@ -1,10 +1,11 @@
 //! Visible sets at run time: baked once, looked up in every frame, asked what must be there next.
 
-use cullet::cell::{CellGraph, CellPiece, CellShapes, Portal};
 use cullet::{
     Culler, Instance, Mesh, MeshData, Output, Scene, Transform, View, ViewState, Visible,
 };
 use cullet_bake::pvs::{PvsSettings, bake};
+use cullet_cells::cell::{CellGraph, CellPiece, CellShapes, Portal};
+use cullet_cells::{CellView, Cells};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Six rooms along x with doors that are not in line, and a body in each.
@@ -31,21 +32,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     scene.commit();
     // Baked here; a game loads the file that `cullet pvs` wrote.
     let sets = bake(&graph, &PvsSettings::default(), 1).sets();
-    scene.set_cells(graph, shapes);
-    scene.set_visible_sets(sets)?;
+    let mut cells = Cells::new(&mut scene, graph, shapes);
+    cells.set_visible_sets(sets)?;
 
     let view = View::perspective([1.0, 2.0, 1.5], [9.0, 2.0, 1.5], 1.5, 0.05, 100.0, [640, 360])?;
-    let (mut state, mut visible) = (ViewState::default(), Visible::default());
+    let (mut state, mut among) = (ViewState::default(), CellView::default());
+    let mut visible = Visible::default();
     for pvs in [false, true] {
-        let culler = Culler { pvs, portal: None, output: Output::Instances, ..Culler::default() };
-        culler.cull_one(&scene, &view, &mut state, &mut visible);
+        let culler = Culler { pvs, portal: false, output: Output::Instances, ..Culler::default() };
+        culler.cull_among(&scene, &view, &among.on(&cells), &mut state, &mut visible)?;
         println!("with the sets: {pvs}; {} of 6 bodies are drawn", visible.instance_count);
     }
-    let sets = scene.visible_sets().ok_or("they were just given")?;
+    let sets = cells.visible_sets().ok_or("they were just given")?;
     println!("seen from room 0: {:?}", sets.seen_from(0).collect::<Vec<_>>());
     println!("who sees room 5: {:?}", sets.seeing(5).collect::<Vec<_>>());
     println!("to fetch on the way from 0 to 1: {:?}", sets.arriving(0, 1).collect::<Vec<_>>());
-    let ways = scene.cell_graph().map(|graph| graph.ways_from(0, [1.0, 2.0, 1.5], 12.0));
-    println!("heard from there, by the length of the way: {:.1?}", ways.unwrap_or_default());
+    let ways = cells.graph().ways_from(0, [1.0, 2.0, 1.5], 12.0);
+    println!("heard from there, by the length of the way: {:.1?}", ways);
     Ok(())
 }

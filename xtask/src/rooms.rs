@@ -37,14 +37,13 @@ const ROOMS: &[&[&str]] = &[
     &["bounds", "transform"],
     &["view"],
     &["hierarchy", "mesh"],
-    &["cell", "costs", "cull", "lod", "prepared"],
+    &["costs", "cull", "lod", "prepared"],
     &["funnel", "scene", "visible"],
     &["culler"],
 ];
 
 /// The kinds of culling, which do not know each other.
-const KINDS: &[&str] =
-    &["backface", "degenerate", "detail", "frustum", "occlusion", "portal", "pvs", "shadow"];
+const KINDS: &[&str] = &["backface", "degenerate", "detail", "frustum", "occlusion", "shadow"];
 
 /// Crates in which not even a module and those that it lies in name each other.
 const STRICT: &[&str] = &["cullet-cli", "cullet-command", "cullet-cut"];

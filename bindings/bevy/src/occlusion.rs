@@ -39,7 +39,7 @@ impl CulletOcclusion {
             // Without a risk: what an entity costs to draw is not known here, and its instance may have one triangle.
             occlusion: Some(Occlusion { width: self.width, budget: self.budget, risk: None }),
             pvs: false,
-            portal: None,
+            portal: false,
             backface: Backface::Off,
             degenerate: false,
             output: Output::Instances,

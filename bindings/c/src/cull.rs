@@ -1,5 +1,6 @@
 //! Culling: states of views, and the call of every frame.
 
+use cullet_cells::CellView;
 use engine::{Culler, DrawList, ViewState, Visible};
 
 use crate::memory::{Out, value};
@@ -24,6 +25,7 @@ pub struct State {
 #[derive(Debug, Default)]
 pub(crate) struct Frame {
     view: ViewState,
+    among: CellView,
     pub(crate) visible: Visible,
     pub(crate) draws: DrawList,
     /// Scene of the result, and the version of its instances.
@@ -103,8 +105,14 @@ pub unsafe extern "C" fn cullet_cull(
         let culler = settings_of(settings)?;
         let scene = SCENES.get(scene.id)?;
         let mut state = STATES.get_mut(state.id)?;
-        let Frame { view: own, visible, of, triangles, .. } = &mut *state;
-        culler.cull_one(&scene, &view, own, visible);
+        let Frame { view: own, among, visible, of, triangles, .. } = &mut *state;
+        match scene.all().cells.map(|cells| among.on(cells)) {
+            // Refused are only cells of another order, which `all` leaves out.
+            Some(among) => {
+                let _ = culler.cull_among(&scene, &view, &among, own, visible);
+            }
+            None => culler.cull_one(&scene, &view, own, visible),
+        }
         *of = Some((scene.id(), scene.change_version()));
         *triangles = culler.output == engine::Output::Triangles;
         Ok(())

@@ -37,7 +37,7 @@ pub unsafe extern "C" fn cullet_explain(
         // SAFETY: as the header asks of the caller.
         let mut why = unsafe { Out::array("reason", reason, some(reason.is_null())) }?;
         let scene = SCENES.get(scene.id)?;
-        let found = culler.explain(&scene, &view, handle.into()).map_err(|e| match e {
+        let found = scene.all().explain(&culler, &view, handle.into()).map_err(|e| match e {
             engine::CullError::Scene(e) => scene_error(e),
             e => Error::value(e.to_string()),
         })?;

@@ -1,8 +1,10 @@
 //! Scenes: made or opened, their instances, and the commit that sorts them.
 
 use std::ffi::c_char;
+use std::ops::{Deref, DerefMut};
 use std::path::Path;
 
+use cullet_cells::Cells;
 use cullet_io::LoadOptions;
 use cullet_maps::load;
 use engine::bounds::Aabb;
@@ -12,7 +14,42 @@ use crate::memory::{Out, Plain, read, text};
 use crate::registry::{Kind, Table};
 use crate::status::{Error, Result, Status, call};
 
-pub(crate) static SCENES: Table<engine::Scene> = Table::new(Kind::Scene);
+pub(crate) static SCENES: Table<InCells> = Table::new(Kind::Scene);
+
+/// A scene with the cells that its file may bring along.
+#[derive(Debug)]
+pub(crate) struct InCells {
+    scene: engine::Scene,
+    cells: Option<Cells>,
+}
+
+impl InCells {
+    /// The scene and its cells, to cull by.
+    pub(crate) fn all(&self) -> cullet_cells::InCells<'_> {
+        cullet_cells::InCells::new(&self.scene, self.cells.as_ref())
+    }
+
+    /// Finds again what is in which cells.
+    fn update(&mut self) {
+        if let Some(cells) = &mut self.cells {
+            cells.update(&self.scene);
+        }
+    }
+}
+
+impl Deref for InCells {
+    type Target = engine::Scene;
+
+    fn deref(&self) -> &engine::Scene {
+        &self.scene
+    }
+}
+
+impl DerefMut for InCells {
+    fn deref_mut(&mut self) -> &mut engine::Scene {
+        &mut self.scene
+    }
+}
 
 /// Handle of a scene. A plain number: copy it freely; 0 is none.
 #[repr(C)]
@@ -183,7 +220,10 @@ pub unsafe extern "C" fn cullet_scene_create(scene: *mut Scene) -> Status {
     call("cullet_scene_create", || {
         // SAFETY: as the header asks of the caller.
         let mut out = unsafe { Out::one("scene", scene) }?;
-        out.set(0, Scene { id: SCENES.insert(engine::Scene::new())? });
+        out.set(
+            0,
+            Scene { id: SCENES.insert(InCells { scene: engine::Scene::new(), cells: None })? },
+        );
         Ok(())
     })
 }
@@ -201,7 +241,10 @@ pub unsafe extern "C" fn cullet_open(path: *const c_char, scene: *mut Scene) -> 
         let path = unsafe { text("path", path) }?;
         let model = load(Path::new(path), &LoadOptions::default())
             .map_err(|e| Error::new(Status::File, e.to_string()))?;
-        out.set(0, Scene { id: SCENES.insert(model.scene)? });
+        out.set(
+            0,
+            Scene { id: SCENES.insert(InCells { scene: model.scene, cells: model.placed })? },
+        );
         Ok(())
     })
 }
@@ -387,7 +430,9 @@ pub unsafe extern "C" fn cullet_scene_set_bounds(
 #[unsafe(no_mangle)]
 pub extern "C" fn cullet_scene_commit(scene: Scene) -> Status {
     call("cullet_scene_commit", || {
-        SCENES.get_mut(scene.id)?.commit();
+        let mut scene = SCENES.get_mut(scene.id)?;
+        scene.commit();
+        scene.update();
         Ok(())
     })
 }
@@ -396,7 +441,9 @@ pub extern "C" fn cullet_scene_commit(scene: Scene) -> Status {
 #[unsafe(no_mangle)]
 pub extern "C" fn cullet_scene_refit(scene: Scene) -> Status {
     call("cullet_scene_refit", || {
-        SCENES.get_mut(scene.id)?.refit();
+        let mut scene = SCENES.get_mut(scene.id)?;
+        scene.refit();
+        scene.update();
         Ok(())
     })
 }

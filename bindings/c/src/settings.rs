@@ -2,7 +2,6 @@
 
 use engine::cull::detail::Detail;
 use engine::cull::occlusion::{Occlusion, OcclusionBuffer};
-use engine::cull::portal::PortalOptions;
 use engine::lod::Lod;
 use engine::{Backface, Culler, Output};
 
@@ -102,7 +101,7 @@ fn of_culler(culler: &Culler) -> Settings {
         frustum: culler.frustum.into(),
         frustum_exact: culler.frustum_exact.into(),
         pvs: culler.pvs.into(),
-        portals: culler.portal.is_some().into(),
+        portals: culler.portal.into(),
         backfaces: match culler.backface {
             Backface::Off => 0,
             Backface::Fast => 1,
@@ -168,7 +167,7 @@ pub(crate) fn to_culler(settings: &Settings) -> Result<Culler> {
         frustum: switch("frustum", settings.frustum)?,
         frustum_exact: switch("frustum_exact", settings.frustum_exact)?,
         pvs: switch("pvs", settings.pvs)?,
-        portal: switch("portals", settings.portals)?.then(PortalOptions::default),
+        portal: switch("portals", settings.portals)?,
         backface: match settings.backfaces {
             0 => Backface::Off,
             1 => Backface::Fast,

@@ -104,7 +104,8 @@ impl PyScene {
             let visible = culler.map(|culler| {
                 let culler = Culler { output: Output::Triangles, ..culler };
                 let mut visible = Visible::default();
-                self.with_state(|s| culler.cull_one(self.scene(), &view, s, &mut visible));
+                let world = self.model.in_cells();
+                self.with_state(|s| world.cull(&culler, &view, s, &mut visible));
                 visible
             });
             image(self, &view, visible.as_ref())

@@ -143,6 +143,7 @@ impl PyScene {
             self.model.scene.set_transform(handle, transform).map_err(value_error)?;
         }
         self.model.scene.refit();
+        self.model.update_cells();
         Ok(())
     }
 
@@ -182,6 +183,7 @@ impl PyScene {
                 scene.rebase(std::array::from_fn(|a| (centre[a] + origin[a]).round()));
             }
             scene.commit();
+            self.model.update_cells();
         });
     }
 

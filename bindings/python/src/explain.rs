@@ -21,8 +21,9 @@ impl PyScene {
     ) -> PyResult<(Option<&'static str>, Vec<Step>, Vec<u32>)> {
         let (culler, handle) = (culler::culler(culler)?, self.handle(id)?);
         let view = camera.view.clone();
-        let found =
-            py.detach(|| culler.explain(self.scene(), &view, handle)).map_err(value_error)?;
+        let found = py
+            .detach(|| self.model.in_cells().explain(&culler, &view, handle))
+            .map_err(value_error)?;
         let steps = found.steps.into_iter();
         let steps = steps.map(|s| (s.stage.name(), s.unit.name(), s.entered, s.left, s.finding));
         let hidden_by = found.hidden_by.iter().filter_map(|&slot| self.id(slot));

@@ -216,14 +216,16 @@ impl PyScene {
     /// Culls by these sets from now on while the eye is in one of their cells; None for no more.
     fn set_pvs(&mut self, py: Python<'_>, pvs: &Bound<'_, PyAny>) -> PyResult<()> {
         if pvs.is_none() {
-            self.model.scene.clear_cells();
+            self.model.placed = None;
             return Ok(());
         }
         let pvs = pvs
             .cast::<PyPvs>()
             .map_err(|_| PyTypeError::new_err("pvs must be a cullet.Pvs, or None for no sets"))?;
         let sets = pvs.get().sets.clone();
-        py.detach(|| sets.place_in(&mut self.model.scene)).map_err(value_error)
+        let placed = py.detach(|| sets.place_in(&mut self.model.scene)).map_err(value_error)?;
+        self.model.placed = Some(placed);
+        Ok(())
     }
 }
 

@@ -121,7 +121,7 @@ fn ascending(this: &PyScene, visible: &Visible) -> Vec<u32> {
 pub(crate) fn one(this: &PyScene, view: &View, culler: &Culler) -> Answer {
     this.with_state(|state| {
         let mut visible = Visible::default();
-        culler.cull_one(this.scene(), view, state, &mut visible);
+        this.model.in_cells().cull(culler, view, state, &mut visible);
         Answer::of(this, &visible, culler, 0)
     })
 }
@@ -139,7 +139,7 @@ pub(crate) fn many(
             if stop.load(Ordering::Relaxed) {
                 return Answer::default();
             }
-            culler.cull_one(this.scene(), view, state, visible);
+            this.model.in_cells().cull(culler, view, state, visible);
             Answer::of(this, visible, culler, at)
         };
         let all = views.par_iter().enumerate();

@@ -191,7 +191,7 @@ mod scenes {
 
     #[unsafe(no_mangle)]
     extern "C" fn scene_new() -> u32 {
-        SCENES.with_borrow_mut(|all| all.add(SceneSet::new(cullet::Scene::new())))
+        SCENES.with_borrow_mut(|all| all.add(SceneSet::new(cullet::Scene::new(), None)))
     }
 
     #[unsafe(no_mangle)]

@@ -18,5 +18,5 @@ pub fn open(name: &str, bytes: &[u8]) -> Result<SceneSet, Fault> {
     }
     let model = load_bytes(name, bytes, &LoadOptions::default())
         .map_err(|error| Fault::new(Code::File, error))?;
-    Ok(SceneSet::new(model.scene))
+    Ok(SceneSet::new(model.scene, model.placed))
 }

@@ -4,6 +4,7 @@ use cullet::mesh::{Alpha, Part};
 use cullet::{
     Handle, Instance, InstanceFlags, Mesh, MeshData, MeshPlace, Scene, SceneError, Transform,
 };
+use cullet_cells::{Cells, InCells};
 
 use crate::fault::{Code, Fault, has_room};
 
@@ -11,6 +12,7 @@ use crate::fault::{Code, Fault, has_room};
 #[derive(Debug)]
 pub struct SceneSet {
     pub(crate) scene: Scene,
+    cells: Option<Cells>,
     handles: Vec<Option<Handle>>,
     pub(crate) places: Vec<MeshPlace>,
     ids: Vec<u32>,
@@ -42,9 +44,10 @@ impl Kind {
 
 impl SceneSet {
     /// An empty scene, or one that was read.
-    pub fn new(scene: Scene) -> Self {
+    pub fn new(scene: Scene, cells: Option<Cells>) -> Self {
         let mut set = Self {
             scene,
+            cells,
             handles: Vec::new(),
             places: Vec::new(),
             ids: Vec::new(),
@@ -205,11 +208,24 @@ impl SceneSet {
     /// Sorts, and prepares meshes that came since.
     pub fn commit(&mut self) {
         self.scene.commit();
+        self.update_cells();
     }
 
     /// Fits the nodes to what moved.
     pub fn refit(&mut self) {
         self.scene.refit();
+        self.update_cells();
+    }
+
+    fn update_cells(&mut self) {
+        if let Some(cells) = &mut self.cells {
+            cells.update(&self.scene);
+        }
+    }
+
+    /// The scene and its cells, to cull by.
+    pub(crate) fn in_cells(&self) -> InCells<'_> {
+        InCells::new(&self.scene, self.cells.as_ref())
     }
 
     /// Says where the renderer's buffers hold a mesh.

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use cullet::{Culler, Depth, DrawList, Output, Reason, Unit, View, ViewState, Visible};
+use cullet_cells::CellView;
 
 use crate::fault::{Code, Fault};
 use crate::listing::Ascending;
@@ -25,6 +26,7 @@ pub struct SceneView {
     culler: Culler,
     view: Option<View>,
     state: ViewState,
+    among: CellView,
     visible: Visible,
     ids: Ascending,
     reasons: Vec<u8>,
@@ -59,6 +61,7 @@ impl SceneView {
             culler,
             view: None,
             state: ViewState::default(),
+            among: CellView::default(),
             visible: Visible::default(),
             ids: Ascending::default(),
             reasons: Vec::new(),
@@ -105,7 +108,14 @@ impl SceneView {
     /// If there is no camera yet.
     pub fn cull(&mut self, set: &SceneSet) -> Result<(), Fault> {
         let view = self.view.as_ref().ok_or_else(no_camera)?;
-        self.culler.cull_one(&set.scene, view, &mut self.state, &mut self.visible);
+        let (state, visible) = (&mut self.state, &mut self.visible);
+        match set.in_cells().cells.map(|cells| self.among.on(cells)) {
+            // Refused are only cells of another order, which `in_cells` leaves out.
+            Some(among) => {
+                let _ = self.culler.cull_among(&set.scene, view, &among, state, visible);
+            }
+            None => self.culler.cull_one(&set.scene, view, state, visible),
+        }
         self.seen = Some((set.scene.id(), set.scene.change_version()));
         let scene = &set.scene;
         let ids = self.visible.slots().filter_map(|slot| Some(scene.handle(slot)?.index));
@@ -192,9 +202,9 @@ impl SceneView {
     pub fn explain(&mut self, set: &SceneSet, id: u32) -> Result<&str, Fault> {
         let view = self.view.as_ref().ok_or_else(no_camera)?;
         let handle = set.handle(id)?;
-        let explanation = self
-            .culler
-            .explain(&set.scene, view, handle)
+        let explanation = set
+            .in_cells()
+            .explain(&self.culler, view, handle)
             .map_err(|error| Fault::new(Code::Id, error))?;
         self.text.clear();
         let text = &mut self.text;

@@ -2,11 +2,11 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use cullet::cell::{CellGraph, Portal};
 use cullet_bake::pvs::{
     Bake, BitRows, PairState, Pvs, PvsPreset, PvsSettings, bake, check_sight_ref,
 };
 use cullet_bake::work::{Rounds, RunEnd, RunOptions, UnitFolder, run, split};
+use cullet_cells::cell::{CellGraph, Portal};
 use cullet_io::baked::PvsFileError;
 use cullet_io::baked::{CellSets, Container};
 use cullet_testkit::{Folder, cases, data};

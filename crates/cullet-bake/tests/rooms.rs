@@ -1,10 +1,11 @@
 //! Cells that are found in triangles alone: lines of sight against portals, rooms against a plan, bytes against threads.
 
-use cullet::cell::{CellGraph, CellLocator, CellShapes};
 use cullet::mesh::Mesh;
 use cullet::{Instance, InstanceFlags, Scene, Transform};
 use cullet_bake::rooms::{FindOptions, FoundCells, RoomsError, find_cells};
 use cullet_bake::sampled::{RayTree, RayTreeOptions};
+use cullet_cells::Cells;
+use cullet_cells::cell::{CellGraph, CellLocator, CellShapes};
 use cullet_testkit::{Rng, cases, meshes};
 
 /// A building of one storey, turned about its height and moved.
@@ -174,7 +175,7 @@ fn looks(
 ) -> [usize; 2] {
     let (graph, shapes) = cells.build().expect("cells that can be placed");
     let (again, places): (CellGraph, CellShapes) = cells.build().expect("cells");
-    scene.set_cells(again, places);
+    let placed = Cells::new(scene, again, places);
     let tree = RayTree::new(scene, &RayTreeOptions::default()).expect("a scene");
     let (mut done, mut lost) = (0, 0);
     for _ in 0..count * 20 {
@@ -200,7 +201,7 @@ fn looks(
                 .slots()
                 .find(|&slot| scene.handle(slot).is_some_and(|h| h.index == hit.target));
             let slot = slot.expect("what is hit is there");
-            lost += usize::from(!scene.cells_of(slot).contains(&last));
+            lost += usize::from(!placed.cells_of(slot).contains(&last));
         }
     }
     [done, lost]

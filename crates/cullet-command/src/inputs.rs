@@ -6,6 +6,7 @@ use cullet::cull::detail::{Detail, Measure};
 use cullet::lod::Lod;
 use cullet::view::EyeBall;
 use cullet::{Backface, Culler, Preparation, Scene, Stage, View};
+use cullet_cells::InCells;
 use cullet_io::{ErrorKind, LoadOptions, Model, PoseError};
 use cullet_scenes::paths::{self, Overrides, PathSpec};
 
@@ -161,6 +162,7 @@ pub fn begin(model: &mut Model, args: &ViewArgs, console: &Console) -> Result<()
     pose(model, first)?;
     // Instances without bounds had no place in the order.
     model.scene.sort();
+    model.update_cells();
     Ok(())
 }
 
@@ -281,7 +283,7 @@ pub fn culler(args: &CullArgs) -> Culler {
     culler.frustum &= !args.no_frustum;
     culler.pvs &= !args.no_pvs;
     if args.no_portal {
-        culler.portal = None;
+        culler.portal = false;
     }
     culler.frustum_exact |= args.exact_frustum;
     culler.degenerate &= !args.no_degenerate;
@@ -314,7 +316,7 @@ pub fn culler(args: &CullArgs) -> Culler {
 }
 
 /// The stages that are on, in words, in the order in which they run; sets and portals are none in a scene without.
-pub fn culling_words(args: &CullArgs, scene: &Scene) -> Vec<String> {
+pub fn culling_words(args: &CullArgs, world: InCells<'_>) -> Vec<String> {
     let culler = culler(args);
     let words = |stage: Stage| match stage {
         Stage::Frustum if culler.frustum_exact => "frustum (exact)".into(),
@@ -345,15 +347,15 @@ pub fn culling_words(args: &CullArgs, scene: &Scene) -> Vec<String> {
         },
         stage => stage.name().to_owned(),
     };
-    stages(args, scene).map(words).collect()
+    stages(args, world).map(words).collect()
 }
 
 /// The stages that are on and have something to go by in a scene, in the order in which they run.
-pub fn stages(args: &CullArgs, scene: &Scene) -> impl Iterator<Item = Stage> {
+pub fn stages(args: &CullArgs, world: InCells<'_>) -> impl Iterator<Item = Stage> {
     let culler = culler(args);
-    let has = |stage: Stage| match stage {
-        Stage::Pvs => scene.visible_sets().is_some(),
-        Stage::Portal => scene.cell_graph().is_some_and(|graph| !graph.portals().is_empty()),
+    let has = move |stage: Stage| match stage {
+        Stage::Pvs => world.cells.is_some_and(|cells| cells.visible_sets().is_some()),
+        Stage::Portal => world.graph().is_some_and(|graph| !graph.portals().is_empty()),
         _ => true,
     };
     Stage::ALL.into_iter().filter(move |&stage| culler.runs(stage) && has(stage))

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use cullet::cell::CellGraph;
-use cullet::cull::pvs::{SetsError, VisibleSets};
+use cullet_cells::cell::CellGraph;
+use cullet_cells::pvs::VisibleSets;
 use cullet_io::Model;
 use cullet_io::baked::{CellSets, Container, PvsFileError, SceneSets};
 use cullet_maps::bsp::Bsp;
@@ -19,7 +19,9 @@ pub(crate) fn place(model: &mut Model, scene: &str, path: &Path) -> Result<(), F
     let file = Container::open(&bytes).map_err(|error| failure(path, &error))?;
     if SceneSets::is_of(&file) {
         let sets = SceneSets::from_bytes(&bytes).map_err(|error| failure(path, &error))?;
-        return sets.place_in(&mut model.scene).map_err(|error| failure(path, &error));
+        let cells = sets.place_in(&mut model.scene).map_err(|error| failure(path, &error))?;
+        model.placed = Some(cells);
+        return Ok(());
     }
     if !CellSets::is_of(&file) {
         return Err(failure(path, &"a baked file, but without visible sets"));
@@ -27,17 +29,18 @@ pub(crate) fn place(model: &mut Model, scene: &str, path: &Path) -> Result<(), F
     let stored = CellSets::open(file).map_err(|error| failure(path, &error))?;
     // Damage is noticed here: sets alone are looked up as they are.
     stored.check().map_err(|error| failure(path, &error))?;
-    let graph = model.scene.cell_graph().ok_or_else(|| {
+    let placed = model.placed.as_mut().ok_or_else(|| {
         failure(path, &format!("sets of cells, but {scene} has none that a scene can be given"))
     })?;
-    let sets =
-        of_graph(&stored, graph).or_else(|error| match (error, map_graph(Path::new(scene))) {
+    let sets = of_graph(&stored, placed.graph()).or_else(|error| {
+        match (error, map_graph(Path::new(scene))) {
             // Maps are baked in their own axes.
             (PvsFileError::OtherGraph { .. }, Some(graph)) => of_graph(&stored, &graph),
             (error, _) => Err(error),
-        });
+        }
+    });
     let sets = sets.map_err(|error| failure(path, &error))?;
-    model.scene.set_visible_sets(sets).map_err(|error| failure(path, &error))
+    placed.set_visible_sets(sets).map_err(|error| failure(path, &error))
 }
 
 /// What the sets of a file say of their own error: mean over the cells of the share of looks that go to what is missing, and
@@ -64,10 +67,10 @@ pub fn of_scene(path: &Path) -> Result<Option<SceneSets>, Failure> {
 
 /// Gives a map the sets that it brings along, where its cells are those of the scene.
 pub(crate) fn place_stored(model: &mut Model) {
-    let Some(sets) = &model.cell_sets else { return };
-    if let Err(error) = model.scene.set_visible_sets(sets.clone()) {
-        // Without cells they are of no use, and why there are none is said already.
-        debug_assert_eq!(error, SetsError::NoCells);
+    // Without cells they are of no use, and why there are none is said already.
+    if let (Some(sets), Some(placed)) = (&model.cell_sets, &mut model.placed) {
+        let placed = placed.set_visible_sets(sets.clone());
+        debug_assert_eq!(placed, Ok(()));
     }
 }
 

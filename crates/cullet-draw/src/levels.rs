@@ -3,6 +3,8 @@
 use cullet::lod::Lod;
 use cullet::{Culler, Output, Scene, Stage, View, ViewState, Visible};
 
+use cullet_cells::InCells;
+
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::picture::space::Surfaces;
 use crate::places::Places;
@@ -63,8 +65,8 @@ impl LevelPixels {
 ///
 /// Cost: twice that of [`verify`].
 #[must_use]
-pub fn verify_levels(
-    scene: &Scene,
+pub fn verify_levels<'a>(
+    world: impl Into<InCells<'a>>,
     view: &View,
     culler: &Culler,
     [full_state, state]: [&mut ViewState; 2],
@@ -72,9 +74,11 @@ pub fn verify_levels(
 ) -> LevelsVerification {
     let culler =
         Culler { output: Output::Triangles, reasons: true, dropped: true, ..culler.clone() };
-    let full = verify(scene, view, &culler.without(Stage::Lod), full_state, options);
+    let world = world.into();
+    let scene = world.scene;
+    let full = verify(world, view, &culler.without(Stage::Lod), full_state, options);
     let (mut cut, mut result) = (Visible::default(), Visible::default());
-    culler.cull_one(scene, view, state, &mut result);
+    world.cull(&culler, view, state, &mut result);
     let mut alone = culler.only(Stage::Lod);
     if let Some((lod, pixels)) = alone.lod.as_mut().zip(result.lod_pixels) {
         // A budget counts what the other stages leave: without them it would come to another threshold.

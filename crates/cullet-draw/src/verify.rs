@@ -1,6 +1,7 @@
 //! The proof that culling dropped nothing that is seen.
 
 use cullet::{Culler, Funnel, Reason, Scene, View, ViewState, Visible};
+use cullet_cells::InCells;
 
 use crate::frame::{Frame, FrameStats, PixelId, RenderOptions, Selection, first_of_each};
 use crate::geometry::Lens;
@@ -112,8 +113,8 @@ impl Verification {
 /// Culls, draws with and without culling, and compares; see [`verify_visible`]. The culler returns
 /// triangles and reasons, whatever its settings say of those.
 #[must_use]
-pub fn verify(
-    scene: &Scene,
+pub fn verify<'a>(
+    world: impl Into<InCells<'a>>,
     view: &View,
     culler: &Culler,
     state: &mut ViewState,
@@ -122,8 +123,9 @@ pub fn verify(
     let culler =
         Culler { output: cullet::Output::Triangles, reasons: true, ..Culler::clone(culler) };
     let mut result = Visible::default();
-    culler.cull_one(scene, view, state, &mut result);
-    verify_visible(scene, view, result, options)
+    let world = world.into();
+    world.cull(&culler, view, state, &mut result);
+    verify_visible(world.scene, view, result, options)
 }
 
 /// Holds a visible set, with its triangles, against the truth.

@@ -2,7 +2,7 @@
 
 use cullet::Handle;
 use cullet::bounds::Plane;
-use cullet::cell::{self, CellError, CellPiece, CellShapes};
+use cullet_cells::cell::{self, CellError, CellPiece, CellShapes};
 use serde::{Deserialize, Serialize};
 
 use crate::convex::Convex;

@@ -2,9 +2,10 @@
 
 use std::borrow::Cow;
 
-use cullet::cell::CellError;
-use cullet::cull::pvs::VisibleSets;
 use cullet::{Handle, Projection, Scene, Transform};
+use cullet_cells::cell::CellError;
+use cullet_cells::pvs::VisibleSets;
+use cullet_cells::{Cells, InCells};
 use serde::{Deserialize, Serialize};
 
 use crate::baked::Baked;
@@ -36,6 +37,9 @@ pub struct Model {
     pub views: Vec<MatrixView>,
     /// Rooms and openings, where the file has them or the scene was made with them.
     pub cells: CellGraph,
+    /// Which instances are in which of those cells, as [`place_cells`](Self::place_cells) found. Culling by
+    /// [`in_cells`](Self::in_cells) reads them.
+    pub placed: Option<Cells>,
     /// Visible sets of the cells that the file brings along: of maps that were baked.
     pub cell_sets: Option<VisibleSets<'static>>,
     /// Height of a person's eyes above the ground in the model's units, where the format says what its units are: of maps.
@@ -66,16 +70,31 @@ impl Model {
         Cow::Owned(format!("{} {}", mesh.map_or("instance", String::as_str), handle.index))
     }
 
-    /// Gives the scene the model's [cells](Self::cells), if there are any, in place of those that it has.
+    /// Finds what is in the model's [cells](Self::cells), if there are any, in place of those that were
+    /// [placed](Self::placed).
     ///
     /// # Errors
-    /// If [`CellGraph::build`] refuses them; the scene stays as it was.
+    /// If [`CellGraph::build`] refuses them; those that were placed stay.
     pub fn place_cells(&mut self) -> Result<(), CellError> {
         if !self.cells.cells.is_empty() {
             let (graph, shapes) = self.cells.build()?;
-            self.scene.set_cells(graph, shapes);
+            self.placed = Some(Cells::new(&mut self.scene, graph, shapes));
         }
         Ok(())
+    }
+
+    /// Returns the scene with its placed cells, to cull by both.
+    #[must_use]
+    pub fn in_cells(&self) -> InCells<'_> {
+        InCells::new(&self.scene, self.placed.as_ref())
+    }
+
+    /// Finds again which instances are in which cells, after the scene changed. The cost is that of what changed, but after a
+    /// commit.
+    pub fn update_cells(&mut self) {
+        if let Some(placed) = &mut self.placed {
+            placed.update(&self.scene);
+        }
     }
 
     /// Measures the node tree; `None` if it is none: a file's is one, but one that was written by hand may have

@@ -72,6 +72,7 @@ impl Model {
         };
         self.motion = Some(motion);
         self.scene.refit();
+        self.update_cells();
         posed
     }
 }

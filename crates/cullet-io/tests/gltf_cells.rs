@@ -46,7 +46,7 @@ fn cells_of_the_office_come_back_from_a_glb() {
         portal.door = of.door;
     }
     assert_eq!(cells, model.cells);
-    let graph = back.scene.cell_graph().expect("the scene culls by them");
+    let graph = back.in_cells().graph().expect("the scene culls by them");
     assert_eq!(graph.cell_count() as usize, model.cells.cells.len());
     assert!(graph.is_one_way(1) && graph.mirrors().len() == 1);
     // Once more, where nodes are those of the file.
@@ -94,7 +94,7 @@ fn loaded(extension: &Value, options: &LoadOptions) -> Result<Model, String> {
 fn a_document_by_hand_is_read_and_turned_with_its_scene() {
     assert!(held(&schema(), &rooms(), "").is_empty());
     let model = loaded(&rooms(), &LoadOptions::default()).unwrap();
-    let at = |model: &Model, p| model.scene.cell_of(p);
+    let at = |model: &Model, p| model.in_cells().cell_of(p);
     assert_eq!([at(&model, [1.0; 3]), at(&model, [5.0, 1.0, 1.0])], [Some(0), Some(1)]);
     assert_eq!(at(&model, [-0.5, 1.0, 1.0]), None, "no eye is in a skin");
     // The node draws nothing, so there is no door.
@@ -161,7 +161,7 @@ fn a_great_many_portals_are_read() {
     let mut extension = rooms();
     extension["portals"] = vec![extension["portals"][0].clone(); count].into();
     let model = loaded(&extension, &LoadOptions::default()).unwrap();
-    assert_eq!(model.scene.cell_graph().unwrap().portals().len(), count);
+    assert_eq!(model.in_cells().graph().unwrap().portals().len(), count);
     extension["portals"][count - 1]["cells"][1] = json!(99);
     let error = loaded(&extension, &LoadOptions::default()).map(drop).unwrap_err();
     assert!(error.contains("portal 99999: names cell 99 of 2"), "{error}");

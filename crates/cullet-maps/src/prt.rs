@@ -13,7 +13,7 @@
 
 use std::path::Path;
 
-use cullet::cell::{CellError, CellGraph, Portal};
+use cullet_cells::cell::{CellError, CellGraph, Portal};
 use glam::DVec3;
 
 use cullet_io::reader::Source;

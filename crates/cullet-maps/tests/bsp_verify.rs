@@ -29,20 +29,25 @@ fn culling_loses_nothing_that_a_player_sees() {
         assert_eq!(of, PathSpec::Camera("*".into()));
         let views = paths::views(&model, &of, 4, [320, 180], &Overrides::default()).unwrap();
         let graph =
-            model.scene.cell_graph().unwrap_or_else(|| panic!("{name}: {:?}", model.warnings));
+            model.in_cells().graph().unwrap_or_else(|| panic!("{name}: {:?}", model.warnings));
         assert_eq!(graph.cell_count() as usize, model.cells.cells.len());
         // Portals alone, with nothing that could hide their faults.
         let portal = Culler { reasons: true, ..Culler::default() }.only(Stage::Portal);
         let (mut all, mut left, mut seen, mut idle, mut beyond) = (0, 0, 0, 0, 0);
         for view in &views {
             let mut state = ViewState::default();
-            let done = verify(&model.scene, view, &portal, &mut state, &options);
+            let done = verify(model.in_cells(), view, &portal, &mut state, &options);
             assert!(done.false_culls.is_empty(), "{name}, portals: {:?}", done.false_culls);
-            idle += u32::from(state.reached().is_none());
+            idle += u32::from(model.in_cells().reached(&portal, view).is_none());
             beyond += done.all - done.potentially_visible;
 
-            let done =
-                verify(&model.scene, view, &Culler::default(), &mut ViewState::default(), &options);
+            let done = verify(
+                model.in_cells(),
+                view,
+                &Culler::default(),
+                &mut ViewState::default(),
+                &options,
+            );
             assert!(done.false_culls.is_empty(), "{name}: {:?}", done.false_culls);
             all += done.all;
             left += done.potentially_visible;

@@ -97,7 +97,7 @@ pub enum SceneSpecError {
     Deform(#[from] cullet_io::deform::DeformError),
     /// Its cells do not fit each other.
     #[error("the scene cannot be made: {0}")]
-    Cells(#[from] cullet::cell::CellError),
+    Cells(#[from] cullet_cells::cell::CellError),
 }
 
 /// A scene's text, taken apart: one value for each of its keys.

@@ -1,6 +1,7 @@
 //! The cells of the built-in office, as its scene culls by them: nothing in sight is dropped, and much that is not.
 
 use cullet::{Culler, Output, Stage, View, ViewState, Visible};
+use cullet_cells::CellView;
 use cullet_cells::query::{Sight, SightOptions, line_of_sight};
 use cullet_testkit::{Rng, cases};
 
@@ -14,6 +15,7 @@ fn portals_of_the_office_drop_nothing_that_a_line_of_sight_meets() {
         let culler = Culler { reasons: true, output: Output::Instances, ..Culler::default() };
         let culler = culler.only(Stage::Portal);
         let (mut state, mut result) = (ViewState::default(), Visible::default());
+        let mut among = CellView::default();
         for view in 0..cases(150) {
             let cell = rng.index(model.cells.cells.len());
             let [min, max] = model.cells.cells[cell].main_bounds().unwrap();
@@ -33,7 +35,8 @@ fn portals_of_the_office_drop_nothing_that_a_line_of_sight_meets() {
                     let of = &model.cells.portals[portal as usize];
                     // An open leaf stands beside its hole: it may be called open, but not shut.
                     if of.closed {
-                        model.scene.set_portal_open(portal, true);
+                        let placed = model.placed.as_mut().unwrap();
+                        placed.set_portal_open(portal, true);
                     }
                 }
             }
@@ -41,10 +44,12 @@ fn portals_of_the_office_drop_nothing_that_a_line_of_sight_meets() {
             let target: [f64; 3] = std::array::from_fn(|a| eye[a] + along[a]);
             let angle = rng.range(0.6, 2.2);
             let view = View::perspective(eye, target, angle, 0.05, 500.0, [64, 64]).unwrap();
-            culler.cull_one(scene, &view, &mut state, &mut result);
+            let cells = model.placed.as_ref().unwrap();
+            let candidates = among.on(cells);
+            culler.cull_among(scene, &view, &candidates, &mut state, &mut result).unwrap();
             all += u64::from(scene.instance_count());
             dropped += result.funnel.dropped(Stage::Portal).instances;
-            idle += u32::from(state.reached().is_none());
+            idle += u32::from(among.reached().is_none());
             let near = view.frustum();
             for _ in 0..60 {
                 let pixel = [rng.range(0.0, 64.0), rng.range(0.0, 64.0)];
@@ -62,8 +67,8 @@ fn portals_of_the_office_drop_nothing_that_a_line_of_sight_meets() {
                 assert!(reason.is_none(), "{spec}: {} from {eye:?} along {along:?}", {
                     model.instance_name(by.handle)
                 });
-                let start = state.reached().map(|reached| reached.visits()[0].cell);
-                through += u32::from(start.is_some_and(|c| !scene.cells_of(by.slot).contains(&c)));
+                let start = among.reached().map(|reached| reached.visits()[0].cell);
+                through += u32::from(start.is_some_and(|c| !cells.cells_of(by.slot).contains(&c)));
             }
         }
     }

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use cullet::{Culler, Scene, View, ViewState, Visible};
+use cullet::{Culler, View, ViewState, Visible};
+use cullet_cells::InCells;
 
 /// The answer of a culler that remembers nothing.
-pub fn cull(culler: &Culler, scene: &Scene, view: &View) -> Visible {
+pub fn cull<'a>(culler: &Culler, world: impl Into<InCells<'a>>, view: &View) -> Visible {
     let mut result = Visible::default();
-    culler.cull_one(scene, view, &mut ViewState::default(), &mut result);
+    world.into().cull(culler, view, &mut ViewState::default(), &mut result);
     result
 }
 

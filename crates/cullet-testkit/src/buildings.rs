@@ -1,7 +1,7 @@
 //! Buildings: rooms on floors, doors and hatches between them, as cells and portals.
 
 use cullet::bounds::Plane;
-use cullet::cell::{CellGraph, CellPiece, CellShapes, Mirror, Portal};
+use cullet_cells::cell::{CellGraph, CellPiece, CellShapes, Mirror, Portal};
 
 use crate::Rng;
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use cullet::cull::pvs::{Targets, VisibleSets};
 use cullet::{Preparation, Scene};
+use cullet_cells::pvs::{Targets, VisibleSets};
 use cullet_io::{LoadOptions, Model};
 use cullet_maps::TileInput;
 use cullet_maps::TileSets;

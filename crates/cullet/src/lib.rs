@@ -41,9 +41,8 @@
 //! | [`bounds`] | planes, spheres, boxes, and batches of them |
 //! | [`view`] | cameras, frusta, projected sizes |
 //! | [`mesh`] | checked geometry: parts, clusters, welding |
-//! | [`cell`] | cells, where they are, and the portals between them |
 //! | [`hierarchy`] | bounding-volume hierarchies over instances and clusters |
-//! | [`cull`] | one room for each kind of culling: [`frustum`](cull::frustum), [`backface`](cull::backface), [`detail`](cull::detail), [`degenerate`](cull::degenerate), [`occlusion`](cull::occlusion), [`portal`](cull::portal), [`shadow`](cull::shadow) |
+//! | [`cull`] | one room for each kind of culling: [`frustum`](cull::frustum), [`backface`](cull::backface), [`detail`](cull::detail), [`degenerate`](cull::degenerate), [`occlusion`](cull::occlusion), [`shadow`](cull::shadow) |
 //! | [`lod`] | levels of detail: which clusters are drawn for an eye |
 //! | the root | [`Scene`], [`Prepared`], [`Culler`], [`ViewState`], [`Visible`], [`Funnel`] |
 //!
@@ -62,7 +61,6 @@
 mod array;
 mod bits;
 pub mod bounds;
-pub mod cell;
 mod costs;
 pub mod cull;
 mod culler;
@@ -82,7 +80,7 @@ mod visible;
 
 pub use costs::{Costs, DrawingCosts, OccluderCosts};
 pub use culler::{
-    Backface, Candidates, CullError, Culler, Explanation, Output, ShadowView, Step, ViewState,
+    Backface, Candidates, CullError, Culler, Explanation, Look, Output, ShadowView, Step, ViewState,
 };
 pub use culler::{CellTest, CoverTest, Evidence, PlaneTest};
 pub use funnel::{
@@ -94,7 +92,7 @@ pub use mesh::{Mesh, MeshData};
 pub use prepared::{Preparation, Prepared};
 pub use scene::{
     BoundsOverride, BoundsViolation, Instance, InstanceFlags, MeshId, MeshLevels, Scene,
-    SceneBoundsMut, SceneError, SceneVersion, StandInError,
+    SceneBoundsMut, SceneChange, SceneError, SceneVersion, StandInError,
 };
 pub use simd::Simd;
 pub use transform::Transform;

@@ -21,7 +21,6 @@ mod occlusion_adverse;
 mod occlusion_jobs;
 mod occlusion_metamorphic;
 mod occlusion_query;
-mod portal;
 mod readme;
 mod serde;
 mod shadow;

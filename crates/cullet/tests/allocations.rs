@@ -9,6 +9,7 @@ use cullet::{
     Culler, DrawList, Instance, Output, Preparation, Scene, Simd, Stage, Transform, View,
     ViewState, Visible,
 };
+use cullet_cells::{CellView, Cells};
 use cullet_testkit::buildings::Building;
 use cullet_testkit::memory::{Counting, allocations_of};
 use cullet_testkit::scenes::random_scene;
@@ -97,7 +98,8 @@ fn steady_state_allocates_nothing() {
         rooms.add(Instance::new(mesh, Transform::from_translation(place))).expect("few");
     }
     rooms.commit();
-    rooms.set_cells(building.graph.clone(), building.shapes.clone());
+    let cells = Cells::new(&mut rooms, building.graph.clone(), building.shapes.clone());
+    let mut among = CellView::default();
     let culler = Culler { reasons: true, ..Culler::default() };
     let eyes: Vec<View> = (0..20)
         .map(|_| {
@@ -108,8 +110,10 @@ fn steady_state_allocates_nothing() {
     let (mut reached, mut dropped) = (0, 0);
     let mut pass = || {
         for view in &eyes {
-            culler.cull_one(&rooms, view, &mut state, &mut result);
-            reached += state.reached().map_or(0, |reached| reached.visits().len());
+            let candidates = among.on(&cells);
+            let culled = culler.cull_among(&rooms, view, &candidates, &mut state, &mut result);
+            culled.expect("cells of the rooms");
+            reached += among.reached().map_or(0, |reached| reached.visits().len());
             dropped += result.funnel.dropped(Stage::Portal).instances;
         }
     };

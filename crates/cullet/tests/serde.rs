@@ -55,7 +55,7 @@ fn a_cullers_level_and_clock_are_the_readers() {
     assert_eq!(
         text,
         "{\"frustum\":true,\"frustum_exact\":false,\"pvs\":true,\
-         \"portal\":{\"clip\":\"polygons\",\"depth\":64,\"visits\":4096,\"mirrors\":0},\
+         \"portal\":true,\
          \"backface\":\"fast\",\"degenerate\":true,\
          \"detail\":{\"measure\":\"area\",\"threshold_px\":2.5,\"clusters\":false,\"fade\":0.0},\
          \"lod\":null,\"occlusion\":{\"width\":128,\"budget\":9.5,\"risk\":null},\

@@ -94,7 +94,9 @@ fn measure(model: &Model) -> CellsRecord {
     let mut led = vec![false; cells.cells.len()];
     let ends = cells.portals.iter().flat_map(|portal| portal.cells);
     ends.for_each(|cell| led[cell as usize] = true);
-    let nowhere: Vec<u32> = scene.slots().filter(|&slot| scene.cells_of(slot).is_empty()).collect();
+    let is_nowhere =
+        |slot: &u32| model.placed.as_ref().is_none_or(|cells| cells.cells_of(*slot).is_empty());
+    let nowhere: Vec<u32> = scene.slots().filter(is_nowhere).collect();
     let triangles = |slot: &u32| u64::from(scene.mesh(*slot).triangle_count());
     CellsRecord {
         schema: SCHEMA,

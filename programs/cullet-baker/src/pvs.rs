@@ -5,13 +5,13 @@ use std::time::Instant;
 
 use crate::units::Units;
 use clap::Args;
-use cullet::cell::CellGraph;
 use cullet_bake::job::CellSource;
 use cullet_bake::job::Settings;
 use cullet_bake::job::is_named_map;
 use cullet_bake::job::is_named_scene;
 use cullet_bake::pvs::{Bake, Pvs, PvsPreset, SightCheck, check_sight_ref};
 use cullet_bake::work::{Rounds, RunEnd, RunOptions};
+use cullet_cells::cell::CellGraph;
 use cullet_command::args::{SceneArgs, UnitArgs};
 use cullet_command::console::{Console, agree, count, digits, grouped, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
@@ -142,7 +142,7 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
     let wants_view_cells = settings.scene.wants_view_cells();
     let source = if wants_view_cells || is_named_scene(&args.file) {
         let model = inputs::load(&SceneArgs::of(args.file.display().to_string()), console)?;
-        match model.scene.cell_graph().filter(|_| !wants_view_cells) {
+        match model.in_cells().graph().filter(|_| !wants_view_cells) {
             Some(graph) => CellSource::of_cells(graph.clone()),
             None => return run_scene(args, &settings, &model, threads, console),
         }

@@ -6,7 +6,8 @@ mod profile_args;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use cullet::{Culler, Output, Scene, Stage};
+use cullet::{Culler, Output, Stage};
+use cullet_cells::InCells;
 use cullet_command::args::CullArgs;
 use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
@@ -86,7 +87,7 @@ fn of_scene(gpu: &Gpu, args: &ProfileArgs, console: &Console) -> Result<Profile,
     let views = inputs::culled_views(&model, &input.view, &input.cull, console)?;
     let all = Culler { output: Output::Clusters, ..inputs::culler(&input.cull) };
     model.scene.prepare(all.preparation());
-    let tried = cullers(&all, args.already, &model.scene, &input.cull);
+    let tried = cullers(&all, args.already, model.in_cells(), &input.cull);
     let (_, others) = tried.split_first().expect("plain frames are among them");
     let own = tried.iter().map(|(_, culler)| culler.clone()).collect();
     let mut frames = Drawn::new(gpu, &model.scene, &views, own).map_err(failure)?;
@@ -112,14 +113,14 @@ fn of_scene(gpu: &Gpu, args: &ProfileArgs, console: &Console) -> Result<Profile,
 fn cullers(
     all: &Culler,
     already: Already,
-    scene: &Scene,
+    world: InCells<'_>,
     args: &CullArgs,
 ) -> Vec<(&'static str, Culler)> {
     let plain = match already {
         Already::Nothing => all.only(Stage::Layer),
         Already::Frustum => all.only(Stage::Frustum),
     };
-    let stages: Vec<Stage> = inputs::stages(args, scene)
+    let stages: Vec<Stage> = inputs::stages(args, world)
         .filter(|stage| *stage != Stage::Layer && !plain.runs(*stage))
         .collect();
     let frustum = plain.frustum;

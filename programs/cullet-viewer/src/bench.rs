@@ -185,7 +185,7 @@ impl Bench<'_> {
             for frame in 0..=FRAMES {
                 let began = Instant::now();
                 if let Some(culler) = &culler {
-                    culler.cull_one(&self.world.model.scene, &view, &mut state, &mut visible);
+                    self.world.model.in_cells().cull(culler, &view, &mut state, &mut visible);
                 }
                 let culled = began.elapsed();
                 let pane = Pane {

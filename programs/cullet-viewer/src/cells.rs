@@ -1,9 +1,10 @@
 //! Cells and portals of the shown scene: the portals that the culling view is seen through, boxes around cells, and
 //! which cells can see each other.
 
-use cullet::cell::CellGraph;
-use cullet::{Backface, Culler, Output, Scene, View, ViewState, Visible};
+use cullet::{Backface, Culler, Output, View};
 use cullet_bake::pvs::{PairState, Pvs, PvsSettings, bake};
+use cullet_cells::cell::CellGraph;
+use cullet_cells::{Cells as PlacedCells, InCells};
 use cullet_draw::{DoorInView, ShownPortal, matrix_order, shown_portals, shut_doors};
 use glam::DVec3;
 
@@ -35,10 +36,10 @@ pub struct Chain {
 impl Chain {
     /// Walks through the portals of a scene, whatever stages are on. Costs a cull by portals alone.
     #[must_use]
-    pub fn of(scene: &Scene, view: &View, decided: u64) -> Self {
+    pub fn of(world: InCells<'_>, view: &View, decided: u64) -> Self {
         let culler = Culler {
             frustum: false,
-            portal: Some(Default::default()),
+            portal: true,
             backface: Backface::Off,
             degenerate: false,
             detail: None,
@@ -46,10 +47,9 @@ impl Chain {
             output: Output::Instances,
             ..Culler::default()
         };
-        let mut state = ViewState::default();
-        culler.cull_one(scene, view, &mut state, &mut Visible::default());
-        let reached = state.reached();
-        let cells = reached.map(|reached| {
+        let reached = world.reached(&culler, view);
+        let reached = reached.as_ref().zip(world.graph());
+        let cells = reached.map(|(reached, _)| {
             let mut cells: Vec<u32> = reached.visits().iter().map(|visit| visit.cell).collect();
             cells.sort_unstable();
             cells.dedup();
@@ -58,10 +58,11 @@ impl Chain {
         let [x, y, z, w] = view.eye();
         Self {
             decided,
-            cell: (w != 0.0).then(|| scene.cell_of([x, y, z])).flatten(),
+            cell: (w != 0.0).then(|| world.cell_of([x, y, z])).flatten(),
             reached: cells,
-            steps: reached.map_or_else(Vec::new, |reached| shown_portals(view, reached)),
-            doors: reached.map_or_else(Vec::new, |reached| shut_doors(scene, view, reached)),
+            steps: reached.map_or_else(Vec::new, |(reached, _)| shown_portals(view, reached)),
+            doors: reached
+                .map_or_else(Vec::new, |(reached, graph)| shut_doors(graph, view, reached)),
         }
     }
 
@@ -130,26 +131,27 @@ impl Cells {
 
 /// A box in each cell: of a room of six walls the room, of another shape what is measured across its middle. Found by where
 /// its scene says that the cell ends, so that it serves cells of any kind; none of a cell without portals.
-pub(crate) fn cell_boxes(scene: &Scene, graph: &CellGraph, reach: f64) -> Vec<Option<[DVec3; 2]>> {
-    (0..graph.cell_count()).map(|cell| cell_box(scene, graph, cell, reach)).collect()
+pub(crate) fn cell_boxes(cells: &PlacedCells, reach: f64) -> Vec<Option<[DVec3; 2]>> {
+    (0..cells.graph().cell_count()).map(|cell| cell_box(cells, cell, reach)).collect()
 }
 
-fn cell_box(scene: &Scene, graph: &CellGraph, cell: u32, reach: f64) -> Option<[DVec3; 2]> {
+fn cell_box(cells: &PlacedCells, cell: u32, reach: f64) -> Option<[DVec3; 2]> {
+    let graph = cells.graph();
     graph.portals_of(cell).iter().find_map(|&portal| {
         let of = &graph.portals()[portal as usize];
         let count = of.polygon.len() as f64;
         let middle = of.polygon.iter().map(|p| DVec3::from(*p)).sum::<DVec3>() / count;
         let side = if of.cells[0] == cell { 1.0 } else { -1.0 };
         let inward = DVec3::from(graph.plane(portal).normal) * side;
-        let is_in = |p: DVec3| scene.cell_of(p.into()) == Some(cell);
+        let is_in = |p: DVec3| cells.cell_of(p.into()) == Some(cell);
         let near = [1e-6, 1e-5, 1e-4, 1e-3].map(|share| middle + inward * (share * reach));
         let from = near.into_iter().find(|p| is_in(*p))?;
         // Out of the way through the wall, into the room.
-        let mut at = from + inward * (way(scene, cell, from, inward, reach) * 0.5);
+        let mut at = from + inward * (way(cells, cell, from, inward, reach) * 0.5);
         let (mut low, mut high) = (at, at);
         for _ in 0..2 {
             for (a, axis) in DVec3::AXES.into_iter().enumerate().rev() {
-                let [back, on] = [-axis, axis].map(|d| way(scene, cell, at, d, reach));
+                let [back, on] = [-axis, axis].map(|d| way(cells, cell, at, d, reach));
                 (low[a], high[a]) = (at[a] - back, at[a] + on);
                 at[a] = (low[a] + high[a]) * 0.5;
             }
@@ -159,8 +161,8 @@ fn cell_box(scene: &Scene, graph: &CellGraph, cell: u32, reach: f64) -> Option<[
 }
 
 /// How far a cell goes from one of its points, as far as steps find it.
-fn way(scene: &Scene, cell: u32, from: DVec3, along: DVec3, reach: f64) -> f64 {
-    let is_in = |t: f64| scene.cell_of((from + along * t).into()) == Some(cell);
+fn way(cells: &PlacedCells, cell: u32, from: DVec3, along: DVec3, reach: f64) -> f64 {
+    let is_in = |t: f64| cells.cell_of((from + along * t).into()) == Some(cell);
     let (mut inside, mut step) = (0.0, reach * 1e-3);
     while inside < 4.0 * reach && is_in(inside + step) {
         inside += step;
@@ -182,13 +184,13 @@ mod tests {
     #[test]
     fn the_boxes_of_an_office_are_its_rooms() {
         let model = cullet_scenes::build("office").expect("built in");
-        let graph = model.scene.cell_graph().expect("it has cells");
-        let boxes = cell_boxes(&model.scene, graph, 30.0);
+        let placed = model.placed.as_ref().expect("it has cells");
+        let boxes = cell_boxes(placed, 30.0);
         let found = boxes.iter().flatten().count();
         assert!(found * 10 >= boxes.len() * 9, "{found} of {}", boxes.len());
         for (cell, found) in (0..).zip(&boxes) {
             let Some([low, high]) = found else { continue };
-            assert_eq!(model.scene.cell_of(((*low + *high) * 0.5).into()), Some(cell));
+            assert_eq!(placed.cell_of(((*low + *high) * 0.5).into()), Some(cell));
             assert!((*high - *low).min_element() > 0.3, "cell {cell}: {low} to {high}");
         }
     }

@@ -68,7 +68,7 @@ impl Costs {
             let Ok(mut view) = rig.view(size) else { continue };
             (view.cull_face, view.front_face) = (look.cull, look.front_face());
             let began = clock();
-            culler.cull_one(&world.model.scene, &view, &mut state, &mut visible);
+            world.model.in_cells().cull(&culler, &view, &mut state, &mut visible);
             let milliseconds = (clock() - began) as f32 * 1e-6;
             // Off draws all.
             let triangles = if stages.on { visible.triangle_count } else { world.counts.triangles };

@@ -186,9 +186,9 @@ fn coarser() -> Result<(Mesh, Levels), String> {
 /// The office with what may be seen from each of its rooms.
 fn office() -> Result<Model, String> {
     let mut model = cullet_scenes::build("office").map_err(fault)?;
-    let sets = model.scene.cell_graph().map(|graph| bake(graph, &PvsSettings::default(), 1).sets());
-    if let Some(sets) = sets {
-        model.scene.set_visible_sets(sets).map_err(fault)?;
+    if let Some(cells) = &mut model.placed {
+        let sets = bake(cells.graph(), &PvsSettings::default(), 1).sets();
+        cells.set_visible_sets(sets).map_err(fault)?;
     }
     Ok(model)
 }
@@ -207,7 +207,7 @@ mod tests {
         let scene = made("example:levels").scene;
         assert_eq!(scene.levels(0).len(), 1);
         assert_eq!(scene.meshes()[0].degenerate_count(), 0);
-        assert!(made("example:office").scene.visible_sets().is_some());
+        assert!(made("example:office").placed.is_some_and(|cells| cells.visible_sets().is_some()));
     }
 
     #[test]

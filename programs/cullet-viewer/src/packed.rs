@@ -189,7 +189,8 @@ impl Unpacker {
             Phase::NodeNames => (Phase::Instances, from.count(INSTANCE)?),
             Phase::Instances => {
                 self.model.scene.commit_in_order();
-                let damaged = |e: cullet::cell::CellError| UnpackError::Damaged(e.to_string());
+                let damaged =
+                    |e: cullet_cells::cell::CellError| UnpackError::Damaged(e.to_string());
                 self.model.place_cells().map_err(damaged)?;
                 (Phase::Done, 0)
             }
@@ -273,7 +274,7 @@ mod tests {
         let mut visible = Visible::default();
         // Which facets an occluder has depends on the order of triangles, which comes back in that of the clusters.
         let culler = cullet::Culler { reasons: true, occlusion: None, ..cullet::Culler::default() };
-        culler.cull_one(&model.scene, &view, &mut ViewState::default(), &mut visible);
+        model.in_cells().cull(&culler, &view, &mut ViewState::default(), &mut visible);
         let stage = |slot: u32| visible.reasons[slot as usize].map(|r| r.stage.name());
         let all = model.scene.slots().map(stage).collect();
         (visible.triangle_count, visible.partial.len(), all)
@@ -392,7 +393,7 @@ mod tests {
             let culler =
                 cullet::Culler { occlusion: Some(Occlusion::default()), ..Default::default() };
             let mut visible = Visible::default();
-            culler.cull_one(&model.scene, &view.unwrap(), &mut ViewState::default(), &mut visible);
+            model.in_cells().cull(&culler, &view.unwrap(), &mut ViewState::default(), &mut visible);
             visible.funnel.dropped(cullet::Stage::Occlusion).instances
         };
         assert_eq!(hidden(&model), 17, "by the wall itself");

@@ -98,7 +98,8 @@ fn find(world: &World, view: &View, culler: &Culler) -> Finding {
     // Levels of detail change the picture; all else must not.
     let culler = Culler { clock: None, ..culler.without(Stage::Lod) };
     let options = VerifyOptions { samples: 2, ..VerifyOptions::default() };
-    let found = verify(scene, &small, &culler, &mut ViewState::default(), &options);
+    let found =
+        verify(world.model.in_cells(), &small, &culler, &mut ViewState::default(), &options);
     let mut lost: Vec<u32> = found.false_culls.iter().map(|f| f.slot).collect();
     lost.dedup();
     let mut unseen = vec![false; scene.slot_count() as usize];

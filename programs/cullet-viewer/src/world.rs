@@ -215,12 +215,12 @@ impl World {
 
     /// Opens and shuts portals, so that these are not as the file has them.
     pub fn set_doors(&mut self, doors: &[u32]) {
-        let scene = &mut self.model.scene;
-        for &portal in self.doors.iter().chain(doors) {
-            let is_open = scene.cell_graph().is_some_and(|graph| {
-                (portal as usize) < graph.portals().len() && graph.is_open(portal)
-            });
-            scene.set_portal_open(portal, !is_open);
+        if let Some(cells) = &mut self.model.placed {
+            for &portal in self.doors.iter().chain(doors) {
+                let graph = cells.graph();
+                let is_open = (portal as usize) < graph.portals().len() && graph.is_open(portal);
+                cells.set_portal_open(portal, !is_open);
+            }
         }
         self.doors = doors.to_vec();
     }

@@ -225,16 +225,16 @@ impl Survey {
 
     /// Culls one view, verifies it on request, and says what levels of detail made of it where they are on.
     fn see(&mut self, view: &View, verify: bool) -> (Seen, Option<LevelsRecord>) {
-        let scene = &self.model.scene;
+        let (scene, world) = (&self.model.scene, self.model.in_cells());
         let cull = |culler: &Culler, state: &mut ViewState| {
             let mut result = Visible::default();
-            culler.cull_one(scene, view, state, &mut result);
+            world.cull(culler, view, state, &mut result);
             result
         };
         let Some((mut lod, ladder)) = self.culler.lod.zip(self.ladder.as_mut()) else {
             let seen = if verify {
                 let state = &mut self.state;
-                Seen::of(cullet_draw::verify(scene, view, &self.culler, state, &self.options))
+                Seen::of(cullet_draw::verify(world, view, &self.culler, state, &self.options))
             } else {
                 let result = cull(&self.culler, &mut self.state);
                 Seen { result, verification: None, full: None }
@@ -244,7 +244,7 @@ impl Survey {
         let (mut seen, full, chosen) = if verify {
             let states = [&mut self.full_state, &mut self.state];
             let found =
-                cullet_draw::verify_levels(scene, view, &self.culler, states, &self.options);
+                cullet_draw::verify_levels(world, view, &self.culler, states, &self.options);
             let LevelsVerification { full, levels, cut, pixels } = found;
             (Seen::of(levels), Seen::of(full), Some((cut, pixels)))
         } else {

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use cullet::cull::pvs::VisibleSets;
+use cullet_cells::pvs::VisibleSets;
 use cullet_io::baked::SceneSets;
 use cullet_maps::bsp::Bsp;
 use cullet_testkit::{Folder, data};

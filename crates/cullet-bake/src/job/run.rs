@@ -254,7 +254,7 @@ fn serve_file(
     let path = Path::new(name);
     let source = if settings.scene.wants_view_cells() || is_named_scene(path) {
         let model = scene(name)?;
-        let graph = model.scene.cell_graph().filter(|_| !settings.scene.wants_view_cells());
+        let graph = model.in_cells().graph().filter(|_| !settings.scene.wants_view_cells());
         match graph {
             Some(graph) => CellSource::of_cells(graph.clone()),
             None => {

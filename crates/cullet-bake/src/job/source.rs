@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::pvs::Pvs;
 use cullet::Preparation;
-use cullet::cell::CellGraph;
+use cullet_cells::cell::CellGraph;
 use cullet_io::baked::hash;
 use cullet_io::{ErrorKind, LoadError, LoadOptions, Model};
 use cullet_maps::bsp::{Bsp, ClusterRows, clusters_of_leafs, with_visibility};

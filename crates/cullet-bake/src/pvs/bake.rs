@@ -3,7 +3,7 @@
 use cullet_io::baked::{graph_hash, hash};
 use std::ops::Range;
 
-use cullet::cell::CellGraph;
+use cullet_cells::cell::CellGraph;
 
 use super::flow::Flow;
 use super::known::Known;

@@ -10,7 +10,7 @@
 //! other's half-done work: so the bytes are the same for any number of threads and any split into units.
 //!
 //! ```
-//! use cullet::cell::{CellGraph, Portal};
+//! use cullet_cells::cell::{CellGraph, Portal};
 //! use cullet_bake::pvs::{PairState, PvsSettings, bake};
 //!
 //! // Three rooms in a row; the second door is beside the first.
@@ -21,7 +21,7 @@
 //! let graph = CellGraph::new(3, vec![door([0, 1], 4.0, 0.0), door([1, 2], 8.0, 3.0)])?;
 //! let pvs = bake(&graph, &PvsSettings::default(), 1);
 //! assert_eq!(pvs.state(0, 2), PairState::Visible);
-//! # Ok::<(), cullet::cell::CellError>(())
+//! # Ok::<(), cullet_cells::cell::CellError>(())
 //! ```
 
 mod bake;

@@ -1,6 +1,6 @@
 //! Portals as they are passed: each twice, once in either direction, with what tests of lines and shafts read.
 
-use cullet::cell::CellGraph;
+use cullet_cells::cell::CellGraph;
 use cullet_io::baked::graph_hash;
 use glam::{DVec3, Vec3};
 

@@ -1,7 +1,7 @@
 //! The result of a bake, its states and its file.
 
-use cullet::cell::CellGraph;
-use cullet::cull::pvs::{Targets, VisibleSets};
+use cullet_cells::cell::CellGraph;
+use cullet_cells::pvs::{Targets, VisibleSets};
 use cullet_io::baked::{CellSets, Container, PvsFileError, graph_hash, hash, write_chunks};
 use glam::DVec3;
 

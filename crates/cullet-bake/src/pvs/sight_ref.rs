@@ -1,6 +1,6 @@
 //! The oracle: lines of sight sampled by code of its own, slow and plain, against which sets of cells are held.
 
-use cullet::cell::CellGraph;
+use cullet_cells::cell::CellGraph;
 use glam::DVec3;
 
 use crate::rows::BitRows;

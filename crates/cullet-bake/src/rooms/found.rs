@@ -1,6 +1,6 @@
 //! Cells as they are found.
 
-use cullet::cell::{CellError, CellGraph, CellPiece, CellShapes, Portal};
+use cullet_cells::cell::{CellError, CellGraph, CellPiece, CellShapes, Portal};
 
 use super::options::FoundFigures;
 

@@ -11,7 +11,7 @@
 //! the wrong place, or an opening in a wall that nobody drew on purpose, costs tightness alone.
 //!
 //! An eye in a touched voxel may be within a mesh, whose surface is not drawn from behind. So these voxels are *skins*
-//! of their cells ([`CellShapes::with_skins`](cullet::cell::CellShapes::with_skins)): what stands there is of the cell,
+//! of their cells ([`CellShapes::with_skins`](cullet_cells::cell::CellShapes::with_skins)): what stands there is of the cell,
 //! but an eye there is in none, and portals hide nothing from it.
 //!
 //! After Haumont, Debeir & Sillion, *Volumetric cell-and-portal generation*, 2003, for the basins; what is proven closed,

@@ -1,6 +1,6 @@
 //! From voxels to boxes and rectangles.
 
-use cullet::cell::Portal;
+use cullet_cells::cell::Portal;
 
 use super::basins::NONE;
 use super::found::FoundCell;

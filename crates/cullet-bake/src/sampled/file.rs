@@ -1,6 +1,6 @@
 //! Sampled sets as a file has them.
 
-use cullet::cull::pvs::{Targets, VisibleSets};
+use cullet_cells::pvs::{Targets, VisibleSets};
 use cullet_io::baked::SceneSets;
 
 use super::sets::ScenePvs;

@@ -4,6 +4,7 @@
 use std::borrow::Cow;
 
 use cullet::{Culler, Output, Scene, View, ViewState, Visible};
+use cullet_cells::InCells;
 
 use super::Picture;
 use super::font::text_size;
@@ -21,11 +22,18 @@ use crate::frame::{Frame, PixelId};
 /// Cost: the culling, two frames of the scene, some 0.2 µs a pixel, and as much for a triangle of an instance
 /// that is kept.
 #[must_use]
-pub fn kinds(scene: &Scene, view: &View, culler: &Culler, size: [u32; 2]) -> Picture {
+pub fn kinds<'a>(
+    world: impl Into<InCells<'a>>,
+    view: &View,
+    culler: &Culler,
+    size: [u32; 2],
+) -> Picture {
+    let world = world.into();
+    let scene = world.scene;
     let culler =
         Culler { output: Output::Triangles, reasons: true, dropped: true, ..culler.clone() };
     let mut visible = Visible::default();
-    culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
+    world.cull(&culler, view, &mut ViewState::default(), &mut visible);
     kinds_of(scene, view, &visible, &Outlook::new(scene, view, size).from)
 }
 

@@ -1,7 +1,7 @@
 //! Visible sets of the cells of a graph, as `cullet pvs` bakes them of maps and rooms.
 
-use cullet::cell::CellGraph;
-use cullet::cull::pvs::{SetsError, VisibleSets};
+use cullet_cells::cell::CellGraph;
+use cullet_cells::pvs::{SetsError, VisibleSets};
 use thiserror::Error;
 
 use super::container::{Container, ContainerError, Tag};

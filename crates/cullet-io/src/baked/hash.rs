@@ -1,6 +1,6 @@
 //! Sums of bytes, by which damage is told, and hashes of what baked files are of.
 
-use cullet::cell::CellGraph;
+use cullet_cells::cell::CellGraph;
 
 use crate::bytes::{put_f64s, put_u32s};
 

@@ -1,8 +1,9 @@
 //! Visible sets of a scene's view cells, as `cullet pvs` bakes them: read, written, and given to the scene that they are of.
 
 use cullet::Scene;
-use cullet::cell::{CellError, CellGraph, CellPiece, CellShapes};
-use cullet::cull::pvs::{SetsError, Targets, VisibleSets};
+use cullet_cells::Cells;
+use cullet_cells::cell::{CellError, CellGraph, CellPiece, CellShapes};
+use cullet_cells::pvs::{SetsError, Targets, VisibleSets};
 use thiserror::Error;
 
 use super::container::{Container, ContainerError, Tag, write_chunks};
@@ -118,12 +119,12 @@ impl SceneSets {
         [shares().sum::<f64>() / self.missing.len().max(1) as f64, shares().fold(0.0, f64::max)]
     }
 
-    /// Gives them to the scene that they are of, in the place of any cells that it has. From then on
-    /// [`Culler::pvs`](cullet::Culler::pvs) culls by them while the eye is in one of the boxes.
+    /// Returns cells of the scene that the sets are of. [`Culler::pvs`](cullet::Culler::pvs) culls by them while the eye is in
+    /// one of the boxes.
     ///
     /// # Errors
-    /// If they are of another scene, or one of the boxes is none; the scene is as before then.
-    pub fn place_in(self, scene: &mut Scene) -> Result<(), SceneSetsError> {
+    /// If they are of another scene, or one of the boxes is none.
+    pub fn place_in(self, scene: &mut Scene) -> Result<Cells, SceneSetsError> {
         let (found, expected) = (self.scene_hash, scene_hash(scene));
         if found != expected {
             return Err(SceneSetsError::OtherScene { found, expected });
@@ -131,8 +132,9 @@ impl SceneSets {
         let graph = CellGraph::new(self.cells.len() as u32, Vec::new())?;
         let piece = |(cell, [min, max]): (u32, &Region)| CellPiece::from_box(cell, *min, *max);
         let shapes = CellShapes::new(&graph, (0..).zip(&self.cells).map(piece).collect())?;
-        scene.set_cells(graph, shapes);
-        Ok(scene.set_visible_sets(self.sets)?)
+        let mut cells = Cells::new(scene, graph, shapes);
+        cells.set_visible_sets(self.sets)?;
+        Ok(cells)
     }
 }
 

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use cullet::Handle;
 use cullet::bounds::Plane;
-use cullet::cell::CellError;
+use cullet_cells::cell::CellError;
 use glam::{DAffine3, DVec3};
 
 use super::json::{self, Index, Items, Root};

@@ -2,7 +2,7 @@
 //! Interactive Walkthroughs*, 1991, have cells from a tree; the portals of a node are what its plane has in common with the
 //! leafs on its two sides).
 
-use cullet::cell::{CellGraph, Portal};
+use cullet_cells::cell::{CellGraph, Portal};
 use glam::DVec3;
 
 use super::map::{Bsp, Contents};

@@ -1,6 +1,6 @@
 //! Rows of stored visibility as bits over cells.
 
-use cullet::cull::pvs::{Targets, VisibleSets};
+use cullet_cells::pvs::{Targets, VisibleSets};
 
 use super::lumps::Version;
 use super::map::Bsp;

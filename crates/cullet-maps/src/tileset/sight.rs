@@ -1,7 +1,7 @@
 //! Which tiles can be seen from where: boxes, and a row of bits for each.
 
-use cullet::cell::{CellGraph, CellLocator, CellPiece, CellShapes};
-use cullet::cull::pvs::{Targets, VisibleSets};
+use cullet_cells::cell::{CellGraph, CellLocator, CellPiece, CellShapes};
+use cullet_cells::pvs::{Targets, VisibleSets};
 
 use cullet_io::ErrorKind;
 use cullet_io::baked::hash;

@@ -1,6 +1,7 @@
 //! The funnel by a slow way: each stage run alone, and what it takes of what the rows before it left.
 
 use cullet::{Counts, Culler, Output, Scene, Stage, Unit, View, Visible};
+use cullet_cells::InCells;
 
 use crate::answers::cull;
 
@@ -54,7 +55,9 @@ pub fn fates(scene: &Scene, result: &Visible) -> Fates {
 
 /// Fates by the stages, each run alone. Occlusion chooses its occluders among what the stages of instances before it
 /// leave, so it runs after those; and detail leaves occluders their clusters, so it runs beside occlusion.
-pub fn fates_alone(culler: &Culler, scene: &Scene, view: &View) -> Fates {
+pub fn fates_alone<'a>(culler: &Culler, world: impl Into<InCells<'a>>, view: &View) -> Fates {
+    let world = world.into();
+    let scene = world.scene;
     let culler = telling(culler);
     let alone = |stage: Stage| {
         let mut one = culler.only(stage);
@@ -62,7 +65,7 @@ pub fn fates_alone(culler: &Culler, scene: &Scene, view: &View) -> Fates {
         if stage == Stage::Occlusion || is_beside {
             one = culler.without(Stage::Backface);
         }
-        fates(scene, &cull(&one, scene, view))
+        fates(scene, &cull(&one, world, view))
     };
     // In the order in which the rows of a funnel come.
     let order = [
@@ -83,7 +86,7 @@ pub fn fates_alone(culler: &Culler, scene: &Scene, view: &View) -> Fates {
         (Stage::Degenerate, Unit::Triangles),
         (Stage::Detail, Unit::Triangles),
     ];
-    let mut left: Fates = fates(scene, &cull(&culler.only(Stage::Layer), scene, view));
+    let mut left: Fates = fates(scene, &cull(&culler.only(Stage::Layer), world, view));
     for (stage, unit) in order.into_iter().skip(1).filter(|(stage, _)| culler.runs(*stage)) {
         let alone = alone(stage);
         for slot in scene.slots() {

@@ -7,8 +7,6 @@ pub mod detail;
 pub mod frustum;
 pub mod occlusion;
 pub(crate) mod output;
-pub mod portal;
-pub mod pvs;
 pub mod shadow;
 
 pub use output::Indices;

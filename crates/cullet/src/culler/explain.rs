@@ -5,7 +5,7 @@ use super::evidence::{Evidence, Finding};
 use super::frame::{Alone, Frame, Viewer};
 use super::pipeline::{self, Caches, Scratch};
 use super::shadow::ShadowView;
-use super::stage::{degenerate, detail, frustum, layer, lod};
+use super::stage::{candidates, degenerate, detail, frustum, layer, lod};
 use super::{CullError, Culler, Output};
 use crate::bits;
 use crate::funnel::{FunnelRow, Reason, Stage, Unit};
@@ -92,7 +92,7 @@ impl Culler {
     /// reason is the one that [`cull_among`](Self::cull_among) writes.
     ///
     /// # Errors
-    /// If the handle names no instance, and [`CullError::Candidates`] for a mask of the wrong length.
+    /// If the handle names no instance, and the errors of [`Candidates::check`].
     pub fn explain_among(
         &self,
         scene: &Scene,
@@ -207,8 +207,7 @@ fn finding(
             "exempt: flagged always visible, or without finite bounds".into()
         }
         Stage::Frustum => frustum::finding(frame, slot, reason.filter(|_| row.left.instances == 0)),
-        Stage::Pvs => caches.pvs.finding(frame, slot),
-        Stage::Portal => caches.portal.finding(frame, slot),
+        Stage::Pvs | Stage::Portal => candidates::finding(frame, row.stage, slot),
         Stage::Detail => detail::finding(frame, slot),
         Stage::Degenerate => degenerate::finding(frame, slot),
         Stage::Lod => lod::finding(frame, &caches.lod, slot),

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::candidates::Candidates;
+use super::candidates::{Candidates, Look};
 use super::shadow::ShadowView;
 use super::{Backface, Culler, Output};
 use crate::array::Each;
@@ -58,7 +58,7 @@ pub(super) struct Frame<'a> {
     /// camera.
     pub(super) casters: Option<CasterRegion>,
     /// Instances that may be visible, where the caller says which.
-    pub(super) candidates: Option<&'a dyn Candidates>,
+    candidates: Option<&'a dyn Candidates>,
     /// The one instance that is culled, where an explanation is wanted.
     pub(super) only: Option<Alone<'a>>,
 }
@@ -110,6 +110,17 @@ impl<'a> Frame<'a> {
             candidates,
             only,
         }
+    }
+
+    /// The candidates, where they and the culler have `stage`.
+    pub(super) fn candidates_of(&self, stage: Stage) -> Option<&'a dyn Candidates> {
+        let candidates = self.candidates.filter(|_| self.culler.runs(stage))?;
+        candidates.stages().contains(&stage).then_some(candidates)
+    }
+
+    /// The cull as candidates see it.
+    pub(super) fn look(&self) -> Look<'a> {
+        Look { culler: self.culler, scene: self.scene, view: self.view }
     }
 
     /// The slot of the one instance that is culled.

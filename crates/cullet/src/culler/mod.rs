@@ -12,7 +12,7 @@ mod sets;
 mod shadow;
 mod stage;
 
-pub use candidates::Candidates;
+pub use candidates::{Candidates, Look};
 pub use evidence::{CellTest, CoverTest, Evidence, PlaneTest};
 pub use explain::{Explanation, Step};
 pub use shadow::ShadowView;
@@ -23,7 +23,6 @@ use crate::Simd;
 use crate::costs::Costs;
 use crate::cull::detail::Detail;
 use crate::cull::occlusion::{Occlusion, OcclusionBuffer};
-use crate::cull::portal::{PortalOptions, Reached};
 use crate::funnel::Stage;
 use crate::lod::Lod;
 use crate::prepared::Preparation;
@@ -91,15 +90,12 @@ pub struct Culler {
     /// After the plane test, also test the frustum's corners against the faces of boxes that straddle:
     /// drops big boxes near its corners, at the cost of an exact test for each of them. Default off.
     pub frustum_exact: bool,
-    /// Cull what is not in the set of the eye's cell, in scenes that [have such sets](crate::Scene::set_visible_sets). Default
-    /// on; it does nothing where [`portal`](Self::portal) would not. As conservative as the sets are. Cost: none to speak of,
-    /// but where the eye comes into another cell, whose set is then looked up.
+    /// Cull what is not among the [candidates](Candidates) of a mask, or of the visible sets of cells. Default on; it does nothing
+    /// without candidates. As conservative as those are. Cost: none to speak of.
     pub pvs: bool,
-    /// Cull what is in no cell that is seen through open portals, and of what is in those, what is beside the portals. On by
-    /// default, in scenes that [have cells](crate::Scene::set_cells); it does nothing while the eye is in none, nor where the
-    /// near plane of the view cuts into a wall, nor for orthographic views and lights. Conservative as far as the cells say
-    /// what is true. Cost: a fraction of a microsecond for each portal of the cells that are seen.
-    pub portal: Option<PortalOptions>,
+    /// Cull what candidates by cells and portals do not see, and of what they see in part the clusters beside that. Default
+    /// on; it does nothing without such candidates. Conservative as far as the cells say what is true.
+    pub portal: bool,
     /// How to cull back faces of one-sided parts. Default [`Backface::Fast`]: a cone for each cluster, and where the output
     /// is triangles four bytes each.
     pub backface: Backface,
@@ -163,13 +159,6 @@ impl ViewState {
         self.scratch.caches.occlusion.buffer()
     }
 
-    /// Cells that the last cull of this view reached through portals; `None` before a cull with
-    /// [`Culler::portal`], and after one for which the stage did nothing.
-    #[must_use]
-    pub fn reached(&self) -> Option<&Reached> {
-        self.scratch.caches.portal.reached()
-    }
-
     /// Occluders drawn into that buffer, front to back: slots, and which of the shapes of the slot's
     /// [occluder](crate::Prepared::occluder).
     #[must_use]
@@ -204,6 +193,16 @@ pub enum CullError {
         /// Number of slots of the scene.
         slots: u32,
     },
+    /// Candidates of another scene, or of another order of its slots.
+    #[error(
+        "candidates of order {found} of a scene, but the scene has order {expected}: update them first"
+    )]
+    Order {
+        /// Order version that the candidates are of.
+        found: u64,
+        /// Order version of the scene.
+        expected: u64,
+    },
     /// The handle names no instance.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -229,7 +228,7 @@ impl Culler {
             frustum: true,
             frustum_exact: false,
             pvs: true,
-            portal: Some(PortalOptions::default()),
+            portal: true,
             backface: Backface::default(),
             degenerate: true,
             detail: None,
@@ -262,7 +261,7 @@ impl Culler {
         match stage {
             Stage::Frustum => only.frustum = true,
             Stage::Pvs => only.pvs = true,
-            Stage::Portal => only.portal = Some(self.portal.unwrap_or_default()),
+            Stage::Portal => only.portal = true,
             Stage::Detail => only.detail = self.detail.or_else(|| Some(Detail::default())),
             Stage::Occlusion => {
                 only.occlusion = self.occlusion.or_else(|| Some(Occlusion::default()));
@@ -282,7 +281,7 @@ impl Culler {
         match stage {
             Stage::Frustum => (without.frustum, without.frustum_exact) = (false, false),
             Stage::Pvs => without.pvs = false,
-            Stage::Portal => without.portal = None,
+            Stage::Portal => without.portal = false,
             Stage::Detail => without.detail = None,
             Stage::Occlusion => without.occlusion = None,
             Stage::Backface => without.backface = Backface::Off,
@@ -310,7 +309,7 @@ impl Culler {
             Stage::Layer => true,
             Stage::Frustum => self.frustum,
             Stage::Pvs => self.pvs,
-            Stage::Portal => self.portal.is_some(),
+            Stage::Portal => self.portal,
             Stage::Detail => self.detail.is_some(),
             Stage::Occlusion => self.occlusion.is_some(),
             Stage::Backface => self.backface != Backface::Off,
@@ -368,7 +367,7 @@ impl Culler {
     }
 
     /// Culls for one view among `candidates`, the instances that the caller takes for visible; all others are dropped after the
-    /// frustum stage, with [`Stage::Pvs`] for a reason. The answer is what is left of [`cull_one`](Self::cull_one)'s, but
+    /// frustum stage, by the stages of the candidates. The answer is what is left of [`cull_one`](Self::cull_one)'s, but
     /// for what dropped instances would have hidden. Cost: none to speak of.
     ///
     /// ```
@@ -396,7 +395,7 @@ impl Culler {
     /// ```
     ///
     /// # Errors
-    /// [`CullError::Candidates`] for a mask of the wrong length; `state` and `result` stay as they are then.
+    /// The errors of [`Candidates::check`]; `state` and `result` stay as they are then.
     pub fn cull_among(
         &self,
         scene: &Scene,

@@ -8,7 +8,7 @@ use super::answer;
 use super::frame::{Alone, Frame, Viewer};
 use super::log::Log;
 use super::sets::Sets;
-use super::stage::{backface, degenerate, detail, frustum, layer, lod, occlusion, portal, pvs};
+use super::stage::{backface, candidates, degenerate, detail, frustum, layer, lod, occlusion};
 use super::{Culler, Output};
 use crate::funnel::{Stage, Unit};
 use crate::scene::Scene;
@@ -43,11 +43,11 @@ const PIPELINE: [Step; 16] = [
     opens(Stage::Frustum, Unit::Instances, |f, c, s, log| {
         frustum::instances(f, &mut c.frustum, &mut s.instances, log);
     }),
-    then(Stage::Pvs, Unit::Instances, |f, c, s, log| {
-        pvs::instances(f, &mut c.pvs, &mut s.instances, log);
+    then(Stage::Pvs, Unit::Instances, |f, _, s, log| {
+        candidates::instances(f, Stage::Pvs, &mut s.instances, log);
     }),
-    then(Stage::Portal, Unit::Instances, |f, c, s, log| {
-        portal::instances(f, &mut c.portal, &mut s.instances, log);
+    then(Stage::Portal, Unit::Instances, |f, _, s, log| {
+        candidates::instances(f, Stage::Portal, &mut s.instances, log);
     }),
     then(Stage::Detail, Unit::Instances, |f, _, s, log| {
         detail::instances(f, &mut s.instances, log);
@@ -62,10 +62,10 @@ const PIPELINE: [Step; 16] = [
         occlusion::instances(f, &mut c.occlusion, &mut s.instances, &mut s.coarse, log);
     }),
     opens(Stage::Frustum, Unit::Clusters, |f, c, s, log| {
-        frustum::clusters(f, &mut c.frustum, (&c.portal, &c.occlusion), s, log);
+        frustum::clusters(f, &mut c.frustum, &c.occlusion, s, log);
     }),
     then(Stage::Portal, Unit::Clusters, |f, c, s, log| {
-        portal::clusters(f, &mut c.portal, &mut s.clusters, log);
+        candidates::clusters(f, &mut c.candidates, &mut s.clusters, log);
     }),
     then(Stage::Detail, Unit::Clusters, |f, c, s, log| {
         detail::clusters(f, &c.occlusion, &mut s.clusters, log);
@@ -100,8 +100,7 @@ fn depth(output: Output) -> Unit {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Caches {
     frustum: frustum::Cache,
-    pub(super) pvs: pvs::Cache,
-    pub(super) portal: portal::Cache,
+    candidates: candidates::Cache,
     pub(super) occlusion: occlusion::Cache,
     pub(super) lod: lod::Cache,
     backface: backface::Cache,
@@ -131,8 +130,7 @@ pub(super) fn run(
     let mut log = Log::new(&frame, result);
     let depth = depth(culler.output);
     for step in &PIPELINE {
-        let has_candidates = step.stage == Stage::Pvs && frame.candidates.is_some();
-        if step.unit <= depth && (step.opens || culler.runs(step.stage) || has_candidates) {
+        if step.unit <= depth && (step.opens || culler.runs(step.stage)) {
             (step.run)(&frame, caches, sets, &mut log);
         }
     }

@@ -155,11 +155,10 @@ impl Scene {
             }
         }
         self.origin = origin;
-        self.without_change(|scene| {
-            (0..scene.slot_count()).for_each(|slot| scene.update_slot(slot));
-        });
+        // No instance moves, though all have other bounds.
+        (0..self.slot_count()).for_each(|slot| self.derive_slot(slot));
+        self.log_all();
         self.hierarchy.refit();
-        self.assign_moved();
         self.change += 1;
     }
 
@@ -189,13 +188,17 @@ impl Scene {
 
     /// Recomputes what is derived from a slot's transform, flags and override.
     pub(super) fn update_slot(&mut self, slot: u32) {
+        self.log_moved(slot);
+        self.derive_slot(slot);
+    }
+
+    fn derive_slot(&mut self, slot: u32) {
         if self.is_removed(slot) {
             return;
         }
         let at = slot as usize;
         let b = self.world_box(at);
         self.hierarchy.set_slot(at, &self.box_to_find(at));
-        self.loosen(slot);
         let finite = self.transforms[at].is_finite();
         let no_bounds = self.overrides.get(at) == BoundsOverride::None || !b.is_finite();
         let exempt = self.flags.get(at).always_visible || no_bounds || !finite;
@@ -238,7 +241,7 @@ impl SceneBoundsMut<'_> {
         // lie in one line of the cache, so that this reads nothing else of a slot that the cache may not have.
         if known && bounds.is_finite() && !bits::get(&scene.exempt, at) {
             scene.hierarchy.write(at, bounds);
-            scene.loosen(slot);
+            scene.log_moved(slot);
         } else {
             scene.update_slot(slot);
         }

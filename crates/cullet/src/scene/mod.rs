@@ -9,22 +9,23 @@ use crate::prepared::Prepared;
 use crate::transform::Transform;
 
 mod audit;
-mod cells;
 mod column;
 mod edit;
 mod instance;
 mod levels;
+mod log;
 mod meshes;
 mod order;
 mod stand_ins;
 mod tally;
 
 pub use audit::BoundsViolation;
-pub(crate) use cells::SceneCells;
 use column::{Bits, Column};
 pub use edit::SceneBoundsMut;
 pub use instance::{BoundsOverride, Instance, InstanceFlags, MeshId, SceneError, SceneVersion};
 pub use levels::MeshLevels;
+use log::Log;
+pub use log::SceneChange;
 pub(crate) use meshes::MeshKind;
 pub(crate) use meshes::is_parted;
 pub use stand_ins::StandInError;
@@ -77,8 +78,8 @@ pub struct Scene {
     collapsed: Bits,
     // Bounds, handles, and the order of both.
     hierarchy: Hierarchy,
-    // Which instances are in which cell.
-    cells: Option<Box<SceneCells>>,
+    // What changed last, for what depends on the scene.
+    log: Log,
     // Which instances stand for which others.
     stand_ins: Option<Box<StandIns>>,
 }
@@ -117,7 +118,7 @@ impl Scene {
             exempt_words: Vec::new(),
             collapsed: Bits::default(),
             hierarchy: Hierarchy::new(),
-            cells: None,
+            log: Log::default(),
             stand_ins: None,
         }
     }

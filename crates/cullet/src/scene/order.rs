@@ -9,11 +9,8 @@ use crate::prepared::Preparation;
 impl Scene {
     /// Fits the nodes of the hierarchy to what moved since the last time: makes the next cull faster,
     /// never different. The cost is that of what moved.
-    ///
-    /// Where the scene has [cells](Self::set_cells), what moved is found in them again.
     pub fn refit(&mut self) {
         self.hierarchy.refit();
-        self.assign_moved();
     }
 
     /// Sorts the slots by place, those of [dynamic](crate::InstanceFlags::dynamic) instances after all others, and
@@ -44,10 +41,7 @@ impl Scene {
         let before = commit.slot_of_old.len();
         self.columns(before).for_each(|column| column.gather(&from));
         self.note_exempt();
-        if let Some(cells) = &mut self.cells {
-            cells.gather(&from);
-        }
-        self.assign_all();
+        self.log_all();
         let present = self.hierarchy.present();
         self.tallies.recount(0..present.len(), &self.mesh, present);
         self.change += 1;
@@ -60,7 +54,7 @@ impl Scene {
     pub fn commit_in_order(&mut self) {
         self.hierarchy.commit_in_order();
         self.note_exempt();
-        self.assign_all();
+        self.log_all();
         self.change += 1;
     }
 
@@ -71,10 +65,7 @@ impl Scene {
         let moves = self.hierarchy.commit_slice();
         let slots = self.slot_count() as usize;
         self.columns(slots).for_each(|column| column.rearrange(&moves));
-        if let Some(cells) = &mut self.cells {
-            cells.rearrange(&moves);
-        }
-        self.assign_moved();
+        self.log_moves(&moves);
         let mut words: Vec<u32> = moves.iter().flatten().map(|&slot| slot / 64).collect();
         words.sort_unstable();
         words.dedup();
@@ -122,7 +113,7 @@ impl Scene {
             tallies: _,
             exempt_words: _,
             hierarchy: _,
-            cells: _,
+            log: _,
         } = self;
         let stand_ins = stand_ins.as_deref_mut().map(|stand_ins| {
             stand_ins.resize(slots);

@@ -4,11 +4,12 @@ use std::hint::black_box;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use cullet::cell::{CellGraph, CellLocator, CellPiece, CellShapes, Portal};
-use cullet::cull::portal::{
+use cullet::{Culler, Stage, View, ViewState, Visible};
+use cullet_cells::CellView;
+use cullet_cells::cell::{CellGraph, CellLocator, CellPiece, CellShapes, Portal};
+use cullet_cells::portal::{
     PortalClip, PortalOptions, PortalView, Reached, ray_cells_ref, walk_portals,
 };
-use cullet::{Culler, Stage, View, ViewState, Visible};
 use cullet_command::args::SceneArgs;
 use cullet_command::console::{Console, grouped};
 use cullet_command::exit::{Exit, Failure, Outcome};
@@ -352,7 +353,7 @@ fn cull(
     }
     [Culler::balanced(), Culler::exact()].iter().for_each(|c| model.scene.prepare(c.preparation()));
     let eyes = eyes(&model, views);
-    let scene = &model.scene;
+    let world = model.in_cells();
     let presets = [("balanced", Culler::balanced()), ("exact", Culler::exact())];
     let (mut rows, mut gains) = (Vec::new(), Vec::new());
     for (preset, all) in &presets {
@@ -367,13 +368,20 @@ fn cull(
         ];
         let mut best = vec![[f64::INFINITY; 4]; eyes.len()];
         let mut triangles = vec![[0; 4]; eyes.len()];
-        let mut states: [ViewState; 4] = std::array::from_fn(|_| ViewState::default());
+        let mut states: [(ViewState, CellView); 4] = Default::default();
         let mut result = Visible::default();
         for _ in 0..ROUNDS {
             for ((view, best), triangles) in eyes.iter().zip(&mut best).zip(&mut triangles) {
                 for (way, (_, culler)) in ways.iter().enumerate() {
-                    let took =
-                        of_thread(|| culler.cull_one(scene, view, &mut states[way], &mut result));
+                    let ((state, among), result) = (&mut states[way], &mut result);
+                    let took = of_thread(|| match world.cells {
+                        // Never refused: the cells are those of the scene.
+                        Some(cells) => {
+                            let among = among.on(cells);
+                            let _ = culler.cull_among(world.scene, view, &among, state, result);
+                        }
+                        None => culler.cull_one(world.scene, view, state, result),
+                    });
                     best[way] = best[way].min(took.as_secs_f64() * 1e6);
                     triangles[way] = result.triangle_count;
                 }

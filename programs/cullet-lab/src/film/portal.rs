@@ -2,8 +2,9 @@
 
 use std::collections::VecDeque;
 
-use cullet::cell::CellGraph;
-use cullet::{Culler, Scene, ViewState, Visible};
+use cullet::{Culler, ViewState, Visible};
+use cullet_cells::cell::CellGraph;
+use cullet_cells::{CellView, InCells};
 use cullet_command::exit::Failure;
 use cullet_command::inputs;
 use cullet_draw::{Picture, PortalWalk};
@@ -23,7 +24,8 @@ const DOORS: usize = 5;
 /// The film.
 pub(super) struct Portal<'a> {
     walk: PortalWalk<'a>,
-    scene: &'a Scene,
+    world: InCells<'a>,
+    among: CellView,
     culler: Culler,
     state: ViewState,
     result: Visible,
@@ -35,9 +37,9 @@ pub(super) struct Portal<'a> {
 
 impl<'a> Portal<'a> {
     pub(super) fn new(model: &'a Model, args: &FilmArgs) -> Result<Self, Failure> {
-        let scene = &model.scene;
+        let (scene, world) = (&model.scene, model.in_cells());
         let name = &model.name;
-        let graph = scene.cell_graph().ok_or_else(|| {
+        let graph = world.graph().ok_or_else(|| {
             Failure::input(format!(
                 "{name}: there are no cells, so no portals; try --cells auto, or the built-in office"
             ))
@@ -46,7 +48,7 @@ impl<'a> Portal<'a> {
         let cameras = paths::cameras(model, &PathSpec::Walk, 8, args.size, &overrides);
         let cameras = cameras.map_err(Failure::input)?;
         let mut eyes = cameras.iter().map(|camera| DVec3::from(camera.eye));
-        let start = eyes.find_map(|eye| Some((eye, scene.cell_of(eye.into())?)));
+        let start = eyes.find_map(|eye| Some((eye, world.cell_of(eye.into())?)));
         let (eye, cell) = start.ok_or_else(|| {
             Failure::input(format!("{name}: a walk through it is in none of its cells"))
         })?;
@@ -59,14 +61,15 @@ impl<'a> Portal<'a> {
             )));
         }
         let points: Vec<DVec3> = std::iter::once(eye).chain(doors).collect();
-        let walk = PortalWalk::new(scene, eye.into(), args.size)
+        let walk = PortalWalk::new(world, eye.into(), args.size)
             .ok_or_else(|| Failure::input(format!("{name}: there are no cells")))?;
         let [near, _] = paths::range(&cameras[0].projection);
         let fov_y_radians = paths::DEFAULT_FOV_DEGREES.to_radians();
         let lens = Lens { fov_y_radians, near, size: walk.view_size() };
         Ok(Self {
             walk,
-            scene,
+            world,
+            among: CellView::default(),
             culler: Culler { occlusion: None, lod: None, ..inputs::culler(&args.cull) },
             state: ViewState::default(),
             result: Visible::default(),
@@ -85,8 +88,12 @@ impl Script for Portal<'_> {
         let eye = self.track.at(along);
         let target = self.track.at(along + self.ahead);
         let view = self.lens.view(Stand { eye, target })?;
-        self.culler.cull_one(self.scene, &view, &mut self.state, &mut self.result);
-        Ok(self.walk.draw(&view, self.state.reached(), &self.colors))
+        let Self { culler, world, among, state, result, .. } = self;
+        if let Some(cells) = world.cells {
+            let culled = culler.cull_among(world.scene, &view, &among.on(cells), state, result);
+            culled.map_err(Failure::usage)?;
+        }
+        Ok(self.walk.draw(&view, self.among.reached(), &self.colors))
     }
 }
 
@@ -134,8 +141,8 @@ mod tests {
     #[test]
     fn a_way_through_an_office_leads_through_open_doors() {
         let model = cullet_scenes::build("office").unwrap();
-        let graph = model.scene.cell_graph().unwrap();
-        let start = model.scene.cell_of([26.6, 1.7, 18.2]).unwrap();
+        let graph = model.in_cells().graph().unwrap();
+        let start = model.in_cells().cell_of([26.6, 1.7, 18.2]).unwrap();
         let way = longest_way(graph, start, 1.7);
         assert!((2..=DOORS).contains(&way.len()), "{way:?}");
         assert!(way.iter().all(|p| p.y == 1.7));

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use cullet::cell::CellGraph;
 use cullet_bake::job::CellSource;
 use cullet_bake::pvs::{Bake, PairState, Pvs, PvsSettings};
 use cullet_bake::work::{RunEnd, RunOptions};
+use cullet_cells::cell::CellGraph;
 use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::{Exit, Failure};
 use cullet_command::inputs;
@@ -54,7 +54,7 @@ pub(super) fn draw(args: &PictureArgs, console: &Console) -> Result<Picture, Fai
 fn of_scene(args: &PictureArgs, console: &Console) -> Result<(Pvs, Vec<Vec<u32>>), Failure> {
     let model = inputs::load(&args.input.scene, console)?;
     of_graph(
-        model.scene.cell_graph().ok_or_else(|| no_cells(&args.input.scene.scene))?,
+        model.in_cells().graph().ok_or_else(|| no_cells(&args.input.scene.scene))?,
         args,
         console,
     )

@@ -1,16 +1,16 @@
 //! What lies behind doors and walls, what casts a shadow, and what is known of cells beforehand.
 
 use cullet::bounds::{Aabb, Side};
-use cullet::cell::{CellGraph, Portal};
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, ScreenBounds, Visibility};
-use cullet::cull::portal::{PortalOptions, PortalView, Reached, walk_portals};
 use cullet::cull::shadow::Light;
 use cullet::{
     Camera, Culler, Depth, Instance, Projection, Scene, ShadowView, Simd, Transform, View,
     ViewState, Visible,
 };
 use cullet_bake::pvs::{PairState, PvsSettings, bake};
+use cullet_cells::cell::{CellGraph, Portal};
+use cullet_cells::portal::{PortalOptions, PortalView, Reached, walk_portals};
 use cullet_draw::clip::{HalfSpace, Region, line};
 use cullet_testkit::meshes;
 

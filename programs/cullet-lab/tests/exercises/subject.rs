@@ -2,11 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use cullet::cell::{CellGraph, CellPiece, CellShapes, Portal};
 use cullet::cull::detail::Detail;
 use cullet::{
     Culler, DrawList, Handle, Instance, Output, Scene, Stage, Transform, View, ViewState, Visible,
 };
+use cullet_cells::cell::{CellGraph, CellPiece, CellShapes, Portal};
+use cullet_cells::{Cells, InCells};
 use cullet_draw::{RenderOptions, Selection, VerifyOptions, render, verify};
 use cullet_scenes::paths::{self, Overrides};
 use cullet_testkit::meshes;
@@ -128,14 +129,19 @@ fn behind_a_shut_door() -> Computed {
         CellPiece::from_box(1, [-5.0, 0.0, -10.0], [5.0, 3.0, 0.0]),
     ];
     let shapes = CellShapes::new(&graph, rooms)?;
-    scene.set_cells(graph, shapes);
+    let mut cells = Cells::new(&mut scene, graph, shapes);
     let view = View::perspective([0.0, 1.7, 15.0], [0.0, 1.7, 0.0], 1.0, 0.1, 100.0, [640, 480])?;
     // Nothing is drawn into a buffer.
     let culler = Culler { reasons: true, ..Culler::default().without(Stage::Occlusion) };
     let mut stages = |open: bool| -> BTreeSet<Option<Stage>> {
         let mut visible = Visible::default();
-        scene.set_portal_open(0, open);
-        culler.cull_one(&scene, &view, &mut ViewState::default(), &mut visible);
+        cells.set_portal_open(0, open);
+        InCells::new(&scene, Some(&cells)).cull(
+            &culler,
+            &view,
+            &mut ViewState::default(),
+            &mut visible,
+        );
         visible.reasons.iter().map(|reason| reason.map(|r| r.stage)).collect()
     };
     assert!(stages(true).contains(&None), "through the open door some are seen");

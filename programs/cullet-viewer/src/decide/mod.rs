@@ -21,6 +21,7 @@ use std::sync::Arc;
 
 use cullet::cull::occlusion::OcclusionBuffer;
 use cullet::{Culler, View, ViewState, Visible};
+use cullet_cells::CellView;
 
 use crate::task::clock;
 use crate::world::World;
@@ -61,6 +62,7 @@ pub struct Decision {
 #[derive(Debug, Default)]
 struct Memory {
     state: ViewState,
+    among: CellView,
     decided: u64,
     /// An earlier answer, whose memory the next one takes: that of a million instances is some megabytes, which the
     /// system would hand out page by page.
@@ -72,7 +74,15 @@ impl Memory {
         let began = clock();
         let mut visible = std::mem::take(&mut self.spare);
         let Request { world, view, culler, buffer, .. } = &request;
-        culler.cull_one(&world.model.scene, view, &mut self.state, &mut visible);
+        let world = world.model.in_cells();
+        match world.cells.map(|cells| self.among.on(cells)) {
+            // Refused are only cells of another order, which `in_cells` leaves out.
+            Some(among) => {
+                let state = &mut self.state;
+                let _ = culler.cull_among(world.scene, view, &among, state, &mut visible);
+            }
+            None => culler.cull_one(world.scene, view, &mut self.state, &mut visible),
+        }
         self.decided += 1;
         let milliseconds = (clock() - began) as f32 * 1e-6;
         // A buffer of an earlier view stays in the memory when the stage is switched off.

@@ -7,7 +7,7 @@ use crate::task::{Progress, Task};
 impl Session {
     /// Opens a portal of the scene, or shuts it: the scene is made again so. Nothing where there is no such portal.
     pub fn toggle_portal(&mut self, portal: u32) {
-        let graph = self.world.as_ref().and_then(|w| w.model.scene.cell_graph());
+        let graph = self.world.as_ref().and_then(|w| w.model.in_cells().graph());
         if graph.is_none_or(|graph| portal as usize >= graph.portals().len()) {
             return;
         }
@@ -40,7 +40,7 @@ impl Session {
 
     /// Begins to bake which cells can see each other.
     pub fn bake_cells(&mut self) {
-        let Some(graph) = self.world.as_ref().and_then(|w| w.model.scene.cell_graph()).cloned()
+        let Some(graph) = self.world.as_ref().and_then(|w| w.model.in_cells().graph()).cloned()
         else {
             return;
         };
@@ -66,21 +66,20 @@ impl Session {
             self.cells = Cells::default();
             return;
         };
-        let scene = &world.model.scene;
-        let Some(graph) = scene.cell_graph() else {
+        let Some(placed) = &world.model.placed else {
             self.cells = Cells::default();
             return;
         };
         // Doors change no set: what is behind one is potentially visible.
-        self.cells.sets.take_if(|sets| sets.pvs.check_graph(graph).is_err());
+        self.cells.sets.take_if(|sets| sets.pvs.check_graph(placed.graph()).is_err());
         let key = std::sync::Arc::as_ptr(world) as usize;
         if s.cells && self.cells.boxes.as_ref().is_none_or(|(of, _)| *of != key) {
-            self.cells.boxes = Some((key, cell_boxes(scene, graph, world.reach)));
+            self.cells.boxes = Some((key, cell_boxes(placed, world.reach)));
         }
         if !s.cells && !s.portals {
             self.cells.chain = None;
         } else if self.cells.chain.as_ref().is_none_or(|c| c.decided != decision.number) {
-            let chain = Chain::of(scene, &decision.request.view, decision.number);
+            let chain = Chain::of(world.model.in_cells(), &decision.request.view, decision.number);
             self.cells.chain = Some(chain);
         }
     }

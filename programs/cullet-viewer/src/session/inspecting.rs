@@ -72,7 +72,8 @@ impl Session {
         let (Some(world), Some(decision)) = (&self.world, &self.decision) else { return };
         let Request { view, culler, .. } = &decision.request;
         let scene = &world.model.scene;
-        let (slot, explanation) = match (scene.slot(handle), culler.explain(scene, view, handle)) {
+        let explained = world.model.in_cells().explain(culler, view, handle);
+        let (slot, explanation) = match (scene.slot(handle), explained) {
             (Ok(slot), Ok(explanation)) => (slot, explanation),
             (Err(error), _) => return self.tell(error.to_string(), true),
             (_, Err(error)) => return self.tell(error.to_string(), true),

@@ -367,7 +367,7 @@ impl Session {
 
     /// What is wanted of the scene otherwise than its file has it.
     fn alteration(&self) -> Alteration {
-        let graph = self.whole().and_then(|w| w.model.scene.cell_graph());
+        let graph = self.whole().and_then(|w| w.model.in_cells().graph());
         let portals = graph.map_or(0, |graph| graph.portals().len());
         let doors = self.state.doors.iter().copied().filter(|&door| (door as usize) < portals);
         let mut doors: Vec<u32> = doors.collect();

@@ -164,7 +164,8 @@ impl<'a> Facts<'a> {
     fn again(&self, culler: &Culler) -> Visible {
         let view: &View = &self.request.view;
         let mut visible = Visible::default();
-        culler.cull_one(self.scene(), view, &mut ViewState::default(), &mut visible);
+        let world = self.request.world.model.in_cells();
+        world.cull(culler, view, &mut ViewState::default(), &mut visible);
         visible
     }
 

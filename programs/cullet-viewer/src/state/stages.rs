@@ -68,7 +68,7 @@ impl Stages {
             on: true,
             frustum: culler.frustum,
             frustum_exact: culler.frustum_exact,
-            portal: culler.portal.is_some(),
+            portal: culler.portal,
             backface: culler.backface,
             degenerate: culler.degenerate,
             detail_px: detail.threshold_px,
@@ -134,7 +134,7 @@ impl Stages {
         Culler {
             frustum: on && self.frustum,
             frustum_exact: on && self.frustum_exact,
-            portal: (on && self.portal).then(Default::default),
+            portal: on && self.portal,
             backface: if on { self.backface } else { Backface::Off },
             degenerate: on && self.degenerate,
             detail: (on && self.detail_px > 0.0).then_some(Detail {

@@ -14,7 +14,7 @@ const MOST_LINES: usize = 14;
 
 /// Whether the scene has any.
 pub(super) fn are_there(session: &Session) -> bool {
-    session.world.as_ref().is_some_and(|w| w.model.scene.cell_graph().is_some())
+    session.world.as_ref().is_some_and(|w| w.model.placed.is_some())
 }
 
 /// The section.
@@ -58,8 +58,8 @@ fn place(ui: &mut egui::Ui, session: &Session) {
         Some(cell) => ui.label(format!("in cell {}", name(session, cell))),
         None => ui.label("in no cell"),
     };
-    let graph = session.world.as_ref().and_then(|w| w.model.scene.cell_graph());
-    let all = u64::from(graph.map_or(0, cullet::cell::CellGraph::cell_count));
+    let graph = session.world.as_ref().and_then(|w| w.model.in_cells().graph());
+    let all = u64::from(graph.map_or(0, cullet_cells::cell::CellGraph::cell_count));
     match &chain.reached {
         Some(reached) => {
             let cells: Vec<String> = reached.iter().take(40).map(u32::to_string).collect();

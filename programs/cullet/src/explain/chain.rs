@@ -24,7 +24,7 @@ pub(super) fn explain(
     let handle = scene
         .handle(slot)
         .ok_or_else(|| Failure::usage(format!("instance {slot}: there is none in that slot")))?;
-    let told = culler.explain(scene, view, handle).map_err(Failure::usage)?;
+    let told = model.in_cells().explain(culler, view, handle).map_err(Failure::usage)?;
     let origin = scene.origin();
     let bounds = scene.bounds(slot);
     let world = |p: [f32; 3]| [0, 1, 2].map(|a| f64::from(p[a]) + origin[a]);

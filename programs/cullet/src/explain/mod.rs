@@ -44,7 +44,7 @@ pub(crate) fn run(args: &ExplainArgs, console: &Console) -> Outcome {
     }
     let named = args.instance.as_deref().map(|name| target::by_name(&model, name)).transpose()?;
     let mut result = Visible::default();
-    culler.cull_one(scene, &view, &mut ViewState::default(), &mut result);
+    model.in_cells().cull(&culler, &view, &mut ViewState::default(), &mut result);
     let threads = args.input.view.threads;
     let options = RenderOptions { threads, ..RenderOptions::default() };
     let frame = cullet_draw::render(scene, &view, Selection::All, &options);
@@ -70,7 +70,7 @@ pub(crate) fn run(args: &ExplainArgs, console: &Console) -> Outcome {
             index: args.index,
             eye: view.eye(),
             size: view.viewport(),
-            stages: inputs::stages(&args.input.cull, scene).collect(),
+            stages: inputs::stages(&args.input.cull, model.in_cells()).collect(),
         },
         pixel,
         instance,

@@ -51,17 +51,15 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     culler.output = Output::Triangles;
     (culler.reasons, culler.dropped) = (true, true);
     model.scene.prepare(culler.preparation());
-    if matches!(args.kind, PictureKind::Portals | PictureKind::Cells)
-        && model.scene.cell_graph().is_none()
-    {
+    if matches!(args.kind, PictureKind::Portals | PictureKind::Cells) && model.placed.is_none() {
         return Err(no_cells(&args.input.scene.scene));
     }
-    let scene = &model.scene;
+    let (scene, world) = (&model.scene, model.in_cells());
     let colors = inputs::colors(&model);
     let options = RenderOptions { threads: args.input.view.threads, ..RenderOptions::default() };
     let cull = || {
         let (mut state, mut result) = (ViewState::default(), Visible::default());
-        culler.cull_one(scene, view, &mut state, &mut result);
+        world.cull(&culler, view, &mut state, &mut result);
         (state, result)
     };
     Ok(match args.kind {
@@ -125,14 +123,14 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
             }
         }
         PictureKind::Portals | PictureKind::Cells => {
-            let (state, _) = cull();
-            let reached = state.reached();
+            let reached = world.reached(&culler, view);
+            let reached = reached.as_ref();
             if reached.is_none() {
                 console.note("portals hide nothing in this view; the picture says why, or --no-portal was given");
             }
             match args.kind {
-                PictureKind::Portals => cullet_draw::portals(scene, view, reached, &colors),
-                _ => cullet_draw::cells(scene, view, reached, args.input.view.size),
+                PictureKind::Portals => cullet_draw::portals(world, view, reached, &colors),
+                _ => cullet_draw::cells(world, view, reached, args.input.view.size),
             }
         }
     })

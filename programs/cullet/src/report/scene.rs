@@ -220,7 +220,7 @@ impl<'a> Report<'a> {
                 size,
                 samples: self.args.samples,
                 seed: self.args.input.view.seed,
-                culling: inputs::culling_words(&self.args.input.cull, &self.survey.model.scene),
+                culling: inputs::culling_words(&self.args.input.cull, self.survey.model.in_cells()),
                 version: env!("CARGO_PKG_VERSION"),
             },
             views,

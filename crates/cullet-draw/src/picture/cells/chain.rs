@@ -1,8 +1,9 @@
 //! The portals of a view, one seen through the other.
 
-use cullet::cell::CellGraph;
-use cullet::cull::portal::Reached;
-use cullet::{Scene, View};
+use cullet::View;
+use cullet_cells::InCells;
+use cullet_cells::cell::CellGraph;
+use cullet_cells::portal::Reached;
 use glam::{DVec3, DVec4};
 
 use super::super::Picture;
@@ -29,15 +30,15 @@ const UNREACHED: [u8; 3] = [0xDA, 0xDB, 0xD9];
 /// scene has no cells, or the eye is in none. Cost: a frame at twice the size, and the plan.
 #[must_use]
 pub fn portals(
-    scene: &Scene,
+    world: InCells<'_>,
     view: &View,
     reached: Option<&Reached>,
     material_colors: &[[f32; 4]],
 ) -> Picture {
     let [width, height] = view.viewport();
-    let (Some(graph), Some(reached)) = (scene.cell_graph(), reached) else {
+    let (Some(graph), Some(reached)) = (world.graph(), reached) else {
         let mut picture = Picture::new(width.max(480), height.max(120), PAPER);
-        let why = match scene.cell_graph() {
+        let why = match world.graph() {
             None => "the scene has no cells",
             Some(_) => {
                 "portals hide nothing here: the eye, or its near plane, is not in cells alone"
@@ -46,15 +47,15 @@ pub fn portals(
         caption(&mut picture, why);
         return picture;
     };
-    let (steps, doors) = (shown_portals(view, reached), shut_doors(scene, view, reached));
+    let (steps, doors) = (shown_portals(view, reached), shut_doors(graph, view, reached));
     let wide = width.max(480);
     let text = text_size(wide);
     let line = (text * LINE).round() as i64;
     let panel = (u64::from(wide) * 9 / 20).max(300) as i64;
     let mut picture = Picture::new(wide, height + panel as u32, PAPER);
     let options = RenderOptions { scale: 2, ..RenderOptions::default() };
-    let frame = render(scene, view, Selection::All, &options);
-    let lit = shaded(scene, &frame, view, material_colors);
+    let frame = render(world.scene, view, Selection::All, &options);
+    let lit = shaded(world.scene, &frame, view, material_colors);
     lay(&mut picture, [0, 0], &marked(lit, &steps, &doors));
     let mut badges = Badges { size: text, placed: Vec::new(), room: [width, height] };
     for (number, step) in (1..).zip(&steps) {
@@ -80,7 +81,7 @@ pub fn portals(
     let shown = [left as u32, (panel - 3 * gap - legend).max(32) as u32];
     let eye = DVec4::from(view.eye());
     let eye = (eye.w != 0.0).then(|| eye.truncate());
-    let plan = Plan::new(scene, graph, eye, shown);
+    let plan = Plan::new(world, graph, eye, shown);
     lay(&mut picture, [gap, top], &painted(&plan, graph, &sight, eye));
     let ink = |cell: u32| {
         if sight.depth_of(cell).is_some() { INK } else { mix(INK, PAPER, 0.45) }

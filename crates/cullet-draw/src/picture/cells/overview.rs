@@ -1,7 +1,8 @@
 //! All cells of a storey from above, and which of them are reached.
 
-use cullet::cull::portal::Reached;
-use cullet::{Scene, View};
+use cullet::View;
+use cullet_cells::InCells;
+use cullet_cells::portal::Reached;
 use glam::DVec4;
 
 use super::super::Picture;
@@ -23,13 +24,18 @@ const REACHED: [u8; 3] = [0xF4, 0xAE, 0x6E];
 /// walk through portals reached, and what of them is in sight. It is cut level where the eye is, so of several storeys
 /// it shows that of the eye; at the nearest portal where no cell is so high.
 ///
-/// `reached` is [`ViewState::reached`](cullet::ViewState::reached) after a cull of the view. `size` is that of the picture, at least
+/// `reached` is [`CellView::reached`](cullet_cells::CellView::reached) after a cull of the view. `size` is that of the picture, at least
 /// 320 × 200. Words alone where the scene has no cells. Cost: the cell of a point for each of four times as many pixels.
 #[must_use]
-pub fn cells(scene: &Scene, view: &View, reached: Option<&Reached>, size: [u32; 2]) -> Picture {
+pub fn cells(
+    world: InCells<'_>,
+    view: &View,
+    reached: Option<&Reached>,
+    size: [u32; 2],
+) -> Picture {
     let [width, height] = [size[0].max(320), size[1].max(200)];
     let mut picture = Picture::new(width, height, PAPER);
-    let Some(graph) = scene.cell_graph() else {
+    let Some(graph) = world.graph() else {
         caption(&mut picture, "the scene has no cells");
         return picture;
     };
@@ -54,7 +60,7 @@ pub fn cells(scene: &Scene, view: &View, reached: Option<&Reached>, size: [u32; 
     // In a narrow picture the caption takes two lines.
     let above = line * if width < 900 { 2 } else { 1 } + 2 * gap;
     let shown = [room.max(8) as u32, (i64::from(height) - above - below - gap).max(64) as u32];
-    let plan = Plan::new(scene, graph, eye, shown);
+    let plan = Plan::new(world, graph, eye, shown);
     let color = |cell: u32, p: [f64; 3]| {
         let own = NEIGHBOURS[cell.wrapping_mul(2_654_435_761) as usize >> 13 & 7];
         match (sight.depth_of(cell), sight.depth_at(cell, p)) {
@@ -77,7 +83,7 @@ pub fn cells(scene: &Scene, view: &View, reached: Option<&Reached>, size: [u32; 
 
     let at = if plan.is_at_eye { "where the eye is" } else { "at the portals nearest to the eye" };
     let mut words = format!("Cells from above, cut at a height of {:.2}, {at}.", plan.height);
-    match (reached, eye.and_then(|e| scene.cell_of(e.into()))) {
+    match (reached, eye.and_then(|e| world.cell_of(e.into()))) {
         (Some(_), Some(cell)) => {
             let all = grouped(u64::from(graph.cell_count()));
             words += &format!(" From cell {cell}, {} of {all} are reached.", sight.count());

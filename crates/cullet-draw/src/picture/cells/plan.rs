@@ -2,7 +2,8 @@
 //! place, whatever the cells are made of.
 
 use cullet::Scene;
-use cullet::cell::CellGraph;
+use cullet_cells::InCells;
+use cullet_cells::cell::CellGraph;
 use glam::DVec3;
 
 use super::super::Picture;
@@ -35,22 +36,22 @@ pub(super) struct Plan {
 impl Plan {
     /// A plan to be shown at a size, cut where the eye is; at the portal nearest to that if no cell is so high.
     pub(super) fn new(
-        scene: &Scene,
+        world: InCells<'_>,
         graph: &CellGraph,
         eye: Option<DVec3>,
         size: [u32; 2],
     ) -> Self {
-        let (low, high) = extent(scene, graph);
+        let (low, high) = extent(world.scene, graph);
         let (mut height, mut is_at_eye) =
             eye.map_or(((low.y + high.y) * 0.5, false), |e| (e.y, true));
-        let mut found = occupied(scene, low, high, height);
+        let mut found = occupied(world, low, high, height);
         if found.is_none() {
             let middles = graph.portals().iter().map(|portal| {
                 portal.polygon.iter().map(|p| p[1]).sum::<f64>() / portal.polygon.len() as f64
             });
             let nearest = middles.min_by(|a, b| (a - height).abs().total_cmp(&(b - height).abs()));
             (height, is_at_eye) = (nearest.unwrap_or(height), false);
-            found = occupied(scene, low, high, height);
+            found = occupied(world, low, high, height);
         }
         let [mut min, mut max] = found.unwrap_or([[low.x, low.z], [high.x, high.z]]);
         // The eye belongs on the plan unless all would shrink to a dot.
@@ -75,7 +76,7 @@ impl Plan {
             cells: Vec::new(),
         };
         let places = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y]));
-        plan.cells = places.map(|[x, y]| scene.cell_of(plan.place(x, y)).unwrap_or(NONE)).collect();
+        plan.cells = places.map(|[x, y]| world.cell_of(plan.place(x, y)).unwrap_or(NONE)).collect();
         plan
     }
 
@@ -284,14 +285,14 @@ fn extent(scene: &Scene, graph: &CellGraph) -> (DVec3, DVec3) {
 }
 
 /// A rectangle of x and z around all cells at a height, as far as a grid of samples finds them.
-fn occupied(scene: &Scene, low: DVec3, high: DVec3, height: f64) -> Option<[[f64; 2]; 2]> {
+fn occupied(world: InCells<'_>, low: DVec3, high: DVec3, height: f64) -> Option<[[f64; 2]; 2]> {
     let step = [high.x - low.x, high.z - low.z].map(|v| v.max(1e-9) / f64::from(COARSE));
     let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for i in 0..COARSE {
         for j in 0..COARSE {
             let p =
                 [low.x + (f64::from(i) + 0.5) * step[0], low.z + (f64::from(j) + 0.5) * step[1]];
-            if scene.cell_of([p[0], height, p[1]]).is_some() {
+            if world.cell_of([p[0], height, p[1]]).is_some() {
                 for a in 0..2 {
                     min[a] = min[a].min(p[a] - step[a]);
                     max[a] = max[a].max(p[a] + step[a]);

@@ -1,9 +1,9 @@
 //! What an eye sees through portals, as pictures need it: places in sight, polygons on the screen, doors that are shut.
 
+use cullet::View;
 use cullet::bounds::Plane;
-use cullet::cell::CellGraph;
-use cullet::cull::portal::{Reached, Visit};
-use cullet::{Scene, View};
+use cullet_cells::cell::CellGraph;
+use cullet_cells::portal::{Reached, Visit};
 use glam::{DMat4, DVec3, DVec4};
 
 use crate::sort;
@@ -122,8 +122,7 @@ pub fn walk_order(reached: &Reached) -> Vec<u32> {
 
 /// The shut portals of all cells that a view sees, clipped by what is seen there; each once, as the shortest chain shows it.
 #[must_use]
-pub fn shut_doors(scene: &Scene, view: &View, reached: &Reached) -> Vec<DoorInView> {
-    let Some(graph) = scene.cell_graph() else { return Vec::new() };
+pub fn shut_doors(graph: &CellGraph, view: &View, reached: &Reached) -> Vec<DoorInView> {
     let visits: Vec<&Visit> = reached.visits().iter().collect();
     let visits = sort::sorted_by(&visits, |visit| visit.depth.into());
     let mut doors: Vec<DoorInView> = Vec::new();

@@ -1,8 +1,9 @@
 //! A walk through portals: the view, and a plan that stays where it is.
 
-use cullet::cell::CellGraph;
-use cullet::cull::portal::Reached;
-use cullet::{Scene, View};
+use cullet::View;
+use cullet_cells::InCells;
+use cullet_cells::cell::CellGraph;
+use cullet_cells::portal::Reached;
 use glam::{DVec3, DVec4};
 
 use super::super::Picture;
@@ -18,7 +19,7 @@ use super::sight::{Sight, shown_portals, shut_doors};
 /// colour of how many it is; on the right a plan of the cells in the same colours, the same in all of them.
 #[derive(Debug)]
 pub struct PortalWalk<'a> {
-    scene: &'a Scene,
+    world: InCells<'a>,
     graph: &'a CellGraph,
     plan: Plan,
     size: [u32; 2],
@@ -31,14 +32,14 @@ impl<'a> PortalWalk<'a> {
     /// For walks at the height of `eye`, in pictures of `size`, at least 320 x 160. `None` where the scene has no cells. Cost: the cell
     /// of a point for each pixel of a plan of twice its size.
     #[must_use]
-    pub fn new(scene: &'a Scene, eye: [f64; 3], size: [u32; 2]) -> Option<Self> {
-        let graph = scene.cell_graph()?;
+    pub fn new(world: InCells<'a>, eye: [f64; 3], size: [u32; 2]) -> Option<Self> {
+        let graph = world.graph()?;
         let size = [size[0].max(320), size[1].max(160)];
         let line = (text_size(size[0]) * LINE).round() as u32;
         let beside = size[0] - Self::view_width(size[0]);
         let shown = [beside - 2 * GAP, size[1] - 3 * line - 2 * GAP];
-        let plan = Plan::new(scene, graph, Some(eye.into()), shown);
-        Some(Self { scene, graph, plan, size })
+        let plan = Plan::new(world, graph, Some(eye.into()), shown);
+        Some(Self { world, graph, plan, size })
     }
 
     fn view_width(width: u32) -> u32 {
@@ -61,13 +62,13 @@ impl<'a> PortalWalk<'a> {
         reached: Option<&Reached>,
         material_colors: &[[f32; 4]],
     ) -> Picture {
-        let Self { scene, graph, plan, size } = self;
+        let Self { world, graph, plan, size } = self;
         let (steps, doors) = match reached {
-            Some(reached) => (shown_portals(view, reached), shut_doors(scene, view, reached)),
+            Some(reached) => (shown_portals(view, reached), shut_doors(graph, view, reached)),
             None => (Vec::new(), Vec::new()),
         };
         let mut picture = Picture::new(size[0], size[1], PAPER);
-        let lit = even_doubled(scene, view, None, material_colors);
+        let lit = even_doubled(world.scene, view, None, material_colors);
         lay(&mut picture, [0, 0], &marked(lit, &steps, &doors));
         let eye = DVec4::from(view.eye());
         let eye = (eye.w != 0.0).then(|| eye.truncate());
@@ -75,7 +76,7 @@ impl<'a> PortalWalk<'a> {
         let left = i64::from(self.view_size()[0]);
         let text = text_size(size[0]);
         let line = (text * LINE).round() as i64;
-        let cell = eye.and_then(|eye: DVec3| scene.cell_of(eye.into()));
+        let cell = eye.and_then(|eye: DVec3| world.cell_of(eye.into()));
         let words = [
             cell.map_or("the eye is in no cell".to_owned(), |cell| format!("from cell {cell}")),
             match reached {
@@ -100,23 +101,24 @@ const GAP: u32 = 10;
 
 #[cfg(test)]
 mod tests {
-    use cullet::{Camera, Culler, Depth, Projection, ViewState, Visible};
+    use cullet::{Camera, Culler, Depth, Projection};
 
     use super::*;
 
     #[test]
     fn the_plan_stays_and_the_colours_follow_the_eye() {
-        let scene = cullet_scenes::build("office").unwrap().scene;
+        let model = cullet_scenes::build("office").unwrap();
+        let world = model.in_cells();
         // In two cells that one looks out of.
-        let graph = scene.cell_graph().unwrap();
-        let cell_of = |p: &[f64; 3]| scene.cell_of(*p).filter(|&c| graph.portals_of(c).len() > 3);
+        let graph = world.graph().unwrap();
+        let cell_of = |p: &[f64; 3]| world.cell_of(*p).filter(|&c| graph.portals_of(c).len() > 3);
         let places: Vec<[f64; 3]> = (0..400)
             .map(|k| [f64::from(k % 20) * 1.3 + 0.7, 1.7, f64::from(k / 20) * 1.1 + 0.6])
             .filter(|p| cell_of(p).is_some())
             .collect();
         let other = places.iter().find(|p| cell_of(p) != cell_of(&places[0])).unwrap();
         let eyes = [places[0], *other];
-        let walk = PortalWalk::new(&scene, eyes[0], [480, 270]).unwrap();
+        let walk = PortalWalk::new(world, eyes[0], [480, 270]).unwrap();
         assert_eq!(walk.view_size(), [300, 270]);
         let [a, b] = eyes.map(|eye| {
             // So near that all of what is before it is in one cell.
@@ -126,10 +128,9 @@ mod tests {
             let target = [eye[0] + 1.0, eye[1], eye[2] + 0.08];
             let camera = Camera::look_at(eye, target, projection);
             let view = View::new(&camera, Depth::Reversed, walk.view_size()).unwrap();
-            let (mut state, mut result) = (ViewState::default(), Visible::default());
-            Culler::default().cull_one(&scene, &view, &mut state, &mut result);
-            assert!(state.reached().is_some(), "the eye is in a cell");
-            walk.draw(&view, state.reached(), &[])
+            let reached = world.reached(&Culler::default(), &view);
+            assert!(reached.is_some(), "the eye is in a cell");
+            walk.draw(&view, reached.as_ref(), &[])
         });
         assert_eq!([a.width, a.height], [480, 270]);
         // Outlines of cells, thin and so not quite in their colour, are where they were, and doors; the eye is not.
@@ -140,7 +141,7 @@ mod tests {
             .fold((0, 0), |(same, all), (x, y)| (same + u32::from(dark(&b, x, y)), all + 1));
         assert!(all > 100 && same * 10 > all * 8, "{same} of {all}");
         assert_ne!(a, b);
-        let empty = cullet_scenes::build("solids:n=2").unwrap().scene;
-        assert!(PortalWalk::new(&empty, [0.0; 3], [480, 270]).is_none());
+        let empty = cullet_scenes::build("solids:n=2").unwrap();
+        assert!(PortalWalk::new(empty.in_cells(), [0.0; 3], [480, 270]).is_none());
     }
 }

@@ -7,7 +7,7 @@ use super::super::log::Log;
 use super::super::run::{Run, is_parted, triangles_of};
 use super::super::sets::{self, Coarse, GROUP, Instances, Sets, slots};
 use super::backface::Backs;
-use super::{detail, occlusion, portal};
+use super::{candidates, detail, occlusion};
 use crate::array::{self, Each};
 use crate::bits;
 use crate::bounds::{Aabb, Plane, Side};
@@ -175,7 +175,7 @@ fn take_alone(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>, slot: u
 pub(in super::super) fn clusters(
     frame: &Frame<'_>,
     cache: &mut Cache,
-    (reached, hidden): (&portal::Cache, &occlusion::Cache),
+    hidden: &occlusion::Cache,
     sets: &mut Sets,
     log: &mut Log<'_>,
 ) {
@@ -202,7 +202,7 @@ pub(in super::super) fn clusters(
         } else {
             0
         };
-        let may_settle = may_settle & !reached.straddling(frame, word);
+        let may_settle = may_settle & !candidates::straddling(frame, word);
         let replaced = coarse.word(word as u32);
         let alive = instances.alive[word];
         let at_once = match (all_are_whole, none_has_backs) {
@@ -239,7 +239,7 @@ pub(in super::super) fn clusters(
             }
             if !settles
                 || occlusion::may_hide_clusters(frame, hidden, slot)
-                || reached.may_cut(frame, slot)
+                || candidates::may_cut(frame, slot)
                 || detail::may_drop_clusters(frame, slot)
                 || backs.as_ref().is_some_and(|b| b.may_cull_clusters(slot))
             {

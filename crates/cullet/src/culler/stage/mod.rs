@@ -2,6 +2,7 @@
 //! instance beside it.
 
 pub(super) mod backface;
+pub(super) mod candidates;
 pub(super) mod degenerate;
 mod density;
 pub(super) mod detail;
@@ -10,9 +11,6 @@ pub(super) mod layer;
 pub(super) mod lod;
 mod occluders;
 pub(super) mod occlusion;
-pub(super) mod portal;
-pub(super) mod pvs;
 mod samples;
 mod stake;
-mod stand;
 mod stand_ins;

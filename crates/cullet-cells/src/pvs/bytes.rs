@@ -5,7 +5,6 @@ use std::borrow::Cow;
 use thiserror::Error;
 
 use super::{Targets, VisibleSets};
-use crate::array;
 
 /// Kind of targets, targets, cells and words, each as u32, little-endian; then where each row begins, as u32, filled up to
 /// eight bytes; then the words.
@@ -36,9 +35,6 @@ pub enum SetsError {
         /// How many words there are.
         words: u32,
     },
-    /// The scene has no cells.
-    #[error("the scene has no cells: give it those that the sets are of")]
-    NoCells,
     /// They are of more or fewer cells than the scene has.
     #[error("visible sets of {sets} cells, but the scene has {cells}: of another scene?")]
     Cells {
@@ -80,8 +76,8 @@ impl<'a> VisibleSets<'a> {
         let (header, rest) = bytes
             .split_first_chunk::<HEADER>()
             .ok_or(SetsError::Size { found, expected: HEADER as u64 })?;
-        let number = |k: usize| u32::from_le_bytes(array::from_fn(|i| header[k * 4 + i]));
-        let [kind, target_count, cells, count] = array::from_fn(number);
+        let number = |k: usize| u32::from_le_bytes(std::array::from_fn(|i| header[k * 4 + i]));
+        let [kind, target_count, cells, count] = std::array::from_fn(number);
         let starts_len = (u64::from(cells) * 4).next_multiple_of(8);
         let expected = HEADER as u64 + starts_len + u64::from(count) * 8;
         if found != expected {

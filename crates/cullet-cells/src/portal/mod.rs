@@ -11,8 +11,8 @@
 //!
 //! ```
 //! use cullet::View;
-//! use cullet::cell::{CellGraph, Portal};
-//! use cullet::cull::portal::{PortalOptions, PortalView, Reached, walk_portals};
+//! use cullet_cells::cell::{CellGraph, Portal};
+//! use cullet_cells::portal::{PortalOptions, PortalView, Reached, walk_portals};
 //!
 //! // Three rooms in a row along −z, a door between each two: the second is out of line.
 //! let door = |x: f64, z: f64| vec![[x, 0.0, z], [x + 1.0, 0.0, z], [x + 1.0, 2.0, z], [x, 2.0, z]];

@@ -7,10 +7,9 @@ use glam::DVec3;
 use super::polygon::{Corner, SLACK, cut, rectangle, side};
 use super::view::PortalView;
 use super::{PortalClip, PortalOptions};
-use crate::array::Each;
-use crate::bounds::Plane;
 use crate::cell::CellGraph;
-use crate::view::Frustum;
+use cullet::Frustum;
+use cullet::bounds::Plane;
 
 /// A cell that is seen, and through what: one step of a chain that begins in the cell of the eye.
 #[derive(Clone, Debug, PartialEq)]
@@ -322,7 +321,7 @@ impl Reached {
             eye: seen_from.into(),
             is_limited: false,
             mirrors: mirrors + 1,
-            rows: rows.each(reflected),
+            rows: rows.map(reflected),
             planes,
             polygon,
         });
@@ -385,7 +384,7 @@ impl Reached {
                     }
                     let i = (label & !OWN) as usize;
                     let next = opening.polygon[(i + 1) % opening.polygon.len()];
-                    let [a, b] = [opening.polygon[i], next].each(|p| DVec3::from(p) - eye);
+                    let [a, b] = [opening.polygon[i], next].map(|p| DVec3::from(p) - eye);
                     let normal = if opening.is_front { side(a, b) } else { side(b, a) };
                     self.planes.extend(normal.map(|n| (n, 0.0)));
                 }
@@ -393,7 +392,7 @@ impl Reached {
             }
         }
         match rectangle(&self.polygon, rows) {
-            Some(sides) => self.planes.extend(sides.each(|n| (n, 0.0))),
+            Some(sides) => self.planes.extend(sides.map(|n| (n, 0.0))),
             None => return planes,
         }
         first..self.planes.len() as u32

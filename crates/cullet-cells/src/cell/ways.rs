@@ -4,7 +4,6 @@ use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
 use super::graph::CellGraph;
-use crate::array;
 
 /// A portal that was reached, by the length of the way; the nearest first, and of two as near that of the lower number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +34,7 @@ impl CellGraph {
     /// infinity where none leads there, or all are longer than `limit`. A way goes through open portals, by the middle of each
     /// (of one-way portals as sight does), so that it is no shorter than the shortest. What is heard in a cell, sound that goes
     /// around corners and not through walls, is what has a short way there, though it may not be seen; compare
-    /// [`VisibleSets`](crate::cull::pvs::VisibleSets). O(portals · log portals) of those within the limit (Dijkstra, 1959).
+    /// [`VisibleSets`](crate::pvs::VisibleSets). O(portals · log portals) of those within the limit (Dijkstra, 1959).
     ///
     /// # Panics
     /// If there is no such cell.
@@ -72,7 +71,7 @@ impl CellGraph {
     fn middle(&self, portal: u32) -> [f64; 3] {
         let polygon = &self.portals()[portal as usize].polygon;
         let sum = |a: usize| polygon.iter().map(|corner| corner[a]).sum::<f64>();
-        array::from_fn(|a| sum(a) / polygon.len() as f64)
+        std::array::from_fn(|a| sum(a) / polygon.len() as f64)
     }
 }
 

@@ -5,7 +5,7 @@
 //! or by the compiler of a map, which stored them in it. Here they are kept small, and asked.
 //!
 //! ```
-//! use cullet::cull::pvs::{Targets, VisibleSets};
+//! use cullet_cells::pvs::{Targets, VisibleSets};
 //!
 //! // Three rooms in a row: the outer two do not see each other.
 //! let rows = [0b011, 0b111, 0b110].map(|row| vec![row]);
@@ -30,7 +30,7 @@ pub use sets::VisibleSets;
 pub enum Targets {
     /// Cells. An instance may be seen where one of its cells may.
     Cells = 0,
-    /// Instances, by the [index](crate::Handle::index) of their handles. Instances that came or
+    /// Instances, by the [index](cullet::Handle::index) of their handles. Instances that came or
     /// moved since the sets were given to a scene count as seen from everywhere.
     Instances = 1,
 }

@@ -1,9 +1,8 @@
 //! Cells joined by portals.
 
 use super::error::{CellError, PortalProblem};
-use crate::array::Each;
 use crate::bits;
-use crate::bounds::Plane;
+use cullet::bounds::Plane;
 
 /// How far the corners of a portal may lie off one plane, as a share of the portal's size, and how far its polygon may be
 /// dented.
@@ -126,7 +125,7 @@ impl CellGraph {
     /// The portals of a cell, ascending.
     #[must_use]
     pub fn portals_of(&self, cell: u32) -> &[u32] {
-        let [first, end] = [cell, cell + 1].each(|c| self.firsts[c as usize] as usize);
+        let [first, end] = [cell, cell + 1].map(|c| self.firsts[c as usize] as usize);
         &self.around[first..end]
     }
 

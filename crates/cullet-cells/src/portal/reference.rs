@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use crate::array::Each;
 use crate::cell::{CellGraph, CellShapes};
 
 /// Where a ray ends.
@@ -31,7 +30,7 @@ pub fn ray_cells_ref(
         let out = at + along * way_out(shapes, cell, at, along);
         each(cell, at.into(), out.into());
         // Where the ray leaves the cell, or a hair beside: corners of a portal may be a little off.
-        let crosses = |plane: &crate::bounds::Plane| {
+        let crosses = |plane: &cullet::bounds::Plane| {
             let speed = along.dot(plane.normal.into());
             let t = -plane.distance(at) / speed;
             let p = at + along * t;
@@ -101,11 +100,11 @@ fn way_out(shapes: &CellShapes, cell: u32, from: DVec3, along: DVec3) -> f64 {
 }
 
 /// How far a point of a polygon's plane is within its edges; below zero outside.
-fn inset(polygon: &[[f64; 3]], plane: &crate::bounds::Plane, p: DVec3) -> f64 {
+fn inset(polygon: &[[f64; 3]], plane: &cullet::bounds::Plane, p: DVec3) -> f64 {
     let normal = DVec3::from(plane.normal);
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
     let insets = edges.filter_map(|(a, b)| {
-        let [a, b] = [a, b].each(|c| DVec3::from(*c));
+        let [a, b] = [a, b].map(|c| DVec3::from(*c));
         Some(normal.cross(b - a).try_normalize()?.dot(p - a))
     });
     insets.fold(f64::INFINITY, f64::min)

@@ -6,8 +6,7 @@ use super::error::{CellError, PieceProblem, PortalProblem};
 use super::graph::{CellGraph, FLAT};
 use super::locate::CellLocator;
 use super::tree::{Bounds, PieceTree};
-use crate::array::Each;
-use crate::bounds::Plane;
+use cullet::bounds::Plane;
 
 /// Number of pieces near a box that are listed without allocating. A small box rarely touches more.
 const FEW: usize = 64;
@@ -60,7 +59,7 @@ struct Piece {
 /// should share no more than their border. A point on a border is in both cells.
 ///
 /// ```
-/// use cullet::cell::{CellGraph, CellLocator, CellPiece, CellShapes, Portal};
+/// use cullet_cells::cell::{CellGraph, CellLocator, CellPiece, CellShapes, Portal};
 ///
 /// // An L-shaped room, a room beside it, and the door between them.
 /// let pieces = vec![
@@ -74,7 +73,7 @@ struct Piece {
 /// let shapes = CellShapes::new(&graph, pieces)?;
 /// assert_eq!(shapes.cell_of([1.0, 1.0, 7.0]), Some(0));
 /// assert_eq!(shapes.cell_of([3.0, 1.0, 7.0]), None);
-/// # Ok::<(), cullet::cell::CellError>(())
+/// # Ok::<(), cullet_cells::cell::CellError>(())
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct CellShapes {
@@ -249,7 +248,7 @@ impl CellShapes {
 
     /// Whether a box is in pieces grown by `reach`, with skins or without.
     fn holds(&self, b: &Bounds, reach: f64, skins: bool) -> bool {
-        let grown = [b[0].each(|v| v - reach), b[1].each(|v| v + reach)];
+        let grown = [b[0].map(|v| v - reach), b[1].map(|v| v + reach)];
         // A frame does this for its near plane, and allocates nothing.
         let (mut few, mut count) = ([0; FEW], 0);
         let counts = |number: u32| skins || !self.pieces[number as usize].is_skin;
@@ -321,7 +320,7 @@ impl CellLocator for CellShapes {
 
     fn cells_touching(&self, min: [f64; 3], max: [f64; 3], cells: &mut Vec<u32>) {
         let half = self.walls * 0.5;
-        let grown = [min.each(|v| v - half), max.each(|v| v + half)];
+        let grown = [min.map(|v| v - half), max.map(|v| v + half)];
         self.tree.visit(&grown, |number| {
             let piece = &self.pieces[number as usize];
             let touches = self.planes_of(piece).iter().all(|plane| {

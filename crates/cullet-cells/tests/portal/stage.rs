@@ -1,9 +1,10 @@
 //! The stage of the culler: nothing that is seen through portals is dropped, and what is dropped is explained.
 
-use cullet::cull::portal::ray_cells_ref;
 use cullet::{
     Culler, Handle, Instance, Mesh, Output, Scene, Stage, Transform, Unit, View, ViewState,
 };
+use cullet_cells::portal::ray_cells_ref;
+use cullet_cells::{CellView, Cells, InCells};
 use cullet_testkit::answers::{cull, listed};
 use cullet_testkit::buildings::Building;
 use cullet_testkit::oracles::alone::{check_rows, fates, fates_alone, telling};
@@ -12,7 +13,7 @@ use cullet_testkit::{Rng, at_every_level, cases, meshes};
 use super::walk::{into, look};
 
 /// Balls about a building: small ones and some large ones, with many clusters.
-fn furnish(rng: &mut Rng, building: &Building) -> Scene {
+fn furnish(rng: &mut Rng, building: &Building) -> (Scene, Cells) {
     let mut scene = Scene::new();
     if rng.chance(0.5) {
         scene.rebase(rng.vector(30.0));
@@ -29,8 +30,8 @@ fn furnish(rng: &mut Rng, building: &Building) -> Scene {
     if rng.chance(0.5) {
         shapes = shapes.sealed();
     }
-    scene.set_cells(building.graph.clone(), shapes);
-    scene
+    let cells = Cells::new(&mut scene, building.graph.clone(), shapes);
+    (scene, cells)
 }
 
 /// Clusters and instances on a ray that ends within a triangle of them.
@@ -48,14 +49,14 @@ fn nothing_on_a_ray_through_open_portals_is_dropped() {
     let (mut checked, mut dropped, mut cut, mut idle) = (0_u64, 0_u64, 0_u64, 0);
     for _ in 0..cases(60) {
         let building = Building::new(&mut rng, [5, 2, 5]);
-        let scene = furnish(&mut rng, &building);
+        let (scene, cells) = furnish(&mut rng, &building);
         let (eye, cell) = building.point(&mut rng, 0.02);
         let view = look(&mut rng, eye);
         let culler = Culler { reasons: true, output: Output::Triangles, ..Culler::default() };
         let culler = culler.only(Stage::Portal);
         let mut answers = Vec::new();
         at_every_level!(|level| {
-            answers.push(cull(&Culler { level, ..culler.clone() }, &scene, &view));
+            answers.push(cull(&Culler { level, ..culler.clone() }, (&scene, &cells), &view));
         });
         assert!(answers.windows(2).all(|pair| pair[0] == pair[1]), "levels differ");
         let result = &answers[0];
@@ -111,23 +112,23 @@ fn rows_reasons_and_explanations_agree() {
     let mut rng = Rng(5);
     for _ in 0..cases(12) {
         let building = Building::new(&mut rng, [4, 2, 4]);
-        let scene = furnish(&mut rng, &building);
+        let (scene, cells) = furnish(&mut rng, &building);
         let (eye, _) = building.point(&mut rng, 0.02);
         let view = look(&mut rng, eye);
         let culler = telling(&Culler { occlusion: None, ..Culler::default() });
-        let result = cull(&culler, &scene, &view);
+        let result = cull(&culler, (&scene, &cells), &view);
         let together = fates(&scene, &result);
         check_rows(&scene, &result, &together);
-        assert_eq!(together, fates_alone(&culler, &scene, &view));
+        assert_eq!(together, fates_alone(&culler, (&scene, &cells), &view));
         for slot in scene.slots() {
             let handle = scene.handle(slot).unwrap();
-            let told = culler.explain(&scene, &view, handle).unwrap();
+            let told = InCells::from((&scene, &cells)).explain(&culler, &view, handle).unwrap();
             assert_eq!(told.reason, result.reasons[slot as usize], "slot {slot}");
             let of_portal = told.steps.iter().find(|s| s.stage == Stage::Portal);
             if told.reason.is_some_and(|r| r.stage == Stage::Portal)
-                && scene.cells_of(slot).len() == 1
+                && cells.cells_of(slot).len() == 1
             {
-                let cell = scene.cells_of(slot)[0];
+                let cell = cells.cells_of(slot)[0];
                 assert_eq!(told.reason.unwrap().detail, cell as u8);
                 let words = &of_portal.unwrap().finding;
                 assert!(words.starts_with(&format!("in cell {cell}, ")), "{words}");
@@ -135,16 +136,18 @@ fn rows_reasons_and_explanations_agree() {
         }
         // A view that was culled before finds the same again.
         let (mut state, mut again) = (ViewState::default(), cullet::Visible::default());
+        let mut among = CellView::default();
         for _ in 0..2 {
-            culler.cull_one(&scene, &view, &mut state, &mut again);
+            let among = among.on(&cells);
+            culler.cull_among(&scene, &view, &among, &mut state, &mut again).unwrap();
             assert_eq!(again, result);
         }
     }
 }
 
 /// Two rooms, a door, and a ball in each.
-fn two_rooms() -> (Scene, [Handle; 2], View) {
-    use cullet::cell::{CellGraph, CellPiece, CellShapes, Portal};
+fn two_rooms() -> (Scene, Cells, [Handle; 2], View) {
+    use cullet_cells::cell::{CellGraph, CellPiece, CellShapes, Portal};
     let polygon = vec![[4.0, 0.0, 1.0], [4.0, 0.0, 3.0], [4.0, 2.0, 3.0], [4.0, 2.0, 1.0]];
     let graph = CellGraph::new(2, vec![Portal { cells: [0, 1], polygon }]).unwrap();
     let room = |i: u32| {
@@ -160,9 +163,9 @@ fn two_rooms() -> (Scene, [Handle; 2], View) {
     };
     let balls = [add([2.0, 1.0, 2.0]), add([6.0, 1.0, 2.0])];
     scene.commit();
-    scene.set_cells(graph, shapes);
+    let cells = Cells::new(&mut scene, graph, shapes);
     let view = View::perspective([1.0, 1.0, 2.0], [2.0, 1.0, 2.0], 1.2, 0.05, 99.0, [64, 64]);
-    (scene, balls, view.unwrap())
+    (scene, cells, balls, view.unwrap())
 }
 
 fn portal_alone() -> Culler {
@@ -171,84 +174,90 @@ fn portal_alone() -> Culler {
 
 #[test]
 fn doors_open_and_shut_and_the_explanation_names_them() {
-    let (mut scene, [_, far], view) = two_rooms();
-    assert_eq!(cull(&portal_alone(), &scene, &view).instance_count, 2);
-    let words = |scene: &Scene| {
-        let told = portal_alone().explain(scene, &view, far).unwrap();
+    let (scene, mut cells, [_, far], view) = two_rooms();
+    assert_eq!(cull(&portal_alone(), (&scene, &cells), &view).instance_count, 2);
+    let words = |cells: &Cells| {
+        let told = InCells::from((&scene, cells)).explain(&portal_alone(), &view, far).unwrap();
         told.steps.last().unwrap().finding.clone()
     };
-    assert_eq!(words(&scene), "in cell 1, seen from cell 0 through portal 0");
-    scene.set_portal_open(0, false);
-    assert_eq!(cull(&portal_alone(), &scene, &view).instance_count, 1);
-    assert_eq!(words(&scene), "in cell 1, not seen from cell 0: portal 0 on the way is shut");
-    scene.set_portal_open(0, true);
-    assert_eq!(cull(&portal_alone(), &scene, &view).instance_count, 2);
+    assert_eq!(words(&cells), "in cell 1, seen from cell 0 through portal 0");
+    cells.set_portal_open(0, false);
+    assert_eq!(cull(&portal_alone(), (&scene, &cells), &view).instance_count, 1);
+    assert_eq!(words(&cells), "in cell 1, not seen from cell 0: portal 0 on the way is shut");
+    cells.set_portal_open(0, true);
+    assert_eq!(cull(&portal_alone(), (&scene, &cells), &view).instance_count, 2);
 }
 
 #[test]
 fn what_moves_is_kept_until_it_is_found_again() {
-    let (mut scene, [near, far], view) = two_rooms();
-    scene.set_portal_open(0, false);
-    let count = |scene: &Scene| cull(&portal_alone(), scene, &view).instance_count;
+    let (mut scene, mut cells, [near, far], view) = two_rooms();
+    cells.set_portal_open(0, false);
+    let count =
+        |scene: &Scene, cells: &Cells| cull(&portal_alone(), (scene, cells), &view).instance_count;
     let at = |x: f64| Transform::from_scale_translation([0.2; 3], [x, 1.0, 2.0]);
-    assert_eq!(count(&scene), 1);
+    assert_eq!(count(&scene, &cells), 1);
     scene.set_transform(near, at(7.0)).unwrap();
-    assert_eq!(count(&scene), 1, "it moved, so it is kept");
+    assert_eq!(count(&scene, &cells), 1, "it moved, so it is kept");
     scene.refit();
-    assert_eq!(count(&scene), 0);
+    cells.update(&scene);
+    assert_eq!(count(&scene, &cells), 0);
     scene.set_transform(far, at(3.0)).unwrap();
-    assert_eq!(count(&scene), 1);
+    assert_eq!(count(&scene, &cells), 1);
     scene.commit();
-    assert_eq!(count(&scene), 1);
-    assert_eq!(scene.cells_of(scene.slot(far).unwrap()), [0]);
+    cells.update(&scene);
+    assert_eq!(count(&scene, &cells), 1);
+    assert_eq!(cells.cells_of(scene.slot(far).unwrap()), [0]);
     // Through the border it is in both, outside in none and seen from everywhere.
     scene.set_transform(near, at(4.0)).unwrap();
     scene.commit_slice();
-    assert_eq!(scene.cells_of(scene.slot(near).unwrap()), [0, 1]);
+    cells.update(&scene);
+    assert_eq!(cells.cells_of(scene.slot(near).unwrap()), [0, 1]);
     scene.set_transform(near, at(50.0)).unwrap();
     scene.refit();
-    assert_eq!(count(&scene), 2);
+    cells.update(&scene);
+    assert_eq!(count(&scene, &cells), 2);
     scene.set_transform(near, at(6.0)).unwrap();
     scene.refit();
-    assert_eq!(count(&scene), 1, "what was outside comes in again");
+    cells.update(&scene);
+    assert_eq!(count(&scene, &cells), 1, "what was outside comes in again");
     scene.remove(near).unwrap();
     scene.commit();
-    assert_eq!(count(&scene), 1);
-    scene.clear_cells();
-    assert_eq!((scene.cell_of([1.0; 3]), count(&scene)), (None, 1));
+    cells.update(&scene);
+    assert_eq!(count(&scene, &cells), 1);
 }
 
 #[test]
 fn a_commit_with_fewer_slots_than_moved_is_no_harm() {
-    let (mut scene, [near, far], view) = two_rooms();
+    let (mut scene, mut cells, [near, far], view) = two_rooms();
     let at = Transform::from_scale_translation([0.2; 3], [3.0, 1.0, 2.0]);
     scene.add(Instance::new(0, at)).unwrap();
     scene.remove(near).unwrap();
     scene.remove(far).unwrap();
     scene.commit();
-    assert_eq!((scene.slot_count(), scene.cells_of(0)), (1, &[0][..]));
-    assert_eq!(cull(&portal_alone(), &scene, &view).instance_count, 1);
+    cells.update(&scene);
+    assert_eq!((scene.slot_count(), cells.cells_of(0)), (1, &[0][..]));
+    assert_eq!(cull(&portal_alone(), (&scene, &cells), &view).instance_count, 1);
 }
 
 #[test]
 fn an_eye_in_no_cell_or_in_a_wall_sees_all() {
-    let (mut scene, _, _) = two_rooms();
-    scene.set_portal_open(0, false);
+    let (scene, mut cells, _, _) = two_rooms();
+    cells.set_portal_open(0, false);
     let count = |eye: [f64; 3], near: f64| {
         let to = [eye[0], eye[1], eye[2] + 1.0];
         let view = View::perspective(eye, to, 1.2, near, 99.0, [64, 64]).unwrap();
-        cull(&portal_alone(), &scene, &view).instance_count
+        cull(&portal_alone(), (&scene, &cells), &view).instance_count
     };
     assert_eq!(count([1.0, 1.0, 0.5], 0.05), 1);
     assert_eq!(count([1.0, 1.0, -5.0], 0.05), 2, "in no cell");
     assert_eq!(count([1.0, 1.0, 3.97], 0.05), 2, "the near plane is beyond the wall");
     let flat = View::orthographic([1.0, 1.0, 1.0], [1.0, 1.0, 2.0], 2.0, 0.1, 9.0, [9, 9]).unwrap();
-    assert_eq!(cull(&portal_alone(), &scene, &flat).instance_count, 2);
+    assert_eq!(cull(&portal_alone(), (&scene, &cells), &flat).instance_count, 2);
 }
 
 /// Time of moving a hundredth of a building's furniture, beside that in the same scene without cells.
 #[test]
-#[ignore = "measures: cargo test --release -p cullet-testkit --test cullet -- --ignored --nocapture a_refit_costs"]
+#[ignore = "measures: cargo test --release -p cullet-testkit --test cells -- --ignored --nocapture a_refit_costs"]
 fn a_refit_costs_what_moved_with_cells_too() {
     let mut rng = Rng(19);
     let building = Building::new(&mut rng, [8, 2, 8]);
@@ -265,9 +274,8 @@ fn a_refit_costs_what_moved_with_cells_too() {
             handles.push(scene.add(Instance::new(ball, place(&mut rng))).unwrap());
         }
         scene.commit();
-        if with_cells {
-            scene.set_cells(building.graph.clone(), building.shapes.clone());
-        }
+        let mut cells = with_cells
+            .then(|| Cells::new(&mut scene, building.graph.clone(), building.shapes.clone()));
         let mut took: Vec<_> = (0..60)
             .map(|_| {
                 let moves: Vec<_> = (0..1000)
@@ -277,6 +285,7 @@ fn a_refit_costs_what_moved_with_cells_too() {
                 moves.iter().for_each(|&(h, at)| scene.set_transform(h, at).unwrap());
                 let moved = began.elapsed();
                 scene.refit();
+                cells.iter_mut().for_each(|cells| cells.update(&scene));
                 (moved, began.elapsed() - moved)
             })
             .collect();

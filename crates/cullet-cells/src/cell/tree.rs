@@ -3,10 +3,6 @@
 //! Eight boxes a node, compared side by side: with two a node, whether each was met could not be predicted, and finding
 //! a point among 10,000 took three times as long.
 
-use crate::array::Each;
-use crate::bounds::{round_down, round_up};
-use crate::sort::{Sorter, of_f64};
-
 /// Boxes of a node.
 const WIDE: usize = 8;
 /// A child that is a piece.
@@ -86,7 +82,7 @@ impl PieceTree {
     #[inline]
     pub(super) fn visit(&self, [min, max]: &Bounds, mut each: impl FnMut(u32)) {
         // Rounded outward, as the nodes are: compared in f32.
-        let (min, max) = (min.each(round_down), max.each(round_up));
+        let (min, max) = (min.map(round_down), max.map(round_up));
         let (mut stack, mut left) = ([0_u32; DEEPEST], usize::from(!self.nodes.is_empty()));
         while left > 0 {
             left -= 1;
@@ -135,7 +131,19 @@ fn halve<'a>(boxes: &[Bounds], part: &'a mut [u32]) -> (&'a mut [u32], &'a mut [
     let axis = (1..3).fold(0, |longest, a| if side(a) > side(longest) { a } else { longest });
     let middle = |piece: u32| boxes[piece as usize][0][axis] + boxes[piece as usize][1][axis];
     let half = part.len() / 2;
-    Sorter::default()
-        .split(part, half, |&piece| u128::from(of_f64(middle(piece))) << 32 | u128::from(piece));
+    let by_middle = |a: &u32, b: &u32| middle(*a).total_cmp(&middle(*b)).then(a.cmp(b));
+    part.select_nth_unstable_by(half, by_middle);
     part.split_at_mut(half)
+}
+
+/// Returns the largest f32 not above `v`. NaN stays NaN.
+fn round_down(v: f64) -> f32 {
+    let f = v as f32;
+    if f64::from(f) > v { f.next_down() } else { f }
+}
+
+/// Returns the smallest f32 not below `v`. NaN stays NaN.
+fn round_up(v: f64) -> f32 {
+    let f = v as f32;
+    if f64::from(f) < v { f.next_up() } else { f }
 }

@@ -1,8 +1,9 @@
 //! Visible sets: what is packed is what was given, and the stage drops what is in no set and nothing else.
 
-use cullet::cell::CellGraph;
-use cullet::cull::pvs::{SetsError, Targets, VisibleSets};
 use cullet::{Culler, Handle, Instance, Output, Scene, Stage, Transform, View, ViewState, Visible};
+use cullet_cells::cell::CellGraph;
+use cullet_cells::pvs::{SetsError, Targets, VisibleSets};
+use cullet_cells::{CellView, Cells, InCells};
 use cullet_testkit::answers::cull;
 use cullet_testkit::buildings::Building;
 use cullet_testkit::{Rng, cases, meshes};
@@ -180,11 +181,11 @@ fn the_stage_drops_what_is_in_no_set_and_nothing_else() {
             false => (Targets::Instances, 140),
         };
         let rows = plain(&mut rng, cells, count);
-        scene.set_cells(building.graph.clone(), building.shapes.clone());
-        scene.set_visible_sets(sets_of(&rows, targets, count)).unwrap();
+        let mut placed = Cells::new(&mut scene, building.graph.clone(), building.shapes.clone());
+        placed.set_visible_sets(sets_of(&rows, targets, count)).unwrap();
         // Moved since the sets were given, and since they were found in cells.
         let (mut moved, mut unfound): (Vec<Handle>, Vec<Handle>) = Default::default();
-        let mut states = [ViewState::default(), ViewState::default()];
+        let mut states = [(); 2].map(|()| (ViewState::default(), CellView::default()));
         let mut result = Visible::default();
         for _ in 0..12 {
             let action = below(&mut rng, 6);
@@ -210,23 +211,26 @@ fn the_stage_drops_what_is_in_no_set_and_nothing_else() {
                 4 => drop(scene.commit_slice()),
                 _ => scene.rebase(rng.vector(5.0)),
             }
-            let is_sorted = action >= 3;
-            if rng.chance(0.5) {
+            if action >= 3 || rng.chance(0.5) {
                 scene.refit();
-                unfound.clear();
-            } else if is_sorted {
+                placed.update(&scene);
                 unfound.clear();
             }
             let free = if of_cells { &unfound } else { &moved };
             let (eye, cell) = building.point(&mut rng, 0.02);
-            for (view, state) in around(eye).iter().zip(&mut states) {
-                culler.cull_one(&scene, view, state, &mut result);
-                assert_eq!(result, cull(&culler, &scene, view), "what was known of the last view");
+            for (view, (state, among)) in around(eye).iter().zip(&mut states) {
+                let among = among.on(&placed);
+                culler.cull_among(&scene, view, &among, state, &mut result).unwrap();
+                assert_eq!(
+                    result,
+                    cull(&culler, (&scene, &placed), view),
+                    "what was known of the last view"
+                );
                 for slot in scene.slots() {
                     let handle = scene.handle(slot).unwrap();
                     let is_seen = match of_cells {
                         true => {
-                            let own = scene.cells_of(slot);
+                            let own = placed.cells_of(slot);
                             own.iter().any(|&c| rows[cell as usize][c as usize])
                         }
                         false => {
@@ -258,16 +262,18 @@ fn explanations_name_the_set() {
     let (mut scene, handles) = furnish(&mut rng, &building);
     let cells = building.graph.cell_count();
     let own: Vec<Vec<bool>> = (0..cells).map(|a| (0..cells).map(|b| a == b).collect()).collect();
-    scene.set_cells(building.graph.clone(), building.shapes.clone().sealed());
-    scene.set_visible_sets(sets_of(&own, Targets::Cells, cells)).unwrap();
+    let shapes = building.shapes.clone().sealed();
+    let mut placed = Cells::new(&mut scene, building.graph.clone(), shapes);
+    placed.set_visible_sets(sets_of(&own, Targets::Cells, cells)).unwrap();
     let (eye, cell) = building.point(&mut rng, 0.02);
     let (mut inside, mut beyond) = (0, 0);
     for &handle in &handles {
         let told = Culler::default().only(Stage::Pvs);
-        let told = told.explain(&scene, &around(eye)[0], handle).unwrap();
+        let told =
+            InCells::from((&scene, &placed)).explain(&told, &around(eye)[0], handle).unwrap();
         let words = &told.steps.last().unwrap().finding;
         let slot = scene.slot(handle).unwrap();
-        match scene.cells_of(slot).contains(&cell) {
+        match placed.cells_of(slot).contains(&cell) {
             true => assert!(words.ends_with(&format!(", in the set of cell {cell}")), "{words}"),
             false => assert!(words.contains(", not in the set of cell"), "{words}"),
         }
@@ -283,17 +289,14 @@ fn sets_of_other_cells_are_refused() {
         let rows = vec![vec![true; targets as usize]; cells as usize];
         sets_of(&rows, Targets::Cells, targets)
     };
-    assert_eq!(scene.set_visible_sets(sets(2, 2)), Err(SetsError::NoCells));
     let graph = CellGraph::new(3, Vec::new()).unwrap();
-    let shapes = cullet::cell::CellShapes::new(&graph, Vec::new()).unwrap();
-    scene.set_cells(graph, shapes);
+    let shapes = cullet_cells::cell::CellShapes::new(&graph, Vec::new()).unwrap();
+    let mut placed = Cells::new(&mut scene, graph, shapes);
     for (cells, targets) in [(2, 2), (2, 3), (3, 2)] {
-        let refused = scene.set_visible_sets(sets(cells, targets));
+        let refused = placed.set_visible_sets(sets(cells, targets));
         assert_eq!(refused, Err(SetsError::Cells { sets: 2, cells: 3 }));
-        assert!(scene.visible_sets().is_none());
+        assert!(placed.visible_sets().is_none());
     }
-    scene.set_visible_sets(sets(3, 3)).unwrap();
-    assert_eq!(scene.visible_sets().unwrap().cell_count(), 3);
-    scene.clear_cells();
-    assert!(scene.visible_sets().is_none());
+    placed.set_visible_sets(sets(3, 3)).unwrap();
+    assert_eq!(placed.visible_sets().unwrap().cell_count(), 3);
 }

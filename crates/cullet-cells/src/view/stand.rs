@@ -1,18 +1,18 @@
 //! Where the eye of a view stands among cells: what portals and sets begin with.
 
-use super::super::frame::Frame;
-use crate::cull::portal::PortalView;
-use crate::funnel::Reason;
-use crate::scene::SceneCells;
+use cullet::{Reason, View};
+
+use crate::cells::Cells;
+use crate::portal::PortalView;
 
 /// Why cells hide nothing from a view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Idle {
     /// They do.
     No,
-    /// The stage has not run, or the scene has no cells.
+    /// The stage has not run.
     #[default]
-    NoCells,
+    NotRun,
     NoPortals,
     NoSets,
     Orthographic,
@@ -24,7 +24,7 @@ impl Idle {
     pub(super) fn words(self) -> &'static str {
         match self {
             Self::No => "",
-            Self::NoCells => "the scene has no cells",
+            Self::NotRun => "the stage has not run",
             Self::NoPortals => "the cells have no portals, only sets",
             Self::NoSets => "the cells have no sets",
             Self::Orthographic => "left out: an orthographic view has no eye in a cell",
@@ -35,12 +35,8 @@ impl Idle {
 }
 
 /// The view, and the cells that its near plane may be in, that of the eye first.
-pub(super) fn stand(
-    frame: &Frame<'_>,
-    cells: &SceneCells,
-    starts: &mut Vec<u32>,
-) -> Result<PortalView, Idle> {
-    let view = PortalView::new(frame.view).ok_or(Idle::Orthographic)?;
+pub(super) fn stand(view: &View, cells: &Cells, starts: &mut Vec<u32>) -> Result<PortalView, Idle> {
+    let view = PortalView::new(view).ok_or(Idle::Orthographic)?;
     let (place, count) = (cells.place(), cells.graph().cell_count());
     let cell = place.cell_of(view.eye()).filter(|&c| c < count).ok_or(Idle::NoCell)?;
     // What the near plane cuts away hides nothing: walls do only where none is cut.
@@ -59,8 +55,8 @@ pub(super) fn stand(
 }
 
 /// The cell of an instance, if it is one alone and its number fits.
-pub(super) fn detail(cells: &SceneCells, slot: u32) -> u8 {
-    match cells.of_slot(slot) {
+pub(super) fn detail(cells: &Cells, slot: u32) -> u8 {
+    match cells.cells_of(slot) {
         [cell] => u8::try_from(*cell).unwrap_or(Reason::MIXED),
         _ => Reason::MIXED,
     }

@@ -2,9 +2,9 @@
 
 use glam::{DMat4, DVec3};
 
-use crate::array::Each;
-use crate::bounds::ROUNDING;
-use crate::view::{FrustumPlane, View};
+use crate::ROUNDING;
+use cullet::View;
+use cullet::view::FrustumPlane;
 
 /// An eye and the sides of what it sees.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ impl PortalView {
             return None;
         }
         let frustum = view.frustum();
-        let sides = [0, 1, 2, 3].each(|which| {
+        let sides = [0, 1, 2, 3].map(|which| {
             let plane = frustum.plane(FrustumPlane::ALL[which])?;
             let n = DVec3::from(plane.normal);
             // They go through the eye, but for the rounding of the matrix.
@@ -37,8 +37,8 @@ impl PortalView {
             Some((n, (plane.d - n.dot(eye)).max(0.0) + slack))
         });
         let m = DMat4::from_cols_array(&view.clip_from_world());
-        let rows = [0, 1, 3].each(|row| m.row(row).truncate());
-        let rows = rows.each(|row| row / row.abs().max_element().max(f64::MIN_POSITIVE));
+        let rows = [0, 1, 3].map(|row| m.row(row).truncate());
+        let rows = rows.map(|row| row / row.abs().max_element().max(f64::MIN_POSITIVE));
         let near = near_box(&frustum, eye);
         Some(Self { eye, sides, rows, near, door_reach: 0.0 })
     }
@@ -64,7 +64,7 @@ impl PortalView {
     }
 }
 
-fn near_box(frustum: &crate::view::Frustum, eye: DVec3) -> Option<[[f64; 3]; 2]> {
+fn near_box(frustum: &cullet::Frustum, eye: DVec3) -> Option<[[f64; 3]; 2]> {
     let corners = frustum.corners()?;
     let (mut min, mut max) = (eye, eye);
     for [x, y, z, w] in &corners[..4] {

@@ -1,8 +1,8 @@
 //! The walk through portals, against rays through cells.
 
 use cullet::View;
-use cullet::cell::{CellGraph, CellLocator, CellPiece, CellShapes, Portal};
-use cullet::cull::portal::{
+use cullet_cells::cell::{CellGraph, CellLocator, CellPiece, CellShapes, Portal};
+use cullet_cells::portal::{
     PortalClip, PortalOptions, PortalView, Reached, ray_cells_ref, walk_portals,
 };
 use cullet_testkit::buildings::Building;
@@ -161,7 +161,7 @@ fn odd_calls_are_answered() {
     let view = PortalView::new(&view).unwrap();
     walk_portals(&CellGraph::default(), &view, &[7], &PortalOptions::default(), &mut reached);
     assert_eq!(reached.visits().len(), 1);
-    assert_eq!(reached.chain(9), Vec::<&cullet::cull::portal::Visit>::new());
+    assert_eq!(reached.chain(9), Vec::<&cullet_cells::portal::Visit>::new());
     let flat = View::orthographic([0.0; 3], [1.0, 0.0, 0.0], 1.0, 0.1, 9.0, [9, 9]).unwrap();
     assert!(PortalView::new(&flat).is_none());
 }

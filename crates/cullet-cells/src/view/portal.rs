@@ -1,25 +1,17 @@
 //! Portal: what is in no cell that is seen through open portals, or beside the portals through which its cells are seen.
 
-use super::super::evidence::{CellTest, Evidence, Finding};
-use super::super::frame::Frame;
-use super::super::log::Log;
-use super::super::run::is_parted;
-use super::super::sets::{Clusters, Instances};
-use super::stand::{Idle, detail, list, place_of, stand};
-use crate::bits;
-use crate::bounds::Side;
-use crate::cull::frustum::batch::Planes;
-use crate::cull::frustum::tree::Cut;
-use crate::cull::portal::{Reached, Visit, walk_portals};
-use crate::cull::pvs::{Targets, VisibleSets};
-use crate::funnel::{Reason, Stage, Unit};
-use crate::mesh::Mesh;
-use crate::scene::{SceneCells, Tally};
-use crate::view::Frustum;
+use cullet::bounds::Side;
+use cullet::cull::frustum::batch::Planes;
+use cullet::{CellTest, Evidence, Frustum, Look, Scene};
+
+use super::stand::{Idle, list, place_of, stand};
+use crate::cells::Cells;
+use crate::portal::{PortalOptions, Reached, Visit, walk_portals};
+use crate::pvs::{Targets, VisibleSets};
 
 /// Findings of the stage in one view, and memory that is used again.
 #[derive(Clone, Debug, Default)]
-pub(in super::super) struct Cache {
+pub(super) struct Cache {
     reached: Reached,
     /// Whether the eye is in a cell, so that portals hide something.
     idle: Idle,
@@ -27,56 +19,50 @@ pub(in super::super) struct Cache {
     seen: Vec<u64>,
     whole: Vec<u64>,
     starts: Vec<u32>,
-    cut: Cut,
-    kept: Vec<u64>,
-}
-
-/// Drops the instances of cells that are not seen, and those that are beside the portals of those that are.
-pub(in super::super) fn instances(
-    frame: &Frame<'_>,
-    cache: &mut Cache,
-    set: &mut Instances,
-    log: &mut Log<'_>,
-) {
-    cache.idle = Idle::NoCells;
-    let (Some(options), Some(cells)) = (frame.culler.portal, frame.scene.cells()) else { return };
-    let mut dropped = Tally::default();
-    let stands = match cells.sets().map(VisibleSets::targets) {
-        // Cells for sets of instances are not rooms, and nothing is beyond their borders.
-        Some(Targets::Instances) if cells.graph().portals().is_empty() => Err(Idle::NoPortals),
-        _ => stand(frame, cells, &mut cache.starts),
-    };
-    match stands {
-        Err(idle) => cache.idle = idle,
-        Ok(view) => {
-            cache.idle = Idle::No;
-            walk_portals(cells.graph(), &view, &cache.starts, &options, &mut cache.reached);
-            cache.look(frame, cells, set);
-            dropped = cache.drop_unseen(frame, cells, set, log);
-        }
-    }
-    log.instance_row(Stage::Portal, dropped);
 }
 
 impl Cache {
-    /// Cells that were reached by the last cull, unless the stage did nothing.
-    pub(in super::super) fn reached(&self) -> Option<&Reached> {
+    /// Returns the cells that the last cull reached, unless portals did nothing.
+    pub(super) fn reached(&self) -> Option<&Reached> {
         (self.idle == Idle::No).then_some(&self.reached)
     }
 
+    /// Looks from a view, among the instances that are left.
+    pub(super) fn look(
+        &mut self,
+        look: &Look<'_>,
+        cells: &Cells,
+        options: &PortalOptions,
+        left: (&[u64], &[u32]),
+    ) {
+        let stands = match cells.visible_sets().map(VisibleSets::targets) {
+            // Cells for sets of instances are not rooms, and nothing is beyond their borders.
+            Some(Targets::Instances) if cells.graph().portals().is_empty() => Err(Idle::NoPortals),
+            _ => stand(look.view, cells, &mut self.starts),
+        };
+        self.idle = Idle::No;
+        match stands {
+            Err(idle) => self.idle = idle,
+            Ok(view) => {
+                walk_portals(cells.graph(), &view, &self.starts, options, &mut self.reached);
+                self.find_seen((look.scene, cells), left);
+            }
+        }
+    }
+
     /// Finds which instances are in sight.
-    fn look(&mut self, frame: &Frame<'_>, cells: &SceneCells, set: &Instances) {
-        self.seen.resize(set.alive.len(), 0);
-        self.whole.resize(set.alive.len(), 0);
-        for &word in &set.live {
+    fn find_seen(&mut self, (scene, cells): (&Scene, &Cells), (alive, live): (&[u64], &[u32])) {
+        self.seen.resize(alive.len(), 0);
+        self.whole.resize(alive.len(), 0);
+        for &word in live {
             (self.seen[word as usize], self.whole[word as usize]) = (0, 0);
         }
-        let boxes = frame.scene.boxes();
+        let boxes = scene.boxes();
         for visit in self.reached.visits() {
             let mut planes = None;
             for &slot in cells.slots_in(visit.cell) {
                 let (word, bit) = (slot as usize / 64, 1 << (slot % 64));
-                if set.alive[word] & !self.whole[word] & bit == 0 {
+                if alive[word] & !self.whole[word] & bit == 0 {
                     continue;
                 }
                 // In the cell of the eye the frustum has said all.
@@ -85,11 +71,10 @@ impl Cache {
                 } else {
                     let planes = planes.get_or_insert_with(|| {
                         Planes::new(&bounds_of(
-                            frame,
-                            cells,
+                            (scene, cells),
                             &self.reached,
                             visit,
-                            frame.scene.origin(),
+                            scene.origin(),
                         ))
                     });
                     planes.classify_stored(boxes, slot as usize)
@@ -104,94 +89,71 @@ impl Cache {
         }
     }
 
-    /// Drops what is not in sight.
-    fn drop_unseen(
-        &self,
-        frame: &Frame<'_>,
-        cells: &SceneCells,
-        set: &mut Instances,
-        log: &mut Log<'_>,
-    ) -> Tally {
-        let (scene, mut sum) = (frame.scene, Tally::default());
-        for &word in &set.live {
-            let at = word as usize;
-            let kept = self.seen[at] | cells.loose()[at] | scene.exempt()[at];
-            let dropped = set.alive[at] & !kept;
-            set.alive[at] &= kept;
-            sum += scene.tally_of_bits(at, dropped);
-            if log.wants_reasons() {
-                for bit in bits::ones(dropped) {
-                    let slot = word * 64 + bit as u32;
-                    log.drop_slot(
-                        slot,
-                        Reason { stage: Stage::Portal, detail: detail(cells, slot) },
-                    );
-                }
-            }
+    /// Returns one bit for each slot of `word`: in sight, or seen from everywhere.
+    pub(super) fn word(&self, cells: &Cells, word: usize) -> u64 {
+        match self.idle {
+            Idle::No => self.seen[word] | cells.loose(word),
+            _ => u64::MAX,
         }
-        sum
     }
 
     /// Returns one bit for each slot of `word`: its instance is seen only in part, as far as
     /// portals go. No bit is set where the stage did nothing.
-    pub(super) fn straddling(&self, frame: &Frame<'_>, word: usize) -> u64 {
-        match frame.scene.cells().filter(|_| frame.culler.portal.is_some() && self.idle == Idle::No)
-        {
-            None => 0,
-            Some(cells) => {
-                self.seen[word]
-                    & !self.whole[word]
-                    & !cells.loose()[word]
-                    & !frame.scene.exempt()[word]
-            }
+    pub(super) fn straddling(&self, cells: &Cells, word: usize) -> u64 {
+        match self.idle {
+            Idle::No => self.seen[word] & !self.whole[word] & !cells.loose(word),
+            _ => 0,
         }
     }
 
-    /// Whether some cluster of an instance may be beside the portals.
-    pub(super) fn may_cut(&self, frame: &Frame<'_>, slot: u32) -> bool {
-        self.may_cut_mesh(frame, slot, frame.scene.mesh(slot))
-    }
-
-    /// The same of an instance that is drawn by a mesh, its own or that of its levels.
-    fn may_cut_mesh(&self, frame: &Frame<'_>, slot: u32, mesh: &Mesh) -> bool {
-        self.straddling(frame, slot as usize / 64) >> (slot % 64) & 1 == 1
-            && mesh.clusters().len() > 1
-            && is_parted(mesh)
-            && frame.scene.is_rigid(slot)
+    /// Calls `each` with what bounds the instance of `slot` at each visit to its cells.
+    pub(super) fn frusta(
+        &self,
+        (scene, cells): (&Scene, &Cells),
+        slot: u32,
+        each: &mut dyn FnMut(&Frustum),
+    ) {
+        let own = cells.cells_of(slot);
+        for visit in self.reached.visits().iter().filter(|visit| own.contains(&visit.cell)) {
+            each(&bounds_of((scene, cells), &self.reached, visit, [0.0; 3]));
+        }
     }
 
     /// Returns the portals through which the instance of `slot` is seen, or why it is not seen.
-    pub(in super::super) fn finding(&self, frame: &Frame<'_>, slot: u32) -> Finding {
-        let Some(cells) = frame.scene.cells() else { return Idle::NoCells.words().into() };
+    pub(super) fn finding(
+        &self,
+        (scene, cells): (&Scene, &Cells),
+        slot: u32,
+        is_late: bool,
+    ) -> (String, Evidence) {
         if self.idle != Idle::No {
-            return self.idle.words().into();
+            return (self.idle.words().to_owned(), Evidence::None);
         }
-        let own = cells.of_slot(slot);
+        let own = cells.cells_of(slot);
         let place = place_of(own);
-        if bits::get(cells.loose(), slot as usize) {
+        if is_late || cells.loose(slot as usize / 64) >> (slot % 64) & 1 == 1 {
             let why =
                 if own.is_empty() { "" } else { " and beyond, or moved since the last commit" };
             let instance = own.to_vec();
             let eye = self.starts.clone();
             let test = CellTest { instance, eye, in_sight: true, ..CellTest::default() };
-            let words = format!("{place}{why}: seen from everywhere");
-            return Finding::new(words, Evidence::Cells(test));
+            return (format!("{place}{why}: seen from everywhere"), Evidence::Cells(test));
         }
         let start = self.reached.visits()[0].cell;
         let found = |words: String, portals: &[u32], in_sight: bool, shut: Option<u32>| {
             let (instance, eye) = (own.to_vec(), self.starts.clone());
             let test = CellTest { instance, eye, portals: portals.to_vec(), in_sight, shut };
-            Finding::new(words, Evidence::Cells(test))
+            (words, Evidence::Cells(test))
         };
         let visits =
             (0..).zip(self.reached.visits()).filter(|(_, visit)| own.contains(&visit.cell));
         let mut is_beside = None;
         for (number, visit) in visits {
             let planes =
-                Planes::new(&bounds_of(frame, cells, &self.reached, visit, frame.scene.origin()));
+                Planes::new(&bounds_of((scene, cells), &self.reached, visit, scene.origin()));
             let (by, portals) = self.chain(number);
             if visit.is_start()
-                || planes.classify_stored(frame.scene.boxes(), slot as usize) != Side::Outside
+                || planes.classify_stored(scene.boxes(), slot as usize) != Side::Outside
             {
                 let words = format!("{place}, seen from cell {start}{by}");
                 return found(words, &portals, true, None);
@@ -234,53 +196,9 @@ impl Cache {
     }
 }
 
-/// Drops the clusters that are beside the portals through which their instance is seen.
-pub(in super::super) fn clusters(
-    frame: &Frame<'_>,
-    cache: &mut Cache,
-    set: &mut Clusters,
-    log: &mut Log<'_>,
-) {
-    let Some(cells) = frame.scene.cells() else { return };
-    if cache.idle != Idle::No {
-        let entered = log.left.counts;
-        log.row(Stage::Portal, Unit::Clusters, entered);
-        return;
-    }
-    set.filter(frame.scene, Stage::Portal, log, |runs, culled| {
-        let (slot, mesh) = (runs[0].slot, &frame.scene.meshes()[runs[0].mesh as usize]);
-        if !cache.may_cut_mesh(frame, slot, mesh) {
-            return false;
-        }
-        cache.keep_clusters(frame, cells, slot, mesh);
-        culled.clear();
-        culled.extend(cache.kept.iter().map(|word| !word));
-        true
-    });
-}
-
-impl Cache {
-    /// Sets the bits of the clusters of an instance that are in sight.
-    fn keep_clusters(&mut self, frame: &Frame<'_>, cells: &SceneCells, slot: u32, mesh: &Mesh) {
-        let scene = frame.scene;
-        let own = cells.of_slot(slot);
-        self.kept.clear();
-        self.kept.resize(mesh.clusters().len().div_ceil(64), 0);
-        for visit in self.reached.visits().iter().filter(|visit| own.contains(&visit.cell)) {
-            let frustum = bounds_of(frame, cells, &self.reached, visit, [0.0; 3]);
-            let planes = Planes::in_object_space(&frustum, scene.transform(slot), u32::MAX);
-            self.cut.cull(frame.culler.level, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
-            for word in self.cut.touched() {
-                self.kept[word] |= self.cut.visible()[word];
-            }
-        }
-    }
-}
-
 /// Returns the frustum around what is seen of the cell at `visit`, relative to `origin`.
 fn bounds_of(
-    frame: &Frame<'_>,
-    cells: &SceneCells,
+    (scene, cells): (&Scene, &Cells),
     reached: &Reached,
     visit: &Visit,
     origin: [f64; 3],
@@ -288,7 +206,7 @@ fn bounds_of(
     let extent = cells.extent(visit.cell);
     // How far from the eye anything is.
     let far = (0..3).map(|a| {
-        let eye = visit.eye[a] - frame.scene.origin()[a];
+        let eye = visit.eye[a] - scene.origin()[a];
         (f64::from(extent.max[a]) - eye).abs().max((f64::from(extent.min[a]) - eye).abs())
     });
     reached.frustum(visit, origin, far.map(|v| v * v).sum::<f64>().sqrt())
@@ -304,7 +222,7 @@ enum Way {
 }
 
 /// The shortest way, that is open if there is one.
-fn first_shut(cells: &SceneCells, start: u32, to: &[u32]) -> Way {
+fn first_shut(cells: &Cells, start: u32, to: &[u32]) -> Way {
     for open_only in [true, false] {
         let graph = cells.graph();
         let mut from = vec![None; graph.cell_count() as usize];

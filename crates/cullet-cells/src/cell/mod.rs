@@ -2,7 +2,7 @@
 //!
 //! A *cell* is a region of space in which nothing stands between two points: a room, or a part of one. A *portal* is an
 //! opening between two cells: a convex polygon. Whoever stands in a cell sees what is in it, and of the others what portals
-//! let through. Which that are, [`cull::portal`](crate::cull::portal) finds for a view.
+//! let through. Which that are, [`portal`](crate::portal) finds for a view.
 //!
 //! | | |
 //! |---|---|

@@ -1,6 +1,5 @@
 //! Portals as an eye sees them: polygons relative to it, whose edges know which plane they lie on.
 
-use crate::array::Each;
 use glam::DVec3;
 
 /// Share of the size of a polygon by which planes are moved out when it is cut: far more than rounding.
@@ -58,7 +57,7 @@ pub(super) fn side(a: DVec3, b: DVec3) -> Option<DVec3> {
 pub(super) fn rectangle(polygon: &[Corner], rows: &[DVec3; 3]) -> Option<[DVec3; 4]> {
     let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for corner in polygon {
-        let [x, y, w] = rows.each(|row| row.dot(corner.p));
+        let [x, y, w] = rows.map(|row| row.dot(corner.p));
         // Of the size of what it is a sum of, or it is rounding.
         if w <= rows[2].abs().dot(corner.p.abs()) * LEAST_ANGLE {
             return None;
@@ -76,5 +75,5 @@ pub(super) fn rectangle(polygon: &[Corner], rows: &[DVec3; 3]) -> Option<[DVec3;
         w * (min[1] - out(min[1])) - y,
         y - w * (max[1] + out(max[1])),
     ])
-    .map(|planes| planes.each(DVec3::normalize))
+    .map(|planes| planes.map(DVec3::normalize))
 }

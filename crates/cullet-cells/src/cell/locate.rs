@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 /// Where cells are: which holds a point, and which a box touches. [`CellShapes`](super::CellShapes) know it by their
 /// pieces; who has something better for it, as the BSP tree of a map, gives that to
-/// [`Scene::set_cells`](crate::Scene::set_cells) instead.
+/// [`Cells::new`](crate::Cells::new) instead.
 ///
 /// Boxes are given by their lowest and highest corners, in world space.
 pub trait CellLocator: Debug + Send + Sync {

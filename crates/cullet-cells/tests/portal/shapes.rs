@@ -1,7 +1,7 @@
 //! Shapes of cells: which hold a point, which a box touches, and what is refused.
 
 use cullet::bounds::Plane;
-use cullet::cell::{
+use cullet_cells::cell::{
     CellError, CellGraph, CellLocator, CellPiece, CellShapes, PieceProblem, Portal, PortalProblem,
 };
 use cullet_testkit::buildings::Building;
