@@ -32,8 +32,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for open in [true, false] {
         cells.set_portal_open(0, open);
         culler.cull_among(&scene, &view, &among.on(&cells), &mut state, &mut visible)?;
-        let told = culler.explain_among(&scene, &view, &among.on(&cells), beyond)?;
-        let portal = told.steps.iter().find(|step| step.stage == cullet::Stage::Portal);
+        let told = culler.explain_among(&scene, &view, &among.on(&cells), &[beyond])?;
+        let portal = told[0].steps.iter().find(|step| step.stage == cullet::Stage::Portal);
         println!("{} visible; {}", visible.instance_count, portal.map_or("", |step| &step.finding));
     }
     Ok(())

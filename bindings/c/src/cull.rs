@@ -106,13 +106,7 @@ pub unsafe extern "C" fn cullet_cull(
         let scene = SCENES.get(scene.id)?;
         let mut state = STATES.get_mut(state.id)?;
         let Frame { view: own, among, visible, of, triangles, .. } = &mut *state;
-        match scene.all().cells.map(|cells| among.on(cells)) {
-            // Refused are only cells of another order, which `all` leaves out.
-            Some(among) => {
-                let _ = culler.cull_among(&scene, &view, &among, own, visible);
-            }
-            None => culler.cull_one(&scene, &view, own, visible),
-        }
+        among.cull(scene.all(), &culler, &view, own, visible);
         *of = Some((scene.id(), scene.change_version()));
         *triangles = culler.output == engine::Output::Triangles;
         Ok(())

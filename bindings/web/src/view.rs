@@ -109,13 +109,7 @@ impl SceneView {
     pub fn cull(&mut self, set: &SceneSet) -> Result<(), Fault> {
         let view = self.view.as_ref().ok_or_else(no_camera)?;
         let (state, visible) = (&mut self.state, &mut self.visible);
-        match set.in_cells().cells.map(|cells| self.among.on(cells)) {
-            // Refused are only cells of another order, which `in_cells` leaves out.
-            Some(among) => {
-                let _ = self.culler.cull_among(&set.scene, view, &among, state, visible);
-            }
-            None => self.culler.cull_one(&set.scene, view, state, visible),
-        }
+        self.among.cull(set.in_cells(), &self.culler, view, state, visible);
         self.seen = Some((set.scene.id(), set.scene.change_version()));
         let scene = &set.scene;
         let ids = self.visible.slots().filter_map(|slot| Some(scene.handle(slot)?.index));

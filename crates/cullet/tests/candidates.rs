@@ -57,7 +57,10 @@ fn what_is_left_are_the_candidates_of_the_answer() {
                 false => assert_eq!(reason, before.or(of_mask)),
             }
             let handle = scene.handle(slot).expect("a slot that is filled");
-            let told = culler.explain_among(&scene, &view, &mask, handle).expect("an instance");
+            let told = culler
+                .explain_among(&scene, &view, &mask, &[handle])
+                .expect("an instance")
+                .remove(0);
             assert_eq!(told.reason, reason);
             kept += u64::from(reason.is_none());
             taken += u64::from(reason == of_mask);
@@ -105,7 +108,7 @@ fn masks_of_another_length_are_refused_and_change_nothing() {
         let text = error.to_string();
         assert!(text.contains(&words.to_string()) && text.contains(&expected.to_string()));
         let handle = scene.handle(0).unwrap_or(Handle { index: 0, generation: 0 });
-        assert_eq!(culler.explain_among(&scene, &view, &mask, handle), Err(error));
+        assert_eq!(culler.explain_among(&scene, &view, &mask, &[handle]), Err(error));
         assert_eq!(slots(&result), before);
     }
 }

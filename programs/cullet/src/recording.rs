@@ -2,17 +2,25 @@
 
 use std::path::Path;
 
-use cullet::{Culler, Output, Scene, Stage, View, ViewState, Visible};
+use cullet::{Culler, Output, Stage, View, ViewState, Visible};
+use cullet_cells::InCells;
 use cullet_command::console::{Console, count, grouped};
 use cullet_command::exit::Failure;
 use cullet_maps::recording::Recording;
 
 /// Records what a culler did in its occlusion stage: what it drew, in its order, and each instance that it
 /// tested.
-pub(crate) fn record(scene: &Scene, view: &View, culler: &Culler, recording: &mut Recording) {
+pub(crate) fn record<'a>(
+    world: impl Into<InCells<'a>>,
+    view: &View,
+    culler: &Culler,
+    recording: &mut Recording,
+) {
+    let world = world.into();
+    let scene = world.scene;
     let culler = Culler { output: Output::Instances, reasons: true, clock: None, ..culler.clone() };
     let (mut state, mut result) = (ViewState::default(), Visible::default());
-    culler.cull_one(scene, view, &mut state, &mut result);
+    world.cull(&culler, view, &mut state, &mut result);
     let Some(buffer) = state.occlusion_buffer() else { return };
     recording.begin(view, scene.origin(), buffer.size());
     for &(slot, shape) in state.occluders_drawn() {

@@ -243,7 +243,7 @@ fn verify(
             stated.add(view);
         }
         if args.record.is_some() {
-            recording::record(&survey.model.scene, view, &survey.culler, recording);
+            recording::record(survey.model.in_cells(), view, &survey.culler, recording);
         }
         let one = Found { view: survey.views.pop()?, stated: of_sets };
         let bytes = serde_json::to_vec(&one).ok()?;

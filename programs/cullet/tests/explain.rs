@@ -44,10 +44,11 @@ fn hold(model: &Model, views: &[View], culler: &Culler) -> [u64; 10] {
     let mut proved = [0; 10];
     for view in views {
         let mut result = Visible::default();
-        culler.cull_one(scene, view, &mut ViewState::default(), &mut result);
+        let world = model.in_cells();
+        world.cull(culler, view, &mut ViewState::default(), &mut result);
         let slots: Vec<u32> = scene.slots().collect();
         let handles: Vec<_> = slots.iter().map(|&slot| scene.handle(slot).unwrap()).collect();
-        let all = culler.explain_many(scene, view, &handles).unwrap();
+        let all = world.explain_many(culler, view, &handles).unwrap();
         for (slot, told) in slots.into_iter().zip(all) {
             let reason = result.reasons[slot as usize];
             assert_eq!(told.reason, reason, "slot {slot}");

@@ -45,9 +45,9 @@ fn check(scene: &str, model: &Model, path: &str) -> [u64; Stage::ALL.len() + 1] 
     let mut sums = [0; Stage::ALL.len() + 1];
     for (index, (view, said)) in views.iter().zip(verified(scene, path)).enumerate() {
         let mut result = Visible::default();
-        telling.cull_one(&model.scene, view, &mut ViewState::default(), &mut result);
+        model.in_cells().cull(&telling, view, &mut ViewState::default(), &mut result);
         let together = alone::fates(&model.scene, &result);
-        let alone = alone::fates_alone(&culler, &model.scene, view);
+        let alone = alone::fates_alone(&culler, model.in_cells(), view);
         assert!(together == alone, "{scene} on {path}: a stage alone takes other triangles");
         alone::check_rows(&model.scene, &result, &together);
         for stage in Stage::ALL {

@@ -33,6 +33,25 @@ impl CellView {
         CellCandidates { cells, view: RefCell::new(self) }
     }
 
+    /// Culls a scene, among the cells that it may have, as [`Culler::cull_one`] and [`Culler::cull_among`] do.
+    pub fn cull<'a>(
+        &mut self,
+        world: impl Into<InCells<'a>>,
+        culler: &Culler,
+        view: &View,
+        state: &mut ViewState,
+        result: &mut Visible,
+    ) {
+        let world = world.into();
+        let among = world
+            .cells
+            .map(|cells| culler.cull_among(world.scene, view, &self.on(cells), state, result));
+        // Without cells, and where they are not those of the scene.
+        if among.is_none_or(|among| among.is_err()) {
+            culler.cull_one(world.scene, view, state, result);
+        }
+    }
+
     /// Returns the cells that the last cull of this view reached through portals; `None` where portals did nothing.
     #[must_use]
     pub fn reached(&self) -> Option<&Reached> {
@@ -80,17 +99,9 @@ impl<'a> InCells<'a> {
         self.cells?.cell_of(point)
     }
 
-    /// Culls for one view, as [`Culler::cull_one`] and [`Culler::cull_among`] do, and finds where the view is among the cells
-    /// each time. A renderer keeps a [`CellView`] for each view.
+    /// Culls for one view, and finds where that is among the cells each time. A renderer keeps a [`CellView`] for each view.
     pub fn cull(self, culler: &Culler, view: &View, state: &mut ViewState, result: &mut Visible) {
-        let mut own = CellView::default();
-        let among = self
-            .cells
-            .map(|cells| culler.cull_among(self.scene, view, &own.on(cells), state, result));
-        // Without cells, and where they are not those of the scene.
-        if among.is_none_or(|among| among.is_err()) {
-            culler.cull_one(self.scene, view, state, result);
-        }
+        CellView::default().cull(self, culler, view, state, result);
     }
 
     /// Culls for one view and returns the cells that it reaches through portals; `None` where portals do nothing.
@@ -102,7 +113,7 @@ impl<'a> InCells<'a> {
         own.reached().cloned()
     }
 
-    /// Explains an instance for one view, as [`Culler::explain`] and [`Culler::explain_among`] do.
+    /// Explains an instance for one view, as [`Culler::explain`] does.
     ///
     /// # Errors
     /// If the handle names no instance.
@@ -112,11 +123,24 @@ impl<'a> InCells<'a> {
         view: &View,
         handle: Handle,
     ) -> Result<Explanation, CullError> {
+        Ok(self.explain_many(culler, view, &[handle])?.remove(0))
+    }
+
+    /// Explains instances for one view, as [`Culler::explain_many`] and [`Culler::explain_among`] do.
+    ///
+    /// # Errors
+    /// If a handle names no instance.
+    pub fn explain_many(
+        self,
+        culler: &Culler,
+        view: &View,
+        handles: &[Handle],
+    ) -> Result<Vec<Explanation>, CullError> {
         match self.cells.filter(|cells| cells.check(self.scene).is_ok()) {
             Some(cells) => {
-                culler.explain_among(self.scene, view, &CellView::default().on(cells), handle)
+                culler.explain_among(self.scene, view, &CellView::default().on(cells), handles)
             }
-            None => culler.explain(self.scene, view, handle),
+            None => culler.explain_many(self.scene, view, handles),
         }
     }
 }

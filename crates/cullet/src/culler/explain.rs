@@ -88,21 +88,20 @@ impl Culler {
         Ok(self.explain_all(scene, Viewer::Light(shadows), &[handle])?.remove(0))
     }
 
-    /// Explains an instance for a view among `candidates`, as [`explain`](Self::explain) does for one of the whole scene. The
-    /// reason is the one that [`cull_among`](Self::cull_among) writes.
+    /// Explains instances for a view among `candidates`, as [`explain_many`](Self::explain_many) does for one of the whole
+    /// scene. The reasons are those that [`cull_among`](Self::cull_among) writes.
     ///
     /// # Errors
-    /// If the handle names no instance, and the errors of [`Candidates::check`].
+    /// If a handle names no instance, and the errors of [`Candidates::check`].
     pub fn explain_among(
         &self,
         scene: &Scene,
         view: &View,
         candidates: &dyn Candidates,
-        handle: Handle,
-    ) -> Result<Explanation, CullError> {
+        handles: &[Handle],
+    ) -> Result<Vec<Explanation>, CullError> {
         candidates.check(scene)?;
-        let viewer = Viewer::Among(view, candidates);
-        Ok(self.explain_all(scene, viewer, &[handle])?.remove(0))
+        self.explain_all(scene, Viewer::Among(view, candidates), handles)
     }
 
     fn explain_all(

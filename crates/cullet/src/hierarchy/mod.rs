@@ -293,9 +293,11 @@ impl Hierarchy {
         for &w in &windows {
             self.nodes.refit_range(self.level, &self.boxes, slots_of(w as usize));
         }
-        self.order_version += 1;
+        let moves = from.iter().zip(&to).filter(|(a, b)| a != b).map(|(&a, &b)| [a, b]);
+        let moves: Vec<_> = moves.collect();
+        self.order_version += u64::from(!moves.is_empty());
         self.change_version += 1;
-        from.iter().zip(&to).filter(|(a, b)| a != b).map(|(&a, &b)| [a, b]).collect()
+        moves
     }
 
     /// The slot of an item.

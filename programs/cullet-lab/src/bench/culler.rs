@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use cullet::{Culler, Funnel, Output, Scene, Stage, Unit, ViewState, Visible};
+use cullet_cells::CellView;
 use cullet_command::args::InputArgs;
 use cullet_command::clock::clock;
 use cullet_command::console::{Console, count, grouped, interrupted};
@@ -122,21 +123,21 @@ pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
     let mut culler = inputs::culler(&args.input.cull);
     culler.output = args.output;
     model.scene.prepare(culler.preparation());
-    let scene = &model.scene;
+    let (scene, world) = (&model.scene, model.in_cells());
     let level = levels()[0].0;
     let oracle = Culler { level: levels().last().map_or(culler.level, |l| l.1), ..culler.clone() };
     culler.clock = Some(clock);
 
-    let (mut state, mut result) = (ViewState::default(), Visible::default());
+    let (mut among, mut state, mut result) = Default::default();
     let (mut bests, mut checked): (Vec<Fastest>, bool) = (Vec::new(), true);
     let mut bar = console.progress("checking", views.len() as u64);
     for view in &views {
         if interrupted() {
             break;
         }
-        culler.cull_one(scene, view, &mut state, &mut result);
+        CellView::cull(&mut among, world, &culler, view, &mut state, &mut result);
         let mut expected = Visible::default();
-        oracle.cull_one(scene, view, &mut ViewState::default(), &mut expected);
+        world.cull(&oracle, view, &mut ViewState::default(), &mut expected);
         checked &= is_same(&result, &expected);
         // Memory still grows here, so this pass is never the fastest.
         bests.push(Fastest { took: Duration::MAX, funnel: result.funnel.clone() });
@@ -153,7 +154,7 @@ pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
         passes += 1;
         for (view, best) in views.iter().zip(&mut bests) {
             let start = Instant::now();
-            culler.cull_one(scene, view, &mut state, &mut result);
+            CellView::cull(&mut among, world, &culler, view, &mut state, &mut result);
             let took = start.elapsed();
             if took < best.took {
                 *best = Fastest { took, funnel: result.funnel.clone() };

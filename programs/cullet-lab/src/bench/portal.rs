@@ -374,14 +374,7 @@ fn cull(
             for ((view, best), triangles) in eyes.iter().zip(&mut best).zip(&mut triangles) {
                 for (way, (_, culler)) in ways.iter().enumerate() {
                     let ((state, among), result) = (&mut states[way], &mut result);
-                    let took = of_thread(|| match world.cells {
-                        // Never refused: the cells are those of the scene.
-                        Some(cells) => {
-                            let among = among.on(cells);
-                            let _ = culler.cull_among(world.scene, view, &among, state, result);
-                        }
-                        None => culler.cull_one(world.scene, view, state, result),
-                    });
+                    let took = of_thread(|| among.cull(world, culler, view, state, result));
                     best[way] = best[way].min(took.as_secs_f64() * 1e6);
                     triangles[way] = result.triangle_count;
                 }

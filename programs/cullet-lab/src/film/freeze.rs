@@ -90,7 +90,7 @@ impl<'a> Freeze<'a> {
     /// Culls a view.
     fn cull(&mut self, view: &View) -> Visible {
         let mut visible = Visible::default();
-        self.culler.cull_one(&self.model.scene, view, &mut self.state, &mut visible);
+        self.model.in_cells().cull(&self.culler, view, &mut self.state, &mut visible);
         visible
     }
 

@@ -75,14 +75,7 @@ impl Memory {
         let mut visible = std::mem::take(&mut self.spare);
         let Request { world, view, culler, buffer, .. } = &request;
         let world = world.model.in_cells();
-        match world.cells.map(|cells| self.among.on(cells)) {
-            // Refused are only cells of another order, which `in_cells` leaves out.
-            Some(among) => {
-                let state = &mut self.state;
-                let _ = culler.cull_among(world.scene, view, &among, state, &mut visible);
-            }
-            None => culler.cull_one(world.scene, view, &mut self.state, &mut visible),
-        }
+        self.among.cull(world, culler, view, &mut self.state, &mut visible);
         self.decided += 1;
         let milliseconds = (clock() - began) as f32 * 1e-6;
         // A buffer of an earlier view stays in the memory when the stage is switched off.

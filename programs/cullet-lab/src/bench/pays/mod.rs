@@ -198,9 +198,9 @@ pub(crate) fn run(args: &PaysArgs, console: &Console) -> Outcome {
         for (_, culler) in &cullers {
             model.scene.prepare(culler.preparation());
         }
-        let (scene, seconds) = (&model.scene, args.seconds);
+        let (world, seconds) = (model.in_cells(), args.seconds);
         let measured =
-            rounds::measure(scene, &views, &mut arms, &costs, oracle, seconds, || !interrupted());
+            rounds::measure(world, &views, &mut arms, &costs, oracle, seconds, || !interrupted());
         let triangles_a_draw = costs.draw_ns / costs.opaque_triangle_ns;
         if let ([off], with) = arms.split_at(1) {
             for on in with {

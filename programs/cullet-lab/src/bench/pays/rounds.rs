@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use cullet::{Costs, Culler, Scene, Simd, View, ViewState, Visible};
+use cullet_cells::{CellView, InCells};
 use serde::Serialize;
 
 use super::super::culler::is_same;
@@ -92,7 +93,7 @@ pub(super) struct Timing {
 /// halves agree or `seconds` are over. Settings take turns in being first. A round goes through all views with one
 /// of them before the next, so that each finds in its state what it left there one view ago, as in a renderer.
 pub(super) fn measure(
-    scene: &Scene,
+    world: InCells<'_>,
     views: &[View],
     arms: &mut [Arm],
     costs: &Costs,
@@ -100,15 +101,16 @@ pub(super) fn measure(
     seconds: f64,
     go_on: impl Fn() -> bool,
 ) -> Timing {
-    let mut states: Vec<ViewState> = arms.iter().map(|_| ViewState::default()).collect();
+    let mut states: Vec<(CellView, ViewState)> = arms.iter().map(|_| Default::default()).collect();
     let mut results: Vec<Visible> = arms.iter().map(|_| Visible::default()).collect();
     let mut checked = true;
     for view in views {
         for (i, arm) in arms.iter_mut().enumerate() {
-            arm.culler.cull_one(scene, view, &mut states[i], &mut results[i]);
-            checked &= is_right(scene, view, &arm.culler, oracle, &results[i]);
+            let (among, state) = &mut states[i];
+            among.cull(world, &arm.culler, view, state, &mut results[i]);
+            checked &= is_right(world, view, &arm.culler, oracle, &results[i]);
             checked &= i == 0 || is_within(&results[i], &results[0]);
-            arm.views.push(OneView::drawn(scene, &results[i], costs));
+            arm.views.push(OneView::drawn(world.scene, &results[i], costs));
         }
     }
     let begin = Instant::now();
@@ -124,8 +126,8 @@ pub(super) fn measure(
             let i = (turn + rounds) % arms.len();
             let Arm { culler, views: taken, .. } = &mut arms[i];
             for (view, taken) in views.iter().zip(taken) {
-                let (state, result) = (&mut states[i], &mut results[i]);
-                let time = of_thread(|| culler.cull_one(scene, view, state, result));
+                let ((among, state), result) = (&mut states[i], &mut results[i]);
+                let time = of_thread(|| among.cull(world, culler, view, state, result));
                 let best = &mut taken.cull_ns[half];
                 *best = best.min(time.as_nanos() as f64);
             }
@@ -146,10 +148,16 @@ impl OneView {
 }
 
 /// Whether a result is that of a cull with fresh memory at another level.
-fn is_right(scene: &Scene, view: &View, culler: &Culler, level: Simd, result: &Visible) -> bool {
+fn is_right(
+    world: InCells<'_>,
+    view: &View,
+    culler: &Culler,
+    level: Simd,
+    result: &Visible,
+) -> bool {
     let mut expected = Visible::default();
     let oracle = Culler { level, ..culler.clone() };
-    oracle.cull_one(scene, view, &mut ViewState::default(), &mut expected);
+    world.cull(&oracle, view, &mut ViewState::default(), &mut expected);
     is_same(result, &expected)
 }
 
@@ -202,7 +210,7 @@ mod tests {
         let mut arms = [Arm::new("off", off), Arm::new("on", on)];
         let costs = Costs { opaque_triangle_ns: 10.0, draw_ns: 10.0, ..Costs::default() };
         let level = *Simd::all().last().unwrap();
-        let found = measure(&model.scene, &views, &mut arms, &costs, level, 0.0, || true);
+        let found = measure(model.in_cells(), &views, &mut arms, &costs, level, 0.0, || true);
         assert_eq!(found, Timing { rounds: LEAST_ROUNDS, checked: true });
         for (on, off) in arms[1].views.iter().zip(&arms[0].views) {
             assert!(on.cull_ns.iter().chain(&off.cull_ns).all(|t| *t > 0.0 && t.is_finite()));
