@@ -92,7 +92,7 @@ fn main() {
     scene.commit();
     for (name, flags) in [("frustum", 1), ("occlusion", 0)] {
         let mut view = SceneView::new(Settings { preset: 1, output: 0, flags });
-        view.culler_mut().level = level;
+        view.culler_mut().simd = level;
         report(name, |i| {
             if view.set_camera(clip(i), 0, [1280, 720], u32::MAX).is_err()
                 || view.cull(&scene).is_err()

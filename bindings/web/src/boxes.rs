@@ -13,7 +13,7 @@ use crate::listing::Ascending;
 /// Boxes under fixed numbers, in a hierarchy, and views of them that remember what they found.
 #[derive(Debug)]
 pub struct BoxSet {
-    level: Simd,
+    simd: Simd,
     /// What the page writes: least and greatest corner.
     boxes: Vec<[f32; 6]>,
     /// What the page writes where boxes are of objects' own spaces; as many as boxes once they are wanted.
@@ -52,7 +52,7 @@ impl BoxSet {
             hierarchy.insert(&Aabb::EMPTY).ok()?;
         }
         Some(Self {
-            level: Simd::best(),
+            simd: Simd::best(),
             boxes: vec![[0.0; 6]; len],
             matrices: Vec::new(),
             hierarchy,
@@ -65,8 +65,8 @@ impl BoxSet {
 
     /// The set tested at another level, for measurements.
     #[must_use]
-    pub fn at_level(mut self, level: Simd) -> Self {
-        self.level = level;
+    pub fn at_level(mut self, simd: Simd) -> Self {
+        self.simd = simd;
         self
     }
 
@@ -177,14 +177,14 @@ impl BoxSet {
         let frustum = Frustum::from_planes(planes);
         let planes = Planes::new(&frustum);
         let (nodes, boxes) = (self.hierarchy.nodes(), self.hierarchy.boxes());
-        state.cut.cull(self.level, &planes, nodes, boxes);
-        state.cut.list(self.level, &mut state.slots);
+        state.cut.cull(self.simd, &planes, nodes, boxes);
+        state.cut.list(self.simd, &mut state.slots);
         // Where no plane is left, none rejects the boxes that are nowhere.
         let is_listed =
             |slot: &u32| frustum.present() != 0 || !boxes.get(*slot as usize).is_empty();
         let listed = state.slots.iter().copied().filter(is_listed);
         let numbers = listed.map(|slot| self.index_of[slot as usize]);
-        state.visible.fill(self.level, self.boxes.len(), numbers);
+        state.visible.fill(self.simd, self.boxes.len(), numbers);
         true
     }
 

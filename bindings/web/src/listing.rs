@@ -12,14 +12,14 @@ pub(crate) struct Ascending {
 
 impl Ascending {
     /// Lists the numbers, all below `len`. O(numbers + len / 64).
-    pub(crate) fn fill(&mut self, level: Simd, len: usize, numbers: impl Iterator<Item = u32>) {
+    pub(crate) fn fill(&mut self, simd: Simd, len: usize, numbers: impl Iterator<Item = u32>) {
         self.words.clear();
         self.words.resize(len.div_ceil(64), 0);
         for number in numbers {
             self.words[number as usize / 64] |= 1 << (number % 64);
         }
         self.list.clear();
-        self.list.append_ones(level, &self.words, 0);
+        self.list.append_ones(simd, &self.words, 0);
     }
 
     /// The numbers, ascending.

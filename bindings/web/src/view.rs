@@ -113,7 +113,7 @@ impl SceneView {
         self.seen = Some((set.scene.id(), set.scene.change_version()));
         let scene = &set.scene;
         let ids = self.visible.slots().filter_map(|slot| Some(scene.handle(slot)?.index));
-        self.ids.fill(self.culler.level, set.id_count(), ids);
+        self.ids.fill(self.culler.simd, set.id_count(), ids);
         Ok(())
     }
 

@@ -159,7 +159,7 @@ impl Recording {
     ///
     /// # Errors
     /// Where a buffer cannot be made, or the first call is no view.
-    pub fn replay(&self, level: Simd) -> Result<Differences, RecordingError> {
+    pub fn replay(&self, simd: Simd) -> Result<Differences, RecordingError> {
         let mut found = Differences::default();
         let mut buffer: Option<OcclusionBuffer> = None;
         for (call, what) in (0..).zip(&self.calls) {
@@ -176,7 +176,7 @@ impl Recording {
                     found.views += 1;
                 }
                 Call::Draw { shape, transform } => {
-                    self.shapes[*shape as usize].draw(level, buffer, transform);
+                    self.shapes[*shape as usize].draw(simd, buffer, transform);
                     found.drawn += 1;
                 }
                 Call::Test { bounds, visibility } => {

@@ -152,7 +152,7 @@ fn every_simd_level_gives_the_same_answer() {
         let view = random_view(&mut rng);
         let expected = cull(&triangles(), &scene, &view);
         at_every_level!(|level| {
-            assert!(cull(&Culler { level, ..triangles() }, &scene, &view) == expected);
+            assert!(cull(&Culler { simd: level, ..triangles() }, &scene, &view) == expected);
         });
     }
 }

@@ -159,7 +159,7 @@ fn every_simd_level_culls_the_same() {
         for output in [Output::Clusters, Output::Triangles] {
             let expected = cull(&by(Backface::Fast, output), &scene, &view);
             at_every_level!(|level| {
-                let culled = cull(&Culler { level, ..by(Backface::Fast, output) }, &scene, &view);
+                let culled = cull(&Culler { simd: level, ..by(Backface::Fast, output) }, &scene, &view);
                 assert!(culled == expected);
             });
         }

@@ -318,7 +318,7 @@ fn are_told_the_same_by_nodes(mut scene: Scene) {
             }
             let (mut visible, mut hidden) = (vec![0; words], vec![0; words]);
             let boxes = scene.boxes();
-            buffer.test_boxes(culler.level, boxes, 0, &tested, &mut visible, &mut hidden);
+            buffer.test_boxes(culler.simd, boxes, 0, &tested, &mut visible, &mut hidden);
             let mut count = 0;
             for (slot, &reason) in result.reasons.iter().enumerate() {
                 if is_tested(reason) {

@@ -62,7 +62,7 @@ proptest! {
             let culler = Culler { detail: Some(detail), output: Output::Instances, reasons: true, ..Culler::default().only(Stage::Detail) };
             let result = cull(&culler, &scene, &view);
             for level in Simd::all() {
-                let again = cull(&Culler { level, ..culler.clone() }, &scene, &view);
+                let again = cull(&Culler { simd: level, ..culler.clone() }, &scene, &view);
                 prop_assert!(again == result, "{:?}", level);
             }
             for slot in scene.slots() {

@@ -141,7 +141,7 @@ proptest! {
             prop_assert!(clusters.iter().all(|t| chosen.binary_search(t).is_ok()));
             prop_assert_eq!(part.triangle_count as usize, left.len());
             for simd in Simd::all() {
-                let again = Culler { output: Output::Triangles, level: simd, ..all.clone() };
+                let again = Culler { output: Output::Triangles, simd: simd, ..all.clone() };
                 prop_assert_eq!(&cull(&again, &scene, &view), &part, "{:?}", simd);
             }
             for slot in scene.slots() {

@@ -15,22 +15,22 @@ enum Drawn {
 }
 
 impl Drawn {
-    fn draw_in(&self, level: Simd, buffer: &mut OcclusionBuffer) {
+    fn draw_in(&self, simd: Simd, buffer: &mut OcclusionBuffer) {
         match self {
-            Self::Convex(convex, t) => convex.draw(level, buffer, t),
-            Self::Patch(patches, t) => patches.iter().for_each(|p| p.draw(level, buffer, t)),
+            Self::Convex(convex, t) => convex.draw(simd, buffer, t),
+            Self::Patch(patches, t) => patches.iter().for_each(|p| p.draw(simd, buffer, t)),
         }
     }
 
-    fn draw(&self, level: Simd, buffer: &mut OcclusionBuffer, moved: [f64; 3]) {
+    fn draw(&self, simd: Simd, buffer: &mut OcclusionBuffer, moved: [f64; 3]) {
         let placed = |t: &Transform| Transform {
             translation: std::array::from_fn(|a| t.translation[a] + moved[a]),
             ..*t
         };
         match self {
-            Self::Convex(convex, t) => convex.draw(level, buffer, &placed(t)),
+            Self::Convex(convex, t) => convex.draw(simd, buffer, &placed(t)),
             Self::Patch(patches, t) => {
-                patches.iter().for_each(|p| p.draw(level, buffer, &placed(t)));
+                patches.iter().for_each(|p| p.draw(simd, buffer, &placed(t)));
             }
         }
     }
@@ -137,12 +137,12 @@ fn view(kind: u8, reversed: bool) -> View {
 fn buffer<'a>(
     view: &View,
     size: [u32; 2],
-    level: Simd,
+    simd: Simd,
     drawn: impl IntoIterator<Item = &'a Drawn>,
 ) -> OcclusionBuffer {
     let mut buffer = OcclusionBuffer::new(size).unwrap();
     buffer.begin(view, [0.0; 3]);
-    drawn.into_iter().for_each(|d| d.draw(level, &mut buffer, [0.0; 3]));
+    drawn.into_iter().for_each(|d| d.draw(simd, &mut buffer, [0.0; 3]));
     buffer
 }
 

@@ -65,7 +65,7 @@ fn a_cullers_level_and_clock_are_the_readers() {
          \"look_ns\":30.0,\"test_ns\":20.0,\"begin_ns\":10000.0}},\
          \"output\":\"triangles\",\"reasons\":false,\"dropped\":false}"
     );
-    let wanted = Culler { clock: None, level: Simd::best(), ..culler };
+    let wanted = Culler { clock: None, simd: Simd::best(), ..culler };
     let read: Culler = serde_json::from_str(&text).unwrap();
     assert_eq!(format!("{read:?}"), format!("{wanted:?}"));
     assert_eq!(format!("{:?}", back(&wanted)), format!("{wanted:?}"));

@@ -136,7 +136,7 @@ fn the_pipeline_keeps_what_the_region_keeps_box_by_box() {
         };
         let mut state = ViewState::default();
         at_every_level!(|level| {
-            let culler = Culler { level, degenerate: false, ..telling(Output::Instances) };
+            let culler = Culler { simd: level, degenerate: false, ..telling(Output::Instances) };
             // Cold, then warm.
             for _ in 0..2 {
                 let mut result = Visible::default();

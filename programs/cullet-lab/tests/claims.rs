@@ -14,14 +14,14 @@ use cullet_scenes::paths::{self, Overrides, PathSpec};
 use cullet_testkit::{at_every_level, cases, data};
 
 /// Draws all occluders of a scene, and checks; what is wrong ends the test.
-fn check(name: &str, scene: &Scene, view: &View, level: Simd) -> ClaimCheck {
+fn check(name: &str, scene: &Scene, view: &View, simd: Simd) -> ClaimCheck {
     let occluders = SceneOccluders::new(scene);
-    check_drawn(name, &occluders, view, level)
+    check_drawn(name, &occluders, view, simd)
 }
 
-fn check_drawn(name: &str, occluders: &SceneOccluders<'_>, view: &View, level: Simd) -> ClaimCheck {
+fn check_drawn(name: &str, occluders: &SceneOccluders<'_>, view: &View, simd: Simd) -> ClaimCheck {
     let mut buffer = OcclusionBuffer::new(view.viewport()).unwrap();
-    occluders.draw(view, level, &mut buffer);
+    occluders.draw(view, simd, &mut buffer);
     let claims = Claims::of(&buffer);
     let check = check_claims(view, &claims, &occluders.triangles(view), &ClaimOptions::default());
     assert_eq!(check.wrong, 0, "{name}: {:?}", check.first);

@@ -56,7 +56,7 @@ fn nothing_on_a_ray_through_open_portals_is_dropped() {
         let culler = culler.only(Stage::Portal);
         let mut answers = Vec::new();
         at_every_level!(|level| {
-            answers.push(cull(&Culler { level, ..culler.clone() }, (&scene, &cells), &view));
+            answers.push(cull(&Culler { simd: level, ..culler.clone() }, (&scene, &cells), &view));
         });
         assert!(answers.windows(2).all(|pair| pair[0] == pair[1]), "levels differ");
         let result = &answers[0];

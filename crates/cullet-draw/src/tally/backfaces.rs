@@ -101,11 +101,11 @@ impl BackfaceTest {
         let fast = planes.and_then(|planes| Some((planes, planes.eye(&object)?)));
         if let Some((planes, eye)) = &fast {
             self.words.resize(mesh.triangle_count().div_ceil(64) as usize, 0);
-            planes.cull_words(culler.level, eye, 0, &mut self.words);
+            planes.cull_words(culler.simd, eye, 0, &mut self.words);
             self.clusters.clear();
             self.clusters.resize(mesh.clusters().len().div_ceil(64), 0);
             if let Some(cones) = prepared.cluster_cones(eye.facing()) {
-                cones.cull(culler.level, eye, &mut self.clusters);
+                cones.cull(culler.simd, eye, &mut self.clusters);
             }
         }
         let bit = |words: &[u64], i: u32| words[i as usize / 64] >> (i % 64) & 1 == 1;

@@ -100,8 +100,8 @@ impl BoundsTest {
         };
         let (boxes, spheres) = (&self.boxes, &self.spheres);
         let (spheres_kept, sphere_ns) =
-            time(&mut |hits| cull_spheres(culler.level, &sphere_planes, spheres, hits));
-        let (boxes_kept, box_ns) = time(&mut |hits| cull_boxes(culler.level, &planes, boxes, hits));
+            time(&mut |hits| cull_spheres(culler.simd, &sphere_planes, spheres, hits));
+        let (boxes_kept, box_ns) = time(&mut |hits| cull_boxes(culler.simd, &planes, boxes, hits));
         let kept = self.hits.iter().map(|&index| self.slots[index as usize]);
         let in_frustum = kept.filter(|&slot| has_triangle_in(scene, &frustum, &planes, slot));
         BoundsCounts {

@@ -28,17 +28,17 @@ impl NormalMasks {
     /// If the words reach beyond the last triangle's.
     pub fn cull_words(
         &self,
-        level: cullet::Simd,
+        simd: cullet::Simd,
         mask: &BackfaceMask,
         first: usize,
         culled: &mut [u64],
     ) {
-        fill(level, self, mask, first, culled);
+        fill(simd, self, mask, first, culled);
     }
 }
 
 fn fill(
-    level: cullet::Simd,
+    simd: cullet::Simd,
     masks: &NormalMasks,
     mask: &BackfaceMask,
     first: usize,
@@ -49,23 +49,23 @@ fn fill(
     let bits = masks.bit_mask[range].as_chunks::<64>().0;
     let table = mask.bytes();
     #[cfg(target_arch = "x86_64")]
-    if let Some(avx512) = level.level().as_avx512() {
+    if let Some(avx512) = simd.level().as_avx512() {
         return fill_avx512(avx512, offsets, bits, table, out);
     }
     #[cfg(target_arch = "x86_64")]
-    if let Some(avx2) = level.level().as_avx2() {
+    if let Some(avx2) = simd.level().as_avx2() {
         return fill_avx2(avx2, offsets, bits, &Table::new(table), out);
     }
     // Without a byte shuffle a row look-up would be sixteen look-ups.
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    let shuffles = level.level().as_sse4_2().is_some();
+    let shuffles = simd.level().as_sse4_2().is_some();
     #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-    let shuffles = !level.level().is_fallback();
+    let shuffles = !simd.level().is_fallback();
     if shuffles {
         let table = Table::new(table);
-        dispatch!(narrow(level), simd => fill_rows(simd, offsets, bits, &table, out));
+        dispatch!(narrow(simd), simd => fill_rows(simd, offsets, bits, &table, out));
     } else {
-        dispatch!(narrow(level), simd => fill_bytes(simd, offsets, bits, table, out));
+        dispatch!(narrow(simd), simd => fill_bytes(simd, offsets, bits, table, out));
     }
 }
 

@@ -293,13 +293,13 @@ impl MaskGrid {
     ///
     /// Conservative for every triangle all of whose points are seen along lines in the cone.
     #[must_use]
-    pub fn mask(&self, level: Simd, cone: Option<&ViewCone>) -> BackfaceMask {
+    pub fn mask(&self, simd: Simd, cone: Option<&ViewCone>) -> BackfaceMask {
         let Some(cone) = cone else { return BackfaceMask::NOTHING };
         let axis = cone.axis.map(|v| v as f32);
         // Rounded up, so that less is culled.
         let threshold = (cone.sine as f32).next_up() + MARGIN;
         let mut bits = [0; CORNER_WORDS];
-        dispatch!(narrow(level), simd => corner_bits(simd, &self.corners, axis, threshold, &mut bits));
+        dispatch!(narrow(simd), simd => corner_bits(simd, &self.corners, axis, threshold, &mut bits));
         self.cells_of_corners(&bits)
     }
 
@@ -367,12 +367,12 @@ fn corner_bits<S: fearless_simd::Simd>(
 }
 
 /// Returns the level with vectors of 256 bits at the most: AVX2 also where the machine has AVX-512.
-fn narrow(level: Simd) -> Level {
+fn narrow(simd: Simd) -> Level {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    if let Some(avx2) = level.level().as_avx2() {
+    if let Some(avx2) = simd.level().as_avx2() {
         return Level::Avx2(avx2);
     }
-    level.level()
+    simd.level()
 }
 
 /// The point (u, v) of a face of the cube [-1, 1]³; faces are +x, −x, +y, −y, +z, −z.

@@ -180,10 +180,10 @@ impl Boxes {
     ///
     /// # Panics
     /// If `order` has a number that is not below the length of `items`.
-    pub fn gather(&mut self, level: crate::Simd, items: &[Aabb], order: &[u32]) {
+    pub fn gather(&mut self, simd: crate::Simd, items: &[Aabb], order: &[u32]) {
         self.resize(order.len());
         let (whole, rest) = order.as_chunks::<LANES>();
-        dispatch_256!(level, simd => gather_blocks(simd, &mut self.blocks, whole, items));
+        dispatch_256!(simd, simd => gather_blocks(simd, &mut self.blocks, whole, items));
         let first = whole.len() * LANES;
         for (i, &from) in rest.iter().enumerate() {
             self.set(first + i, &items[from as usize]);

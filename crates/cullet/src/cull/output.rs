@@ -30,12 +30,12 @@ impl Indices {
 
     /// Appends the numbers of the set bits of `words`, ascending; bit 0 of the first is number `base`. The
     /// same at every level.
-    pub fn append_ones(&mut self, level: crate::Simd, words: &[u64], base: u32) {
+    pub fn append_ones(&mut self, simd: crate::Simd, words: &[u64], base: u32) {
         let room = self.len + words.len() * 64;
         if self.buffer.len() < room {
             self.buffer.resize(room, 0);
         }
-        self.len += expand(level, words, base, &mut self.buffer[self.len..]);
+        self.len += expand(simd, words, base, &mut self.buffer[self.len..]);
     }
 
     /// Lets `write` fill the list: it is given at least `room` entries and returns how many it wrote.
@@ -80,12 +80,12 @@ static POSITIONS: [[u32; 8]; 256] = {
 /// mask, or compressing into memory, is microcoded on Zen 4 and ten times slower. A pass of its own over
 /// some words is faster than doing this as each word is found, which costs the tests registers.
 pub(in crate::cull) fn expand(
-    level: crate::Simd,
+    simd: crate::Simd,
     words: &[u64],
     base: u32,
     out: &mut [u32],
 ) -> usize {
-    dispatch_256!(level, simd => expand_with(simd, words, base, out))
+    dispatch_256!(simd, simd => expand_with(simd, words, base, out))
 }
 
 /// Appends those of an ascending `list` whose bit in `culled` is not set; bit 0 of the first word is
@@ -94,7 +94,7 @@ pub(in crate::cull) fn expand(
 /// Where the list runs to the end of a word without a gap, as lists of whole ranges do, the word is
 /// expanded; the rest goes number by number.
 pub(crate) fn keep_listed(
-    level: crate::Simd,
+    simd: crate::Simd,
     list: &[u32],
     base: u32,
     culled: &[u64],
@@ -121,7 +121,7 @@ pub(crate) fn keep_listed(
         }
         if full > 0 {
             words[0] &= u64::MAX << start;
-            len += expand(level, &words[..full], first - start, &mut out[len..]);
+            len += expand(simd, &words[..full], first - start, &mut out[len..]);
             i += full * 64 - start as usize;
         } else {
             // Half of them go, in no order that a branch could guess.

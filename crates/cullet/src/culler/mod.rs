@@ -129,7 +129,7 @@ pub struct Culler {
     pub dropped: bool,
     /// The SIMD level; the answer is the same at every level. Default: the best of the machine.
     #[cfg_attr(feature = "serde", serde(skip))]
-    pub level: Simd,
+    pub simd: Simd,
     /// A clock in nanoseconds, for the times in the funnel. Default none: no times.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub clock: Option<fn() -> u64>,
@@ -238,7 +238,7 @@ impl Culler {
             output: Output::default(),
             reasons: false,
             dropped: false,
-            level: Simd::best(),
+            simd: Simd::best(),
             clock: None,
         }
     }

@@ -46,7 +46,7 @@ pub enum HierarchyError {
 /// are the nodes above it; an empty one is nowhere.
 #[derive(Clone, Debug)]
 pub struct Hierarchy {
-    level: Simd,
+    simd: Simd,
     boxes: Boxes,
     nodes: Nodes,
     slots: Slots,
@@ -72,7 +72,7 @@ const FEW: usize = 2;
 impl Default for Hierarchy {
     fn default() -> Self {
         Self {
-            level: Simd::best(),
+            simd: Simd::best(),
             boxes: Boxes::new(),
             nodes: Nodes::default(),
             slots: Slots::default(),
@@ -106,7 +106,7 @@ impl Hierarchy {
         let mut order = Vec::new();
         h.orderer.order(boxes.len(), |i| boxes[i], &mut order);
         h.orderer.forget_keys();
-        h.boxes.gather(h.level, boxes, &order);
+        h.boxes.gather(h.simd, boxes, &order);
         h.slots = Slots::in_order(order.into_iter().map(handle).collect());
         h.settle(0);
         Ok((h, (0..count).map(handle).collect()))
@@ -173,7 +173,7 @@ impl Hierarchy {
         if blocks * LANES * FEW < self.nodes.len() {
             self.refit();
         } else {
-            self.nodes.refit(self.level, &self.boxes);
+            self.nodes.refit(self.simd, &self.boxes);
             self.loose.fill(0);
         }
     }
@@ -188,7 +188,7 @@ impl Hierarchy {
 
     /// Fits the nodes above all boxes that were set since the last time.
     pub fn refit(&mut self) {
-        self.nodes.refit_blocks(self.level, &self.boxes, &mut self.loose);
+        self.nodes.refit_blocks(self.simd, &self.boxes, &mut self.loose);
     }
 
     /// Sorts everything anew and closes the gaps that removed items left. O(items).
@@ -243,7 +243,7 @@ impl Hierarchy {
     fn settle(&mut self, first_moving: usize) {
         self.loose.clear();
         self.loose.resize(self.boxes.len().div_ceil(LANES * 64), 0);
-        self.nodes.rebuild(self.level, &self.boxes);
+        self.nodes.rebuild(self.simd, &self.boxes);
         self.first_moving = first_moving;
         let firsts = (first_moving..self.boxes.len()).step_by(WINDOW);
         self.windows = firsts.map(|slot| self.orderer.key(&self.boxes.get(slot))).collect();
@@ -291,7 +291,7 @@ impl Hierarchy {
         self.slots.rearrange(&from, &to);
         self.boxes.scatter_stored(&staged, &order, &to);
         for &w in &windows {
-            self.nodes.refit_range(self.level, &self.boxes, slots_of(w as usize));
+            self.nodes.refit_range(self.simd, &self.boxes, slots_of(w as usize));
         }
         let moves = from.iter().zip(&to).filter(|(a, b)| a != b).map(|(&a, &b)| [a, b]);
         let moves: Vec<_> = moves.collect();

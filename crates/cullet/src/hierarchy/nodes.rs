@@ -75,9 +75,9 @@ pub struct NodeStatistics {
 impl Nodes {
     /// Nodes over `boxes`.
     #[must_use]
-    pub fn over(level: crate::Simd, boxes: &Boxes) -> Self {
+    pub fn over(simd: crate::Simd, boxes: &Boxes) -> Self {
         let mut nodes = Self::default();
-        nodes.rebuild(level, boxes);
+        nodes.rebuild(simd, boxes);
         nodes
     }
 
@@ -110,7 +110,7 @@ impl Nodes {
 
     /// Makes the nodes again, for whatever `boxes` are now. Allocates only if there are more than ever
     /// before. Streams through the boxes once.
-    pub(crate) fn rebuild(&mut self, level: crate::Simd, boxes: &Boxes) {
+    pub(crate) fn rebuild(&mut self, simd: crate::Simd, boxes: &Boxes) {
         self.leaves = boxes.len();
         let mut below = boxes.len();
         let mut count = 0;
@@ -127,22 +127,22 @@ impl Nodes {
         self.holes.resize(boxes.len().div_ceil(64), 0);
         self.any_holes = false;
         self.sizes.resize(boxes.len());
-        self.refit(level, boxes);
+        self.refit(simd, boxes);
     }
 
     /// Fits all nodes to their boxes, after any of them changed.
     ///
     /// # Panics
     /// If there are fewer boxes than the nodes were built for.
-    pub fn refit(&mut self, level: crate::Simd, boxes: &Boxes) {
-        self.refit_range(level, boxes, 0..self.leaves);
+    pub fn refit(&mut self, simd: crate::Simd, boxes: &Boxes) {
+        self.refit_range(simd, boxes, 0..self.leaves);
     }
 
     /// Fits the nodes above some of the boxes, after only those changed. The cost is that of the range.
     ///
     /// # Panics
     /// If there are fewer boxes than the nodes were built for, or the range leaves those.
-    pub(crate) fn refit_range(&mut self, level: crate::Simd, boxes: &Boxes, changed: Range<usize>) {
+    pub(crate) fn refit_range(&mut self, simd: crate::Simd, boxes: &Boxes, changed: Range<usize>) {
         assert!(
             boxes.len() >= self.leaves,
             "{} boxes under nodes over {}",
@@ -156,7 +156,7 @@ impl Nodes {
         let mut changed = changed;
         let blocks = changed.start / LANES..changed.end.div_ceil(LANES);
         for (word, bits) in bits::words_of(blocks.clone()) {
-            self.fit_lowest(level, boxes, word, bits);
+            self.fit_lowest(simd, boxes, word, bits);
         }
         changed = blocks;
         if let Some(lowest) = self.levels.first_mut() {
@@ -166,7 +166,7 @@ impl Nodes {
             let (below, here) = self.levels.split_at_mut(at);
             let below = &below[at - 1];
             changed = changed.start / LANES..changed.end.div_ceil(LANES);
-            fit(level, (below, below.len()), &mut here[0], changed.clone());
+            fit(simd, (below, below.len()), &mut here[0], changed.clone());
         }
     }
 
@@ -175,14 +175,14 @@ impl Nodes {
     ///
     /// # Panics
     /// If there are fewer boxes than the nodes were built for, or `blocks` has a bit beyond those.
-    pub(crate) fn refit_blocks(&mut self, level: crate::Simd, boxes: &Boxes, blocks: &mut [u64]) {
+    pub(crate) fn refit_blocks(&mut self, simd: crate::Simd, boxes: &Boxes, blocks: &mut [u64]) {
         assert!(
             boxes.len() >= self.leaves,
             "{} boxes under nodes over {}",
             boxes.len(),
             self.leaves
         );
-        // Of the level above, which is a sixteenth as long, the bits overwrite the words that were read.
+        // Of the simd above, which is a sixteenth as long, the bits overwrite the words that were read.
         let mut used = blocks.len();
         for at in 0..self.levels.len().max(1) {
             for i in 0..used {
@@ -191,11 +191,11 @@ impl Nodes {
                     continue;
                 }
                 if at == 0 {
-                    self.fit_lowest(level, boxes, i, word);
+                    self.fit_lowest(simd, boxes, i, word);
                 } else {
                     let (below, here) = self.levels.split_at_mut(at);
                     let below = &below[at - 1];
-                    fit_some(level, (below, below.len()), &mut here[0], i * 64, word);
+                    fit_some(simd, (below, below.len()), &mut here[0], i * 64, word);
                 }
                 for part in 0..4 {
                     if word >> (16 * part) & 0xffff != 0 {
@@ -211,9 +211,9 @@ impl Nodes {
 
     /// Fits the nodes above the blocks of sixteen boxes that are bits of a word, and notes which boxes are empty and
     /// how large they are: all at once, while they are in the cache.
-    fn fit_lowest(&mut self, level: crate::Simd, boxes: &Boxes, word: usize, blocks: u64) {
+    fn fit_lowest(&mut self, simd: crate::Simd, boxes: &Boxes, word: usize, blocks: u64) {
         let Self { levels, leaves, holes, any_holes, sizes } = self;
-        dispatch_256!(level, simd => {
+        dispatch_256!(simd, simd => {
             let mut lowest = levels.first_mut();
             for block in bits::ones(blocks).map(|b| word * 64 + b) {
                 find_holes(holes, any_holes, boxes, block);
@@ -326,16 +326,16 @@ fn find_holes(holes: &mut [u64], any: &mut bool, boxes: &Boxes, block: usize) {
 }
 
 /// Fits nodes `nodes` to the boxes below.
-fn fit(level: crate::Simd, below: (&Boxes, usize), here: &mut Boxes, nodes: Range<usize>) {
-    dispatch_256!(level, simd => {
+fn fit(simd: crate::Simd, below: (&Boxes, usize), here: &mut Boxes, nodes: Range<usize>) {
+    dispatch_256!(simd, simd => {
         fit_range(simd, below, here, nodes);
     });
     close(here);
 }
 
 /// Fits the nodes `first` + b for each bit b of `word`.
-fn fit_some(level: crate::Simd, below: (&Boxes, usize), here: &mut Boxes, first: usize, word: u64) {
-    dispatch_256!(level, simd => {
+fn fit_some(simd: crate::Simd, below: (&Boxes, usize), here: &mut Boxes, first: usize, word: u64) {
+    dispatch_256!(simd, simd => {
         fit_bits(simd, below, here, first, word);
     });
 }

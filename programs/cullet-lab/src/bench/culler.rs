@@ -125,7 +125,7 @@ pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
     model.scene.prepare(culler.preparation());
     let (scene, world) = (&model.scene, model.in_cells());
     let level = levels()[0].0;
-    let oracle = Culler { level: levels().last().map_or(culler.level, |l| l.1), ..culler.clone() };
+    let oracle = Culler { simd: levels().last().map_or(culler.simd, |l| l.1), ..culler.clone() };
     culler.clock = Some(clock);
 
     let (mut among, mut state, mut result) = Default::default();

@@ -72,8 +72,8 @@ impl World {
         batch::cull_boxes(levels[0].1, &planes, &self.unsorted, &mut flat);
         // The boxes are the same, so as many are visible, whatever their order.
         let same = flat.len() == expected.len();
-        let sweep = |level: Simd, boxes: &Boxes, list: &mut Indices| {
-            batch::cull_boxes(level, &planes, boxes, list);
+        let sweep = |simd: Simd, boxes: &Boxes, list: &mut Indices| {
+            batch::cull_boxes(simd, &planes, boxes, list);
         };
         let row = |what: &str, level, checked| Workload {
             name: format!("{name}{what}"),

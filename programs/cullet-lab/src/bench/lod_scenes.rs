@@ -294,9 +294,9 @@ fn small(name: &str, console: &Console, add: &mut impl FnMut(Row)) -> Result<(),
             let took = own.and_then(cullet::FunnelRow::time).unwrap_or(0);
             best[0] = best[0].min(took as f64 * 1e-6);
         }
-        let level = cullet_command::machine::levels().last().map_or(culler.level, |l| l.1);
+        let level = cullet_command::machine::levels().last().map_or(culler.simd, |l| l.1);
         let mut expected = Visible::default();
-        let plain = Culler { level, clock: None, ..culler.clone() };
+        let plain = Culler { simd: level, clock: None, ..culler.clone() };
         plain.cull_one(scene, view, &mut ViewState::default(), &mut expected);
         right &= super::culler::is_same(&result, &expected);
         stage_ms += best[0] / views.len() as f64;

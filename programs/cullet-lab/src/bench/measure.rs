@@ -43,15 +43,15 @@ pub(super) fn beside_reading(seconds: f64, bytes: usize, pass: impl FnMut()) -> 
 /// Reads every number once, at the given level, and does as little as can be with it: a sum. Odd turns
 /// read four quarters side by side, which memory likes better where they lie beyond the caches; the limit
 /// is the faster of the two.
-pub(super) fn stream(level: cullet::Simd, floats: &[f32], turn: usize) {
+pub(super) fn stream(simd: cullet::Simd, floats: &[f32], turn: usize) {
     let quarter = (floats.len() / 4).next_multiple_of(QUARTER);
     if turn % 2 == 1 && quarter * 3 < floats.len() {
         let (a, rest) = floats.split_at(quarter);
         let (b, rest) = rest.split_at(quarter);
         let (c, d) = rest.split_at(quarter);
-        black_box(dispatch!(level.level(), simd => sum_of_four(simd, [a, b, c, d])));
+        black_box(dispatch!(simd.level(), simd => sum_of_four(simd, [a, b, c, d])));
     } else {
-        black_box(dispatch!(level.level(), simd => sum(simd, floats)));
+        black_box(dispatch!(simd.level(), simd => sum(simd, floats)));
     }
 }
 

@@ -68,13 +68,13 @@ struct Casters {
 }
 
 impl Casters {
-    fn cull(&mut self, level: Simd, region: &CasterRegion, nodes: &Nodes, boxes: &Boxes) {
+    fn cull(&mut self, simd: Simd, region: &CasterRegion, nodes: &Nodes, boxes: &Boxes) {
         self.touched.drain(..).for_each(|word| self.kept[word] = 0);
         self.kept.resize(batch::mask_words(boxes.len()), 0);
         if region.no_receiver() {
             return;
         }
-        self.cut.cull(level, &Planes::new(region.frustum()), nodes, boxes);
+        self.cut.cull(simd, &Planes::new(region.frustum()), nodes, boxes);
         for word in self.cut.touched() {
             let mut visible = self.cut.visible()[word];
             let mut kept = visible;

@@ -68,7 +68,7 @@ impl<'a> SceneOccluders<'a> {
     /// of the screen are not.
     ///
     /// The view is taken to draw front faces, as it does unless told otherwise.
-    pub fn draw(&self, view: &View, level: Simd, buffer: &mut OcclusionBuffer) -> u64 {
+    pub fn draw(&self, view: &View, simd: Simd, buffer: &mut OcclusionBuffer) -> u64 {
         let origin = self.scene.origin();
         buffer.begin(view, origin);
         let eye = view.eye();
@@ -97,7 +97,7 @@ impl<'a> SceneOccluders<'a> {
         order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
         for &(_, slot, shape) in &order {
             let occluder = &self.occluders[self.scene.mesh_id(slot) as usize];
-            occluder.shapes()[shape as usize].draw(level, buffer, self.scene.transform(slot));
+            occluder.shapes()[shape as usize].draw(simd, buffer, self.scene.transform(slot));
         }
         order.len() as u64
     }

@@ -135,13 +135,13 @@ impl Groups {
     /// nothing.
     pub fn masks(
         &self,
-        level: Simd,
+        simd: Simd,
         grid: &MaskGrid,
         eye: [f64; 4],
     ) -> impl Iterator<Item = BackfaceMask> {
         self.spheres.iter().map(move |sphere| {
             let cone = ViewCone::to_sphere(eye, sphere);
-            grid.mask(level, cone.as_ref())
+            grid.mask(simd, cone.as_ref())
         })
     }
 
@@ -152,7 +152,7 @@ impl Groups {
     /// If there are not as many masks as triangles.
     pub fn cull(
         &self,
-        level: Simd,
+        simd: Simd,
         grid: &MaskGrid,
         masks: &NormalMasks,
         eye: [f64; 4],
@@ -162,14 +162,14 @@ impl Groups {
         culled.clear();
         culled.resize(masks.len().div_ceil(64), 0);
         let mut block = [0; 64];
-        for (range, mask) in self.ranges.iter().zip(self.masks(level, grid, eye)) {
+        for (range, mask) in self.ranges.iter().zip(self.masks(simd, grid, eye)) {
             if range.is_empty() || mask == BackfaceMask::NOTHING {
                 continue;
             }
             let (start, end) = (range.start as usize, range.end as usize);
             for first in (start / 64..end.div_ceil(64)).step_by(block.len()) {
                 let words = (end.div_ceil(64) - first).min(block.len());
-                masks.cull_words(level, &mask, first, &mut block[..words]);
+                masks.cull_words(simd, &mask, first, &mut block[..words]);
                 for (i, word) in block[..words].iter().enumerate() {
                     let base = (first + i) * 64;
                     // Words at the ends are shared with neighbours.

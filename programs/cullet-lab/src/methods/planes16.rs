@@ -82,11 +82,11 @@ impl Bulk<[f64; 4]> for Planes16 {
         self.len
     }
 
-    fn cull_words(&self, level: cullet::Simd, eye: [f64; 4], first: usize, culled: &mut [u64]) {
+    fn cull_words(&self, simd: cullet::Simd, eye: [f64; 4], first: usize, culled: &mut [u64]) {
         let Some(eye) = self.eye(eye) else { return culled.fill(0) };
         let range = first * 64..(first + culled.len()) * 64;
         let (xy, zd) = (&self.xy[range.clone()], &self.zd[range]);
-        dispatch!(level.level(), simd => cull16(simd, xy, zd, eye, error_bound(eye), culled));
+        dispatch!(simd.level(), simd => cull16(simd, xy, zd, eye, error_bound(eye), culled));
     }
 }
 

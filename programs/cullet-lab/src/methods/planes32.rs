@@ -75,10 +75,10 @@ impl Bulk<[f64; 4]> for Planes32 {
         self.len
     }
 
-    fn cull_words(&self, level: cullet::Simd, eye: [f64; 4], first: usize, culled: &mut [u64]) {
+    fn cull_words(&self, simd: cullet::Simd, eye: [f64; 4], first: usize, culled: &mut [u64]) {
         let Some(eye) = self.relative(eye) else { return culled.fill(0) };
         let blocks = &self.blocks[first * 4..(first + culled.len()) * 4];
-        dispatch!(level.level(), simd => words(simd, blocks, eye, culled));
+        dispatch!(simd.level(), simd => words(simd, blocks, eye, culled));
     }
 }
 

@@ -39,14 +39,14 @@ pub enum MaskUse {
 /// If the view is no camera's, or its sides do not meet in four lines of sight.
 pub fn mask_of_corners(
     grid: &MaskGrid,
-    level: Simd,
+    simd: Simd,
     directions: &[[f64; 3]; 4],
     purpose: MaskUse,
 ) -> Result<BackfaceMask, SectorError> {
     if purpose != MaskUse::Camera {
         return Err(SectorError::NotACameraView);
     }
-    let [a, b, c, d] = directions.map(|d| Some(grid.mask(level, Some(&ViewCone::parallel(d)?))));
+    let [a, b, c, d] = directions.map(|d| Some(grid.mask(simd, Some(&ViewCone::parallel(d)?))));
     let all = || Some(a?.and(&b?).and(&c?).and(&d?));
     all().ok_or(SectorError::NoCorners)
 }
@@ -88,7 +88,7 @@ pub struct SectorMasks {
 /// parallelogram, in the order of a walk around it.
 pub fn mask_of_sectors(
     grid: &MaskGrid,
-    level: Simd,
+    simd: Simd,
     directions: &[[f64; 3]; 4],
     k: usize,
     purpose: MaskUse,
@@ -110,7 +110,7 @@ pub fn mask_of_sectors(
         for column in 0..k {
             let corners =
                 [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| at(column + x, row + y).to_array());
-            masks.push(mask_of_corners(grid, level, &corners, purpose)?);
+            masks.push(mask_of_corners(grid, simd, &corners, purpose)?);
         }
     }
     // Towards the next wall, whichever way the walk goes.

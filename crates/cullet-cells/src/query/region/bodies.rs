@@ -144,7 +144,7 @@ impl Bodies {
     /// by then; how many those drawn are.
     pub(super) fn draw(
         &self,
-        level: Simd,
+        simd: Simd,
         scene: &Scene,
         planes: &Planes,
         buffer: &mut OcclusionBuffer,
@@ -152,12 +152,12 @@ impl Bodies {
         let mut drawn = 0;
         for word in 0..self.order.len().div_ceil(64) {
             let (mut inside, mut open, mut hidden) = ([0], [0], [0]);
-            mask_boxes(level, planes, &self.boxes, word, &mut inside);
-            buffer.test_boxes(level, &self.boxes, word, &inside, &mut open, &mut hidden);
+            mask_boxes(simd, planes, &self.boxes, word, &mut inside);
+            buffer.test_boxes(simd, &self.boxes, word, &inside, &mut open, &mut hidden);
             for bit in bits::ones(open[0]) {
                 let body = &self.all[self.order[word * 64 + bit].1 as usize];
                 if let Some(convex) = body_of(scene, body.slot, body.shape) {
-                    convex.draw(level, buffer, &body.shrunk);
+                    convex.draw(simd, buffer, &body.shrunk);
                     drawn += 1;
                 }
             }

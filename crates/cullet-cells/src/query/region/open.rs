@@ -27,7 +27,7 @@ impl OpenTest {
     /// Where a node is hidden or outside, so is what is in it.
     pub(super) fn find(
         &mut self,
-        level: Simd,
+        simd: Simd,
         buffer: &OcclusionBuffer,
         hierarchy: &Hierarchy,
         wanted: &[u64],
@@ -43,7 +43,7 @@ impl OpenTest {
             parents(children, nodes.levels()[at].len(), &mut here[0]);
         }
         for at in (0..count).rev() {
-            self.test(level, buffer, &nodes.levels()[at], at);
+            self.test(simd, buffer, &nodes.levels()[at], at);
             let (below, _) = self.wanted.split_at_mut(at);
             match below.last_mut() {
                 Some(children) => keep_children(&self.open, children, usize::MAX),
@@ -56,18 +56,18 @@ impl OpenTest {
         self.open.resize(words.max(self.open.len()), 0);
         self.hidden.resize(words.max(self.hidden.len()), 0);
         let (open, hidden) = (&mut self.open[..words], &mut self.hidden[..words]);
-        buffer.test_boxes(level, boxes, 0, &self.leaves, open, hidden);
+        buffer.test_boxes(simd, boxes, 0, &self.leaves, open, hidden);
         found.iter_mut().zip(open).for_each(|(found, open)| *found |= *open);
     }
 
     /// Tests the wanted nodes of a level: leaves the open ones in `open`.
-    fn test(&mut self, level: Simd, buffer: &OcclusionBuffer, boxes: &Boxes, at: usize) {
+    fn test(&mut self, simd: Simd, buffer: &OcclusionBuffer, boxes: &Boxes, at: usize) {
         let words = self.wanted[at].len();
         self.open.clear();
         self.open.resize(words, 0);
         self.hidden.resize(words.max(self.hidden.len()), 0);
         let hidden = &mut self.hidden[..words];
-        buffer.test_boxes(level, boxes, 0, &self.wanted[at], &mut self.open, hidden);
+        buffer.test_boxes(simd, boxes, 0, &self.wanted[at], &mut self.open, hidden);
     }
 }
 

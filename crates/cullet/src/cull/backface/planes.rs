@@ -234,8 +234,8 @@ impl Planes8 {
     ///
     /// # Panics
     /// If the words reach beyond the last triangle's.
-    pub fn cull_words(&self, level: crate::Simd, eye: &PlaneEye, first: usize, culled: &mut [u64]) {
-        self.test_words(level, eye, first, culled, &mut []);
+    pub fn cull_words(&self, simd: crate::Simd, eye: &PlaneEye, first: usize, culled: &mut [u64]) {
+        self.test_words(simd, eye, first, culled, &mut []);
     }
 
     /// Fills `culled` like [`cull_words`](Self::cull_words), and fills `doubt` with the triangles
@@ -243,7 +243,7 @@ impl Planes8 {
     /// `doubt` is as long as `culled`, or empty where it is not wanted.
     pub(crate) fn test_words(
         &self,
-        level: crate::Simd,
+        simd: crate::Simd,
         &PlaneEye { eye, bound }: &PlaneEye,
         first: usize,
         culled: &mut [u64],
@@ -251,13 +251,13 @@ impl Planes8 {
     ) {
         let bytes = &self.bytes[first * 64..(first + culled.len()) * 64];
         #[cfg(target_arch = "x86_64")]
-        if let Some(avx512) = level.0.as_avx512() {
+        if let Some(avx512) = simd.0.as_avx512() {
             return test_avx512(avx512, bytes, eye, bound, culled, doubt);
         }
         if doubt.is_empty() {
-            dispatch_256!(level, simd => test::<_, false>(simd, bytes, eye, bound, culled, doubt));
+            dispatch_256!(simd, simd => test::<_, false>(simd, bytes, eye, bound, culled, doubt));
         } else {
-            dispatch_256!(level, simd => test::<_, true>(simd, bytes, eye, bound, culled, doubt));
+            dispatch_256!(simd, simd => test::<_, true>(simd, bytes, eye, bound, culled, doubt));
         }
     }
 

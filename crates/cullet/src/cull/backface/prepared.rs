@@ -148,8 +148,8 @@ impl Backfaces {
     ///
     /// # Panics
     /// If the words reach beyond the last triangle's.
-    pub fn cull_words(&self, level: Simd, eye: &BackfaceEye, first: usize, culled: &mut [u64]) {
-        self.planes.cull_words(level, &eye.planes, first, culled);
+    pub fn cull_words(&self, simd: Simd, eye: &BackfaceEye, first: usize, culled: &mut [u64]) {
+        self.planes.cull_words(simd, &eye.planes, first, culled);
     }
 
     /// Fills `culled` like [`cull_words`](Self::cull_words), and fills `doubt` with the triangles
@@ -157,13 +157,13 @@ impl Backfaces {
     /// `doubt` is as long as `culled`.
     pub(crate) fn test_words(
         &self,
-        level: Simd,
+        simd: Simd,
         eye: &BackfaceEye,
         first: usize,
         culled: &mut [u64],
         doubt: &mut [u64],
     ) {
-        self.planes.test_words(level, &eye.planes, first, culled, doubt);
+        self.planes.test_words(simd, &eye.planes, first, culled, doubt);
     }
 }
 
@@ -217,11 +217,11 @@ impl ClusterCones {
 
     /// Sets bit i of `culled` where every triangle of cluster i is proved to be culled. Nothing is for an
     /// eye that culls the other side. The same at every level.
-    pub fn cull(&self, level: Simd, eye: &BackfaceEye, culled: &mut Vec<u64>) {
+    pub fn cull(&self, simd: Simd, eye: &BackfaceEye, culled: &mut Vec<u64>) {
         culled.clear();
         culled.resize(self.bounds.len().div_ceil(64), 0);
         if let Some(eye) = ClusterEye::new(eye.eye).filter(|_| eye.facing == self.facing) {
-            self.bounds.cull_words(level, &eye, 0, culled);
+            self.bounds.cull_words(simd, &eye, 0, culled);
         }
     }
 }

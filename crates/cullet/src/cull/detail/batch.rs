@@ -50,12 +50,12 @@ impl SizeTest {
     /// Several at once, for most of the time is that of memory: no decision stands between the blocks that are read.
     pub(crate) fn small(
         &self,
-        level: Simd,
+        simd: Simd,
         blocks: &[BoxBlock],
         wanted: u8,
         weights: Option<&[[f32; LANES]; 4]>,
     ) -> u64 {
-        dispatch_256!(level, simd => self.small_blocks(simd, blocks, wanted, weights))
+        dispatch_256!(simd, simd => self.small_blocks(simd, blocks, wanted, weights))
     }
 
     // Plain functions and loops all through: a closure that is not inlined has no vector instructions, and made this six
@@ -85,7 +85,7 @@ impl SizeTest {
     /// below each exceeds along any axis, and `weights` those of the heaviest.
     pub(crate) fn small_nodes(
         &self,
-        level: Simd,
+        simd: Simd,
         block: &BoxBlock,
         largest: &[[f32; 3]],
         weights: Option<&[f32; LANES]>,
@@ -94,7 +94,7 @@ impl SizeTest {
         for (lane, own) in largest.iter().take(LANES).enumerate() {
             (0..3).for_each(|a| halves[a][lane] = own[a] * 0.5);
         }
-        dispatch_256!(level, simd => {
+        dispatch_256!(simd, simd => {
             let lanes = Lanes::new(simd, block);
             let mut own = lanes.reach;
             for a in 0..3 {
@@ -105,11 +105,11 @@ impl SizeTest {
     }
 
     /// Returns the bounds of width and height in pixels of one box; `None` where there are none.
-    pub(crate) fn bound(&self, level: Simd, b: &Aabb) -> Option<[f64; 2]> {
+    pub(crate) fn bound(&self, simd: Simd, b: &Aabb) -> Option<[f64; 2]> {
         let mut block: BoxBlock = bytemuck::Zeroable::zeroed();
         block.set(0, b);
         let (mut known, mut sizes) = (0, [[0.0; LANES]; 2]);
-        dispatch_256!(level, simd => {
+        dispatch_256!(simd, simd => {
             let lanes = Lanes::new(simd, &block);
             let bounds = self.bounds(&lanes, &lanes.reach, false);
             known = bounds.known.to_bitmask();

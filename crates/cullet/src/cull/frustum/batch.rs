@@ -58,9 +58,9 @@ pub const fn mask_words(len: usize) -> usize {
 ///
 /// Allocates only when `visible` has never held a batch as large. At most one pass over the
 /// batch; the time does not depend on how many are visible.
-pub fn cull_boxes(level: Simd, planes: &Planes, boxes: &Boxes, visible: &mut Indices) {
-    list(level, boxes.len(), visible, |first, words| {
-        mask_boxes(level, planes, boxes, first, words);
+pub fn cull_boxes(simd: Simd, planes: &Planes, boxes: &Boxes, visible: &mut Indices) {
+    list(simd, boxes.len(), visible, |first, words| {
+        mask_boxes(simd, planes, boxes, first, words);
     });
 }
 
@@ -69,21 +69,21 @@ pub fn cull_boxes(level: Simd, planes: &Planes, boxes: &Boxes, visible: &mut Ind
 ///
 /// Several threads may each fill a part of one mask.
 pub fn mask_boxes(
-    level: Simd,
+    simd: Simd,
     planes: &Planes,
     boxes: &Boxes,
     first_word: usize,
     words: &mut [u64],
 ) {
-    boxes::visible(level, planes, boxes, first_word, words);
+    boxes::visible(simd, planes, boxes, first_word, words);
 }
 
 /// Returns the number of visible boxes.
 #[must_use]
-pub fn count_boxes(level: Simd, planes: &Planes, boxes: &Boxes) -> usize {
+pub fn count_boxes(simd: Simd, planes: &Planes, boxes: &Boxes) -> usize {
     let mut count = 0;
     each_part(mask_words(boxes.len()), |first, words| {
-        mask_boxes(level, planes, boxes, first, words);
+        mask_boxes(simd, planes, boxes, first, words);
         count += words.iter().map(|w| w.count_ones() as usize).sum::<usize>();
     });
     count
@@ -97,7 +97,7 @@ pub fn count_boxes(level: Simd, planes: &Planes, boxes: &Boxes) -> usize {
 /// # Panics
 /// If the two masks differ in length.
 pub fn classify_boxes(
-    level: Simd,
+    simd: Simd,
     planes: &Planes,
     boxes: &Boxes,
     first_word: usize,
@@ -105,8 +105,8 @@ pub fn classify_boxes(
     inside: &mut [u64],
 ) {
     assert_eq!(visible.len(), inside.len(), "one word of each mask for the same items");
-    mask_boxes(level, planes, boxes, first_word, visible);
-    boxes::inside(level, planes, boxes, first_word, visible, inside);
+    mask_boxes(simd, planes, boxes, first_word, visible);
+    boxes::inside(simd, planes, boxes, first_word, visible, inside);
 }
 
 /// Writes for each box the number of the first plane that rejects it, or [`VISIBLE`]. `reasons[0]` is
@@ -114,7 +114,7 @@ pub fn classify_boxes(
 ///
 /// # Panics
 /// If `reasons` reaches past the batch.
-pub fn reject_boxes(level: Simd, planes: &Planes, boxes: &Boxes, first: usize, reasons: &mut [u8]) {
+pub fn reject_boxes(simd: Simd, planes: &Planes, boxes: &Boxes, first: usize, reasons: &mut [u8]) {
     let last = first + reasons.len();
     assert!(last <= boxes.len(), "boxes {first}..{last} of a batch of {}", boxes.len());
     let mut word = [0];
@@ -122,7 +122,7 @@ pub fn reject_boxes(level: Simd, planes: &Planes, boxes: &Boxes, first: usize, r
     for (i, reason) in (first..).zip(reasons) {
         if i / 64 != held {
             held = i / 64;
-            mask_boxes(level, planes, boxes, held, &mut word);
+            mask_boxes(simd, planes, boxes, held, &mut word);
         }
         let is_visible = word[0] >> (i % 64) & 1 == 1;
         *reason = if is_visible { VISIBLE } else { planes.first_rejecting(boxes, i) };
@@ -131,13 +131,13 @@ pub fn reject_boxes(level: Simd, planes: &Planes, boxes: &Boxes, first: usize, r
 
 /// Lists the set bits of a mask for `len` items, which `fill` fills word by word: it gets the first
 /// word and the words.
-fn list(level: Simd, len: usize, visible: &mut Indices, mut fill: impl FnMut(usize, &mut [u64])) {
+fn list(simd: Simd, len: usize, visible: &mut Indices, mut fill: impl FnMut(usize, &mut [u64])) {
     // Whole vectors are stored.
     visible.fill(len.next_multiple_of(64), |out| {
         let mut listed = 0;
         each_part(mask_words(len), |first, words| {
             fill(first, words);
-            listed += expand(level, words, (first * 64) as u32, &mut out[listed..]);
+            listed += expand(simd, words, (first * 64) as u32, &mut out[listed..]);
         });
         listed
     });

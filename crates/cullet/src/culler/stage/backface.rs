@@ -96,12 +96,12 @@ impl<'a> Backs<'a> {
             return false;
         }
         let Some(cones) = self.cones(mesh) else { return false };
-        let level = self.frame.culler.level;
+        let simd = self.frame.culler.simd;
         let Eye::Planes(_, _, eye) = self.eye_of(&self.eye, slot, mesh) else { return false };
-        cones.cull(level, &eye, culled);
+        cones.cull(simd, &eye, culled);
         let Some(other) = &self.other else { return true };
         let Eye::Planes(_, _, eye) = self.eye_of(other, slot, mesh) else { return false };
-        cones.cull(level, &eye, spare);
+        cones.cull(simd, &eye, spare);
         culled.iter_mut().zip(spare).for_each(|(culled, other)| *culled &= *other);
         true
     }
@@ -143,7 +143,7 @@ pub(in super::super) fn triangles(
         if !backs.has_back(slot, id) {
             return false;
         }
-        let (level, mesh) = (frame.culler.level, &frame.scene.meshes()[id as usize]);
+        let (simd, mesh) = (frame.culler.simd, &frame.scene.meshes()[id as usize]);
         let (exact, planes, eye) = match backs.eye_of(&backs.eye, slot, id) {
             Eye::Undecided => return false,
             Eye::Exact(eye) => {
@@ -176,7 +176,7 @@ pub(in super::super) fn triangles(
             words.resize(words.len().max(here.end), 0);
             doubt.resize(words.len(), 0);
             let (words, doubt) = (&mut words[here.clone()], &mut doubt[here]);
-            planes.test_words(level, &eye, first as usize, words, doubt);
+            planes.test_words(simd, &eye, first as usize, words, doubt);
         }
         // In a second turn: neighbouring runs share a word, and the first turn writes it anew.
         for run in own {
@@ -186,7 +186,7 @@ pub(in super::super) fn triangles(
                 cull_in_doubt(mesh, &exact, *run, first, &doubt[here.clone()], &mut words[here]);
             }
         }
-        keep_listed(level, triangles, base, words, kept);
+        keep_listed(simd, triangles, base, words, kept);
         true
     });
 }

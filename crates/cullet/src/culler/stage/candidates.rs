@@ -81,7 +81,7 @@ pub(in super::super) fn clusters(
         kept.resize(mesh.clusters().len().div_ceil(64), 0);
         candidates.frusta(scene, slot, &mut |frustum| {
             let planes = Planes::in_object_space(frustum, scene.transform(slot), u32::MAX);
-            cut.cull(frame.culler.level, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
+            cut.cull(frame.culler.simd, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
             for word in cut.touched() {
                 kept[word] |= cut.visible()[word];
             }

@@ -71,8 +71,8 @@ impl Sizes<'_> {
                 scene.largest_size_weight(from..from + slots)
             })
         });
-        let level = self.frame.culler.level;
-        self.test.small_nodes(level, block, largest, weights.as_ref())
+        let simd = self.frame.culler.simd;
+        self.test.small_nodes(simd, block, largest, weights.as_ref())
             & ((1_u32 << covered) - 1) as u16
     }
 
@@ -89,7 +89,7 @@ impl Sizes<'_> {
             }
             weights
         });
-        self.test.small(self.frame.culler.level, blocks, wanted, weights.as_ref())
+        self.test.small(self.frame.culler.simd, blocks, wanted, weights.as_ref())
     }
 }
 
@@ -132,7 +132,7 @@ pub(in super::super) fn clusters(
                 run.first_cluster as usize..(run.first_cluster + run.cluster_count) as usize;
             for (word, own) in bits::words_of(clusters) {
                 let blocks = &boxes.blocks()[word * 4..];
-                let small = test.small(frame.culler.level, blocks, 0xf, Some(&weights));
+                let small = test.small(frame.culler.simd, blocks, 0xf, Some(&weights));
                 culled[word] |= small & own;
             }
         }
@@ -148,7 +148,7 @@ pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32) -> Finding {
         weight => format!(", counted {weight} times"),
     };
     let test = of_world(frame, &frame.culler.detail.unwrap_or_default());
-    match test.bound(frame.culler.level, &frame.scene.bounds(slot)) {
+    match test.bound(frame.culler.simd, &frame.scene.bounds(slot)) {
         Some(pixels @ [w, h]) => Finding::new(
             format!("at most {w:.2} x {h:.2} pixels on the screen{weight}"),
             Evidence::Size { pixels, weight: times },

@@ -68,7 +68,7 @@ fn take_visible(
     let mut touched: &[u64] = &[];
     if !frame.sees_nothing() {
         let state = [scene.id(), hierarchy.change_version()];
-        cut.update(frame.culler.level, planes, hierarchy.nodes(), hierarchy.boxes(), state);
+        cut.update(frame.culler.simd, planes, hierarchy.nodes(), hierarchy.boxes(), state);
         log.frustum = FrustumWork {
             nodes: cut.nodes_tested(),
             blocks: cut.leaves_tested(),
@@ -266,7 +266,7 @@ fn list_clusters(
     let mesh = scene.mesh(slot);
     let (first, straddled) = (runs.len(), frame.straddled(slot));
     let planes = Planes::in_object_space(&frame.world_frustum, scene.transform(slot), straddled);
-    cut.cull(frame.culler.level, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
+    cut.cull(frame.culler.simd, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
     for word in cut.touched() {
         for bit in bits::ones(cut.visible()[word]) {
             let cluster = (word * 64 + bit) as u32;
@@ -308,7 +308,7 @@ fn list_levels(
     }
     // A coarser level may lie beyond the bounds of its instance, so that no plane is left out.
     let planes = Planes::in_object_space(&frame.world_frustum, scene.transform(slot), u32::MAX);
-    cut.cull(frame.culler.level, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
+    cut.cull(frame.culler.simd, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
     all.clear();
     all.extend(coarse.runs_of(levels));
     for range in coarse.within(levels, cut.visible()) {

@@ -143,7 +143,7 @@ fn replace(
     let mut least = whole.counts;
     let mut found = None;
     for (number, levels) in (1..).zip(all).filter(|(_, l)| l.is_used(lod)) {
-        let is_drawn = levels.levels.select(frame.culler.level, &eye, &mut cache.selection);
+        let is_drawn = levels.levels.select(frame.culler.simd, &eye, &mut cache.selection);
         let counts = counts_of(&cache.selection);
         // The levels may be cut into smaller clusters than the mesh.
         if is_drawn

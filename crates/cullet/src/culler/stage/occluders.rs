@@ -239,7 +239,7 @@ impl Search<'_> {
     /// Whether what was drawn hides all of some screen bounds. Where a node's are hidden, so are those of all that is
     /// below it, so that what is considered does not depend on the nodes.
     fn is_hidden(&self, bounds: Option<ScreenBounds>) -> bool {
-        let covers = |b| self.buffer.covers(self.tests.level(), &b);
+        let covers = |b| self.buffer.covers(self.tests.simd(), &b);
         !self.drawn.is_empty() && bounds.is_some_and(covers)
     }
 

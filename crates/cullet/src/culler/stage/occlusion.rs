@@ -75,7 +75,7 @@ impl Cache {
             return "left out: it would cost more than it could save".into();
         };
         let [width, height] = buffer.size();
-        let tests = BoxTests::new(buffer, frame.culler.level);
+        let tests = BoxTests::new(buffer, frame.culler.simd);
         let bounds = match tests.bounds(frame.scene.boxes(), slot as usize) {
             Ok(bounds) => bounds,
             Err(Visibility::Outside) => return "beyond an edge of the screen".into(),
@@ -106,13 +106,13 @@ impl Cache {
     pub(in super::super) fn blockers(&self, frame: &Frame<'_>, slot: u32) -> Vec<u32> {
         let Frame { culler, scene, view, .. } = *frame;
         let (Some(buffer), mut found) = (self.buffer(), Vec::new()) else { return Vec::new() };
-        let tests = BoxTests::new(buffer, culler.level);
+        let tests = BoxTests::new(buffer, culler.simd);
         let Ok(bounds) = tests.bounds(scene.boxes(), slot as usize) else { return found };
         let Ok(mut alone) = OcclusionBuffer::new(buffer.size()) else { return found };
         for &(by, shape) in &self.drawn {
             alone.begin(view, scene.origin());
             let shape = &scene.prepared_of(by).shapes()[shape as usize];
-            shape.draw(culler.level, &mut alone, scene.transform(by));
+            shape.draw(culler.simd, &mut alone, scene.transform(by));
             let ScreenBounds { min, max, nearness } = bounds;
             let covers = (min[1]..=max[1])
                 .any(|y| (min[0]..=max[0]).any(|x| alone.nearness(x, y) > nearness));
@@ -213,7 +213,7 @@ fn choose_and_draw(
     cache.drawn.clear();
     if stake.budget(0.0) > 0.0 {
         let begin = log.now();
-        let tests = BoxTests::new(buffer, frame.culler.level);
+        let tests = BoxTests::new(buffer, frame.culler.simd);
         cache.density.sample(frame.scene, &tests, buffer.size(), cache.samples.slots());
         times.choosing = log.now().saturating_sub(begin);
     }
@@ -272,7 +272,7 @@ fn search(
     let search = Search {
         scene: frame.scene,
         buffer,
-        tests: BoxTests::new(buffer, frame.culler.level),
+        tests: BoxTests::new(buffer, frame.culler.simd),
         costs: CostModel::new(&frame.culler.costs.occluders),
         fronts_are_drawn: frame.view.draws_fronts(),
         near: near_box(frame.view, frame.scene.origin()),
@@ -298,9 +298,9 @@ fn choose(
 ) -> usize {
     let Cache { ranked, chosen, drawn, .. } = cache;
     chosen.clear();
-    let (level, mut sum) = (frame.culler.level, 0.0);
+    let (simd, mut sum) = (frame.culler.simd, 0.0);
     for (number, c) in ranked.iter().enumerate().skip(next) {
-        if !drawn.is_empty() && c.bounds.is_some_and(|b| buffer.covers(level, &b)) {
+        if !drawn.is_empty() && c.bounds.is_some_and(|b| buffer.covers(simd, &b)) {
             continue;
         }
         sum += c.cost;
@@ -317,11 +317,11 @@ fn draw_chosen(frame: &Frame<'_>, cache: &mut Cache, buffer: &mut OcclusionBuffe
     cache.sorter.sort(&mut cache.chosen, Candidate::by_nearness);
     let mut cost = 0.0;
     for c in &cache.chosen {
-        if c.bounds.is_some_and(|b| buffer.covers(frame.culler.level, &b)) {
+        if c.bounds.is_some_and(|b| buffer.covers(frame.culler.simd, &b)) {
             continue;
         }
         let shape = &frame.scene.prepared_of(c.slot).shapes()[c.shape as usize];
-        shape.draw(frame.culler.level, buffer, frame.scene.transform(c.slot));
+        shape.draw(frame.culler.simd, buffer, frame.scene.transform(c.slot));
         cache.drawn.push((c.slot, c.shape));
         cost += c.cost;
     }
@@ -337,10 +337,10 @@ fn test(
     buffer: &OcclusionBuffer,
 ) -> (u64, Tally) {
     let scene = frame.scene;
-    let mut against = BoxTests::new(buffer, frame.culler.level);
+    let mut against = BoxTests::new(buffer, frame.culler.simd);
     // Boxes that are empty are outside, though not by their nodes; the frustum drops them, where it is on.
     if frame.culler.frustum {
-        cache.nearest.read(frame.culler.level, buffer);
+        cache.nearest.read(frame.culler.simd, buffer);
         against = against.with_nearest(&cache.nearest);
     }
     cache.whole.resize(set.alive.len(), 0);
@@ -447,7 +447,7 @@ pub(in super::super) fn clusters(
         let Some(buffer) = buffer else { return false };
         let mesh = &scene.meshes()[runs[0].mesh as usize];
         set_clusters(runs, mesh.clusters().len(), culled);
-        let against = BoxTests::of_object(buffer, frame.culler.level, scene.transform(slot));
+        let against = BoxTests::of_object(buffer, frame.culler.simd, scene.transform(slot));
         tests += against.hide(mesh.cluster_nodes(), mesh.cluster_boxes(), culled);
         // Clusters that are not hidden are left.
         culled.iter_mut().for_each(|word| *word = !*word);

@@ -126,7 +126,7 @@ impl Samples {
     /// The share of what is likely to be drawn, by triangles, that a buffer hides.
     pub(super) fn hidden_share(&self, frame: &Frame<'_>, buffer: &OcclusionBuffer) -> f32 {
         let scene = frame.scene;
-        let tests = BoxTests::new(buffer, frame.culler.level);
+        let tests = BoxTests::new(buffer, frame.culler.simd);
         let (mut hidden, mut all) = (0.0, self.unknown);
         for of_slot in self.parts.chunk_by(|a, b| a.slot == b.slot) {
             let slot = of_slot[0].slot;
@@ -137,7 +137,7 @@ impl Samples {
                     all -= sum;
                     continue;
                 }
-                Ok(b) if buffer.covers(frame.culler.level, &b) => {
+                Ok(b) if buffer.covers(frame.culler.simd, &b) => {
                     hidden += sum;
                     continue;
                 }
@@ -148,7 +148,7 @@ impl Samples {
             let boxes = scene.mesh(slot).cluster_boxes();
             for part in of_slot {
                 let bounds = part.cluster.map(|c| against.bounds(boxes, c as usize));
-                if bounds.is_some_and(|b| b.is_ok_and(|b| buffer.covers(frame.culler.level, &b))) {
+                if bounds.is_some_and(|b| b.is_ok_and(|b| buffer.covers(frame.culler.simd, &b))) {
                     hidden += part.triangles;
                 }
             }

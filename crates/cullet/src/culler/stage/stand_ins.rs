@@ -88,7 +88,7 @@ impl Cache {
             let most = own.left.counts;
             let all = scene.levels(scene.mesh_id(stand_in.slot));
             for (level, levels) in (1..).zip(all).filter(|(_, l)| l.is_used(lod)) {
-                let is_there = levels.levels.select(frame.culler.level, &eye, &mut self.selection);
+                let is_there = levels.levels.select(frame.culler.simd, &eye, &mut self.selection);
                 let triangles = self.selection.triangle_count();
                 if is_there
                     && triangles <= own.own.map_or(most.triangles, |o| o.0 - 1)
@@ -178,7 +178,7 @@ impl Cache {
                 continue;
             };
             let eye = LevelEye::new(lod, scale, scene.transform(slot), frame.seen_by.eyes);
-            levels.levels.select(frame.culler.level, &eye, &mut self.selection);
+            levels.levels.select(frame.culler.simd, &eye, &mut self.selection);
             let whole = scene.tally_of(slot);
             let tally = Tally { counts: counts_of(&self.selection), degenerate: 0 };
             coarse.push((slot, levels.mesh, level), (whole, tally), self.selection.ranges());

@@ -59,8 +59,8 @@ fn convex(scene: &Occscn, triangles: &[[u32; 3]]) -> Option<Convex> {
 }
 
 /// Draws one shape, where it stands.
-fn draw(shape: &Shape, level: Simd, buffer: &mut OcclusionBuffer) {
-    shape.draw(level, buffer, &Transform::IDENTITY);
+fn draw(shape: &Shape, simd: Simd, buffer: &mut OcclusionBuffer) {
+    shape.draw(simd, buffer, &Transform::IDENTITY);
 }
 
 /// The boxes of shapes.
@@ -72,7 +72,7 @@ pub(super) fn bounds(shapes: &[Shape]) -> Vec<Aabb> {
 pub(super) struct Engine<'a> {
     prepared: &'a Prepared,
     shapes: &'a [Shape],
-    level: Simd,
+    simd: Simd,
     buffer: OcclusionBuffer,
     planes: Option<Planes>,
     /// One bit a box: in the frustum; and of those, visible and hidden.
@@ -86,13 +86,13 @@ impl<'a> Engine<'a> {
     pub(super) fn new(
         prepared: &'a Prepared,
         shapes: &'a [Shape],
-        level: Simd,
+        simd: Simd,
         size: [u32; 2],
     ) -> Result<Self, Failure> {
         Ok(Self {
             prepared,
             shapes,
-            level,
+            simd,
             buffer: OcclusionBuffer::new(size).map_err(Failure::usage)?,
             planes: None,
             inside: Vec::new(),
@@ -110,12 +110,12 @@ impl Rasteriser for Engine<'_> {
 
     fn draw(&mut self, pieces: &[u32]) {
         for &i in pieces {
-            draw(&self.shapes[i as usize], self.level, &mut self.buffer);
+            draw(&self.shapes[i as usize], self.simd, &mut self.buffer);
         }
     }
 
     fn draw_unless_hidden(&mut self, pieces: &[u32]) -> usize {
-        let (level, shapes, boxes) = (self.level, self.shapes, &self.prepared.pieces.boxes);
+        let (level, shapes, boxes) = (self.simd, self.shapes, &self.prepared.pieces.boxes);
         self.buffer.draw_unless_hidden(level, boxes, pieces, |buffer, i| {
             draw(&shapes[i as usize], level, buffer);
         })
@@ -127,9 +127,9 @@ impl Rasteriser for Engine<'_> {
         for mask in [&mut self.inside, &mut self.visible, &mut self.hidden] {
             mask.resize(words, 0);
         }
-        mask_boxes(self.level, planes, boxes, 0, &mut self.inside);
+        mask_boxes(self.simd, planes, boxes, 0, &mut self.inside);
         self.buffer.test_boxes(
-            self.level,
+            self.simd,
             boxes,
             0,
             &self.inside,

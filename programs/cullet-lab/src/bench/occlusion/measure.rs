@@ -111,7 +111,7 @@ fn times<const N: usize>(passes: Passes, mut pass: impl FnMut() -> [Duration; N]
 /// each view.
 pub(super) fn measure(
     prepared: &Prepared,
-    level: Simd,
+    simd: Simd,
     rasteriser: &mut dyn Rasteriser,
     passes: Passes,
     go_on: &mut dyn FnMut() -> bool,
@@ -127,13 +127,13 @@ pub(super) fn measure(
     let (mut test_ns, mut tested) = (0.0, 0usize);
     for view in 0..prepared.views.len() {
         let culling_view = &prepared.views[view];
-        let in_view = prepared.triangles_in(level, view);
+        let in_view = prepared.triangles_in(simd, view);
         let mut fill = |mode: usize, rasteriser: &mut dyn Rasteriser, scratch: &mut Scratch| {
             let mut pieces = all.len();
             let [prepare, clear, render] = times(passes, || {
                 let prepare = match mode {
                     0 => Duration::ZERO,
-                    _ => of_thread(|| prepared.sorted(level, view, scratch)),
+                    _ => of_thread(|| prepared.sorted(simd, view, scratch)),
                 };
                 let order = if mode == 0 { &all } else { &scratch.pieces };
                 let clear = of_thread(|| rasteriser.clear(culling_view));
@@ -174,7 +174,7 @@ pub(super) fn measure(
         found.test.visible += (inside.len() - hidden) as f64;
         if !inside.is_empty() {
             let mut boxes = Boxes::new();
-            boxes.gather(level, &prepared.objects, &inside);
+            boxes.gather(simd, &prepared.objects, &inside);
             let mut again = vec![VISIBLE; inside.len()];
             let [time] = times(passes, || [of_thread(|| rasteriser.test(&boxes, &mut again))]);
             test_ns += time.least;

@@ -40,10 +40,10 @@ pub(super) struct Streaming {
 const SECONDS: f64 = 0.05;
 
 /// Reads as many bytes as the scene's vertices and triangles have.
-pub(super) fn streaming(prepared: &Prepared, level: Simd) -> Streaming {
+pub(super) fn streaming(prepared: &Prepared, simd: Simd) -> Streaming {
     let scene = &prepared.scene;
     let floats = vec![1.0f32; (scene.vertices.len() + scene.triangles.len()) * 3];
-    let [time, _] = fastest_of_both(SECONDS, |turn| stream(level, &floats, turn), || {});
+    let [time, _] = fastest_of_both(SECONDS, |turn| stream(simd, &floats, turn), || {});
     Streaming { rate: (floats.len() * 4) as f64 / time }
 }
 

@@ -64,9 +64,9 @@ impl Prepared {
 
     /// The pieces that a view may see, nearest box first; those equally near to within a hundredth in their
     /// order. The eye is the file's.
-    pub(super) fn sorted(&self, level: Simd, view: usize, scratch: &mut Scratch) {
+    pub(super) fn sorted(&self, simd: Simd, view: usize, scratch: &mut Scratch) {
         let Scratch { pieces, visible, order, spare } = scratch;
-        cull_boxes(level, &Planes::new(&self.views[view].frustum()), &self.pieces.boxes, visible);
+        cull_boxes(simd, &Planes::new(&self.views[view].frustum()), &self.pieces.boxes, visible);
         let eye = self.scene.cameras[view].eye;
         order.clear();
         order.extend(visible.iter().map(|&m| {
@@ -82,10 +82,10 @@ impl Prepared {
     }
 
     /// How many triangles the file's meshes have that a view may see.
-    pub(super) fn triangles_in(&self, level: Simd, view: usize) -> u64 {
+    pub(super) fn triangles_in(&self, simd: Simd, view: usize) -> u64 {
         let mut visible = Indices::default();
         let planes = Planes::new(&self.views[view].frustum());
-        cull_boxes(level, &planes, &self.mesh_boxes, &mut visible);
+        cull_boxes(simd, &planes, &self.mesh_boxes, &mut visible);
         let of = |&m: &u32| u64::from(self.scene.meshes[m as usize].triangle_count);
         visible.iter().map(of).sum()
     }

@@ -152,11 +152,11 @@ fn is_right(
     world: InCells<'_>,
     view: &View,
     culler: &Culler,
-    level: Simd,
+    simd: Simd,
     result: &Visible,
 ) -> bool {
     let mut expected = Visible::default();
-    let oracle = Culler { level, ..culler.clone() };
+    let oracle = Culler { simd, ..culler.clone() };
     world.cull(&oracle, view, &mut ViewState::default(), &mut expected);
     is_same(result, &expected)
 }

@@ -51,9 +51,9 @@ impl<B: Bound> ClusterBounds<B> {
     }
 
     /// Bits of 64 clusters.
-    pub(super) fn word(&self, level: cullet::Simd, word: usize, eye: &ClusterEye) -> u64 {
+    pub(super) fn word(&self, simd: cullet::Simd, word: usize, eye: &ClusterEye) -> u64 {
         let mut out = [0];
-        self.batch.cull_words(level, eye, word, &mut out);
+        self.batch.cull_words(simd, eye, word, &mut out);
         out[0]
     }
 }
@@ -64,9 +64,9 @@ impl<B: Bound> Bulk<[f64; 4]> for ClusterBounds<B> {
         self.len()
     }
 
-    fn cull_words(&self, level: cullet::Simd, eye: [f64; 4], first: usize, culled: &mut [u64]) {
+    fn cull_words(&self, simd: cullet::Simd, eye: [f64; 4], first: usize, culled: &mut [u64]) {
         match ClusterEye::new(eye) {
-            Some(eye) => self.batch.cull_words(level, &eye, first, culled),
+            Some(eye) => self.batch.cull_words(simd, &eye, first, culled),
             None => culled.fill(0),
         }
     }
@@ -103,9 +103,9 @@ impl<B: Lanes> Batch<B> for Blocks<B> {
         self.len
     }
 
-    fn cull_words(&self, level: cullet::Simd, eye: &ClusterEye, first: usize, culled: &mut [u64]) {
+    fn cull_words(&self, simd: cullet::Simd, eye: &ClusterEye, first: usize, culled: &mut [u64]) {
         let blocks = &self.blocks[first * BLOCKS..(first + culled.len()) * BLOCKS];
-        dispatch!(level.level(), simd => words::<_, B>(simd, blocks, eye, culled));
+        dispatch!(simd.level(), simd => words::<_, B>(simd, blocks, eye, culled));
     }
 }
 

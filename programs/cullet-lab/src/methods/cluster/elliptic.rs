@@ -32,7 +32,7 @@ impl Batch<EllipticCone> for EllipticCones {
         Self::len(self)
     }
 
-    fn cull_words(&self, level: Simd, eye: &ClusterEye, first: usize, culled: &mut [u64]) {
-        Self::cull_words(self, level, eye, first, culled);
+    fn cull_words(&self, simd: Simd, eye: &ClusterEye, first: usize, culled: &mut [u64]) {
+        Self::cull_words(self, simd, eye, first, culled);
     }
 }

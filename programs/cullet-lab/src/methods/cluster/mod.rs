@@ -111,7 +111,7 @@ pub trait Batch<B>: Clone + Debug + Default {
     ///
     /// # Panics
     /// If the words reach beyond the last cluster's.
-    fn cull_words(&self, level: Simd, eye: &ClusterEye, first: usize, culled: &mut [u64]);
+    fn cull_words(&self, simd: Simd, eye: &ClusterEye, first: usize, culled: &mut [u64]);
 }
 
 /// Which sides of a cluster's triangles the eye sees.

@@ -121,30 +121,30 @@ impl<B: Bound> ClusterNodes<B> {
 
     /// Walks the nodes for a homogeneous eye in the space of the clusters. An eye that is none (see
     /// [`ClusterEye::new`]) proves nothing. Allocates only where `cut` never held as much.
-    pub fn cull(&self, level: Simd, eye: [f64; 4], cut: &mut ClusterCut) {
+    pub fn cull(&self, simd: Simd, eye: [f64; 4], cut: &mut ClusterCut) {
         for mask in [&mut cut.culled, &mut cut.front] {
             mask.clear();
             mask.resize(self.len().div_ceil(64), 0);
         }
         cut.tested = 0;
         if let Some(eye) = ClusterEye::new(eye).filter(|_| !self.is_empty()) {
-            self.walk(level, &eye, cut);
+            self.walk(simd, &eye, cut);
         }
     }
 
-    fn walk(&self, level: Simd, eye: &ClusterEye, cut: &mut ClusterCut) {
+    fn walk(&self, simd: Simd, eye: &ClusterEye, cut: &mut ClusterCut) {
         let ClusterCut { culled, front, blocks: [here, next], tested } = cut;
         here.clear();
         here.push(0);
         for (at, bounds) in self.levels.iter().enumerate().rev() {
-            // How many clusters one of this level stands for.
+            // How many clusters one of this simd stands for.
             let unit = LANES.pow(at as u32);
             next.clear();
             *tested += here.len();
             // Four blocks are tested at once: those of a word are neighbours, and mostly tested together.
             for blocks in here.chunk_by(|a, b| a / BLOCKS == b / BLOCKS) {
                 let word = (blocks[0] / BLOCKS) as usize;
-                let found = [0, 1].map(|side: usize| bounds[side].word(level, word, eye));
+                let found = [0, 1].map(|side: usize| bounds[side].word(simd, word, eye));
                 for &block in blocks {
                     let first = block as usize * LANES;
                     let shift = first % 64;

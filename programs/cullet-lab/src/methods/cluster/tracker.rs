@@ -53,7 +53,7 @@ impl<B: Bound> ClusterTracker<B> {
     ///
     /// A position after a position costs what is near a border. A direction (weight 0), and what is no
     /// eye, is answered by a full test, as is the first eye.
-    pub fn update(&mut self, level: Simd, eye: [f64; 4]) -> &[u64] {
+    pub fn update(&mut self, simd: Simd, eye: [f64; 4]) -> &[u64] {
         self.changed.clear();
         let prepared = ClusterEye::new(eye);
         let position = prepared
@@ -69,7 +69,7 @@ impl<B: Bound> ClusterTracker<B> {
         self.gone = (self.gone + step * (1.0 + 4.0 * f64::EPSILON)).next_up();
         if !self.gone.is_finite() {
             self.gone = 0.0;
-            self.look_at_all(level, prepared, position);
+            self.look_at_all(simd, prepared, position);
             return &self.culled;
         }
         self.looked_at = 0;
@@ -99,10 +99,10 @@ impl<B: Bound> ClusterTracker<B> {
         &self.culled
     }
 
-    fn look_at_all(&mut self, level: Simd, eye: Option<ClusterEye>, position: Option<[f64; 3]>) {
+    fn look_at_all(&mut self, simd: Simd, eye: Option<ClusterEye>, position: Option<[f64; 3]>) {
         self.looked_at = self.singles.len();
         for word in 0..self.culled.len() {
-            let bits = eye.as_ref().map_or(0, |eye| self.bounds.word(level, word, eye));
+            let bits = eye.as_ref().map_or(0, |eye| self.bounds.word(simd, word, eye));
             self.set(word, bits);
             let mut first = f64::INFINITY;
             let end = self.singles.len().min(word * 64 + 64);

@@ -83,13 +83,13 @@ impl EllipticCones {
     /// If the words reach beyond the last cluster's.
     pub fn cull_words(
         &self,
-        level: crate::Simd,
+        simd: crate::Simd,
         eye: &ClusterEye,
         first: usize,
         culled: &mut [u64],
     ) {
         let blocks = &self.blocks[first * BLOCKS..(first + culled.len()) * BLOCKS];
-        dispatch_256!(level, simd => words(simd, blocks, eye, culled));
+        dispatch_256!(simd, simd => words(simd, blocks, eye, culled));
     }
 }
 

@@ -9,13 +9,13 @@ use crate::bounds::{BoxBlock, Boxes};
 
 /// The visible boxes of words `first..` of a batch of `len`.
 pub(super) fn visible(
-    level: crate::Simd,
+    simd: crate::Simd,
     planes: &Planes,
     boxes: &Boxes,
     first: usize,
     visible: &mut [u64],
 ) {
-    dispatch!(level, simd => {
+    dispatch!(simd, simd => {
         let mut test = Outside { planes: planes.box_planes() };
         run(simd, &mut test, boxes, first, visible);
     });
@@ -25,14 +25,14 @@ pub(super) fn visible(
 /// all others. `inside` and `visible` are words `first..` of a batch. Words without a visible box
 /// are not tested.
 pub(super) fn inside(
-    level: crate::Simd,
+    simd: crate::Simd,
     planes: &Planes,
     boxes: &Boxes,
     first: usize,
     visible: &[u64],
     inside: &mut [u64],
 ) {
-    dispatch!(level, simd => {
+    dispatch!(simd, simd => {
         let mut test = Inside { planes: planes.box_planes(), visible, first };
         run(simd, &mut test, boxes, first, inside);
     });

@@ -59,11 +59,11 @@ impl SpherePlanes {
 }
 
 /// Lists the visible spheres, ascending, as [`cull_boxes`](super::cull_boxes) does boxes.
-pub fn cull_spheres(level: Simd, planes: &SpherePlanes, spheres: &Spheres, visible: &mut Indices) {
-    super::list(level, spheres.len(), visible, |first, words| {
+pub fn cull_spheres(simd: Simd, planes: &SpherePlanes, spheres: &Spheres, visible: &mut Indices) {
+    super::list(simd, spheres.len(), visible, |first, words| {
         let planes = &planes.planes[..planes.count];
         let (full, rest) = parts(spheres.blocks(), spheres.len(), first, words);
-        dispatch!(level, simd => {
+        dispatch!(simd, simd => {
             for (blocks, word) in full {
                 *word = !outside(simd, planes, blocks);
             }

@@ -72,18 +72,18 @@ impl Cut {
     ///
     /// # Panics
     /// If the nodes are over more boxes than there are.
-    pub fn cull(&mut self, level: Simd, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
+    pub fn cull(&mut self, simd: Simd, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
         self.made_from = None;
-        self.begin(level, planes, nodes, boxes);
+        self.begin(simd, planes, nodes, boxes);
         let mut fronts = std::mem::take(&mut self.fronts);
         let mut target = self.target(nodes.len());
-        let walked = Walk { level, planes, nodes, boxes }.run(&mut fronts, &mut target);
+        let walked = Walk { simd, planes, nodes, boxes }.run(&mut fronts, &mut target);
         self.counts = target.counts;
         self.fronts = fronts;
         if walked {
             self.finish(planes, nodes.holes());
         } else {
-            self.sweep(level, planes, boxes, 0);
+            self.sweep(simd, planes, boxes, 0);
         }
     }
 
@@ -96,7 +96,7 @@ impl Cut {
     /// every turn and for steps of a unit.
     pub(crate) fn update(
         &mut self,
-        level: Simd,
+        simd: Simd,
         planes: &Planes,
         nodes: &Nodes,
         boxes: &Boxes,
@@ -106,18 +106,18 @@ impl Cut {
             (self.counts, self.swept) = (Counts::default(), 0);
             return;
         }
-        self.cull(level, planes, nodes, boxes);
+        self.cull(simd, planes, nodes, boxes);
         self.made_from = Some(state);
         self.planes.clear();
         self.planes.extend_from_slice(planes.box_planes());
     }
 
     /// Clears the masks, and sweeps what lies under no node.
-    fn begin(&mut self, level: Simd, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
+    fn begin(&mut self, simd: Simd, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
         assert!(nodes.len() <= boxes.len(), "nodes over {} of {}", nodes.len(), boxes.len());
         self.clear(boxes.len());
         if nodes.len() < boxes.len() {
-            self.sweep(level, planes, boxes, nodes.len() / 64);
+            self.sweep(simd, planes, boxes, nodes.len() / 64);
         }
     }
 
@@ -148,7 +148,7 @@ impl Cut {
     }
 
     /// Lists the visible boxes, ascending.
-    pub fn list(&self, level: Simd, visible: &mut Indices) {
+    pub fn list(&self, simd: Simd, visible: &mut Indices) {
         // A run listed at once must not be longer than the list, whose end is the end of the boxes.
         visible.fill(self.len.next_multiple_of(64), |out| {
             let mut len = 0;
@@ -159,7 +159,7 @@ impl Cut {
                     end += 1;
                 }
                 let run = &self.visible[first..end];
-                len += expand(level, run, (first * 64) as u32, &mut out[len..]);
+                len += expand(simd, run, (first * 64) as u32, &mut out[len..]);
             }
             len
         });
@@ -231,10 +231,10 @@ impl Cut {
     }
 
     /// Tests words from `first` on one by one.
-    fn sweep(&mut self, level: Simd, planes: &Planes, boxes: &Boxes, first: usize) {
+    fn sweep(&mut self, simd: Simd, planes: &Planes, boxes: &Boxes, first: usize) {
         self.swept = boxes.len() - first * 64;
         let (visible, inside) = (&mut self.visible[first..], &mut self.inside[first..]);
-        classify_boxes(level, planes, boxes, first, visible, inside);
+        classify_boxes(simd, planes, boxes, first, visible, inside);
         for (word, visible) in visible.iter().enumerate() {
             bits::set(&mut self.touched, first + word, *visible != 0);
         }

@@ -95,7 +95,7 @@ impl<'a> Target<'a> {
 /// Nodes and boxes that are walked, and the planes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Walk<'a> {
-    pub(super) level: crate::Simd,
+    pub(super) simd: crate::Simd,
     pub(super) planes: &'a Planes,
     pub(super) nodes: &'a Nodes,
     pub(super) boxes: &'a Boxes,
@@ -130,7 +130,7 @@ impl Walk<'_> {
         for (at, below) in self.nodes.levels().iter().enumerate().rev() {
             let unit = LANES.pow(at as u32);
             next.reserve((front.len * LANES).min(below.len()));
-            dispatch!(self.level, simd => inner(simd, planes, below, unit, front, next, target));
+            dispatch!(self.simd, simd => inner(simd, planes, below, unit, front, next, target));
             std::mem::swap(front, next);
         }
     }
@@ -138,7 +138,7 @@ impl Walk<'_> {
     /// Tests the boxes of a front.
     fn leaves(&self, front: &Front, target: &mut Target<'_>) {
         let planes = self.planes.box_planes();
-        dispatch!(self.level, simd => leaves(simd, planes, self.boxes, front, target));
+        dispatch!(self.simd, simd => leaves(simd, planes, self.boxes, front, target));
     }
 }
 

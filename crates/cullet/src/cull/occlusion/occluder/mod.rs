@@ -49,10 +49,10 @@ impl Shape {
 
     /// Draws it into `buffer`, the shape standing at `transform`. Nothing where a number is not finite, and before
     /// [`OcclusionBuffer::begin`].
-    pub fn draw(&self, level: Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
+    pub fn draw(&self, simd: Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
         match self {
-            Self::Convex(convex) => convex.draw(level, buffer, transform),
-            Self::Patch(patch) => patch.draw(level, buffer, transform),
+            Self::Convex(convex) => convex.draw(simd, buffer, transform),
+            Self::Patch(patch) => patch.draw(simd, buffer, transform),
         }
     }
 

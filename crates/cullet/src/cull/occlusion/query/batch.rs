@@ -28,7 +28,7 @@ const LEAST_PARTED: f32 = 64.0;
 pub(crate) struct BoxTests<'a> {
     buffer: &'a OcclusionBuffer,
     projector: Option<BoxProjector>,
-    level: crate::Simd,
+    simd: crate::Simd,
     /// How near the tiles come at most, where that is known.
     nearest: Option<&'a Nearest>,
 }
@@ -73,7 +73,7 @@ impl OcclusionBuffer {
     /// If the masks differ in length.
     pub fn test_boxes(
         &self,
-        level: crate::Simd,
+        simd: crate::Simd,
         boxes: &Boxes,
         first_word: usize,
         wanted: &[u64],
@@ -87,7 +87,7 @@ impl OcclusionBuffer {
             visible.len(),
             hidden.len()
         );
-        let tests = BoxTests::new(self, level);
+        let tests = BoxTests::new(self, simd);
         for (i, &wanted) in wanted.iter().enumerate() {
             let wanted = wanted & below(boxes.len(), first_word + i);
             let found = tests.word(boxes, first_word + i, wanted);
@@ -105,45 +105,45 @@ impl OcclusionBuffer {
     /// If the nodes are over more boxes than there are, or a bit is set beyond the last box.
     pub fn hide_boxes(
         &self,
-        level: crate::Simd,
+        simd: crate::Simd,
         nodes: &Nodes,
         boxes: &Boxes,
         alive: &mut [u64],
     ) -> u64 {
-        BoxTests::new(self, level).hide(nodes, boxes, alive)
+        BoxTests::new(self, simd).hide(nodes, boxes, alive)
     }
 
     /// Whether every pixel of some screen bounds is covered by what is nearer.
-    pub(crate) fn covers(&self, level: crate::Simd, bounds: &ScreenBounds) -> bool {
-        dispatch!(level, simd => self.read().covers(simd, bounds))
+    pub(crate) fn covers(&self, simd: crate::Simd, bounds: &ScreenBounds) -> bool {
+        dispatch!(simd, simd => self.read().covers(simd, bounds))
     }
 }
 
 impl<'a> BoxTests<'a> {
-    pub(crate) fn new(buffer: &'a OcclusionBuffer, level: crate::Simd) -> Self {
+    pub(crate) fn new(buffer: &'a OcclusionBuffer, simd: crate::Simd) -> Self {
         let projector = buffer.screen().and_then(|(screen, _)| BoxProjector::new(screen));
-        Self { buffer, projector, level, nearest: None }
+        Self { buffer, projector, simd, nearest: None }
     }
 
-    pub(crate) fn level(&self) -> crate::Simd {
-        self.level
+    pub(crate) fn simd(&self) -> crate::Simd {
+        self.simd
     }
 
     /// For boxes in the space of an object.
     pub(crate) fn of_object(
         buffer: &'a OcclusionBuffer,
-        level: crate::Simd,
+        simd: crate::Simd,
         transform: &Transform,
     ) -> Self {
         let projector = buffer.screen().and_then(|(screen, origin)| {
             BoxProjector::of_object(screen, &screen.of_object(transform, origin))
         });
-        Self { buffer, projector, level, nearest: None }
+        Self { buffer, projector, simd, nearest: None }
     }
 
     /// The same for boxes in the space of an object.
     pub(crate) fn for_object(&self, transform: &Transform) -> Self {
-        Self::of_object(self.buffer, self.level, transform)
+        Self::of_object(self.buffer, self.simd, transform)
     }
 
     /// Adds the nearest depths of the buffer. They let a node that lies in front of everything
@@ -219,7 +219,7 @@ impl<'a> BoxTests<'a> {
         mut each: impl FnMut(usize, Option<ScreenBounds>),
     ) {
         let r = match &self.projector {
-            Some(projector) => projector.project(self.level, block, slack),
+            Some(projector) => projector.project(self.simd, block, slack),
             None => Rectangles::NONE,
         };
         for lane in bits::ones(wanted & !u64::from(r.outside)) {
@@ -254,8 +254,8 @@ impl<'a> BoxTests<'a> {
     fn block(&self, block: &BoxBlock, wanted: u64, kind: Kind) -> Found {
         let (Some(projector), 1..) = (&self.projector, wanted) else { return Found::default() };
         let slack = if kind == Kind::Nodes { NODE_SLACK } else { 1.0 };
-        let r = projector.project(self.level, block, slack);
-        dispatch!(self.level, simd => {
+        let r = projector.project(self.simd, block, slack);
+        dispatch!(self.simd, simd => {
             test_rectangles(simd, self.buffer, self.nearest, &r, wanted, kind)
         })
     }

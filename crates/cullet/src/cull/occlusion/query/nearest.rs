@@ -17,8 +17,8 @@ pub(crate) struct Nearest {
 
 impl Nearest {
     /// Reads a buffer: costs a look at the pixels of each tile that is covered in part.
-    pub(crate) fn read(&mut self, level: crate::Simd, buffer: &OcclusionBuffer) {
-        dispatch!(level, simd => buffer.read().most(simd, &mut self.blocks));
+    pub(crate) fn read(&mut self, simd: crate::Simd, buffer: &OcclusionBuffer) {
+        dispatch!(simd, simd => buffer.read().most(simd, &mut self.blocks));
     }
 
     /// Whether a rectangle lies within the screen, none of its sides along an edge, and all its pixels are as

@@ -83,9 +83,9 @@ impl BoxProjector {
     /// the smaller box is the smaller.
     // One copy for all callers: their callbacks would each have one of every SIMD level.
     #[inline(never)]
-    pub(crate) fn project(&self, level: crate::Simd, block: &BoxBlock, slack: f32) -> Rectangles {
+    pub(crate) fn project(&self, simd: crate::Simd, block: &BoxBlock, slack: f32) -> Rectangles {
         let mut all = Rectangles::NONE;
-        dispatch!(level, simd => self.project_with(simd, block, slack, &mut all));
+        dispatch!(simd, simd => self.project_with(simd, block, slack, &mut all));
         all
     }
 

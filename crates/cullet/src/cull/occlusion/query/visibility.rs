@@ -40,7 +40,7 @@ impl OcclusionBuffer {
     /// themselves. Pixels beyond an edge count as out of the view. Visible before [`begin`](Self::begin), and where the
     /// nearness is NaN or at most 0. Tests a tile at a time, and ends at the first that is open.
     #[must_use]
-    pub fn test_bounds(&self, level: crate::Simd, bounds: &ScreenBounds) -> Visibility {
+    pub fn test_bounds(&self, simd: crate::Simd, bounds: &ScreenBounds) -> Visibility {
         let ScreenBounds { min, max, nearness } = *bounds;
         let last = self.size().each(|s| s - 1);
         if (0..2).any(|a| min[a] > last[a] || min[a] > max[a]) {
@@ -48,7 +48,7 @@ impl OcclusionBuffer {
         }
         let within = ScreenBounds { max: [0, 1].each(|a| max[a].min(last[a])), ..*bounds };
         let is_open = self.screen().is_none() || nearness.is_nan() || nearness <= 0.0;
-        if is_open || !self.covers(level, &within) {
+        if is_open || !self.covers(simd, &within) {
             return Visibility::Visible;
         }
         Visibility::Hidden

@@ -70,7 +70,7 @@ impl Canvas<'_> {
     }
 
     /// Draws a patch.
-    pub(crate) fn draw_connected(&mut self, level: crate::Simd, patch: &Connected, at: &Transform) {
+    pub(crate) fn draw_connected(&mut self, simd: crate::Simd, patch: &Connected, at: &Transform) {
         let Some(screen) = self.object_screen(at) else { return };
         let size = self.target.size;
         let Pen { surface, projection, blocks: [columns, rows], .. } = &mut *self.pen;
@@ -78,11 +78,11 @@ impl Canvas<'_> {
         let Some(projection) = projection else { return };
         let surface = surface.get_or_insert_with(|| Surface::new(*columns, *rows));
         let target = &mut self.target;
-        dispatch_256!(level, simd => surface.draw(simd, patch, &screen, projection, target));
+        dispatch_256!(simd, simd => surface.draw(simd, patch, &screen, projection, target));
     }
 
     /// Covers what lies wholly within the outline of its pen.
-    pub(crate) fn fill(&mut self, level: crate::Simd) {
-        dispatch_256!(level, simd => self.pen.outline.fill(simd, &mut self.target));
+    pub(crate) fn fill(&mut self, simd: crate::Simd) {
+        dispatch_256!(simd, simd => self.pen.outline.fill(simd, &mut self.target));
     }
 }

@@ -80,7 +80,7 @@ impl DynamicSurface {
 
     /// Draws it, standing at `transform`, nearest patches first, without those that are hidden by then. Nothing where a
     /// number is not finite, and before [`OcclusionBuffer::begin`].
-    pub fn draw(&mut self, level: Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
+    pub fn draw(&mut self, simd: Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
         let Some((screen, origin)) = buffer.screen() else { return };
         let projector = BoxProjector::of_object(screen, &screen.of_object(transform, origin));
         self.order.clear();
@@ -88,7 +88,7 @@ impl DynamicSurface {
         for first in (0..self.boxes.len()).step_by(LANES) {
             let numbers = some.each(|i| i + first as u32);
             let numbers = &numbers[..LANES.min(self.boxes.len() - first)];
-            let r = rectangles(level, projector.as_ref(), &self.boxes, numbers);
+            let r = rectangles(simd, projector.as_ref(), &self.boxes, numbers);
             let inside = ((1 << numbers.len()) - 1) & !u64::from(r.outside);
             self.order.extend(bits::ones(inside).map(|lane| {
                 let is_bounded = r.bounded >> lane & 1 == 1;
@@ -102,11 +102,11 @@ impl DynamicSurface {
             let mut numbers = [0; LANES];
             numbers.iter_mut().zip(some).for_each(|(to, &key)| *to = key as u32);
             let numbers = &numbers[..some.len()];
-            let r = rectangles(level, projector.as_ref(), &self.boxes, numbers);
+            let r = rectangles(simd, projector.as_ref(), &self.boxes, numbers);
             for (lane, &number) in numbers.iter().enumerate() {
                 let is_bounded = r.bounded >> lane & 1 == 1;
-                if !(is_bounded && buffer.covers(level, &r.bounds(lane))) {
-                    self.patch(number as usize).draw(level, buffer, transform);
+                if !(is_bounded && buffer.covers(simd, &r.bounds(lane))) {
+                    self.patch(number as usize).draw(simd, buffer, transform);
                 }
             }
         }

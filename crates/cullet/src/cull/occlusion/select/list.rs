@@ -23,7 +23,7 @@ impl OcclusionBuffer {
     /// If `order` has a number that is no box.
     pub fn draw_unless_hidden(
         &mut self,
-        level: crate::Simd,
+        simd: crate::Simd,
         boxes: &Boxes,
         order: &[u32],
         mut draw: impl FnMut(&mut Self, u32),
@@ -32,11 +32,11 @@ impl OcclusionBuffer {
         let projector = BoxProjector::new(screen);
         let mut drawn = 0;
         for some in order.chunks(LANES) {
-            let r = rectangles(level, projector.as_ref(), boxes, some);
+            let r = rectangles(simd, projector.as_ref(), boxes, some);
             let wanted = u64::MAX >> (64 - some.len()) & !u64::from(r.outside);
             for lane in bits::ones(wanted) {
                 let is_bounded = r.bounded >> lane & 1 == 1;
-                if !(is_bounded && self.covers(level, &r.bounds(lane))) {
+                if !(is_bounded && self.covers(simd, &r.bounds(lane))) {
                     draw(self, some[lane]);
                     drawn += 1;
                 }
@@ -48,7 +48,7 @@ impl OcclusionBuffer {
 
 /// Where up to sixteen boxes lie on the screen.
 pub(super) fn rectangles(
-    level: crate::Simd,
+    simd: crate::Simd,
     projector: Option<&BoxProjector>,
     boxes: &Boxes,
     some: &[u32],
@@ -61,5 +61,5 @@ pub(super) fn rectangles(
             row[lane] = from[i as usize % LANES];
         }
     }
-    projector.map_or(Rectangles::NONE, |projector| projector.project(level, &block, 1.0))
+    projector.map_or(Rectangles::NONE, |projector| projector.project(simd, &block, 1.0))
 }

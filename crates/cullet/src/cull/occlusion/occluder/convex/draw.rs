@@ -28,18 +28,18 @@ struct Extent {
 impl Convex {
     /// Draws it into `buffer`. Nothing where a number is not finite, where the eye is within, and before
     /// [`OcclusionBuffer::begin`].
-    pub fn draw(&self, level: crate::Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
+    pub fn draw(&self, simd: crate::Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
         let canvas = &mut buffer.canvas();
         let Some(screen) = canvas.object_screen(transform) else { return };
-        if dispatch_256!(level, simd => self.outline(simd, &screen, canvas)) {
-            return canvas.fill(level);
+        if dispatch_256!(simd, simd => self.outline(simd, &screen, canvas)) {
+            return canvas.fill(simd);
         }
         let mut clips = std::mem::take(&mut canvas.pen.clips);
         clips.clear();
         clips.extend(self.vertices.iter().map(|&p| screen.clip(p)));
         let is_known = |c: &Clip| c.is_finite() && (!c.is_in_front() || c.spot().is_finite());
         if clips.iter().all(is_known) && clips.iter().any(Clip::is_in_front) {
-            self.draw_clipped(level, &clips, &screen, canvas);
+            self.draw_clipped(simd, &clips, &screen, canvas);
         }
         canvas.pen.clips = clips;
     }
@@ -135,7 +135,7 @@ impl Convex {
     /// through it.
     fn draw_clipped(
         &self,
-        level: crate::Simd,
+        simd: crate::Simd,
         clips: &[Clip],
         screen: &ObjectScreen,
         canvas: &mut Canvas<'_>,
@@ -150,14 +150,14 @@ impl Convex {
             clip_near(&mut polygon, &mut other);
             let doubt = Doubt::of(&error, polygon.iter());
             let spots: Vec<Spot> = polygon.iter().map(Clip::spot).collect();
-            draw_polygon(level, &spots, orient, &doubt, canvas);
+            draw_polygon(simd, &spots, orient, &doubt, canvas);
         }
     }
 }
 
 /// Draws a convex polygon by its own edges, where it winds as `orient` says.
 fn draw_polygon(
-    level: crate::Simd,
+    simd: crate::Simd,
     spots: &[Spot],
     orient: f64,
     doubt: &Doubt,
@@ -181,7 +181,7 @@ fn draw_polygon(
     for k in 0..spots.len() {
         outline.edge(spots[k], spots[(k + 1) % spots.len()], orient);
     }
-    canvas.fill(level);
+    canvas.fill(simd);
 }
 
 fn cross([a, b, c]: [Spot; 3]) -> f64 {

@@ -88,8 +88,8 @@ impl Patch {
     }
 
     /// Draws it into `buffer`. Nothing where a number is not finite, and before [`OcclusionBuffer::begin`].
-    pub fn draw(&self, level: Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
-        buffer.canvas().draw_connected(level, &self.mesh, transform);
+    pub fn draw(&self, simd: Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
+        buffer.canvas().draw_connected(simd, &self.mesh, transform);
     }
 
     /// The box around its own triangles.
