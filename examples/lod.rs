@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     scene.add(Instance::new(fine, Transform::from_translation([0.0, 0.0, -40.0])))?;
     scene.commit();
 
-    let culler = Culler { lod: Some(Lod { pixels: 0.5, ..Lod::default() }), ..Culler::default() };
+    let culler = Culler::default().with_lod(Lod::default().with_pixels(0.5));
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
     let mut ball = EyeBall { centre: [0.0; 3], radius: 0.0 };
     for z in [0.0, -2.0, -30.0, -37.0] {

@@ -22,8 +22,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     scene.prepare(Culler::exact().preparation());
 
-    let narrow = Occlusion { width: 64, ..Occlusion::default() };
-    let narrow = Culler { occlusion: Some(narrow), ..Culler::balanced() };
+    let narrow = Occlusion::default().with_width(64);
+    let narrow = Culler::balanced().with_occlusion(narrow);
     let (exact, balanced, fast) = (Culler::exact(), Culler::balanced(), Culler::fast());
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 0.8, 0.1, 500.0, [1280, 720])?;
     for (name, culler) in

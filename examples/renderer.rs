@@ -48,7 +48,7 @@ fn main() -> Result<()> {
         let at = Transform::from_translation([f64::from(i), 5.0, -10.0]);
         movers.push(scene.add(Instance { flags, ..Instance::new(pillar, at) })?);
     }
-    let culler = Culler { lod: Some(Lod::default()), ..Culler::default() };
+    let culler = Culler::default().with_lod(Lod::default());
     scene.commit();
     upload_transforms(&scene);
 

@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         scene.add(Instance::new(mesh, Transform::from_translation(at)))?;
     }
 
-    let culler = Culler { output: Output::Triangles, reasons: true, ..Culler::default() };
+    let culler = Culler::default().with_output(Output::Triangles).with_reasons(true);
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
     for frame in 0..3 {
         let eye = [0.0, 3.0, 20.0 - 15.0 * f64::from(frame)];

@@ -39,7 +39,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut state, mut among) = (ViewState::default(), CellView::default());
     let mut visible = Visible::default();
     for pvs in [false, true] {
-        let culler = Culler { pvs, portal: false, output: Output::Instances, ..Culler::default() };
+        let culler =
+            Culler::default().with_pvs(pvs).with_portal(false).with_output(Output::Instances);
         culler.cull_among(&scene, &view, &among.on(&cells), &mut state, &mut visible)?;
         println!("with the sets: {pvs}; {} of 6 bodies are drawn", visible.instance_count);
     }

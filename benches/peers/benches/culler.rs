@@ -14,7 +14,7 @@ fn bench(c: &mut Criterion) {
     let mut group = c.benchmark_group("culler");
     group.throughput(Throughput::Elements(u64::from(scene.instance_count())));
     for output in [Output::Instances, Output::Clusters, Output::Triangles] {
-        let culler = Culler { output, ..Culler::default() };
+        let culler = Culler::default().with_output(output);
         let (mut state, mut visible) = (ViewState::default(), Visible::default());
         group.bench_function(format!("{output:?}").to_lowercase(), |b| {
             b.iter(|| culler.cull_one(&scene, &view, &mut state, &mut visible));
@@ -22,7 +22,7 @@ fn bench(c: &mut Criterion) {
         culler.cull_one(&scene, &view, &mut state, &mut visible);
         at_every_level!(|level| {
             let mut other = Visible::default();
-            let culler = Culler { level, ..culler.clone() };
+            let culler = culler.clone().with_simd(level);
             culler.cull_one(&scene, &view, &mut ViewState::default(), &mut other);
             assert_eq!(answers::slots(&visible), answers::slots(&other));
         });

@@ -31,7 +31,7 @@ fn bench(c: &mut Criterion) {
     let view = look([60.0, 30.0, 160.0], [0.0, 2.0, 0.0], [1280, 720]);
     let mut group = c.benchmark_group("draws");
     for output in [Output::Clusters, Output::Triangles] {
-        let culler = Culler { output, ..Culler::default() };
+        let culler = Culler::default().with_output(output);
         let (mut state, mut visible) = (ViewState::default(), Visible::default());
         culler.cull_one(&scene, &view, &mut state, &mut visible);
         group.throughput(Throughput::Elements(visible.instance_count));

@@ -15,7 +15,7 @@ fn bench(c: &mut Criterion) {
     group.throughput(Throughput::Elements(u64::from(scene.instance_count())));
     let mut answers = Vec::new();
     for (name, occlusion) in [("off", None), ("on", Some(Occlusion::default()))] {
-        let culler = Culler { occlusion, ..Culler::default() };
+        let culler = Culler::default().with_occlusion(occlusion);
         let (mut state, mut visible) = (ViewState::default(), Visible::default());
         group.bench_function(name, |b| {
             b.iter(|| culler.cull_one(&scene, &view, &mut state, &mut visible));

@@ -94,7 +94,7 @@ fn lights(c: &mut Criterion) {
         })
         .collect();
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
-    let culler = Culler { occlusion: Some(Occlusion::default()), ..Culler::default() };
+    let culler = Culler::default().with_occlusion(Occlusion::default());
     culler.cull_one(&scene, &view, &mut state, &mut visible);
     let mut group = c.benchmark_group("lights");
     group.throughput(Throughput::Elements(1000));

@@ -35,16 +35,16 @@ impl Default for CulletOcclusion {
 impl CulletOcclusion {
     /// The engine's settings: whole instances, since a list of Bevy knows no parts of one.
     pub(crate) fn culler(&self) -> Culler {
-        Culler {
-            // Without a risk: what an entity costs to draw is not known here, and its instance may have one triangle.
-            occlusion: Some(Occlusion { width: self.width, budget: self.budget, risk: None }),
-            pvs: false,
-            portal: false,
-            backface: Backface::Off,
-            degenerate: false,
-            output: Output::Instances,
-            ..Culler::default()
-        }
+        // Without a risk: what an entity costs to draw is not known here, and its instance may have one triangle.
+        let occlusion =
+            Occlusion::default().with_width(self.width).with_budget(self.budget).with_risk(None);
+        Culler::default()
+            .with_occlusion(occlusion)
+            .with_pvs(false)
+            .with_portal(false)
+            .with_backface(Backface::Off)
+            .with_degenerate(false)
+            .with_output(Output::Instances)
     }
 }
 

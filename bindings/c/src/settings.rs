@@ -156,19 +156,18 @@ pub(crate) fn to_culler(settings: &Settings) -> Result<Culler> {
         let message = format!("settings->occlusion_width is {width}: it must be 1 to {limit}");
         return Err(Error::value(message));
     }
-    let occlusion = Occlusion {
-        width,
-        budget: number("occlusion_budget", settings.occlusion_budget)?,
-        risk: (risk >= 0.0).then_some(risk),
-    };
+    let occlusion = Occlusion::default()
+        .with_width(width)
+        .with_budget(number("occlusion_budget", settings.occlusion_budget)?)
+        .with_risk((risk >= 0.0).then_some(risk));
     let detail = f64::from(number("detail_pixels", settings.detail_pixels)?);
     let lod = f64::from(number("lod_pixels", settings.lod_pixels)?);
-    Ok(Culler {
-        frustum: switch("frustum", settings.frustum)?,
-        frustum_exact: switch("frustum_exact", settings.frustum_exact)?,
-        pvs: switch("pvs", settings.pvs)?,
-        portal: switch("portals", settings.portals)?,
-        backface: match settings.backfaces {
+    Ok(Culler::balanced()
+        .with_frustum(switch("frustum", settings.frustum)?)
+        .with_frustum_exact(switch("frustum_exact", settings.frustum_exact)?)
+        .with_pvs(switch("pvs", settings.pvs)?)
+        .with_portal(switch("portals", settings.portals)?)
+        .with_backface(match settings.backfaces {
             0 => Backface::Off,
             1 => Backface::Fast,
             2 => Backface::Exact,
@@ -176,12 +175,12 @@ pub(crate) fn to_culler(settings: &Settings) -> Result<Culler> {
                 let message = format!("settings->backfaces is {other}: it must be 0 to 2");
                 return Err(Error::value(message));
             }
-        },
-        degenerate: switch("degenerate", settings.degenerate)?,
-        occlusion: has_occlusion.then_some(occlusion),
-        detail: (detail > 0.0).then(|| Detail { threshold_px: detail, ..Detail::default() }),
-        lod: (lod > 0.0).then(|| Lod { pixels: lod, ..Lod::default() }),
-        output: match settings.output {
+        })
+        .with_degenerate(switch("degenerate", settings.degenerate)?)
+        .with_occlusion(has_occlusion.then_some(occlusion))
+        .with_detail((detail > 0.0).then(|| Detail::default().with_threshold_px(detail)))
+        .with_lod((lod > 0.0).then(|| Lod::default().with_pixels(lod)))
+        .with_output(match settings.output {
             0 => Output::Instances,
             1 => Output::Clusters,
             2 => Output::Triangles,
@@ -190,10 +189,8 @@ pub(crate) fn to_culler(settings: &Settings) -> Result<Culler> {
                     "settings->output is {other}: it must be 0 to 2"
                 )));
             }
-        },
-        reasons: switch("reasons", settings.reasons)?,
-        ..Culler::balanced()
-    })
+        })
+        .with_reasons(switch("reasons", settings.reasons)?))
 }
 
 /// Fills settings from a preset, a `cullet_preset`.

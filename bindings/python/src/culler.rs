@@ -66,7 +66,7 @@ impl PyCuller {
                     "min_pixels is {threshold_px}; it must be a number of pixels from 0"
                 )));
             }
-            culler.detail = Some(Detail { threshold_px, ..Detail::default() });
+            culler.detail = Some(Detail::default().with_threshold_px(threshold_px));
         }
         Ok(Self { culler, preset })
     }

@@ -102,7 +102,7 @@ impl PyScene {
         let view = camera.view.clone();
         let Image { color, depth, ids, triangles } = py.detach(|| {
             let visible = culler.map(|culler| {
-                let culler = Culler { output: Output::Triangles, ..culler };
+                let culler = culler.with_output(Output::Triangles);
                 let mut visible = Visible::default();
                 let world = self.model.in_cells();
                 self.with_state(|s| world.cull(&culler, &view, s, &mut visible));

@@ -51,7 +51,7 @@ impl Piece {
     pub(crate) fn of_levels(scene: &Scene, slot: u32, bound: f64) -> Option<Self> {
         // A parallel view of a pixel a unit.
         let scale = PixelScale { eye: None, pixels: 1.0, near: 0.0 };
-        let lod = Lod { pixels: bound, ..Lod::default() };
+        let lod = Lod::default().with_pixels(bound);
         let eye = LevelEye::new(&lod, &scale, scene.transform(slot), None);
         let mut selection = Selection::default();
         let mut best: Option<Self> = None;

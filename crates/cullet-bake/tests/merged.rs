@@ -139,7 +139,7 @@ fn merged_groups_draw_less_from_afar_and_nothing_changes_near_by() {
     let count = |scene: &Scene, far: f64| {
         let view = look([1e4 + 8.0, 0.4 * far, far], [1e4 + 8.0, 0.0, 8.0], [1280, 720]);
         let lod = Some(cullet::lod::Lod::default());
-        let culler = Culler { lod, output: Output::Triangles, ..Culler::default() };
+        let culler = Culler::default().with_lod(lod).with_output(Output::Triangles);
         cull(&culler.only(Stage::Lod), scene, &view).triangle_count
     };
     let fars = [4.0, 40.0, 120.0, 1000.0];

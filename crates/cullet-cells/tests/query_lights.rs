@@ -185,7 +185,7 @@ fn night() -> Night {
     scene.commit();
     let view = look([2.0, 1.7, 140.0], [0.0, 3.0, 0.0], [640, 480]);
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
-    let culler = Culler { occlusion: Some(Occlusion::default()), ..Culler::default() };
+    let culler = Culler::default().with_occlusion(Occlusion::default());
     culler.cull_one(&scene, &view, &mut state, &mut visible);
     let mut rng = Rng(31);
     let lamps = (0..600)
@@ -257,7 +257,7 @@ fn stages_run_that_were_asked_for() {
     let (stages, plain) = ran(&LightOptions::default());
     assert_eq!(stages, [LightReason::Unlit, LightReason::Frustum]);
     let all = LightOptions {
-        detail: Some(Detail { threshold_px: 40.0, ..Detail::default() }),
+        detail: Some(Detail::default().with_threshold_px(40.0)),
         buffer: state.occlusion_buffer(),
         visible: Some(&visible),
         ..LightOptions::default()
@@ -294,7 +294,7 @@ fn casters_are_kept_that_stand_between_a_light_and_what_it_lights() {
         scene.commit();
         let view = random_view(&mut rng);
         let lights: Vec<Light> = (0..12).map(|_| random_light(&mut rng, 20.0)).collect();
-        let culler = Culler { output: Output::Instances, reasons: true, ..Culler::default() };
+        let culler = Culler::default().with_output(Output::Instances).with_reasons(true);
         let mut visible = Visible::default();
         culler.cull_one(&scene, &view, &mut ViewState::default(), &mut visible);
         let options = LightOptions { visible: Some(&visible), ..LightOptions::default() };

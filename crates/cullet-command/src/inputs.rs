@@ -291,12 +291,10 @@ pub fn culler(args: &CullArgs) -> Culler {
         culler.backface = Backface::Off;
     }
     if let Some(threshold_px) = args.detail {
-        let detail = Detail {
-            measure: args.detail_by,
-            threshold_px,
-            clusters: args.detail_clusters,
-            ..Detail::default()
-        };
+        let detail = Detail::default()
+            .with_measure(args.detail_by)
+            .with_threshold_px(threshold_px)
+            .with_clusters(args.detail_clusters);
         culler.detail = (threshold_px > 0.0).then_some(detail);
     }
     culler.lod = args.levels();
@@ -371,8 +369,6 @@ pub fn colors(model: &Model) -> Vec<[f32; 4]> {
 mod tests {
     use clap::Args as _;
 
-    use cullet::cull::occlusion::Occlusion;
-
     use super::*;
 
     fn culled_by(words: &str) -> Culler {
@@ -385,8 +381,8 @@ mod tests {
     #[test]
     fn what_no_option_changes_is_the_preset_of_the_engine() {
         let same = |words: &str, of: Culler| {
-            let occlusion = of.occlusion.map(|o| Occlusion { risk: None, ..o });
-            let of = Culler { occlusion, ..of };
+            let occlusion = of.occlusion.map(|o| o.with_risk(None));
+            let of = of.with_occlusion(occlusion);
             let ours = culled_by(words);
             assert_eq!(format!("{ours:?}"), format!("{of:?}"), "{words}");
         };
@@ -395,28 +391,28 @@ mod tests {
             same(&format!("--preset {name}"), preset.culler());
         }
         let fast = Culler::fast();
-        let wide = fast.occlusion.map(|o| Occlusion { width: 99, ..o });
-        same("--preset fast --occlusion-width 99", Culler { occlusion: wide, ..fast.clone() });
-        let small = Some(Detail { measure: Measure::Area, threshold_px: 3.0, ..Detail::default() });
-        same("--preset fast --detail 3 --detail-by area", Culler { detail: small, ..fast });
+        let wide = fast.occlusion.map(|o| o.with_width(99));
+        same("--preset fast --occlusion-width 99", fast.clone().with_occlusion(wide));
+        let small = Some(Detail::default().with_measure(Measure::Area).with_threshold_px(3.0));
+        same("--preset fast --detail 3 --detail-by area", fast.with_detail(small));
         same("--detail 0", Culler::balanced());
-        let lod = Some(Lod { pixels: 1.5, at_corners: true, ..Lod::default() });
-        same("--lod 1.5 --lod-corners", Culler { lod, ..Culler::balanced() });
+        let lod = Some(Lod::default().with_pixels(1.5).with_at_corners(true));
+        same("--lod 1.5 --lod-corners", Culler::balanced().with_lod(lod));
         same("--lod 0", Culler::balanced());
-        let lod = Some(Lod { pixels: 0.0, triangles: Some(5000), ..Lod::default() });
-        same("--lod-triangles 5000", Culler { lod, ..Culler::balanced() });
-        let lod = Some(Lod { pixels: 2.0, triangles: Some(70), ..Lod::default() });
-        same("--lod 2 --lod-triangles 70", Culler { lod, ..Culler::balanced() });
-        let clusters = Some(Detail { threshold_px: 2.0, clusters: true, ..Detail::default() });
-        same("--detail 2 --detail-clusters", Culler { detail: clusters, ..Culler::balanced() });
-        same("--no-occlusion", Culler { occlusion: None, ..Culler::balanced() });
+        let lod = Some(Lod::default().with_pixels(0.0).with_triangles(5000));
+        same("--lod-triangles 5000", Culler::balanced().with_lod(lod));
+        let lod = Some(Lod::default().with_pixels(2.0).with_triangles(70));
+        same("--lod 2 --lod-triangles 70", Culler::balanced().with_lod(lod));
+        let clusters = Some(Detail::default().with_threshold_px(2.0).with_clusters(true));
+        same("--detail 2 --detail-clusters", Culler::balanced().with_detail(clusters));
+        same("--no-occlusion", Culler::balanced().with_occlusion(None));
     }
 
     #[test]
     fn a_stage_alone_has_its_own_settings() {
         assert_eq!(culled_by("--only lod").lod, Some(Lod::default()));
         let lod = culled_by("--only lod --lod 3").lod;
-        assert_eq!(lod, Some(Lod { pixels: 3.0, ..Lod::default() }));
+        assert_eq!(lod, Some(Lod::default().with_pixels(3.0)));
         assert_eq!(culled_by("--only frustum --lod 3").lod, None);
     }
 

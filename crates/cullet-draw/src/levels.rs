@@ -1,6 +1,5 @@
 //! Levels of detail against the truth: what may be lost by them, and what may not.
 
-use cullet::lod::Lod;
 use cullet::{Culler, Output, Scene, Stage, View, ViewState, Visible};
 
 use cullet_cells::InCells;
@@ -73,7 +72,7 @@ pub fn verify_levels<'a>(
     options: &VerifyOptions,
 ) -> LevelsVerification {
     let culler =
-        Culler { output: Output::Triangles, reasons: true, dropped: true, ..culler.clone() };
+        culler.clone().with_output(Output::Triangles).with_reasons(true).with_dropped(true);
     let world = world.into();
     let scene = world.scene;
     let full = verify(world, view, &culler.without(Stage::Lod), full_state, options);
@@ -91,7 +90,7 @@ pub fn verify_levels<'a>(
     if let Some(lod) = alone.lod.filter(|_| scene.stand_in_slots().next().is_some()) {
         let places = Places::of(scene, &result);
         // Who stands for whom depends on what other stages leave, so it is as they left it.
-        cut = places.put_in(scene, view, &Lod { stand_ins: true, ..lod }, &cut, &result);
+        cut = places.put_in(scene, view, &lod.with_stand_ins(true), &cut, &result);
     }
     in_pool(options.threads, || compare(scene, view, full, cut, result, options))
 }
@@ -200,7 +199,7 @@ mod tests {
     }
 
     fn culler(pixels: f64) -> Culler {
-        Culler { lod: Some(Lod { pixels, ..Lod::default() }), ..Culler::exact() }
+        Culler::exact().with_lod(Lod::default().with_pixels(pixels))
     }
 
     fn verified(scene: &Scene, pixels: f64) -> LevelsVerification {

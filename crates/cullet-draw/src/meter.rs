@@ -291,7 +291,7 @@ mod tests {
                 .unwrap();
         }
         scene.commit();
-        let culler = Culler { lod: Some(lod), output: Output::Triangles, ..Culler::exact() };
+        let culler = Culler::exact().with_lod(lod).with_output(Output::Triangles);
         let cut = cull(&culler.only(Stage::Lod), &scene, view);
         Meter { points: 20_000, seed: 7 }.measure(
             &scene,
@@ -319,8 +319,8 @@ mod tests {
         scene.commit();
         let own = scene.slot(own).unwrap();
         let view = look([0.0, 0.5, 1e5 + 100.0], [0.0, 0.5, 1e5], [640, 400]);
-        let lod = Lod { pixels: 20.0, ..Lod::default() };
-        let culler = Culler { lod: Some(lod), output: Output::Triangles, ..Culler::exact() };
+        let lod = Lod::default().with_pixels(20.0);
+        let culler = Culler::exact().with_lod(lod).with_output(Output::Triangles);
         let cut = cull(&culler.only(Stage::Lod), &scene, &view);
         assert_eq!(cut.slots().collect::<Vec<_>>(), [own]);
         let meter = Meter { points: 20_000, seed: 7 };
@@ -335,7 +335,7 @@ mod tests {
     fn honest_levels_keep_their_threshold_and_others_are_found_out() {
         let view = look([0.0, 1.0, 1e5 + 6.0], [0.0, 0.0, 1e5], [640, 400]);
         for pixels in [0.3, 1.0, 3.0] {
-            let lod = Lod { pixels, ..Lod::default() };
+            let lod = Lod::default().with_pixels(pixels);
             let kept = measured(1.0, lod, &view);
             assert_eq!(kept.instances[0], kept.instances[1]);
             assert!(kept.max_px <= pixels * (1.0 + 1e-4), "{pixels}: {kept:?}");
@@ -351,7 +351,7 @@ mod tests {
     fn in_the_corners_a_pixel_is_smaller() {
         // The balls are far off the centre.
         let view = look([0.0, 0.0, 1e5 + 6.0], [9.0, 0.0, 1e5 - 2.0], [640, 400]);
-        let lod = |at_corners| Lod { pixels: 1.0, at_corners, ..Lod::default() };
+        let lod = |at_corners| Lod::default().with_pixels(1.0).with_at_corners(at_corners);
         let [centre, corners] = [false, true].map(|c| measured(1.0, lod(c), &view));
         assert!(centre.max_px <= 1.0 + 1e-4 && corners.max_px <= 1.0 + 1e-4);
         let pixels = Pixels::new(&view, true);

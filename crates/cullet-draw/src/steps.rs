@@ -106,7 +106,7 @@ mod tests {
         scene.commit();
         let view = look([0.0, 0.0, 1.5], [0.0, 0.0, -900.0], [320, 200]);
         let lod = Some(Lod::default());
-        let only = Culler { lod, output: Output::Triangles, ..Culler::default() }.only(Stage::Lod);
+        let only = Culler::default().with_lod(lod).with_output(Output::Triangles).only(Stage::Lod);
         let visible = cull(&only, &scene, &view);
         let steps = LevelSteps::new(&scene);
         assert_eq!(steps.most(), 2);

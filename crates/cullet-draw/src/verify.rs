@@ -120,8 +120,7 @@ pub fn verify<'a>(
     state: &mut ViewState,
     options: &VerifyOptions,
 ) -> Verification {
-    let culler =
-        Culler { output: cullet::Output::Triangles, reasons: true, ..Culler::clone(culler) };
+    let culler = Culler::clone(culler).with_output(cullet::Output::Triangles).with_reasons(true);
     let mut result = Visible::default();
     let world = world.into();
     world.cull(&culler, view, state, &mut result);

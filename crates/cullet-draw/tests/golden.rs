@@ -102,12 +102,10 @@ fn layers_before_and_after() {
 #[test]
 fn kinds_of_culling() {
     let (scene, view) = (city(8, 1, 60), view([192, 108]));
-    let culler = cullet::Culler {
-        output: cullet::Output::Triangles,
-        reasons: true,
-        dropped: true,
-        ..cullet::Culler::default()
-    };
+    let culler = cullet::Culler::default()
+        .with_output(cullet::Output::Triangles)
+        .with_reasons(true)
+        .with_dropped(true);
     let mut kept = cullet::Visible::default();
     culler.cull_one(&scene, &view, &mut cullet::ViewState::default(), &mut kept);
     let from = look([60.0, 110.0, 190.0], [0.0, 0.0, 20.0], [240, 150]);

@@ -154,8 +154,8 @@ fn scene_of(mesh: &Mesh, places: &[Transform]) -> (Scene, f64) {
 }
 
 fn drawn(scene: &Scene, view: &View, pixels: f64) -> (Visible, Frame) {
-    let lod = Some(Lod { pixels, ..Lod::default() });
-    let culler = Culler { lod, output: Output::Triangles, ..Culler::exact() };
+    let lod = Some(Lod::default().with_pixels(pixels));
+    let culler = Culler::exact().with_lod(lod).with_output(Output::Triangles);
     let visible = cull(&culler, scene, view);
     let frame = render(scene, view, Selection::Visible(&visible), &RenderOptions::default());
     (visible, frame)
@@ -229,8 +229,8 @@ fn an_impostor_is_chosen_as_any_level_is_and_never_near_by() {
     for (impostors, triangles, level) in
         [(true, None, 1), (true, Some(12), 1), (false, None, 0), (false, Some(12), 0)]
     {
-        let lod = Some(Lod { impostors, triangles, ..Lod::default() });
-        let culler = Culler { lod, output: Output::Triangles, ..Culler::exact() };
+        let lod = Some(Lod::default().with_impostors(impostors).with_triangles(triangles));
+        let culler = Culler::exact().with_lod(lod).with_output(Output::Triangles);
         let visible = cull(&culler, &scene, &view(at_one * 1.02));
         assert_eq!(visible.triangle_ranges[0].level, level, "{impostors} {triangles:?}");
     }
@@ -260,8 +260,8 @@ fn verification_excuses_impostors_by_no_more_than_levels() {
     for (eye, pixels) in [([0.0, 2.0, 30.0], 2.0), ([3.0, 1.0, 12.0], 4.0), ([25.0, 9.0, 3.0], 9.0)]
     {
         let view = look(eye, [0.0; 3], [160, 120]);
-        let lod = Some(Lod { pixels, ..Lod::default() });
-        let culler = Culler { lod, ..Culler::exact() };
+        let lod = Some(Lod::default().with_pixels(pixels));
+        let culler = Culler::exact().with_lod(lod);
         let v = verify_levels(
             &scene,
             &view,
@@ -275,7 +275,7 @@ fn verification_excuses_impostors_by_no_more_than_levels() {
         assert!(v.pixels.differ * 5 < v.pixels.all, "{:?}", v.pixels);
     }
     assert!(impostors > 20, "{impostors}");
-    let only = Culler { lod: Some(Lod::default()), ..Culler::exact() }.only(Stage::Lod);
+    let only = Culler::exact().with_lod(Lod::default()).only(Stage::Lod);
     assert!(only.lod.is_some());
 }
 

@@ -48,7 +48,7 @@ fn each_eye_sees_the_same_picture() {
         let scene = crowd(&mut rng);
         let eyes = eyes(&mut rng);
         let both = View::stereo(&eyes[0], &eyes[1]).unwrap();
-        let culler = Culler { output: Output::Triangles, reasons: true, ..Culler::exact() };
+        let culler = Culler::exact().with_output(Output::Triangles).with_reasons(true);
         let result = cull(&culler, &scene, &both);
         for (eye, view) in eyes.iter().enumerate() {
             let options = RenderOptions::default();

@@ -102,7 +102,7 @@ impl LevelChoice {
     /// The eyes of a view, for surfaces that are off by so many pixels at the most: O(instances that have levels). Everything is drawn
     /// in full where that is not above 0, as are instances that do not lie as their mesh says.
     pub fn set(&mut self, scene: &Scene, view: &View, pixels: f32) {
-        let lod = Lod { pixels: pixels.into(), ..Lod::default() };
+        let lod = Lod::default().with_pixels(pixels.into());
         let scale = PixelScale::of(view, lod.at_corners);
         for &slot in &self.slots {
             let grid = self.grids[scene.mesh_id(slot) as usize];

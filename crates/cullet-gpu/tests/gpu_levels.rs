@@ -63,7 +63,7 @@ fn each_place_is_drawn_once_and_by_nothing_too_coarse() {
             let pixels = 10_f64.powf(rng.range(-1.0, 1.5)) as f32;
             choice.set(&scene, view, pixels);
             let list = choice.keep_ref(&all);
-            let lod = Lod { pixels: pixels.into(), ..Lod::default() };
+            let lod = Lod::default().with_pixels(pixels.into());
             let scale = PixelScale::of(view, false);
             for slot in scene.slots() {
                 let own: Vec<_> = list.iter().map(of).filter(|own| own.0 == slot).collect();
@@ -186,7 +186,7 @@ fn levels_that_the_cpu_chose_are_drawn() {
     let mut coarse = 0;
     for distance in [10.0, 30.0, 90.0] {
         let view = look([distance * 0.3, distance * 0.2, distance], [0.0; 3], size);
-        let culler = Culler { lod: Some(Lod::default()), ..Culler::default().only(Stage::Frustum) };
+        let culler = Culler::default().only(Stage::Frustum).with_lod(Lod::default());
         let mut visible = Visible::default();
         culler.cull_one(&scene, &view, &mut ViewState::default(), &mut visible);
         let (device, queue) = (&gpu.device, &gpu.queue);

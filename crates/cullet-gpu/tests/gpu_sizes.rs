@@ -70,10 +70,10 @@ fn what_is_not_small_is_kept() {
         let blocks = Blocks::new(&scene);
         for view in &views {
             let threshold_px = 10_f64.powf(rng.range(-1.0, 2.0)) as f32;
-            let detail = Detail { threshold_px: threshold_px.into(), ..Detail::default() };
+            let detail = Detail::default().with_threshold_px(threshold_px.into());
             let output = Output::Instances;
             let frustum = Culler::default().only(Stage::Frustum);
-            let culler = Culler { output, detail: Some(detail), ..frustum };
+            let culler = frustum.with_output(output).with_detail(detail);
             let kept = slots(&cull(&culler, &scene, view));
             let own = listed(&blocks, &scene, view, threshold_px);
             // Far from the origin the planes of the engine, in f32, reject less.
@@ -105,9 +105,9 @@ fn shares(name: &str, path: &PathSpec, threshold_px: f32) -> [usize; 2] {
     let model = cullet_scenes::build(name).unwrap();
     let scene = &model.scene;
     let blocks = Blocks::new(scene);
-    let detail = Detail { threshold_px: threshold_px.into(), ..Detail::default() };
+    let detail = Detail::default().with_threshold_px(threshold_px.into());
     let (output, detail) = (Output::Instances, Some(detail));
-    let culler = Culler { output, detail, ..Culler::default().only(Stage::Frustum) };
+    let culler = Culler::default().only(Stage::Frustum).with_output(output).with_detail(detail);
     let all = views(&model, path, 6, [1280, 720], &Overrides::default()).unwrap();
     let of_view = |view: &View| {
         let kept = slots(&cull(&culler, scene, view));

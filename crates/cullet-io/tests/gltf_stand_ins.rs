@@ -56,7 +56,7 @@ fn clumps() -> Model {
 fn drawn(scene: &Scene, far: f64) -> Visible {
     let view = look([14.0, 3.0, far], [14.0, 0.0, 0.0], [800, 500]);
     let lod = Some(Lod::default());
-    let culler = Culler { lod, output: Output::Triangles, ..Culler::default() };
+    let culler = Culler::default().with_lod(lod).with_output(Output::Triangles);
     cull(&culler.only(Stage::Lod), scene, &view)
 }
 

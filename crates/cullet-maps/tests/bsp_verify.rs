@@ -32,7 +32,7 @@ fn culling_loses_nothing_that_a_player_sees() {
             model.in_cells().graph().unwrap_or_else(|| panic!("{name}: {:?}", model.warnings));
         assert_eq!(graph.cell_count() as usize, model.cells.cells.len());
         // Portals alone, with nothing that could hide their faults.
-        let portal = Culler { reasons: true, ..Culler::default() }.only(Stage::Portal);
+        let portal = Culler::default().with_reasons(true).only(Stage::Portal);
         let (mut all, mut left, mut seen, mut idle, mut beyond) = (0, 0, 0, 0, 0);
         for view in &views {
             let mut state = ViewState::default();

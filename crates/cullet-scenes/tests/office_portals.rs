@@ -12,7 +12,7 @@ fn portals_of_the_office_drop_nothing_that_a_line_of_sight_meets() {
     let specs = ["office", "office:roof=1,floors=3,closed=60,seed=3", "office:roof=1,closed=0"];
     for spec in specs {
         let mut model = cullet_scenes::build(spec).unwrap();
-        let culler = Culler { reasons: true, output: Output::Instances, ..Culler::default() };
+        let culler = Culler::default().with_reasons(true).with_output(Output::Instances);
         let culler = culler.only(Stage::Portal);
         let (mut state, mut result) = (ViewState::default(), Visible::default());
         let mut among = CellView::default();

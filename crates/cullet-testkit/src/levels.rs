@@ -11,7 +11,7 @@ use cullet::Simd;
 ///
 /// let mut answers = Vec::new();
 /// at_every_level!(|name, level| {
-///     answers.push((name, cullet::Culler { level, ..Default::default() }));
+///     answers.push((name, cullet::Culler::default().with_simd(level)));
 /// });
 /// assert!(!answers.is_empty());
 /// ```

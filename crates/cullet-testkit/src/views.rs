@@ -191,20 +191,17 @@ pub fn random_planes(rng: &mut Rng) -> Planes {
 
 /// Every stage on or off, in every way.
 pub fn random_culler(rng: &mut Rng) -> Culler {
-    let detail = Detail {
-        measure: Measure::WidthAndHeight,
-        threshold_px: rng.range(1.0, 60.0),
-        clusters: rng.below(2) == 0,
-        ..Detail::default()
-    };
-    Culler {
-        frustum: rng.below(6) > 0,
-        frustum_exact: rng.below(3) == 0,
-        backface: [Backface::Off, Backface::Fast, Backface::Fast, Backface::Exact]
-            [rng.below(4) as usize],
-        degenerate: rng.below(5) > 0,
-        detail: (rng.below(3) == 0).then_some(detail),
-        occlusion: (rng.below(2) == 0).then(Occlusion::default),
-        ..Culler::default()
-    }
+    let detail = Detail::default()
+        .with_measure(Measure::WidthAndHeight)
+        .with_threshold_px(rng.range(1.0, 60.0))
+        .with_clusters(rng.below(2) == 0);
+    Culler::default()
+        .with_frustum(rng.below(6) > 0)
+        .with_frustum_exact(rng.below(3) == 0)
+        .with_backface(
+            [Backface::Off, Backface::Fast, Backface::Fast, Backface::Exact][rng.below(4) as usize],
+        )
+        .with_degenerate(rng.below(5) > 0)
+        .with_detail((rng.below(3) == 0).then_some(detail))
+        .with_occlusion((rng.below(2) == 0).then(Occlusion::default))
 }

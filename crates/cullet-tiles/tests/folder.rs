@@ -179,12 +179,10 @@ fn nothing_visible_of_what_is_loaded_is_dropped() {
     let size = [160, 90];
     let spec: PathSpec = "walk".parse().unwrap();
     let cameras = paths::cameras(&city, &spec, 3, size, &Overrides::default()).unwrap();
-    let culler = Culler {
-        output: cullet::Output::Triangles,
-        dropped: true,
-        reasons: true,
-        ..Culler::balanced()
-    };
+    let culler = Culler::balanced()
+        .with_output(cullet::Output::Triangles)
+        .with_dropped(true)
+        .with_reasons(true);
     let mut culled = 0;
     for camera in cameras {
         let view = cullet::View::new(&camera, Overrides::default().depth, size).unwrap();

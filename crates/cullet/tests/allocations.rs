@@ -26,7 +26,8 @@ fn steady_state_allocates_nothing() {
     let scene = random_scene(&mut rng, 60);
     let views: Vec<View> = (0..20).map(|_| random_view(&mut rng)).collect();
     for output in [Output::Instances, Output::Clusters, Output::Triangles] {
-        let culler = Culler { output, reasons: true, frustum_exact: true, ..Culler::default() };
+        let culler =
+            Culler::default().with_output(output).with_reasons(true).with_frustum_exact(true);
         let mut state = ViewState::default();
         let mut result = Visible::default();
         let mut list = DrawList::default();
@@ -54,12 +55,10 @@ fn steady_state_allocates_nothing() {
         solids.add(Instance::new(mesh, Transform::from_translation(place))).expect("few");
     }
     solids.prepare(Preparation::default());
-    let culler = Culler {
-        occlusion: Some(Occlusion::default()),
-        output: Output::Triangles,
-        reasons: true,
-        ..Culler::default()
-    };
+    let culler = Culler::default()
+        .with_occlusion(Occlusion::default())
+        .with_output(Output::Triangles)
+        .with_reasons(true);
     let (mut state, mut result) = (ViewState::default(), Visible::default());
     let view = looking_down_z();
     culler.cull_one(&solids, &view, &mut state, &mut result);
@@ -100,7 +99,7 @@ fn steady_state_allocates_nothing() {
     rooms.commit();
     let cells = Cells::new(&mut rooms, building.graph.clone(), building.shapes.clone());
     let mut among = CellView::default();
-    let culler = Culler { reasons: true, ..Culler::default() };
+    let culler = Culler::default().with_reasons(true);
     let eyes: Vec<View> = (0..20)
         .map(|_| {
             let [from, to] = [0.2, 0.1].map(|margin| building.point(&mut rng, margin).0);

@@ -39,7 +39,7 @@ fn boxes_are_culled_as_meshes_in_them_are() {
             with_mesh.commit();
         }
         let view = random_view(&mut rng);
-        let culler = Culler { output, reasons: true, ..Culler::default() };
+        let culler = Culler::default().with_output(output).with_reasons(true);
         let (found, expected) = (cull(&culler, &alone, &view), cull(&culler, &with_mesh, &view));
         let slots: Vec<u32> = found.slots().collect();
         assert_eq!(slots, expected.slots().collect::<Vec<_>>(), "round {round}");
@@ -65,7 +65,7 @@ fn a_box_behind_a_wall_is_hidden_and_hides_nothing() {
     let [before, behind] = [-5.0, -20.0].map(|z| scene.add(at(z)).unwrap());
     scene.commit();
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 1.0, 0.1, 100.0, [640, 480]).unwrap();
-    let culler = Culler { reasons: true, ..Culler::exact() };
+    let culler = Culler::exact().with_reasons(true);
     let visible = cull(&culler, &scene, &view);
     let reason =
         |handle: Handle| visible.reasons[scene.slot(handle).unwrap() as usize].map(|r| r.stage);
@@ -164,7 +164,7 @@ fn meshes_in_order_lose_nothing_visible() {
         }
         scene.commit();
         let view = random_view(&mut rng);
-        let culler = Culler { output: Output::Triangles, ..Culler::exact() };
+        let culler = Culler::exact().with_output(Output::Triangles);
         let listed = listed(&cull(&culler, &scene, &view));
         for seen in visible_ref(&scene, &view) {
             assert!(listed.contains(&seen), "round {round}: {seen:?}");

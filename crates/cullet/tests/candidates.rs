@@ -32,7 +32,7 @@ fn what_is_left_are_the_candidates_of_the_answer() {
         let view = random_view(&mut rng);
         let random = random_culler(&mut rng);
         // What dropped instances hide, or would have stood for, is no part of the answer without them.
-        let culler = Culler { occlusion: None, lod: None, reasons: true, ..random };
+        let culler = random.with_occlusion(None).with_lod(None).with_reasons(true);
         let mask: Vec<u64> = scene.exempt().iter().map(|_| rng.bits()).collect();
         let (all, among) = (
             cull(&culler, &scene, &view),

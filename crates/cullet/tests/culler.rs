@@ -15,7 +15,7 @@ use cullet_testkit::views::{
 use cullet_testkit::{Rng, answers, at_every_level, cases, meshes};
 
 fn triangles() -> Culler {
-    Culler { output: Output::Triangles, reasons: true, ..Culler::default() }
+    Culler::default().with_output(Output::Triangles).with_reasons(true)
 }
 
 /// Everything that the oracle can see is in the answer, and the answer is not just everything.
@@ -26,7 +26,7 @@ fn nothing_visible_is_dropped() {
     for round in 0..300 {
         let scene = random_scene(&mut rng, 12);
         let view = random_view(&mut rng);
-        let culler = Culler { frustum_exact: round % 2 == 0, ..triangles() };
+        let culler = triangles().with_frustum_exact(round % 2 == 0);
         let result = cull(&culler, &scene, &view);
         let listed = answers::listed(&result);
         for (slot, triangle) in visible_ref(&scene, &view) {
@@ -75,7 +75,7 @@ fn outputs_nest_and_ascend() {
         let scene = random_scene(&mut rng, 20);
         let view = random_view(&mut rng);
         let answers = [Output::Instances, Output::Clusters, Output::Triangles]
-            .map(|output| cull(&Culler { output, ..triangles() }, &scene, &view));
+            .map(|output| cull(&triangles().with_output(output), &scene, &view));
         for pair in answers.windows(2) {
             assert!(pair[1].triangle_count <= pair[0].triangle_count);
             assert!(pair[1].instance_count <= pair[0].instance_count);
@@ -100,16 +100,12 @@ fn explanations_equal_reasons() {
     for round in 0..60 {
         let scene = random_scene(&mut rng, 20);
         let view = random_view(&mut rng);
-        let detail = cullet::cull::detail::Detail {
-            measure: cullet::cull::detail::Measure::WidthAndHeight,
-            threshold_px: 40.0,
-            ..Default::default()
-        };
-        let culler = Culler {
-            frustum_exact: round % 3 == 0,
-            detail: (round % 2 == 0).then_some(detail),
-            ..triangles()
-        };
+        let detail = cullet::cull::detail::Detail::default()
+            .with_measure(cullet::cull::detail::Measure::WidthAndHeight)
+            .with_threshold_px(40.0);
+        let culler = triangles()
+            .with_frustum_exact(round % 3 == 0)
+            .with_detail((round % 2 == 0).then_some(detail));
         let result = cull(&culler, &scene, &view);
         let drawn = answers::slots(&result);
         for slot in scene.slots() {
@@ -152,7 +148,7 @@ fn every_simd_level_gives_the_same_answer() {
         let view = random_view(&mut rng);
         let expected = cull(&triangles(), &scene, &view);
         at_every_level!(|level| {
-            assert!(cull(&Culler { simd: level, ..triangles() }, &scene, &view) == expected);
+            assert!(cull(&triangles().with_simd(level), &scene, &view) == expected);
         });
     }
 }
@@ -426,7 +422,7 @@ fn a_wandering_view_sees_what_a_cold_one_sees() {
             scene.add(Instance::of_bounds(random_box(&mut rng))).expect("room");
         }
         scene.commit();
-        let culler = Culler { output: Output::Instances, occlusion: None, ..Culler::default() };
+        let culler = Culler::default().with_output(Output::Instances).with_occlusion(None);
         let (mut state, mut warm) = (ViewState::default(), Visible::default());
         let (mut eye, mut turn, mut before) = (rng.vector(20.0), 0.0_f64, BTreeSet::new());
         for frame in 0..150 {

@@ -14,7 +14,7 @@ use cullet_testkit::{Rng, at_every_level, meshes};
 use proptest::prelude::*;
 
 fn by(backface: Backface, output: Output) -> Culler {
-    Culler { backface, output, reasons: true, ..Culler::default() }
+    Culler::default().with_backface(backface).with_output(output).with_reasons(true)
 }
 
 /// A bumpy ball of 2 · rings · 2 rings triangles around a point, one-sided.
@@ -133,7 +133,7 @@ fn nearly_all_back_faces_go() {
             let length = d.iter().map(|v| v * v).sum::<f64>().sqrt();
             let view = looking_at(d.map(|v| v / length * distance), [0.0; 3]);
             let culled = |way, output| {
-                let culler = Culler { frustum: false, ..by(way, output) };
+                let culler = by(way, output).with_frustum(false);
                 let all = u64::from(mesh.triangle_count() - mesh.degenerate_count());
                 all - cull(&culler, &scene, &view).triangle_count.min(all)
             };
@@ -159,7 +159,7 @@ fn every_simd_level_culls_the_same() {
         for output in [Output::Clusters, Output::Triangles] {
             let expected = cull(&by(Backface::Fast, output), &scene, &view);
             at_every_level!(|level| {
-                let culled = cull(&Culler { simd: level, ..by(Backface::Fast, output) }, &scene, &view);
+                let culled = cull(&by(Backface::Fast, output).with_simd(level), &scene, &view);
                 assert!(culled == expected);
             });
         }

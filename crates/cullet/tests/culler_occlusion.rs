@@ -48,7 +48,7 @@ fn view() -> View {
 }
 
 fn culler() -> Culler {
-    Culler { occlusion: Some(Occlusion::default()), reasons: true, ..Culler::default() }
+    Culler::default().with_occlusion(Occlusion::default()).with_reasons(true)
 }
 
 /// A wall before three cubes, and a cube beside it.
@@ -90,7 +90,7 @@ impl Street {
 fn what_is_behind_a_wall_goes_and_the_funnel_counts_it() {
     let s = street();
     for output in [Output::Instances, Output::Clusters, Output::Triangles] {
-        let result = cull(&Culler { output, ..culler() }, &s.scene, &view());
+        let result = cull(&culler().with_output(output), &s.scene, &view());
         assert_eq!(slots(&result).len(), 2);
         let row = result.funnel.rows.iter().find(|r| r.stage == Stage::Occlusion).unwrap();
         assert_eq!((row.unit, row.entered.instances, row.left.instances), (Unit::Instances, 5, 2));
@@ -216,7 +216,7 @@ fn city(rng: &mut Rng, count: usize) -> Scene {
 fn warm_and_cold_moved_and_sorted_agree() {
     let mut rng = Rng(31);
     let mut scene = city(&mut rng, 3000);
-    let culler = Culler { output: Output::Triangles, ..culler() };
+    let culler = culler().with_output(Output::Triangles);
     let (mut state, mut warm) = (ViewState::default(), Visible::default());
     let mut dropped = 0;
     for frame in 0..24 {
@@ -269,9 +269,9 @@ fn by_nodes_or_one_by_one_the_same_occluders_are_chosen() {
 
 fn are_chosen_by_nodes_as_one_by_one(mut scene: Scene) {
     let drawn = |scene: &Scene, budget| {
-        let occlusion = Some(Occlusion { budget, ..Occlusion::default() });
+        let occlusion = Some(Occlusion::default().with_budget(budget));
         let (mut state, mut result) = (ViewState::default(), Visible::default());
-        let culler = Culler { occlusion, ..culler() };
+        let culler = culler().with_occlusion(occlusion);
         culler.cull_one(scene, &street_view(), &mut state, &mut result);
         let drawn = state.occluders_drawn().iter();
         let drawn: Vec<_> = drawn.map(|&(slot, shape)| (scene.handle(slot), shape)).collect();
@@ -304,8 +304,8 @@ fn are_told_the_same_by_nodes(mut scene: Scene) {
             scene.commit();
         }
         for budget in [0.0, 60.0, 2000.0] {
-            let occlusion = Some(Occlusion { budget, ..Occlusion::default() });
-            let culler = Culler { occlusion, output: Output::Instances, ..culler() };
+            let occlusion = Some(Occlusion::default().with_budget(budget));
+            let culler = culler().with_occlusion(occlusion).with_output(Output::Instances);
             let (mut state, mut result) = (ViewState::default(), Visible::default());
             culler.cull_one(&scene, &street_view(), &mut state, &mut result);
             let buffer = state.occlusion_buffer().unwrap();
@@ -342,9 +342,9 @@ fn what_is_drawn_whole_is_counted_as_if_cluster_by_cluster() {
         for cull_face in [CullFace::None, CullFace::Back] {
             let mut view = street_view();
             view.cull_face = cull_face;
-            let clusters = cull(&Culler { occlusion, ..culler() }, &scene, &view);
+            let clusters = cull(&culler().with_occlusion(occlusion), &scene, &view);
             // Where triangles are wanted every instance goes on as its clusters.
-            let by_triangle = Culler { occlusion, output: Output::Triangles, ..culler() };
+            let by_triangle = culler().with_occlusion(occlusion).with_output(Output::Triangles);
             let triangles = cull(&by_triangle, &scene, &view);
             let rows = |v: &Visible| {
                 let rows = v.funnel.rows.iter().filter(|r| r.unit == Unit::Clusters);
@@ -378,7 +378,7 @@ fn hidden_clusters_go_and_others_stay() {
     // Far wider than the wall, and behind it.
     let wide = s.scene.add(Instance::new(sheet, at([8.0, 4.0, 1.0], [0.0, 0.0, -3.0]))).unwrap();
     let slot = s.scene.slot(wide).unwrap();
-    let result = cull(&Culler { output: Output::Triangles, ..culler() }, &s.scene, &view());
+    let result = cull(&culler().with_output(Output::Triangles), &s.scene, &view());
     let row = |unit| {
         let is_row = |r: &&cullet::FunnelRow| (r.stage, r.unit) == (Stage::Occlusion, unit);
         *result.funnel.rows.iter().find(is_row).unwrap()
@@ -415,8 +415,8 @@ fn hidden_clusters_go_and_others_stay() {
 fn the_budget_buys_the_largest() {
     let s = street();
     let with = |budget| {
-        let occlusion = Some(Occlusion { budget, ..Occlusion::default() });
-        cull(&Culler { occlusion, ..culler() }, &s.scene, &view())
+        let occlusion = Some(Occlusion::default().with_budget(budget));
+        cull(&culler().with_occlusion(occlusion), &s.scene, &view())
     };
     assert_eq!(with(0.0).instance_count, 5);
     assert_eq!(with(f32::NAN).instance_count, 5);

@@ -58,11 +58,11 @@ proptest! {
             let view = random_view(&mut rng);
             let threshold_px = 10_f64.powf(rng.range(-1.0, 2.0));
             let measure = MEASURES[rng.below(3) as usize];
-            let detail = Detail { measure, threshold_px, ..Detail::default() };
-            let culler = Culler { detail: Some(detail), output: Output::Instances, reasons: true, ..Culler::default().only(Stage::Detail) };
+            let detail = Detail::default().with_measure(measure).with_threshold_px(threshold_px);
+            let culler = Culler::default().only(Stage::Detail).with_detail(detail).with_output(Output::Instances).with_reasons(true);
             let result = cull(&culler, &scene, &view);
             for level in Simd::all() {
-                let again = cull(&Culler { simd: level, ..culler.clone() }, &scene, &view);
+                let again = cull(&culler.clone().with_simd(level), &scene, &view);
                 prop_assert!(again == result, "{:?}", level);
             }
             for slot in scene.slots() {
@@ -98,10 +98,10 @@ fn clusters_go_by_themselves_only_where_asked() {
     scene.add(Instance::new(mesh, Transform::from_translation([0.0, 0.0, -60.0]))).expect("one");
     scene.commit();
     let view: View = look([0.0; 3], [0.0, 0.0, -1.0], [640, 360]);
-    let detail = Detail { threshold_px: 4.0, ..Detail::default() };
+    let detail = Detail::default().with_threshold_px(4.0);
     let left = |clusters| {
-        let detail = Some(Detail { clusters, ..detail });
-        let culler = Culler { detail, ..Culler::default().only(Stage::Detail) };
+        let detail = Some(detail.with_clusters(clusters));
+        let culler = Culler::default().only(Stage::Detail).with_detail(detail);
         cull(&culler, &scene, &view).triangle_count
     };
     let all = scene.triangle_count();
@@ -124,8 +124,8 @@ fn an_occluder_keeps_its_clusters() {
     let [wall, bead] = [wall, bead].map(|h| scene.slot(h).expect("there"));
     scene.prepare(Culler::exact().preparation());
     let view = look([0.3, 0.2, 10.0], [0.0; 3], [640, 400]);
-    let detail = Detail { clusters: true, threshold_px: 200.0, ..Detail::default() };
-    let all = Culler { detail: Some(detail), reasons: true, ..Culler::exact() };
+    let detail = Detail::default().with_clusters(true).with_threshold_px(200.0);
+    let all = Culler::exact().with_detail(detail).with_reasons(true);
     let [alone, all] = [all.without(Stage::Occlusion), all].map(|c| cull(&c, &scene, &view));
     assert_eq!(alone.slots().collect::<Vec<_>>(), [bead], "its clusters are small");
     assert_eq!(all.slots().collect::<Vec<_>>(), [wall], "what hides is drawn");
@@ -147,8 +147,8 @@ fn what_fades_hides_nothing() {
     let view = look([0.0, 0.0, 10.0], [0.0; 3], [640, 400]);
     // The wall is some 70 pixels high.
     let left = |fade| {
-        let detail = Detail { threshold_px: 50.0, fade, ..Detail::default() };
-        let culler = Culler { detail: Some(detail), ..Culler::exact() };
+        let detail = Detail::default().with_threshold_px(50.0).with_fade(fade);
+        let culler = Culler::exact().with_detail(detail);
         cull(&culler, &scene, &view).slots().collect::<Vec<_>>()
     };
     assert_eq!(left(0.0), [wall]);

@@ -137,7 +137,7 @@ fn draws_hold_each_visible_triangle_once_in_the_order_of_states() {
         }
         let (view, culler) = (random_view(&mut rng), random_culler(&mut rng));
         for output in [Output::Instances, Output::Clusters, Output::Triangles] {
-            let culler = Culler { output, ..culler.clone() };
+            let culler = culler.clone().with_output(output);
             let (mut state, mut visible) = (ViewState::default(), Visible::default());
             culler.cull_one(&scene, &view, &mut state, &mut visible);
             let expected = of_clusters(&scene, &visible);
@@ -180,7 +180,7 @@ fn an_empty_answer_has_no_draws_and_meshes_without_a_place_begin_at_zero() {
     let nothing = Visible { version: scene.version(), ..Visible::default() };
     list.fill(&scene, &nothing, &[]).unwrap();
     assert!(list.commands.is_empty() && list.instances.is_empty());
-    let everything = Culler { frustum: false, output: Output::Instances, ..Culler::default() };
+    let everything = Culler::default().with_frustum(false).with_output(Output::Instances);
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
     everything.cull_one(&scene, &looking_down_z(), &mut state, &mut visible);
     list.fill(&scene, &visible, &[]).unwrap();
@@ -191,7 +191,7 @@ fn an_empty_answer_has_no_draws_and_meshes_without_a_place_begin_at_zero() {
 #[test]
 fn a_result_that_is_older_than_its_scene_is_refused() {
     let (mut rng, mut list) = (Rng(6), DrawList::default());
-    let everything = Culler { frustum: false, output: Output::Triangles, ..Culler::default() };
+    let everything = Culler::default().with_frustum(false).with_output(Output::Triangles);
     let (view, sun) = (looking_down_z(), Light::Directional { direction: [0.0, -1.0, 0.0] });
     // What makes the numbers of slots or clusters others, and what does not.
     let removes_half = |scene: &mut Scene| {
@@ -255,7 +255,7 @@ fn instances_are_listed_by_the_numbers_that_are_wanted() {
     let handles: Vec<_> = scene.slots().filter_map(|slot| scene.handle(slot)).collect();
     handles.iter().step_by(3).for_each(|&handle| scene.remove(handle).unwrap());
     scene.commit();
-    let culler = Culler { output: Output::Triangles, ..Culler::default() };
+    let culler = Culler::default().with_output(Output::Triangles);
     let mut visible = Visible::default();
     culler.cull_one(&scene, &looking_down_z(), &mut ViewState::default(), &mut visible);
     let list = |numbers, triangles| {

@@ -45,7 +45,7 @@ fn rows_chain_and_count_what_the_record_says() {
         }
         // The shallower answers count as much, and nothing in between where nothing is tested.
         for output in [Output::Instances, Output::Clusters] {
-            let shallow = cull(&Culler { output, ..culler.clone() }, &scene, &view);
+            let shallow = cull(&culler.clone().with_output(output), &scene, &view);
             let rows = &shallow.funnel.rows;
             assert!(rows.windows(2).all(|w| w[0].left == w[1].entered), "{rows:#?}");
             let same = rows.iter().take_while(|row| row.unit == Instances);
@@ -131,11 +131,9 @@ fn a_triangle_names_the_stage_that_took_it() {
 
 #[test]
 fn one_stage_runs_alone_or_is_left_out() {
-    let all = Culler {
-        detail: Some(Detail::default()),
-        occlusion: Some(Occlusion::default()),
-        ..telling(&Culler::default())
-    };
+    let all = telling(&Culler::default())
+        .with_detail(Detail::default())
+        .with_occlusion(Occlusion::default());
     let exist =
         [Stage::Frustum, Stage::Detail, Stage::Occlusion, Stage::Backface, Stage::Degenerate];
     for one in exist {

@@ -28,7 +28,7 @@ fn random_eye(rng: &mut Rng) -> LevelEye {
         pixels: 10_f64.powf(rng.range(0.0, 4.0)),
         near: rng.range(0.0, 2.0),
     };
-    let lod = Lod { pixels: rng.range(0.1, 4.0), ..Lod::default() };
+    let lod = Lod::default().with_pixels(rng.range(0.1, 4.0));
     let ball = (rng.below(3) == 0).then(|| EyeBall { centre: eye, radius: rng.range(0.0, 9.0) });
     LevelEye::new(&lod, &scale, &Transform::IDENTITY, ball)
 }
@@ -93,7 +93,7 @@ proptest! {
         let largest = stretch.into_iter().fold(0.0, f64::max);
         let centre = [rng.range(-99.0, 99.0), rng.range(-9.0, 9.0), rng.range(-40.0, 40.0)];
         let ball = EyeBall { centre, radius: rng.range(0.0, 3.0) };
-        let lod = Lod { pixels: rng.range(0.3, 3.0), ..Lod::default() };
+        let lod = Lod::default().with_pixels(rng.range(0.3, 3.0));
         let scale = PixelScale { eye: Some(centre), pixels: 900.0, near: 0.1 };
         let eye = LevelEye::new(&lod, &scale, &transform, Some(ball));
         let matrix = glam::DMat4::from_cols_array(&transform.to_matrix());
@@ -119,20 +119,20 @@ proptest! {
         let (scene, strips) = random_scene(&mut rng);
         for _ in 0..6 {
             let view = view_of_strips(&mut rng);
-            let lod = Lod { pixels: 10_f64.powf(rng.range(-1.0, 1.5)), ..Lod::default() };
-            let all = Culler { lod: Some(lod), reasons: true, dropped: true, ..Culler::default() };
+            let lod = Lod::default().with_pixels(10_f64.powf(rng.range(-1.0, 1.5)));
+            let all = Culler::default().with_lod(lod).with_reasons(true).with_dropped(true);
             let only = all.only(Stage::Lod);
             let (by_clusters, by_triangles) = (
-                cull(&Culler { output: Output::Clusters, ..only.clone() }, &scene, &view),
-                cull(&Culler { output: Output::Triangles, ..only.clone() }, &scene, &view),
+                cull(&only.clone().with_output(Output::Clusters), &scene, &view),
+                cull(&only.clone().with_output(Output::Triangles), &scene, &view),
             );
-            let by_instances = cull(&Culler { output: Output::Instances, ..only }, &scene, &view);
+            let by_instances = cull(&only.with_output(Output::Instances), &scene, &view);
             let chosen = chosen_ref(&scene, &strips, &view, &lod);
             prop_assert_eq!(&drawn(&scene, &by_instances), &chosen);
             prop_assert_eq!(&drawn(&scene, &by_clusters), &chosen);
             prop_assert_eq!(&triangles(&by_triangles), &chosen);
             // With the other stages a part of that is left, and by each output alike.
-            let of_triangles = Culler { output: Output::Triangles, ..all.clone() };
+            let of_triangles = all.clone().with_output(Output::Triangles);
             let part = cull(&of_triangles, &scene, &view);
             let left = triangles(&part);
             prop_assert!(left.iter().all(|t| chosen.binary_search(t).is_ok()));
@@ -141,7 +141,7 @@ proptest! {
             prop_assert!(clusters.iter().all(|t| chosen.binary_search(t).is_ok()));
             prop_assert_eq!(part.triangle_count as usize, left.len());
             for simd in Simd::all() {
-                let again = Culler { output: Output::Triangles, simd: simd, ..all.clone() };
+                let again = all.clone().with_output(Output::Triangles).with_simd(simd);
                 prop_assert_eq!(&cull(&again, &scene, &view), &part, "{:?}", simd);
             }
             for slot in scene.slots() {
@@ -258,10 +258,10 @@ fn a_budget_is_kept_with_the_finest_levels_that_fit() {
     for _ in 0..cases(60) {
         let (scene, _) = random_scene(&mut rng);
         let view = view_of_strips(&mut rng);
-        let with = |pixels, triangles| Culler {
-            lod: Some(Lod { pixels, triangles, ..Lod::default() }),
-            output: Output::Instances,
-            ..Culler::default()
+        let with = |pixels, triangles| {
+            Culler::default()
+                .with_lod(Lod::default().with_pixels(pixels).with_triangles(triangles))
+                .with_output(Output::Instances)
         };
         let drawn = |pixels: f64, most: Option<u64>| {
             let visible = cull(&with(pixels, most), &scene, &view);
@@ -283,7 +283,7 @@ fn a_budget_is_kept_with_the_finest_levels_that_fit() {
         assert_eq!(drawn(FINEST, Some(u64::MAX)), drawn(FINEST, None));
         assert_eq!(drawn(FINEST, Some(0)).0, drawn(coarsest, None).0);
         // And an explanation is of the same levels.
-        let culler = Culler { output: Output::Clusters, ..with(FINEST, Some(most)) };
+        let culler = with(FINEST, Some(most)).with_output(Output::Clusters);
         for slot in scene.slots() {
             let handle = scene.handle(slot).expect("live");
             let told = culler.explain(&scene, &view, handle).expect("live");
@@ -301,7 +301,7 @@ fn draws_are_of_the_mesh_that_holds_the_levels() {
     let mut rng = Rng(5);
     let (scene, _) = random_scene(&mut rng);
     let view = look([0.0, 0.0, 20.0], [0.0, 0.0, -100.0], [320, 200]);
-    let culler = Culler { lod: Some(Lod { pixels: 4.0, ..Lod::default() }), ..Culler::default() };
+    let culler = Culler::default().with_lod(Lod::default().with_pixels(4.0));
     let visible = cull(&culler, &scene, &view);
     let draws = visible.draws(&scene).unwrap();
     let coarse = draws.iter().filter(|d| d.level == 1).count();
@@ -312,7 +312,7 @@ fn draws_are_of_the_mesh_that_holds_the_levels() {
     let of = list.commands.iter().map(|c| u64::from(c.index_count * c.instance_count));
     assert_eq!(of.sum::<u64>(), indices);
     assert!(list.keys.iter().any(|key| key.level == 1 && key.mesh % 2 == 1));
-    let triangles = Culler { output: Output::Triangles, ..culler };
+    let triangles = culler.with_output(Output::Triangles);
     let visible = cull(&triangles, &scene, &view);
     list.fill_triangles(&scene, &visible, &[]).unwrap();
     assert!(list.keys.iter().any(|key| key.level == 1 && key.mesh % 2 == 1));
@@ -324,8 +324,8 @@ fn levels_allocate_nothing_in_steady_state() {
     let (scene, _) = random_scene(&mut rng);
     let views: Vec<View> = (0..12).map(|_| view_of_strips(&mut rng)).collect();
     for output in [Output::Instances, Output::Clusters, Output::Triangles] {
-        let lod = Some(Lod { pixels: 3.0, ..Lod::default() });
-        let culler = Culler { output, lod, ..Culler::default() };
+        let lod = Some(Lod::default().with_pixels(3.0));
+        let culler = Culler::default().with_output(output).with_lod(lod);
         let (mut state, mut result) = (ViewState::default(), Visible::default());
         let mut all = || {
             for view in &views {
@@ -343,8 +343,8 @@ fn a_shadow_is_cast_by_what_its_camera_draws() {
     let mut rng = Rng(3);
     let (scene, strips) = random_scene(&mut rng);
     let camera = look([0.0, 0.0, 30.0], [0.0, 0.0, -100.0], [320, 200]);
-    let lod = Lod { pixels: 2.0, ..Lod::default() };
-    let culler = Culler { lod: Some(lod), ..Culler::default() };
+    let lod = Lod::default().with_pixels(2.0);
+    let culler = Culler::default().with_lod(lod);
     let light = cullet::cull::shadow::Light::Directional { direction: [0.0, -1.0, 0.0] };
     let shadows = cullet::ShadowView::new(camera.clone(), light);
     let (mut state, mut result) = (ViewState::default(), Visible::default());
@@ -372,9 +372,9 @@ fn thresholds_that_mean_nothing_draw_everything() {
     let one = Transform::IDENTITY;
     // A group without an error is never over a threshold, but is where everything is drawn.
     for pixels in [0.0, -1.0, f64::NAN, f64::NEG_INFINITY] {
-        assert_eq!(originals(&Lod { pixels, ..Lod::default() }, &scale, &one), 64, "{pixels}");
+        assert_eq!(originals(&Lod::default().with_pixels(pixels), &scale, &one), 64, "{pixels}");
     }
-    let lod = Lod { pixels: 1000.0, ..Lod::default() };
+    let lod = Lod::default().with_pixels(1000.0);
     let flat = Transform::from_scale_translation([1.0, 0.0, 1.0], [0.0; 3]);
     assert_eq!(originals(&lod, &scale, &flat), 64);
     let nowhere = PixelScale { eye: Some([f64::NAN; 3]), ..scale };
@@ -466,8 +466,8 @@ fn what_is_drawn_is_what_hides() {
     scene.prepare(Culler::exact().preparation());
     let view = look([0.0, 0.0, 6.0], [0.0; 3], [640, 400]);
     let hidden = |pixels: Option<f64>| {
-        let lod = pixels.map(|pixels| Lod { pixels, ..Lod::default() });
-        let result = cull(&Culler { lod, reasons: true, ..Culler::exact() }, &scene, &view);
+        let lod = pixels.map(|pixels| Lod::default().with_pixels(pixels));
+        let result = cull(&Culler::exact().with_lod(lod).with_reasons(true), &scene, &view);
         let is_coarse = result.partial.iter().any(|d| d.slot == 0 && d.level == 1);
         let is_hidden =
             |r: &&Option<cullet::Reason>| r.is_some_and(|r| r.stage == Stage::Occlusion);
@@ -490,8 +490,8 @@ fn a_chain_of_whole_meshes_is_chosen_by_its_errors() {
     scene.add_lod(fine, middle, 0.02).unwrap();
     let handle = scene.add(Instance::new(fine, Transform::IDENTITY)).unwrap();
     scene.commit();
-    let lod = Some(Lod { pixels: 1.0, ..Lod::default() });
-    let culler = Culler { lod, output: Output::Triangles, ..Culler::default() };
+    let lod = Some(Lod::default().with_pixels(1.0));
+    let culler = Culler::default().with_lod(lod).with_output(Output::Triangles);
     let drawn = |distance: f64| {
         let eye = [0.0, 0.0, distance];
         let view = View::perspective(eye, [0.0; 3], 1.0, 0.01, 1e4, [1000, 1000]).unwrap();

@@ -51,7 +51,7 @@ fn nanoseconds() -> u64 {
 
 /// Shortest time of a frame of all views, with and without the draws.
 fn frame(scene: &Scene, views: &[View], rounds: usize) -> ([Duration; 2], Visible) {
-    let culler = Culler { clock: Some(nanoseconds), ..Culler::default() };
+    let culler = Culler::default().with_clock(Some(nanoseconds));
     let mut states = vec![ViewState::default(); views.len()];
     let mut results = vec![Visible::default(); views.len()];
     let mut lists = vec![DrawList::default(); views.len()];

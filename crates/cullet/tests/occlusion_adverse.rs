@@ -469,11 +469,9 @@ fn a_budget_of_nothing_hides_nothing_and_the_front_wall_is_never_hidden() {
     let scene = rows();
     for (budget, hidden) in [(0.0, 0), (f32::NAN, 0), (-1.0, 0), (2000.0, 8), (f32::INFINITY, 8)] {
         for width in [33, 640, u32::MAX] {
-            let culler = Culler {
-                occlusion: Some(Occlusion { width, budget, ..Occlusion::default() }),
-                reasons: true,
-                ..Culler::default()
-            };
+            let culler = Culler::default()
+                .with_occlusion(Occlusion::default().with_width(width).with_budget(budget))
+                .with_reasons(true);
             let (mut state, mut visible) = (ViewState::default(), Visible::default());
             culler.cull_one(&scene, &view(), &mut state, &mut visible);
             let gone = visible.reasons.iter().flatten().filter(|r| r.stage == Stage::Occlusion);

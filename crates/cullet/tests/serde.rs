@@ -44,13 +44,11 @@ fn names_are_those_of_files_and_links() {
 
 #[test]
 fn a_cullers_level_and_clock_are_the_readers() {
-    let culler = Culler {
-        detail: Some(Detail { measure: Measure::Area, threshold_px: 2.5, ..Detail::default() }),
-        occlusion: Some(Occlusion { width: 128, budget: 9.5, ..Occlusion::default() }),
-        output: Output::Triangles,
-        clock: Some(|| 7),
-        ..Culler::default()
-    };
+    let culler = Culler::default()
+        .with_detail(Detail::default().with_measure(Measure::Area).with_threshold_px(2.5))
+        .with_occlusion(Occlusion::default().with_width(128).with_budget(9.5))
+        .with_output(Output::Triangles)
+        .with_clock(Some(|| 7));
     let text = json(&culler);
     assert_eq!(
         text,
@@ -65,7 +63,7 @@ fn a_cullers_level_and_clock_are_the_readers() {
          \"look_ns\":30.0,\"test_ns\":20.0,\"begin_ns\":10000.0}},\
          \"output\":\"triangles\",\"reasons\":false,\"dropped\":false}"
     );
-    let wanted = Culler { clock: None, simd: Simd::best(), ..culler };
+    let wanted = culler.with_clock(None).with_simd(Simd::best());
     let read: Culler = serde_json::from_str(&text).unwrap();
     assert_eq!(format!("{read:?}"), format!("{wanted:?}"));
     assert_eq!(format!("{:?}", back(&wanted)), format!("{wanted:?}"));
@@ -74,7 +72,7 @@ fn a_cullers_level_and_clock_are_the_readers() {
 #[test]
 fn settings_that_are_left_out_are_the_default_and_unknown_ones_are_refused() {
     let read: Culler = serde_json::from_str(r#"{"degenerate":false}"#).unwrap();
-    let wanted = Culler { degenerate: false, ..Culler::default() };
+    let wanted = Culler::default().with_degenerate(false);
     assert_eq!(format!("{read:?}"), format!("{wanted:?}"));
     for text in [r#"{"frustrum":true}"#, r#"{"level":"avx2"}"#, r#"{"occlusion":{"width":-1}}"#] {
         assert!(serde_json::from_str::<Culler>(text).is_err(), "{text}");
@@ -219,15 +217,13 @@ fn an_answer_comes_back_as_it_went() {
         scene.add(Instance::new(mesh, Transform::from_translation(at))).unwrap();
     }
     scene.commit();
-    let culler = Culler {
-        output: Output::Triangles,
-        occlusion: Some(Occlusion::default()),
-        detail: Some(Detail { threshold_px: 9.0, ..Detail::default() }),
-        reasons: true,
-        dropped: true,
-        clock: Some(|| 7),
-        ..Culler::default()
-    };
+    let culler = Culler::default()
+        .with_output(Output::Triangles)
+        .with_occlusion(Occlusion::default())
+        .with_detail(Detail::default().with_threshold_px(9.0))
+        .with_reasons(true)
+        .with_dropped(true)
+        .with_clock(Some(|| 7));
     let mut visible = Visible::default();
     culler.cull_one(&scene, &views()[0], &mut ViewState::default(), &mut visible);
     let some = [

@@ -67,7 +67,7 @@ fn cull(culler: &Culler, scene: &Scene, shadows: &ShadowView) -> Visible {
 }
 
 fn telling(output: Output) -> Culler {
-    Culler { reasons: true, output, ..Culler::default() }
+    Culler::default().with_reasons(true).with_output(output)
 }
 
 fn cube() -> Mesh {
@@ -136,7 +136,7 @@ fn the_pipeline_keeps_what_the_region_keeps_box_by_box() {
         };
         let mut state = ViewState::default();
         at_every_level!(|level| {
-            let culler = Culler { simd: level, degenerate: false, ..telling(Output::Instances) };
+            let culler = telling(Output::Instances).with_simd(level).with_degenerate(false);
             // Cold, then warm.
             for _ in 0..2 {
                 let mut result = Visible::default();
@@ -246,7 +246,7 @@ fn what_shades_a_seen_point_is_kept_down_to_the_triangle() {
             shadows.map = Some(map);
         }
         let occlusion = (round % 4 == 0).then(Occlusion::default);
-        let result = cull(&Culler { occlusion, ..telling(Output::Triangles) }, &scene, &shadows);
+        let result = cull(&telling(Output::Triangles).with_occlusion(occlusion), &scene, &shadows);
         kept_triangles += result.triangle_count;
         all_triangles += scene.triangle_count();
         let listed = listed(&result);
@@ -301,12 +301,10 @@ fn explanations_equal_reasons_and_funnels_add_up() {
         let mut shadows = ShadowView::new(random_view(&mut rng), light);
         shadows.margin_world = if round % 5 == 0 { 0.5 } else { 0.0 };
         shadows.map = (round % 2 == 0).then(|| map_of(&mut rng, &light, [0.0; 3]));
-        let culler = Culler {
-            occlusion: (round % 3 == 0).then(Occlusion::default),
-            detail: (round % 4 == 0).then(Detail::default),
-            frustum_exact: round % 7 == 0,
-            ..telling([Output::Instances, Output::Clusters, Output::Triangles][round % 3])
-        };
+        let culler = telling([Output::Instances, Output::Clusters, Output::Triangles][round % 3])
+            .with_occlusion((round % 3 == 0).then(Occlusion::default))
+            .with_detail((round % 4 == 0).then(Detail::default))
+            .with_frustum_exact(round % 7 == 0);
         let result = cull(&culler, &scene, &shadows);
         for pair in result.funnel.rows.windows(2) {
             assert_eq!(pair[0].left, pair[1].entered, "{pair:?}");
@@ -334,11 +332,9 @@ fn without_a_map_no_stage_looks_through_the_camera() {
     for _ in 0..20 {
         let scene = random_scene(&mut rng, 20);
         let shadows = ShadowView::new(random_view(&mut rng), random_light(&mut rng));
-        let culler = Culler {
-            occlusion: Some(Occlusion::default()),
-            detail: Some(Detail { threshold_px: 1e6, ..Detail::default() }),
-            ..telling(Output::Triangles)
-        };
+        let culler = telling(Output::Triangles)
+            .with_occlusion(Occlusion::default())
+            .with_detail(Detail::default().with_threshold_px(1e6));
         let result = cull(&culler, &scene, &shadows);
         let ran = |stage| result.funnel.rows.iter().any(|row| row.stage == stage);
         assert!([Stage::Occlusion, Stage::Detail, Stage::Backface].into_iter().all(|s| !ran(s)));
@@ -351,7 +347,7 @@ fn without_a_map_no_stage_looks_through_the_camera() {
 fn warm_equals_cold() {
     let mut rng = Rng(35);
     let mut state = ViewState::default();
-    let culler = Culler { occlusion: Some(Occlusion::default()), ..telling(Output::Clusters) };
+    let culler = telling(Output::Clusters).with_occlusion(Occlusion::default());
     for _ in 0..12 {
         let mut scene = random_scene(&mut rng, 300);
         scene.commit();
@@ -442,7 +438,7 @@ fn a_caster_hidden_from_the_light_shades_nothing_of_its_own() {
         let sun = Light::Directional { direction: to_light.map(|v| -v) };
         let shadows = ShadowView { map: Some(map), ..ShadowView::new(camera.clone(), sun) };
         let occlusion = Some(Occlusion::default());
-        let culler = Culler { occlusion, ..telling(Output::Instances) };
+        let culler = telling(Output::Instances).with_occlusion(occlusion);
         let result = cull(&culler, &scene, &shadows);
         let is_kept = |i: usize| {
             let slot = scene.slot(handles[i]).unwrap();
@@ -495,7 +491,7 @@ fn casters_through_the_near_plane_or_without_bounds_are_kept_and_those_beside_th
     let map = View::orthographic([0.0, 60.0, 0.0], [0.0; 3], 40.0, 0.1, 200.0, [64, 64]).unwrap();
     let shadows = ShadowView { map: Some(map), ..ShadowView::new(camera, SUN) };
     let occlusion = Some(Occlusion::default());
-    let result = cull(&Culler { occlusion, ..telling(Output::Clusters) }, &scene, &shadows);
+    let result = cull(&telling(Output::Clusters).with_occlusion(occlusion), &scene, &shadows);
     let reason = |handle| result.reasons[scene.slot(handle).unwrap() as usize];
     for kept in [wall, boundless, crossing, over] {
         assert_eq!(reason(kept), None);

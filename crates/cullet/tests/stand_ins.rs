@@ -140,8 +140,8 @@ fn random_look(rng: &mut Rng) -> View {
 }
 
 fn with_lod(rng: &mut Rng) -> Culler {
-    let lod = Lod { pixels: 10_f64.powf(rng.range(-0.5, 1.5)), ..Lod::default() };
-    Culler { lod: Some(lod), reasons: true, ..Culler::default() }
+    let lod = Lod::default().with_pixels(10_f64.powf(rng.range(-0.5, 1.5)));
+    Culler::default().with_lod(lod).with_reasons(true)
 }
 
 proptest! {
@@ -159,7 +159,7 @@ proptest! {
             let culler = with_lod(&mut rng);
             let (triangles, slots) = clumps.drawn_ref(&view, &culler.lod.unwrap());
             for output in [Output::Instances, Output::Clusters, Output::Triangles] {
-                let only = Culler { output, ..culler.clone() }.only(Stage::Lod);
+                let only = culler.clone().with_output(output).only(Stage::Lod);
                 let result = cull(&only, &clumps.scene, &view);
                 prop_assert_eq!(result.triangle_count, triangles);
                 prop_assert_eq!(&result.slots().collect::<Vec<_>>(), &slots, "{:?}", output);
@@ -193,7 +193,7 @@ proptest! {
             cull(culler, scene, &view).slots().map(|s| scene.handle(s).unwrap()).collect::<std::collections::HashSet<_>>()
         };
         for culler in [Culler::default(), Culler::exact(), Culler::default().without(Stage::Frustum)] {
-            let culler = Culler { reasons: true, ..culler };
+            let culler = culler.with_reasons(true);
             let before = drawn(&clumps.scene, &culler);
             prop_assert!(before.iter().all(|h| clumps.balls.contains(h)));
             let mut without = Clumps::random(&mut Rng(seed));
@@ -259,14 +259,14 @@ proptest! {
         let clumps = Clumps::random(&mut rng);
         let view = random_look(&mut rng);
         let with = |pixels: f64, triangles| {
-            let lod = Some(Lod { pixels, triangles, ..Lod::default() });
-            cull(&Culler { lod, ..Culler::default() }.only(Stage::Lod), &clumps.scene, &view)
+            let lod = Some(Lod::default().with_pixels(pixels).with_triangles(triangles));
+            cull(&Culler::default().with_lod(lod).only(Stage::Lod), &clumps.scene, &view)
         };
         let [all, fewest] = [0.125, 1e9].map(|pixels| with(pixels, None).triangle_count);
         for budget in [all, fewest, fewest + (all - fewest) / 3] {
             let result = with(1.0, Some(budget));
             prop_assert!(result.triangle_count <= budget || result.lod_pixels.unwrap() > 5e4, "{} of {budget}", result.triangle_count);
-            let lod = Lod { pixels: result.lod_pixels.unwrap(), ..Lod::default() };
+            let lod = Lod::default().with_pixels(result.lod_pixels.unwrap());
             prop_assert_eq!(result.triangle_count, clumps.drawn_ref(&view, &lod).0);
         }
     }
@@ -334,8 +334,8 @@ fn standing_for_others_allocates_nothing_in_steady_state() {
     }
     let views: Vec<View> = (0..12).map(|_| random_look(&mut rng)).collect();
     for triangles in [None, Some(500)] {
-        let lod = Some(Lod { pixels: 3.0, triangles, ..Lod::default() });
-        let culler = Culler { lod, ..Culler::default() };
+        let lod = Some(Lod::default().with_pixels(3.0).with_triangles(triangles));
+        let culler = Culler::default().with_lod(lod);
         let (mut state, mut result) = (ViewState::default(), Visible::default());
         let mut all = || {
             views

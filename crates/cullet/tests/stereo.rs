@@ -69,7 +69,7 @@ fn nothing_that_an_eye_sees_is_dropped() {
         let eyes = random_eyes(&mut rng);
         let both = View::stereo(&eyes[0], &eyes[1]).unwrap();
         // The oracle does not know what is hidden; `cullet-draw` holds that against pictures.
-        let culler = Culler { output: Output::Triangles, occlusion: None, ..Culler::exact() };
+        let culler = Culler::exact().with_output(Output::Triangles).with_occlusion(None);
         let result = cull(&culler, &scene, &both);
         let listed = listed(&result);
         let bits: std::collections::BTreeMap<u32, u8> =

@@ -59,7 +59,7 @@ fn levels_of_baked_meshes_come_with_their_tiles() {
     let view = View::new(&camera, Depth::Reversed, [960, 540]).unwrap();
     let drawn = |scene: &Scene, lod: Option<Lod>| {
         let mut visible = Visible::default();
-        let culler = Culler { lod, ..Culler::balanced() };
+        let culler = Culler::balanced().with_lod(lod);
         culler.cull_one(scene, &view, &mut ViewState::default(), &mut visible);
         visible.triangle_count
     };

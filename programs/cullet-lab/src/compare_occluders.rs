@@ -177,16 +177,12 @@ impl Bench {
 
     /// Measures what the occluders of a scene find without a limit on their cost.
     fn kind(&self, name: &'static str, scene: &Scene, console: &Console) -> Result<Kind, Failure> {
-        let culler = Culler {
-            output: Output::Instances,
-            occlusion: Some(Occlusion {
-                width: self.size[0],
-                budget: f32::INFINITY,
-                ..Occlusion::default()
-            }),
-            clock: Some(clock),
-            ..Culler::default()
-        };
+        let culler = Culler::default()
+            .with_output(Output::Instances)
+            .with_occlusion(
+                Occlusion::default().with_width(self.size[0]).with_budget(f32::INFINITY),
+            )
+            .with_clock(Some(clock));
         let (mut state, mut result) = (ViewState::default(), Visible::default());
         let mut answers = Vec::with_capacity(self.truth.values.len());
         let (mut shapes, mut nanoseconds) = (0, 0);

@@ -72,12 +72,15 @@ impl<'a> Drawn<'a> {
         const TURNS: usize = 5;
         let mut sum = Work::default();
         let own = &self.cullers[culler].culler;
-        let on_screen = Culler {
-            frustum: true,
-            backface: if own.backface == Backface::Off { Backface::Fast } else { own.backface },
-            output: Output::Triangles,
-            ..own.clone()
-        };
+        let on_screen = own
+            .clone()
+            .with_frustum(true)
+            .with_backface(if own.backface == Backface::Off {
+                Backface::Fast
+            } else {
+                own.backface
+            })
+            .with_output(Output::Triangles);
         for number in 0..self.views.len() {
             let view = &self.views[number];
             let seconds = (0..TURNS).map(|_| {

@@ -85,7 +85,7 @@ fn of_scene(gpu: &Gpu, args: &ProfileArgs, console: &Console) -> Result<Profile,
     inputs::demand_levels(&model, &input.cull)?;
     inputs::begin(&mut model, &input.view, console)?;
     let views = inputs::culled_views(&model, &input.view, &input.cull, console)?;
-    let all = Culler { output: Output::Clusters, ..inputs::culler(&input.cull) };
+    let all = inputs::culler(&input.cull).with_output(Output::Clusters);
     model.scene.prepare(all.preparation());
     let tried = cullers(&all, args.already, model.in_cells(), &input.cull);
     let (_, others) = tried.split_first().expect("plain frames are among them");
@@ -126,7 +126,8 @@ fn cullers(
     let frustum = plain.frustum;
     let with = |stage: Stage| {
         let own = all.only(stage);
-        Culler { frustum: own.frustum || frustum, ..own }
+        let frustum = frustum || own.frustum;
+        own.with_frustum(frustum)
     };
     let each = stages.iter().map(|stage| (stage.name(), with(*stage)));
     let together = (stages.len() > 1).then(|| ("all", all.clone()));

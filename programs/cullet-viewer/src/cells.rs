@@ -37,16 +37,14 @@ impl Chain {
     /// Walks through the portals of a scene, whatever stages are on. Costs a cull by portals alone.
     #[must_use]
     pub fn of(world: InCells<'_>, view: &View, decided: u64) -> Self {
-        let culler = Culler {
-            frustum: false,
-            portal: true,
-            backface: Backface::Off,
-            degenerate: false,
-            detail: None,
-            occlusion: None,
-            output: Output::Instances,
-            ..Culler::default()
-        };
+        let culler = Culler::default()
+            .with_frustum(false)
+            .with_portal(true)
+            .with_backface(Backface::Off)
+            .with_degenerate(false)
+            .with_detail(None)
+            .with_occlusion(None)
+            .with_output(Output::Instances);
         let reached = world.reached(&culler, view);
         let reached = reached.as_ref().zip(world.graph());
         let cells = reached.map(|(reached, _)| {

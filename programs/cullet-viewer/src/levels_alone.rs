@@ -11,7 +11,7 @@ pub(crate) fn levels_alone(
     stand_ins: bool,
 ) -> Option<Box<Visible>> {
     culler.lod?;
-    let mut alone = Culler { output: Output::Clusters, ..culler.only(Stage::Lod) };
+    let mut alone = culler.only(Stage::Lod).with_output(Output::Clusters);
     if let Some(lod) = &mut alone.lod {
         lod.stand_ins &= stand_ins;
         if let Some(pixels) = decided.lod_pixels {

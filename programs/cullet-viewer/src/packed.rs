@@ -273,7 +273,7 @@ mod tests {
         let view = View::new(camera, cullet::Depth::Reversed, [320, 200]).unwrap();
         let mut visible = Visible::default();
         // Which facets an occluder has depends on the order of triangles, which comes back in that of the clusters.
-        let culler = cullet::Culler { reasons: true, occlusion: None, ..cullet::Culler::default() };
+        let culler = cullet::Culler::default().with_reasons(true).with_occlusion(None);
         model.in_cells().cull(&culler, &view, &mut ViewState::default(), &mut visible);
         let stage = |slot: u32| visible.reasons[slot as usize].map(|r| r.stage.name());
         let all = model.scene.slots().map(stage).collect();
@@ -390,8 +390,7 @@ mod tests {
         let mut model = walled();
         let hidden = |model: &Model| {
             let view = View::perspective([0.0, 0.0, 30.0], [0.0; 3], 1.0, 0.1, 1e3, [320, 200]);
-            let culler =
-                cullet::Culler { occlusion: Some(Occlusion::default()), ..Default::default() };
+            let culler = cullet::Culler::default().with_occlusion(Occlusion::default());
             let mut visible = Visible::default();
             model.in_cells().cull(&culler, &view.unwrap(), &mut ViewState::default(), &mut visible);
             visible.funnel.dropped(cullet::Stage::Occlusion).instances

@@ -96,7 +96,7 @@ fn find(world: &World, view: &View, culler: &Culler) -> Finding {
     let small = smaller.unwrap_or_else(|_| view.clone());
     let scene = &world.model.scene;
     // Levels of detail change the picture; all else must not.
-    let culler = Culler { clock: None, ..culler.without(Stage::Lod) };
+    let culler = culler.without(Stage::Lod).with_clock(None);
     let options = VerifyOptions { samples: 2, ..VerifyOptions::default() };
     let found =
         verify(world.model.in_cells(), &small, &culler, &mut ViewState::default(), &options);

@@ -153,9 +153,9 @@ fn group() -> Scene {
 fn decided(scene: &Scene, distance: f64, away: bool) -> [Visible; 2] {
     let target = [0.0, 0.0, if away { distance * 2.0 } else { 0.0 }];
     let view = View::perspective([0.0, 0.0, distance], target, 1.0, 0.1, 1e5, SIZE).unwrap();
-    let all = Culler { lod: Some(Lod::default()), reasons: true, ..Culler::default() };
+    let all = Culler::default().with_lod(Lod::default()).with_reasons(true);
     let mut alone = all.only(Stage::Lod);
-    alone.lod = Some(Lod { stand_ins: false, ..Lod::default() });
+    alone.lod = Some(Lod::default().with_stand_ins(false));
     [all, alone].map(|culler| {
         let mut visible = Visible::default();
         culler.cull_one(scene, &view, &mut ViewState::default(), &mut visible);

@@ -123,11 +123,8 @@ fn counters_are_those_of_a_report() {
     let world = session.world.as_ref().expect("loaded");
     let view = session.culling_view().expect("a view");
     // As `cullet report` sets it where nothing is said on the command line.
-    let culler = Culler {
-        output: Output::Triangles,
-        occlusion: Some(Occlusion::default()),
-        ..Culler::default()
-    };
+    let culler =
+        Culler::default().with_output(Output::Triangles).with_occlusion(Occlusion::default());
     let mut visible = Visible::default();
     culler.cull_one(&world.model.scene, &view, &mut ViewState::default(), &mut visible);
     let shown = without_times(session.decision.as_ref().expect("decided").visible.clone());

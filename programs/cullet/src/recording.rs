@@ -18,7 +18,7 @@ pub(crate) fn record<'a>(
 ) {
     let world = world.into();
     let scene = world.scene;
-    let culler = Culler { output: Output::Instances, reasons: true, clock: None, ..culler.clone() };
+    let culler = culler.clone().with_output(Output::Instances).with_reasons(true).with_clock(None);
     let (mut state, mut result) = (ViewState::default(), Visible::default());
     world.cull(&culler, view, &mut state, &mut result);
     let Some(buffer) = state.occlusion_buffer() else { return };
@@ -64,7 +64,7 @@ mod tests {
             Projection::Perspective { fov_y_radians: 1.0, aspect: 1.5, near: 0.1, far: 900.0 };
         let camera = Camera::look_at([-90.0, 2.0, 3.0], [0.0, 2.0, 0.0], projection);
         let view = View::new(&camera, Depth::Reversed, [300, 200]).unwrap();
-        let culler = Culler { occlusion: Some(Occlusion::default()), ..Culler::default() };
+        let culler = Culler::default().with_occlusion(Occlusion::default());
         let (mut state, mut result) = (ViewState::default(), Visible::default());
         culler.cull_one(&scene, &view, &mut state, &mut result);
         let mut recording = Recording::default();
@@ -75,7 +75,7 @@ mod tests {
         assert!(again.drawn > 0 && again.hidden > 0 && again.hidden < again.tested);
         // Without the stage there is nothing to record.
         let mut nothing = Recording::default();
-        record(&scene, &view, &Culler { occlusion: None, ..culler }, &mut nothing);
+        record(&scene, &view, &culler.with_occlusion(None), &mut nothing);
         assert!(nothing.is_empty());
     }
 }

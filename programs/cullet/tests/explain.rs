@@ -30,7 +30,7 @@ fn views(model: &Model, spec: &PathSpec, size: [u32; 2]) -> Vec<View> {
 
 /// The settings of the program: what is hidden is looked for at any cost.
 fn culler() -> Culler {
-    let mut culler = Culler { output: Output::Triangles, reasons: true, ..Culler::balanced() };
+    let mut culler = Culler::balanced().with_output(Output::Triangles).with_reasons(true);
     if let Some(occlusion) = &mut culler.occlusion {
         occlusion.risk = None;
     }
@@ -99,8 +99,8 @@ fn in_a_city_the_reasons_are_those_of_the_cull() {
     for stage in [Stage::Frustum, Stage::Occlusion] {
         assert!(proved[stage as usize] > 20, "{stage:?}: {proved:?}");
     }
-    let detail = Some(Detail { threshold_px: 8.0, ..Detail::default() });
-    let proved = hold(&model, &views, &Culler { detail, ..culler() });
+    let detail = Some(Detail::default().with_threshold_px(8.0));
+    let proved = hold(&model, &views, &culler().with_detail(detail));
     assert!(proved[Stage::Detail as usize] > 0, "{proved:?}");
 }
 

@@ -34,8 +34,8 @@ fn inputs(model: &Model, path: &str) -> (Vec<View>, Culler) {
     let spec: PathSpec = path.parse().unwrap();
     let cameras = paths::cameras(model, &spec, VIEWS, SIZE, &overrides).unwrap();
     let view = |camera| View::new(camera, overrides.depth, SIZE).unwrap();
-    let occlusion = Some(Occlusion { budget: 100_000.0, ..Occlusion::default() });
-    (cameras.iter().map(view).collect(), Culler { occlusion, ..Culler::default() })
+    let occlusion = Some(Occlusion::default().with_budget(100_000.0));
+    (cameras.iter().map(view).collect(), Culler::default().with_occlusion(occlusion))
 }
 
 /// Holds the shares of a scene's views against the stages run alone; returns what each took.

@@ -51,7 +51,7 @@ impl<'a> Cuts<'a> {
 
     /// The clusters of the cut at so many pixels.
     pub(crate) fn clusters(&self, view: &PixelScale, pixels: f64) -> Vec<u32> {
-        let lod = Lod { pixels, ..Lod::default() };
+        let lod = Lod::default().with_pixels(pixels);
         let eye = LevelEye::new(&lod, view, &Transform::IDENTITY, None);
         let mut selection = Selection::default();
         assert!(self.levels.select(Simd::best(), &eye, &mut selection), "all levels are there");

@@ -167,7 +167,7 @@ fn around(eye: [f64; 3]) -> [View; 2] {
 #[test]
 fn the_stage_drops_what_is_in_no_set_and_nothing_else() {
     let mut rng = Rng(13);
-    let culler = Culler { output: Output::Instances, reasons: true, ..Culler::default() };
+    let culler = Culler::default().with_output(Output::Instances).with_reasons(true);
     let culler = culler.only(Stage::Pvs);
     let (mut dropped, mut kept) = (0, 0);
     for case in 0..cases(40) {

@@ -52,11 +52,11 @@ fn nothing_on_a_ray_through_open_portals_is_dropped() {
         let (scene, cells) = furnish(&mut rng, &building);
         let (eye, cell) = building.point(&mut rng, 0.02);
         let view = look(&mut rng, eye);
-        let culler = Culler { reasons: true, output: Output::Triangles, ..Culler::default() };
+        let culler = Culler::default().with_reasons(true).with_output(Output::Triangles);
         let culler = culler.only(Stage::Portal);
         let mut answers = Vec::new();
         at_every_level!(|level| {
-            answers.push(cull(&Culler { simd: level, ..culler.clone() }, (&scene, &cells), &view));
+            answers.push(cull(&culler.clone().with_simd(level), (&scene, &cells), &view));
         });
         assert!(answers.windows(2).all(|pair| pair[0] == pair[1]), "levels differ");
         let result = &answers[0];
@@ -115,7 +115,7 @@ fn rows_reasons_and_explanations_agree() {
         let (scene, cells) = furnish(&mut rng, &building);
         let (eye, _) = building.point(&mut rng, 0.02);
         let view = look(&mut rng, eye);
-        let culler = telling(&Culler { occlusion: None, ..Culler::default() });
+        let culler = telling(&Culler::default().with_occlusion(None));
         let result = cull(&culler, (&scene, &cells), &view);
         let together = fates(&scene, &result);
         check_rows(&scene, &result, &together);
@@ -169,7 +169,7 @@ fn two_rooms() -> (Scene, Cells, [Handle; 2], View) {
 }
 
 fn portal_alone() -> Culler {
-    Culler { output: Output::Instances, ..Culler::default() }.only(Stage::Portal)
+    Culler::default().with_output(Output::Instances).only(Stage::Portal)
 }
 
 #[test]

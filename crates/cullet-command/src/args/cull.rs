@@ -87,7 +87,12 @@ impl CullArgs {
         let by_default = || alone.then(|| Lod::default().pixels);
         let pixels = self.lod.or(triangles.map(|_| 0.0)).or_else(by_default)?;
         let runs = (pixels > 0.0 || triangles.is_some()) && (self.only.is_none() || alone);
-        runs.then_some(Lod { pixels, at_corners: self.lod_corners, triangles, ..Lod::default() })
+        runs.then_some(
+            Lod::default()
+                .with_pixels(pixels)
+                .with_at_corners(self.lod_corners)
+                .with_triangles(triangles),
+        )
     }
 }
 

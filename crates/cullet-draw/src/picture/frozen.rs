@@ -80,7 +80,7 @@ mod tests {
         let scene = cullet_scenes::build("solids:n=20").unwrap().scene;
         let view = look([0.0, 1.0, 9.0], [0.0, 0.5, 0.0], [160, 90]);
         let culler =
-            Culler { output: Output::Triangles, reasons: true, dropped: true, ..Culler::default() };
+            Culler::default().with_output(Output::Triangles).with_reasons(true).with_dropped(true);
         let visible = cull(&culler, &scene, &view);
         let frozen = FrozenView::new(&scene, Cow::Borrowed(&view), Cow::Borrowed(&visible));
         let counts = frozen.counts();

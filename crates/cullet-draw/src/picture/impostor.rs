@@ -92,8 +92,8 @@ fn draw(scene: &Scene, view: &View, as_impostor: bool, colors: &[[f32; 4]]) -> P
         return shaded(scene, &render(scene, view, Selection::All, &options), view, colors);
     }
     // A threshold that nothing exceeds.
-    let lod = Some(Lod { pixels: 1e6, ..Lod::default() });
-    let culler = Culler { lod, output: Output::Triangles, ..Culler::default() }.only(Stage::Lod);
+    let lod = Some(Lod::default().with_pixels(1e6));
+    let culler = Culler::default().with_lod(lod).with_output(Output::Triangles).only(Stage::Lod);
     let mut visible = Visible::default();
     culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
     let frame = render(scene, view, Selection::Visible(&visible), &options);

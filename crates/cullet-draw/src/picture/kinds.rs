@@ -31,7 +31,7 @@ pub fn kinds<'a>(
     let world = world.into();
     let scene = world.scene;
     let culler =
-        Culler { output: Output::Triangles, reasons: true, dropped: true, ..culler.clone() };
+        culler.clone().with_output(Output::Triangles).with_reasons(true).with_dropped(true);
     let mut visible = Visible::default();
     world.cull(&culler, view, &mut ViewState::default(), &mut visible);
     kinds_of(scene, view, &visible, &Outlook::new(scene, view, size).from)
@@ -101,16 +101,12 @@ mod tests {
     use crate::render::render;
 
     fn culled(scene: &Scene, view: &View) -> Visible {
-        culled_by(
-            &Culler { occlusion: Some(Occlusion::default()), ..Culler::default() },
-            scene,
-            view,
-        )
+        culled_by(&Culler::default().with_occlusion(Occlusion::default()), scene, view)
     }
 
     fn culled_by(culler: &Culler, scene: &Scene, view: &View) -> Visible {
         let culler =
-            Culler { output: Output::Triangles, reasons: true, dropped: true, ..culler.clone() };
+            culler.clone().with_output(Output::Triangles).with_reasons(true).with_dropped(true);
         let mut visible = Visible::default();
         culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
         visible
@@ -118,7 +114,7 @@ mod tests {
 
     #[test]
     fn a_stage_alone_paints_its_colour_alone_and_as_often_as_it_counts() {
-        let all = Culler { occlusion: Some(Occlusion::default()), ..Culler::default() };
+        let all = Culler::default().with_occlusion(Occlusion::default());
         let scene = cullet_scenes::build("city:cells=8,objects=60").unwrap().scene;
         let view = look([-12.0, 1.7, 12.0], [0.0, 1.0, -6.0]);
         let seen = render(&scene, &view, Selection::All, &RenderOptions::default()).visible();

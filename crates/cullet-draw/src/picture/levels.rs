@@ -153,8 +153,8 @@ mod tests {
         scene.commit();
         let view = look([0.0, 0.0, 6.0], [0.0, 0.0, 0.0], [320, 200]);
         let of = |pixels: f64| {
-            let lod = Some(Lod { pixels, ..Lod::default() });
-            cull(&Culler { lod, output: Output::Triangles, ..Culler::default() }, &scene, &view)
+            let lod = Some(Lod::default().with_pixels(pixels));
+            cull(&Culler::default().with_lod(lod).with_output(Output::Triangles), &scene, &view)
         };
         for (pixels, step) in [(1e-3, 0), (1.0, 1), (9.0, 2)] {
             let picture = levels(&scene, &view, &of(pixels));
@@ -175,8 +175,8 @@ mod tests {
         scene.commit();
         let view = look([0.0, 0.0, 4.0], [0.0, 0.0, 0.0], [160, 100]);
         let of = |pixels: f64| {
-            let lod = Some(Lod { pixels, ..Lod::default() });
-            let culler = Culler { lod, output: Output::Triangles, ..Culler::default() };
+            let lod = Some(Lod::default().with_pixels(pixels));
+            let culler = Culler::default().with_lod(lod).with_output(Output::Triangles);
             let visible = cull(&culler, &scene, &view);
             let options = RenderOptions::default();
             let frame = render(&scene, &view, Selection::Visible(&visible), &options);

@@ -454,13 +454,11 @@ mod tests {
         occlusion: Option<Occlusion>,
         what: impl FnOnce(&Culled<'_>) -> T,
     ) -> T {
-        let culler = Culler {
-            occlusion,
-            output: Output::Triangles,
-            reasons: true,
-            dropped: true,
-            ..Culler::default()
-        };
+        let culler = Culler::default()
+            .with_occlusion(occlusion)
+            .with_output(Output::Triangles)
+            .with_reasons(true)
+            .with_dropped(true);
         let (mut state, mut result) = (ViewState::default(), Visible::default());
         culler.cull_one(scene, view, &mut state, &mut result);
         what(&Culled { state: &state, result: &result })
@@ -486,7 +484,7 @@ mod tests {
         with(
             &scene,
             &views[1],
-            Some(Occlusion { width: 80, budget: 1e6, ..Occlusion::default() }),
+            Some(Occlusion::default().with_width(80).with_budget(1e6)),
             |culled| {
                 let buffer = culled.buffer().unwrap();
                 let owners = owners(&scene, &views[1], culled, buffer);

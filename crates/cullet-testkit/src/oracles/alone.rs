@@ -10,13 +10,12 @@ pub type Fates = Vec<Vec<Option<(Stage, Unit)>>>;
 
 /// Settings that record all that a cull can tell.
 pub fn telling(culler: &Culler) -> Culler {
-    Culler {
-        output: Output::Triangles,
-        reasons: true,
-        dropped: true,
-        clock: None,
-        ..culler.clone()
-    }
+    culler
+        .clone()
+        .with_output(Output::Triangles)
+        .with_reasons(true)
+        .with_dropped(true)
+        .with_clock(None)
 }
 
 /// Fates by the record of one cull: ranges where an instance was dropped by parts, else its reason.

@@ -26,6 +26,7 @@ pub enum Measure {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Detail {
     /// How size is measured.
     pub measure: Measure,
@@ -48,6 +49,30 @@ impl Default for Detail {
 }
 
 impl Detail {
+    /// These settings with another [measure](Self::measure) of size.
+    #[must_use]
+    pub fn with_measure(self, measure: Measure) -> Self {
+        Self { measure, ..self }
+    }
+
+    /// These settings with another [threshold](Self::threshold_px), in pixels.
+    #[must_use]
+    pub fn with_threshold_px(self, threshold_px: f64) -> Self {
+        Self { threshold_px, ..self }
+    }
+
+    /// These settings with [clusters](Self::clusters) dropped by themselves or not.
+    #[must_use]
+    pub fn with_clusters(self, clusters: bool) -> Self {
+        Self { clusters, ..self }
+    }
+
+    /// These settings with another width of the [fade](Self::fade), as a share of the threshold.
+    #[must_use]
+    pub fn with_fade(self, fade: f64) -> Self {
+        Self { fade, ..self }
+    }
+
     /// Whether a projected box is too small. One that crosses the near plane has no rectangle and is
     /// never small; nor is one whose size or threshold is NaN.
     #[must_use]

@@ -11,6 +11,7 @@ mod run;
 mod sets;
 mod shadow;
 mod stage;
+mod with;
 
 pub use candidates::{Candidates, Look};
 pub use evidence::{CellTest, CoverTest, Evidence, PlaneTest};
@@ -83,6 +84,7 @@ pub enum Backface {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Culler {
     /// Cull what is outside the frustum. Default on. Cost: at most six planes for each node, and for each box that straddles
     /// the frustum; what a view remembers saves most of them.

@@ -26,7 +26,7 @@ use crate::visible::Visible;
 /// let tower = add([0.0, 9.0, -8.0])?; // above the picture, between the sun and what is seen
 /// let behind = add([0.0, 9.0, 8.0])?; // behind the camera
 ///
-/// let (culler, mut visible) = (Culler { reasons: true, ..Culler::default() }, Visible::default());
+/// let (culler, mut visible) = (Culler::default().with_reasons(true), Visible::default());
 /// let camera = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 0.8, 0.1, 100.0, [640, 480])?;
 /// culler.cull_one(&scene, &camera, &mut ViewState::default(), &mut visible);
 /// assert_eq!(visible.instance_count, 1);

@@ -10,6 +10,7 @@ use crate::view::{EyeBall, View};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Lod {
     /// Number of pixels that the drawn surface may be off, from 0. The limit holds as far as the
     /// errors of the levels are bounds. A value that is not above 0, or NaN, draws everything in
@@ -37,6 +38,38 @@ impl Default for Lod {
     /// A pixel at the centre of the image.
     fn default() -> Self {
         Self { pixels: 1.0, at_corners: false, triangles: None, stand_ins: true, impostors: true }
+    }
+}
+
+impl Lod {
+    /// These settings with another [threshold](Self::pixels), in pixels.
+    #[must_use]
+    pub fn with_pixels(self, pixels: f64) -> Self {
+        Self { pixels, ..self }
+    }
+
+    /// These settings with the threshold held [in the corners](Self::at_corners) of the image too, or not.
+    #[must_use]
+    pub fn with_at_corners(self, at_corners: bool) -> Self {
+        Self { at_corners, ..self }
+    }
+
+    /// These settings with a [budget of triangles](Self::triangles), or without.
+    #[must_use]
+    pub fn with_triangles(self, triangles: impl Into<Option<u64>>) -> Self {
+        Self { triangles: triangles.into(), ..self }
+    }
+
+    /// These settings with [stand-ins](Self::stand_ins) on or off.
+    #[must_use]
+    pub fn with_stand_ins(self, stand_ins: bool) -> Self {
+        Self { stand_ins, ..self }
+    }
+
+    /// These settings with [impostors](Self::impostors) on or off.
+    #[must_use]
+    pub fn with_impostors(self, impostors: bool) -> Self {
+        Self { impostors, ..self }
     }
 }
 

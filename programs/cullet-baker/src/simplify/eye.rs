@@ -18,7 +18,7 @@ pub(super) fn eyes(scene: &Scene, uses: &Uses, pixels: f64, distance: f64) -> Ve
         pixels: LINES * 0.5 / HALF_TANGENT,
         near: uses.radius * 1e-3,
     };
-    let lod = Lod { pixels, ..Lod::default() };
+    let lod = Lod::default().with_pixels(pixels);
     let mut of_meshes = vec![Vec::new(); scene.meshes().len()];
     for slot in scene.slots() {
         let eye = LevelEye::new(&lod, &scale, scene.transform(slot), None);

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use cullet::{Culler, Funnel, Output, Scene, Stage, Unit, ViewState, Visible};
+use cullet::{Funnel, Output, Scene, Stage, Unit, ViewState, Visible};
 use cullet_cells::CellView;
 use cullet_command::args::InputArgs;
 use cullet_command::clock::clock;
@@ -125,7 +125,7 @@ pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
     model.scene.prepare(culler.preparation());
     let (scene, world) = (&model.scene, model.in_cells());
     let level = levels()[0].0;
-    let oracle = Culler { simd: levels().last().map_or(culler.simd, |l| l.1), ..culler.clone() };
+    let oracle = culler.clone().with_simd(levels().last().map_or(culler.simd, |l| l.1));
     culler.clock = Some(clock);
 
     let (mut among, mut state, mut result) = Default::default();

@@ -161,7 +161,7 @@ fn castle_with(
     what: [&'static str; 2],
     add: &mut impl FnMut(Row),
 ) -> Result<(), Failure> {
-    let culler = Culler { lod: Some(one_pixel()), output: Output::Triangles, ..Culler::balanced() };
+    let culler = Culler::balanced().with_lod(one_pixel()).with_output(Output::Triangles);
     let culler = culler.only(Stage::Lod);
     let extent = scene.extent();
     let middle = DVec3::from(extent.center()) + DVec3::from(scene.origin());
@@ -220,9 +220,9 @@ fn over_visible(
     add: &mut impl FnMut(Row),
 ) -> Result<(), Failure> {
     let mut model = load(&SceneArgs::of(scene), Wanted::Levels, console)?;
-    let culler = Culler { lod: Some(one_pixel()), output: Output::Triangles, ..Culler::balanced() };
-    let detail = Some(Detail { threshold_px: one_pixel().pixels, ..Detail::default() });
-    let without_small = Culler { detail, ..culler.clone() };
+    let culler = Culler::balanced().with_lod(one_pixel()).with_output(Output::Triangles);
+    let detail = Some(Detail::default().with_threshold_px(one_pixel().pixels));
+    let without_small = culler.clone().with_detail(detail);
     model.scene.prepare(culler.preparation());
     let scene_name = scene.to_owned();
     let scene = &model.scene;
@@ -272,8 +272,8 @@ fn along(model: &Model, path: &PathSpec) -> Result<Vec<View>, Failure> {
 fn small(name: &str, console: &Console, add: &mut impl FnMut(Row)) -> Result<(), Failure> {
     const PASSES: usize = 24;
     let mut model = cullet_command::inputs::load(&SceneArgs::of(name), &Console::new(true, None))?;
-    let detail = Some(Detail { threshold_px: SMALL_PX, ..Detail::default() });
-    let culler = Culler { detail, clock: Some(clock), ..Culler::balanced() };
+    let detail = Some(Detail::default().with_threshold_px(SMALL_PX));
+    let culler = Culler::balanced().with_detail(detail).with_clock(Some(clock));
     model.scene.prepare(culler.preparation());
     let scene = &model.scene;
     let views = along(&model, &PathSpec::Orbit)?;
@@ -296,7 +296,7 @@ fn small(name: &str, console: &Console, add: &mut impl FnMut(Row)) -> Result<(),
         }
         let level = cullet_command::machine::levels().last().map_or(culler.simd, |l| l.1);
         let mut expected = Visible::default();
-        let plain = Culler { simd: level, clock: None, ..culler.clone() };
+        let plain = culler.clone().with_simd(level).with_clock(None);
         plain.cull_one(scene, view, &mut ViewState::default(), &mut expected);
         right &= super::culler::is_same(&result, &expected);
         stage_ms += best[0] / views.len() as f64;

@@ -189,7 +189,7 @@ mod tests {
         let mut sums = [[0; 4]; 2];
         let mut lamps = [0; 3];
         let everything = visible(&Frustum::everything(), boxes);
-        let culler = Culler { output: Output::Instances, ..Culler::default() };
+        let culler = Culler::default().with_output(Output::Instances);
         let (mut state, mut in_view) = (ViewState::default(), Visible::default());
         let (mut of_light, mut casters) = (ViewState::default(), Visible::default());
         let mut in_range = Casters::default();

@@ -49,7 +49,7 @@ impl<'a> Dolly<'a> {
             )));
         }
         // What hides what, and what faces away, would be of the far eye: the near one is to see all of it.
-        culler = Culler { lod: Some(lod), output: Output::Triangles, ..culler.only(Stage::Lod) };
+        culler = culler.only(Stage::Lod).with_lod(lod).with_output(Output::Triangles);
         let extent = scene.extent();
         let middle = DVec3::from(scene.origin()) + DVec3::from(extent.center());
         let radius = DVec3::from(extent.half_extent()).length().max(f64::MIN_POSITIVE);

@@ -67,13 +67,11 @@ impl<'a> Freeze<'a> {
         let from = Outlook::new(scene, &last, args.size).from;
         let far = stand_of(&from, 1.0).ok_or_else(nowhere)?;
         let outside = stand_of(&from, far.eye.distance(end.eye)).ok_or_else(nowhere)?;
-        let culler = Culler {
-            output: Output::Triangles,
-            reasons: true,
-            dropped: true,
-            lod: None,
-            ..inputs::culler(&args.cull)
-        };
+        let culler = inputs::culler(&args.cull)
+            .with_output(Output::Triangles)
+            .with_reasons(true)
+            .with_dropped(true)
+            .with_lod(None);
         Ok(Self {
             model,
             colors: inputs::colors(model),

@@ -70,7 +70,7 @@ impl<'a> Portal<'a> {
             walk,
             world,
             among: CellView::default(),
-            culler: Culler { occlusion: None, lod: None, ..inputs::culler(&args.cull) },
+            culler: inputs::culler(&args.cull).with_occlusion(None).with_lod(None),
             state: ViewState::default(),
             result: Visible::default(),
             colors: inputs::colors(model),

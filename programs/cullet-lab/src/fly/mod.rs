@@ -127,8 +127,8 @@ fn fly(
     let every = count.div_ceil(args.check.max(1)).max(1);
     let speed = args.speed.unwrap_or_else(|| route.speed(args.seconds));
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
-    let lod = args.lod.map(|pixels| Lod { pixels, ..Lod::default() });
-    let culler = Culler { lod, ..Culler::balanced() };
+    let lod = args.lod.map(|pixels| Lod::default().with_pixels(pixels));
+    let culler = Culler::balanced().with_lod(lod);
     let proven = culler.without(Stage::Lod);
     let mut frames = Vec::with_capacity(count as usize);
     let mut record = Record::new(args.budget << 20);

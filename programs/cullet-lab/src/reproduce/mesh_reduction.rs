@@ -174,9 +174,8 @@ fn measure(
     let around = sphere(scene).ok_or_else(|| {
         Failure::input(format!("{}: it has no size, so it has none in pixels either", model.name))
     })?;
-    let lod = Lod { pixels: args.pixels, ..Lod::default() };
-    let culler =
-        Culler { lod: Some(lod), output: Output::Triangles, ..Culler::default() }.only(Stage::Lod);
+    let lod = Lod::default().with_pixels(args.pixels);
+    let culler = Culler::default().with_lod(lod).with_output(Output::Triangles).only(Stage::Lod);
     let meter = Meter { points: args.points as usize, seed: 1 };
     let colors = inputs::colors(model);
     let large = args.sizes.iter().copied().max().unwrap_or(2);

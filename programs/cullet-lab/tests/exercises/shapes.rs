@@ -52,7 +52,7 @@ fn drawn_as_themselves() -> Computed {
     scene.commit();
     let view =
         View::perspective([10.5, 0.0, 9000.0], [10.5, 0.0, 0.0], 1.0, 1.0, 1e5, [1280, 720])?;
-    let culler = Culler { lod: Some(Lod::default()), ..Culler::default() }.only(Stage::Lod);
+    let culler = Culler::default().with_lod(Lod::default()).only(Stage::Lod);
     let drawn = |scene: &Scene, handles: &[Handle]| -> Result<usize, Box<dyn Error>> {
         let mut visible = Visible::default();
         culler.cull_one(scene, &view, &mut ViewState::default(), &mut visible);
@@ -66,7 +66,7 @@ fn drawn_as_themselves() -> Computed {
 }
 
 fn share_of_pixels() -> Computed {
-    let detail = Detail { threshold_px: 4.0, fade: 0.5, ..Detail::default() };
+    let detail = Detail::default().with_threshold_px(4.0).with_fade(0.5);
     number(detail.weight(Some([3.0, 5.0]), 1.0))
 }
 
@@ -87,7 +87,7 @@ fn bytes_of_shape() -> Computed {
 /// Of a mesh whose radius is 1, at the least distance at which its impostor's error is within two pixels.
 fn radius_of_an_impostor() -> Computed {
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 1.0, 0.1, 1e4, [1920, 1080])?;
-    let (lod, scale) = (Lod { pixels: 2.0, ..Lod::default() }, PixelScale::of(&view, false));
+    let (lod, scale) = (Lod::default().with_pixels(2.0), PixelScale::of(&view, false));
     let eye = LevelEye::new(&lod, &scale, &Transform::IDENTITY, None);
     let over = |distance: f64| eye.allowed([0.0, 0.0, -distance as f32], 0.0) < 0.05;
     number(scale.pixels / end_of(1.0, 1e4, over))

@@ -40,7 +40,7 @@ fn farthest_of_two_pixels() -> Computed {
 
 fn cable() -> Computed {
     let measure = Measure::WidthAndHeight;
-    let detail = Detail { measure, threshold_px: 4.0, ..Detail::default() };
+    let detail = Detail::default().with_measure(measure).with_threshold_px(4.0);
     Ok(if detail.is_small_size([0.5, 40.0], 1.0) { "dropped" } else { "kept" }.to_owned())
 }
 
@@ -50,7 +50,7 @@ fn error_of_a_pixel(eye: &LevelEye, distance: f64) -> f64 {
 }
 
 fn level_eye() -> Result<LevelEye, ViewError> {
-    let lod = Lod { pixels: 1.0, ..Lod::default() };
+    let lod = Lod::default().with_pixels(1.0);
     Ok(LevelEye::new(&lod, &PixelScale::of(&view()?, false), &Transform::IDENTITY, None))
 }
 

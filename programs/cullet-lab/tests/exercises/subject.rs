@@ -32,8 +32,7 @@ fn tightness() -> Computed {
 /// As `cullet verify knobs --views 8 --samples 1` has it: the preset `balanced`, with occlusion looked for whatever it costs, and the scene's own path.
 fn tightness_of_knobs() -> Computed {
     let mut culler = Culler::balanced();
-    culler.occlusion =
-        culler.occlusion.map(|own| cullet::cull::occlusion::Occlusion { risk: None, ..own });
+    culler.occlusion = culler.occlusion.map(|own| own.with_risk(None));
     let mut model = cullet_scenes::build("knobs")?;
     model.scene.commit();
     model.scene.prepare(culler.preparation());
@@ -88,7 +87,7 @@ fn limit_of_a_frame() -> Computed {
         let view =
             paths::views(&model, &"orbit".parse()?, 1, size, &Overrides::default())?.swap_remove(0);
         let scene = &model.scene;
-        let culler = Culler { output: Output::Instances, ..Culler::default().only(Stage::Layer) };
+        let culler = Culler::default().only(Stage::Layer).with_output(Output::Instances);
         let (mut visible, mut list) = (Visible::default(), DrawList::default());
         culler.cull_one(scene, &view, &mut ViewState::default(), &mut visible);
         list.fill(scene, &visible, &[])?;
@@ -132,7 +131,7 @@ fn behind_a_shut_door() -> Computed {
     let mut cells = Cells::new(&mut scene, graph, shapes);
     let view = View::perspective([0.0, 1.7, 15.0], [0.0, 1.7, 0.0], 1.0, 0.1, 100.0, [640, 480])?;
     // Nothing is drawn into a buffer.
-    let culler = Culler { reasons: true, ..Culler::default().without(Stage::Occlusion) };
+    let culler = Culler::default().without(Stage::Occlusion).with_reasons(true);
     let mut stages = |open: bool| -> BTreeSet<Option<Stage>> {
         let mut visible = Visible::default();
         cells.set_portal_open(0, open);
@@ -163,8 +162,8 @@ fn first_stage() -> Computed {
     scene.commit();
     let fov = 60_f64.to_radians();
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], fov, 0.1, 1000.0, [1280, 720])?;
-    let detail = Some(Detail { threshold_px: 4.0, ..Detail::default() });
-    let culler = Culler { detail, ..Culler::exact() };
+    let detail = Some(Detail::default().with_threshold_px(4.0));
+    let culler = Culler::exact().with_detail(detail);
     let stage = |culler: &Culler, handle: Handle| {
         culler.explain(&scene, &view, handle).map(|told| told.reason.map(|r| r.stage))
     };

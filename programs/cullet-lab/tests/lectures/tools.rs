@@ -79,7 +79,7 @@ pub(crate) fn seen(scene: &Scene, view: &View) -> BTreeSet<(u32, u32)> {
 /// Slots and original triangles that a culler leaves.
 pub(crate) fn left(culler: &Culler, scene: &Scene, view: &View) -> BTreeSet<(u32, u32)> {
     let mut visible = Visible::default();
-    let culler = Culler { output: Output::Triangles, ..culler.clone() };
+    let culler = culler.clone().with_output(Output::Triangles);
     culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
     let of_range = |r: &cullet::TriangleRange| {
         let triangles = &visible.triangles[r.first as usize..][..r.count as usize];

@@ -58,7 +58,7 @@ impl Request {
         let (number, buffer, mut view, eyes, culler, timed) =
             from.value::<(u64, bool, View, Option<EyeBall>, Culler, bool)>()?;
         view.eyes = eyes;
-        let culler = Culler { clock: timed.then_some(clock), ..culler };
+        let culler = culler.with_clock(timed.then_some(clock));
         Ok(Self { world, view, culler, buffer, number })
     }
 }
@@ -187,33 +187,29 @@ mod tests {
 
     /// Cullers in whose settings every value of every switch occurs, with every output.
     fn cullers() -> Vec<Culler> {
-        let all = Culler {
-            frustum_exact: true,
-            detail: Some(Detail { measure: Measure::Area, threshold_px: 2.5, ..Detail::default() }),
-            occlusion: Some(Occlusion::default()),
-            reasons: true,
-            dropped: true,
-            clock: Some(clock),
-            ..Culler::default()
-        };
-        let none = Culler { frustum: false, degenerate: false, ..Culler::default() };
-        let diameter =
-            Detail { measure: Measure::Diameter, threshold_px: 1.0, ..Detail::default() };
-        let box_size = Detail {
-            measure: Measure::WidthAndHeight,
-            threshold_px: f64::INFINITY,
-            ..Detail::default()
-        };
+        let all = Culler::default()
+            .with_frustum_exact(true)
+            .with_detail(Detail::default().with_measure(Measure::Area).with_threshold_px(2.5))
+            .with_occlusion(Occlusion::default())
+            .with_reasons(true)
+            .with_dropped(true)
+            .with_clock(Some(clock));
+        let none = Culler::default().with_frustum(false).with_degenerate(false);
+        let diameter = Detail::default().with_measure(Measure::Diameter).with_threshold_px(1.0);
+        let box_size = Detail::default()
+            .with_measure(Measure::WidthAndHeight)
+            .with_threshold_px(f64::INFINITY);
         let mut cullers = Vec::new();
         for output in [Output::Instances, Output::Clusters, Output::Triangles] {
             let ways = [Backface::Off, Backface::Fast, Backface::Exact];
-            let backfaces = ways.map(|backface| Culler { backface, output, ..all.clone() });
+            let backfaces =
+                ways.map(|backface| all.clone().with_backface(backface).with_output(output));
             cullers.extend(backfaces);
-            cullers.push(Culler { output, backface: Backface::Off, ..none.clone() });
+            cullers.push(none.clone().with_output(output).with_backface(Backface::Off));
         }
-        let occlusion = Some(Occlusion { width: 128, budget: 9.5, ..Occlusion::default() });
-        cullers.push(Culler { detail: Some(diameter), occlusion, ..none });
-        cullers.push(Culler { detail: Some(box_size), ..all });
+        let occlusion = Some(Occlusion::default().with_width(128).with_budget(9.5));
+        cullers.push(none.with_detail(diameter).with_occlusion(occlusion));
+        cullers.push(all.with_detail(box_size));
         cullers
     }
 
@@ -238,7 +234,7 @@ mod tests {
     /// All of a request in words, but its scene.
     fn words(Request { view, culler, buffer, number, .. }: &Request) -> String {
         let timed = culler.clock.is_some();
-        let culler = Culler { clock: None, ..culler.clone() };
+        let culler = culler.clone().with_clock(None);
         format!("{view:?} {culler:?} {timed} {buffer} {number}")
     }
 

@@ -347,7 +347,7 @@ mod tests {
             let target = [angle.cos() * 10.0, 2.0, angle.sin() * 10.0];
             let camera = Camera::look_at([0.0, 5.0, 0.0], target, projection);
             let view = View::new(&camera, Depth::Standard, [300, 200]).unwrap();
-            let culler = Culler { output, ..Culler::default() };
+            let culler = Culler::default().with_output(output);
             culler.cull_one(&model.scene, &view, &mut state, &mut visible);
             list.update(&geometry, &instances, Some(&visible), view.layers);
             list.take_dirty(|range, entries| device[range].copy_from_slice(entries));
@@ -395,8 +395,8 @@ mod tests {
             let eye = [0.3, 0.4, 9.0 - 4.0 * f64::from(step)];
             let camera = Camera::look_at(eye, [0.0, 0.0, -200.0], projection);
             let view = View::new(&camera, Depth::Standard, [300, 200]).unwrap();
-            let lod = Some(Lod { pixels: 0.7, ..Lod::default() });
-            let culler = Culler { output, lod, ..Culler::default() };
+            let lod = Some(Lod::default().with_pixels(0.7));
+            let culler = Culler::default().with_output(output).with_lod(lod);
             let mut visible = Visible::default();
             culler.cull_one(&model.scene, &view, &mut state, &mut visible);
             list.update(&geometry, &instances, Some(&visible), view.layers);

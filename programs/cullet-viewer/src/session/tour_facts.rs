@@ -75,7 +75,7 @@ impl<'a> Facts<'a> {
     /// Whether of the instances that went for their size one is in view and not proved to be hidden: it may own pixels.
     pub(super) fn drops_what_may_be_seen(&self) -> bool {
         let occlusion = Some(Occlusion::default());
-        let others = self.again(&Culler { occlusion, ..self.culler().without(Stage::Detail) });
+        let others = self.again(&self.culler().without(Stage::Detail).with_occlusion(occlusion));
         let mut both = self.visible.reasons.iter().zip(&others.reasons);
         let is_small = |r: &Option<Reason>| r.is_some_and(|r| r.stage == Stage::Detail);
         both.any(|(reason, other)| is_small(reason) && other.is_none())
@@ -83,7 +83,7 @@ impl<'a> Facts<'a> {
 
     /// 0 where as many triangles go with whole clusters as one by one, 1 where fewer do, 2 where more.
     pub(super) fn clusters_against_triangles(&self) -> usize {
-        let one_by_one = self.again(&Culler { output: Output::Triangles, ..self.culler() });
+        let one_by_one = self.again(&self.culler().with_output(Output::Triangles));
         let singly = one_by_one.funnel.dropped(Stage::Backface).triangles;
         match self.dropped_by(Stage::Backface).cmp(&singly) {
             std::cmp::Ordering::Equal => 0,

@@ -62,7 +62,7 @@ impl Stages {
     /// The settings of a culler, which runs.
     #[must_use]
     pub fn of(culler: &Culler) -> Self {
-        let detail = culler.detail.unwrap_or(Detail { threshold_px: 0.0, ..Detail::default() });
+        let detail = culler.detail.unwrap_or(Detail::default().with_threshold_px(0.0));
         let occlusion = culler.occlusion.unwrap_or_default();
         Self {
             on: true,
@@ -131,34 +131,38 @@ impl Stages {
     #[must_use]
     pub fn culler(&self, clock: fn() -> u64) -> Culler {
         let on = self.on;
-        Culler {
-            frustum: on && self.frustum,
-            frustum_exact: on && self.frustum_exact,
-            portal: on && self.portal,
-            backface: if on { self.backface } else { Backface::Off },
-            degenerate: on && self.degenerate,
-            detail: (on && self.detail_px > 0.0).then_some(Detail {
-                measure: self.detail_by,
-                threshold_px: self.detail_px,
-                fade: self.detail_fade,
-                ..Detail::default()
-            }),
-            lod: (on && self.lod_px > 0.0).then_some(Lod {
-                pixels: self.lod_px,
-                at_corners: self.lod_corners,
-                triangles: (self.lod_triangles > 0).then_some(self.lod_triangles),
-                impostors: self.lod_impostors,
-                ..Lod::default()
-            }),
-            occlusion: (on && self.occlusion).then_some(Occlusion {
-                width: self.occlusion_width,
-                budget: self.occlusion_budget,
-                ..Occlusion::default()
-            }),
-            output: self.depth,
-            reasons: true,
-            clock: Some(clock),
-            ..Culler::default()
-        }
+        Culler::default()
+            .with_frustum(on && self.frustum)
+            .with_frustum_exact(on && self.frustum_exact)
+            .with_portal(on && self.portal)
+            .with_backface(if on { self.backface } else { Backface::Off })
+            .with_degenerate(on && self.degenerate)
+            .with_detail(
+                (on && self.detail_px > 0.0).then_some(
+                    Detail::default()
+                        .with_measure(self.detail_by)
+                        .with_threshold_px(self.detail_px)
+                        .with_fade(self.detail_fade),
+                ),
+            )
+            .with_lod(
+                (on && self.lod_px > 0.0).then_some(
+                    Lod::default()
+                        .with_pixels(self.lod_px)
+                        .with_at_corners(self.lod_corners)
+                        .with_triangles((self.lod_triangles > 0).then_some(self.lod_triangles))
+                        .with_impostors(self.lod_impostors),
+                ),
+            )
+            .with_occlusion(
+                (on && self.occlusion).then_some(
+                    Occlusion::default()
+                        .with_width(self.occlusion_width)
+                        .with_budget(self.occlusion_budget),
+                ),
+            )
+            .with_output(self.depth)
+            .with_reasons(true)
+            .with_clock(Some(clock))
     }
 }

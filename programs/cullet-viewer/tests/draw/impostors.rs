@@ -73,8 +73,8 @@ fn views() -> Vec<(&'static str, View)> {
 /// What a cut of nothing but impostors draws.
 fn impostors(scene: &Scene, view: &View, output: Output) -> Visible {
     // A threshold that nothing exceeds.
-    let lod = Some(Lod { pixels: 1e6, ..Lod::default() });
-    let culler = Culler { lod, output, ..Culler::default() }.only(Stage::Lod);
+    let lod = Some(Lod::default().with_pixels(1e6));
+    let culler = Culler::default().with_lod(lod).with_output(output).only(Stage::Lod);
     let mut visible = Visible::default();
     culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
     visible

@@ -17,7 +17,8 @@ use gpu::*;
 const SIZE: [u32; 2] = [320, 200];
 
 fn cull(scene: &Scene, view: &View, output: Output) -> Visible {
-    let culler = Culler { output, backface: Backface::Fast, occlusion: None, ..Culler::default() };
+    let culler =
+        Culler::default().with_output(output).with_backface(Backface::Fast).with_occlusion(None);
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
     culler.cull_one(scene, view, &mut state, &mut visible);
     visible

@@ -91,7 +91,7 @@ fn the_device_culls() {
         assert!(times.sum() > 0.0, "{times:?}");
     }
     // In view is what the CPU finds there, or a little more for coarser boxes.
-    let culler = Culler { occlusion: None, ..Culler::default() };
+    let culler = Culler::default().with_occlusion(None);
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
     culler.cull_one(&model.scene, &view, &mut state, &mut visible);
     let of_cpu = visible.instance_count;

@@ -70,7 +70,7 @@ fn frames(
         }
         let start = Instant::now();
         if let Some(output) = output {
-            let culler = Culler { output, ..Culler::default() };
+            let culler = Culler::default().with_output(output);
             culler.cull_one(scene, view, &mut state, &mut visible);
         }
         let pane = Pane { visible: output.map(|_| &visible), ..pane(view, Style::default()) };

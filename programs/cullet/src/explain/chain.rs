@@ -83,7 +83,7 @@ fn level(
     let allowed_px = result.lod_pixels?;
     let range = result.triangle_ranges.iter().find(|r| r.slot == slot && r.level > 0)?;
     let levels = &scene.levels(scene.mesh_id(slot)).get(range.level as usize - 1)?.levels;
-    let lod = Lod { pixels: allowed_px, triangles: None, ..*lod? };
+    let lod = (*lod?).with_pixels(allowed_px).with_triangles(None);
     let scale = PixelScale::of(view, lod.at_corners);
     let eye = LevelEye::new(&lod, &scale, scene.transform(slot), view.eyes);
     let clusters = result.partial.iter().filter(|r| r.slot == slot);

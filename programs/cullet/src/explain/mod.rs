@@ -11,7 +11,7 @@ mod triangle;
 
 use std::path::Path;
 
-use cullet::{Culler, Output, Stage, View, ViewState, Visible};
+use cullet::{Output, Stage, View, ViewState, Visible};
 use cullet_command::console::Console;
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
@@ -31,12 +31,10 @@ pub(crate) fn run(args: &ExplainArgs, console: &Console) -> Outcome {
     inputs::give_occluders(&mut model, &args.input.cull, console)?;
     inputs::begin(&mut model, &args.input.view, console)?;
     let view = view(args, &mut model, console)?;
-    let culler = Culler {
-        output: Output::Triangles,
-        reasons: true,
-        dropped: true,
-        ..inputs::culler(&args.input.cull)
-    };
+    let culler = inputs::culler(&args.input.cull)
+        .with_output(Output::Triangles)
+        .with_reasons(true)
+        .with_dropped(true);
     model.scene.prepare(culler.preparation());
     let scene = &model.scene;
     if let Some(pixel) = args.pixel {

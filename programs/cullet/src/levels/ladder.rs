@@ -13,10 +13,10 @@ pub(crate) struct Ladder {
 impl Ladder {
     /// The rungs below `culler`: its frustum alone; then what faces away or has no area, too.
     pub(crate) fn new(culler: &Culler) -> Self {
-        let plain = Culler { reasons: false, dropped: false, clock: None, ..culler.clone() };
+        let plain = culler.clone().with_reasons(false).with_dropped(false).with_clock(None);
         let below = [Stage::Pvs, Stage::Portal, Stage::Detail, Stage::Occlusion, Stage::Lod];
         let backfaces = below.into_iter().fold(plain, |c, stage| c.without(stage));
-        let frustum = Culler { backface: Backface::Off, degenerate: false, ..backfaces.clone() };
+        let frustum = backfaces.clone().with_backface(Backface::Off).with_degenerate(false);
         let rung = |culler| (culler, ViewState::default());
         Self { frustum: rung(frustum), backfaces: rung(backfaces), result: Visible::default() }
     }
@@ -42,7 +42,7 @@ mod tests {
     #[test]
     fn each_rung_takes_what_it_is_named_for() {
         let mut scene = city(6, 1, 60);
-        let culler = Culler { output: Output::Triangles, ..Culler::exact() };
+        let culler = Culler::exact().with_output(Output::Triangles);
         scene.prepare(culler.preparation());
         let view = look([5.0, 3.0, 90.0], [30.0, 2.0, 0.0], [160, 90]);
         let [framed, facing] = Ladder::new(&culler).climb(&scene, &view);

@@ -265,7 +265,7 @@ mod tests {
 
     fn found(p999_px: f64, max_px: f64) -> DeviationRecord {
         let found = Measured { p999_px, max_px, points: 10, ..Measured::default() };
-        DeviationRecord::of(&found, None, &Lod { pixels: 2.0, ..Lod::default() })
+        DeviationRecord::of(&found, None, &Lod::default().with_pixels(2.0))
     }
 
     #[test]

@@ -74,7 +74,7 @@ impl Whole {
 
 /// The eye of a view for a threshold of so many pixels.
 pub(super) fn level_eye(view: &PixelScale, pixels: f64) -> LevelEye {
-    LevelEye::new(&Lod { pixels, ..Lod::default() }, view, &Transform::IDENTITY, None)
+    LevelEye::new(&Lod::default().with_pixels(pixels), view, &Transform::IDENTITY, None)
 }
 
 pub(super) fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {

@@ -156,7 +156,7 @@ fn is_right(
     result: &Visible,
 ) -> bool {
     let mut expected = Visible::default();
-    let oracle = Culler { simd, ..culler.clone() };
+    let oracle = culler.clone().with_simd(simd);
     world.cull(&oracle, view, &mut ViewState::default(), &mut expected);
     is_same(result, &expected)
 }
@@ -194,7 +194,7 @@ mod tests {
     fn every_view_is_timed_in_both_halves_and_checked() {
         let mut model = cullet_scenes::build("city:cells=6,objects=100").unwrap();
         // Whether it pays or not.
-        let on = Culler { occlusion: Some(Occlusion::default()), ..Culler::balanced() };
+        let on = Culler::balanced().with_occlusion(Occlusion::default());
         model.scene.prepare(on.preparation());
         let spec = cullet_scenes::paths::PathSpec::Walk;
         let cameras = cullet_scenes::paths::cameras(

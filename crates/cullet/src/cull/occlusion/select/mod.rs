@@ -14,6 +14,7 @@ use crate::array::Each;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Occlusion {
     /// Pixels across the buffer; its height follows from the viewport. Never more than the viewport has. Half of the
     /// screen finds nearly as much as all of it, at a quarter of the cost; the answer is never wrong. Default 640.
@@ -38,6 +39,24 @@ impl Default for Occlusion {
 }
 
 impl Occlusion {
+    /// These settings with another [width](Self::width) of the buffer, in pixels.
+    #[must_use]
+    pub fn with_width(self, width: u32) -> Self {
+        Self { width, ..self }
+    }
+
+    /// These settings with another [budget](Self::budget), in microseconds of the cost model.
+    #[must_use]
+    pub fn with_budget(self, budget: f32) -> Self {
+        Self { budget, ..self }
+    }
+
+    /// These settings with another [risk](Self::risk), or with none.
+    #[must_use]
+    pub fn with_risk(self, risk: impl Into<Option<f32>>) -> Self {
+        Self { risk: risk.into(), ..self }
+    }
+
     /// The size of the buffer for a viewport.
     pub(crate) fn size(&self, viewport: [u32; 2]) -> [u32; 2] {
         let [width, height] = viewport.each(|v| v.clamp(1, OcclusionBuffer::LIMIT));

@@ -1,0 +1,110 @@
+//! Settings of a culler, one at a time.
+
+use super::{Backface, Culler, Output};
+use crate::Simd;
+use crate::costs::Costs;
+use crate::cull::detail::Detail;
+use crate::cull::occlusion::Occlusion;
+use crate::lod::Lod;
+
+/// New fields may come, so that a culler is made of a preset and these.
+///
+/// ```
+/// use cullet::cull::occlusion::Occlusion;
+/// use cullet::{Culler, Output};
+///
+/// let culler = Culler::exact().with_output(Output::Triangles).with_occlusion(None);
+/// let wide = Culler::default().with_occlusion(Occlusion::default().with_width(1280));
+/// assert!(culler.occlusion.is_none() && wide.occlusion.is_some());
+/// ```
+impl Culler {
+    /// These settings with [`frustum`](Self::frustum) culling on or off.
+    #[must_use]
+    pub fn with_frustum(self, frustum: bool) -> Self {
+        Self { frustum, ..self }
+    }
+
+    /// These settings with the [exact test](Self::frustum_exact) of boxes that straddle on or off.
+    #[must_use]
+    pub fn with_frustum_exact(self, frustum_exact: bool) -> Self {
+        Self { frustum_exact, ..self }
+    }
+
+    /// These settings with [masks of candidates and visible sets](Self::pvs) on or off.
+    #[must_use]
+    pub fn with_pvs(self, pvs: bool) -> Self {
+        Self { pvs, ..self }
+    }
+
+    /// These settings with [portals](Self::portal) on or off.
+    #[must_use]
+    pub fn with_portal(self, portal: bool) -> Self {
+        Self { portal, ..self }
+    }
+
+    /// These settings with another way to cull [back faces](Self::backface).
+    #[must_use]
+    pub fn with_backface(self, backface: Backface) -> Self {
+        Self { backface, ..self }
+    }
+
+    /// These settings with [triangles without area](Self::degenerate) culled or not.
+    #[must_use]
+    pub fn with_degenerate(self, degenerate: bool) -> Self {
+        Self { degenerate, ..self }
+    }
+
+    /// These settings with [small-object culling](Self::detail), or without.
+    #[must_use]
+    pub fn with_detail(self, detail: impl Into<Option<Detail>>) -> Self {
+        Self { detail: detail.into(), ..self }
+    }
+
+    /// These settings with [levels of detail](Self::lod), or without.
+    #[must_use]
+    pub fn with_lod(self, lod: impl Into<Option<Lod>>) -> Self {
+        Self { lod: lod.into(), ..self }
+    }
+
+    /// These settings with [occlusion culling](Self::occlusion), or without.
+    #[must_use]
+    pub fn with_occlusion(self, occlusion: impl Into<Option<Occlusion>>) -> Self {
+        Self { occlusion: occlusion.into(), ..self }
+    }
+
+    /// These settings with other [costs](Self::costs).
+    #[must_use]
+    pub fn with_costs(self, costs: Costs) -> Self {
+        Self { costs, ..self }
+    }
+
+    /// These settings with another [depth of the answer](Self::output).
+    #[must_use]
+    pub fn with_output(self, output: Output) -> Self {
+        Self { output, ..self }
+    }
+
+    /// These settings with [reasons](Self::reasons) given or not.
+    #[must_use]
+    pub fn with_reasons(self, reasons: bool) -> Self {
+        Self { reasons, ..self }
+    }
+
+    /// These settings with [dropped triangles](Self::dropped) listed or not.
+    #[must_use]
+    pub fn with_dropped(self, dropped: bool) -> Self {
+        Self { dropped, ..self }
+    }
+
+    /// These settings at another [SIMD level](Self::simd).
+    #[must_use]
+    pub fn with_simd(self, simd: Simd) -> Self {
+        Self { simd, ..self }
+    }
+
+    /// These settings with a [clock](Self::clock), or without.
+    #[must_use]
+    pub fn with_clock(self, clock: Option<fn() -> u64>) -> Self {
+        Self { clock, ..self }
+    }
+}
