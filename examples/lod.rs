@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     )?;
     scene.add_levels(fine, coarse, levels)?;
     scene.add(Instance::new(fine, Transform::from_translation([0.0, 0.0, -40.0])))?;
-    scene.commit();
+    scene.commit(&Culler::default());
 
     let culler = Culler::default().with_lod(Lod::default().with_pixels(0.5));
     let (mut state, mut visible) = (ViewState::default(), Visible::default());

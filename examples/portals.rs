@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let at = |x| Transform::from_scale_translation([0.3; 3], [x, 1.0, 2.0]);
     scene.add(Instance::new(chair, at(2.0)))?;
     let beyond = scene.add(Instance::new(chair, at(7.0)))?;
-    scene.commit();
+    scene.commit(&Culler::default());
 
     // Counter-clockwise as seen from the first cell.
     let polygon = vec![[4.0, 0.0, 1.5], [4.0, 0.0, 2.5], [4.0, 2.0, 2.5], [4.0, 2.0, 1.5]];

@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..MeshData::default()
     })?);
     scene.add(Instance::new(house, Transform::from_translation([0.0, 4.0, -20.0])))?;
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
 
     let (guard, thief) = ([0.0, 1.7, 0.0], [1.0, 1.7, -40.0]);
     match query::line_of_sight(&scene, guard, thief, &SightOptions::default()) {

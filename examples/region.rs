@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         scene.add(Instance::new(cube, Transform::from_translation([-20.0, 1.0, z])))?;
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
 
     let (mut state, mut visible) = (RegionState::default(), RegionVisible::default());
     let street = EyeBox::new([-3.0, 1.5, -70.0], [3.0, 1.9, -60.0]);

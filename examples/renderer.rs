@@ -49,7 +49,7 @@ fn main() -> Result<()> {
         movers.push(scene.add(Instance { flags, ..Instance::new(pillar, at) })?);
     }
     let culler = Culler::default().with_lod(Lod::default());
-    scene.commit();
+    scene.commit(&culler);
     upload_transforms(&scene);
 
     // One state for each view, as long as the view lives; results and lists are used again.

@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let at = Transform::from_scale_translation([0.5; 3], [place(room) + 2.0, 2.0, 0.5]);
         scene.add(Instance::new(body, at))?;
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     // Baked here; a game loads the file that `cullet pvs` wrote.
     let sets = bake(&graph, &PvsSettings::default(), 1).sets();
     let mut cells = Cells::new(&mut scene, graph, shapes);

@@ -67,7 +67,7 @@ fuzz_target!(|bytes: &[u8]| {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(mesh);
     scene.add(Instance::new(mesh, Transform { linear, translation })).expect("the mesh is there");
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let occluders = SceneOccluders::new(&scene);
     let mut buffer = OcclusionBuffer::new(SIZE).expect("a size within the limit");
     occluders.draw(&view, Simd::best(), &mut buffer);

@@ -21,7 +21,7 @@ const REACH: f64 = 230.0;
 
 fn scene() -> Scene {
     let mut scene = city(20, 4, 2000);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     scene
 }
 

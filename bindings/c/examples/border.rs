@@ -57,7 +57,7 @@ impl InRust {
             let at = [3.0 * (i % SIDE) as f64, 0.0, 3.0 * (i / SIDE) as f64];
             scene.add(Instance::new(mesh, Transform::from_translation(at)))?;
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         let (culler, state, visible) =
             (Culler::balanced(), ViewState::default(), Visible::default());
         Ok(Self { scene, culler, state, visible, slots: Vec::new(), draws: DrawList::default() })

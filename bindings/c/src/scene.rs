@@ -431,7 +431,7 @@ pub unsafe extern "C" fn cullet_scene_set_bounds(
 pub extern "C" fn cullet_scene_commit(scene: Scene) -> Status {
     call("cullet_scene_commit", || {
         let mut scene = SCENES.get_mut(scene.id)?;
-        scene.commit();
+        scene.commit(&engine::Culler::default());
         scene.update();
         Ok(())
     })

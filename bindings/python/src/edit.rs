@@ -182,7 +182,7 @@ impl PyScene {
                 let origin = scene.origin();
                 scene.rebase(std::array::from_fn(|a| (centre[a] + origin[a]).round()));
             }
-            scene.commit();
+            scene.commit(&engine::Culler::default());
             self.model.update_cells();
         });
     }

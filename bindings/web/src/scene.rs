@@ -207,7 +207,7 @@ impl SceneSet {
 
     /// Sorts, and prepares meshes that came since.
     pub fn commit(&mut self) {
-        self.scene.commit();
+        self.scene.commit(&cullet::Culler::default());
         self.update_cells();
     }
 

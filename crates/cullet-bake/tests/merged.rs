@@ -49,7 +49,7 @@ fn village(rng: &mut Rng) -> Scene {
         scene.add_mesh(cullet_testkit::meshes::block([-40.0, -1.0, -40.0], [40.0, 0.0, 40.0]));
     scene.add(Instance::new(ground, Transform::from_translation([1e4, 0.0, 0.0]))).unwrap();
     scene.rebase([1e4, 0.0, 0.0]);
-    scene.commit();
+    scene.commit(&Culler::default());
     scene
 }
 
@@ -145,7 +145,7 @@ fn merged_groups_draw_less_from_afar_and_nothing_changes_near_by() {
     let fars = [4.0, 40.0, 120.0, 1000.0];
     let before = fars.map(|far| count(&scene, far));
     assert_eq!(add_to_scene(&mut scene, &groups).unwrap().len(), groups.len());
-    scene.commit();
+    scene.commit(&Culler::default());
     let after = fars.map(|far| count(&scene, far));
     assert!(after.iter().zip(&before).all(|(a, b)| a <= b), "{after:?} of {before:?}");
     // Farther away all that is left of each is a sheet or two.
@@ -218,7 +218,7 @@ fn what_was_stopped_goes_on_from_what_is_kept() {
     let (handle, m) = (scene.handle(slot).unwrap(), scene.transform(slot).to_matrix());
     let moved = Transform::from_translation([m[12], m[13] + 0.25, m[14]]);
     scene.set_transform(handle, moved).unwrap();
-    scene.commit();
+    scene.commit(&Culler::default());
     let (made, found) = kept(&scene, &options, &|_| true);
     assert_eq!(made, merge(&scene, &options, |_| true).unwrap());
     assert!(found < all, "{found} of {all}");
@@ -283,7 +283,7 @@ fn plates() -> (Scene, Vec<[f32; 2]>) {
         let place = [f64::from(at % 12), f64::from(at / 12), 0.0];
         scene.add(Instance::new(mesh, Transform::from_translation(place))).unwrap();
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     (scene, uvs)
 }
 

@@ -129,7 +129,7 @@ fn plan(rng: &mut Rng, thick: [f64; 2], turn: f64) -> Plan {
         }
     }
     let mut scene = b.scene;
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     Plan { scene, rooms, doors }
 }
 
@@ -343,7 +343,7 @@ fn what_is_ignored_or_transparent_hides_nothing() {
         },
     ));
     let leaf = leaf.expect("a mesh");
-    b.scene.commit();
+    b.scene.commit(&cullet::Culler::default());
     let options = FindOptions::default().with_voxel(0.1);
     let shut = found(&b.scene, &options, 1).expect("rooms");
     assert_eq!((shut.cells.len(), shut.portals.len()), (3, 0));
@@ -352,7 +352,7 @@ fn what_is_ignored_or_transparent_hides_nothing() {
     assert!(!open.portals.is_empty() && open.portals.len() <= 4, "{}", open.portals.len());
     let flags = InstanceFlags { transparent: true, ..InstanceFlags::default() };
     b.scene.set_flags(leaf, flags).expect("it is there");
-    b.scene.commit();
+    b.scene.commit(&cullet::Culler::default());
     assert_eq!(found(&b.scene, &options, 1).expect("rooms"), open);
 }
 
@@ -363,7 +363,7 @@ fn what_cannot_be_cells_is_a_named_error() {
     assert!(matches!(found(&none, &options, 1), Err(RoomsError::NoWalls { instances: 0 })));
     let mut open = Builder::new(0.0, [0.0; 3]);
     open.block([0.0; 3], [10.0, 0.3, 10.0]);
-    open.scene.commit();
+    open.scene.commit(&cullet::Culler::default());
     let result = found(&open.scene, &options.clone().with_voxel(0.1), 1);
     assert!(matches!(result, Err(RoomsError::OneCell { .. })), "{result:?}");
     let result = found(&open.scene, &options.clone().with_voxel(1e-4), 1);
@@ -386,6 +386,6 @@ fn what_cannot_be_cells_is_a_named_error() {
     });
     let mesh = flat.add_mesh(mesh.expect("a triangle"));
     flat.add(Instance::new(mesh, Transform::from_translation([0.0; 3]))).expect("a mesh");
-    flat.commit();
+    flat.commit(&cullet::Culler::default());
     assert!(matches!(found(&flat, &options, 1), Err(RoomsError::NoWalls { instances: 1 })));
 }

@@ -39,7 +39,7 @@ fn walled(wall: Part) -> (Scene, [Handle; 3]) {
         scene.add(Instance::new(mesh, Transform::from_translation([0.0, 1.0, z]))).expect("a mesh")
     };
     let handles = [add(wall, 0.0), add(plate, 3.0), add(plate, -3.0)];
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     (scene, handles)
 }
 
@@ -70,7 +70,7 @@ fn rays_meet_what_brute_force_meets() {
     let (mut hits, mut misses) = (0, 0);
     for _ in 0..cases(60) {
         let mut scene = scenes::mixed_scene(&mut rng);
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         for granularity in [Granularity::Instance, Granularity::Cluster] {
             let options = RayTreeOptions { granularity, ..RayTreeOptions::default() };
             let Ok(tree) = RayTree::new(&scene, &options) else { continue };
@@ -99,7 +99,7 @@ fn rays_meet_what_lines_of_sight_meet() {
     let options = SightOptions::default();
     for _ in 0..cases(30) {
         let mut scene = scenes::random_scene(&mut rng, 30);
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let tree = RayTree::new(&scene, &RayTreeOptions::default()).expect("instances");
         for _ in 0..200 {
             let (from, to) = (rng.vector(14.0), rng.vector(14.0));
@@ -292,7 +292,7 @@ fn pictures_of_a_city_show_next_to_nothing_that_the_sets_lack() {
     // As many however few cases are tried: of few poses, an unlucky one is a large share.
     const POSES: u32 = 60;
     let mut scene = scenes::city(8, 1, 150);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     for granularity in [Granularity::Instance, Granularity::Cluster] {
         let options = RayTreeOptions { granularity, ..RayTreeOptions::default() };
         let tree = RayTree::new(&scene, &options).expect("a scene");
@@ -358,7 +358,7 @@ fn a_cell_within_something_solid_is_told_and_one_in_a_room_is_not() {
         let room = cullet_testkit::soups::turned(room);
         let room = scene.add_mesh(meshes::of_parts(room, vec![part]));
         let room = scene.add(Instance::new(room, Transform::IDENTITY)).expect("a mesh");
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let tree = RayTree::new(&scene, &RayTreeOptions::default()).expect("a scene");
         let cells =
             ViewCells::grid([[-4.0, -4.0, -4.0], [29.0, 4.0, 4.0]], [3, 1, 1]).expect("a box");
@@ -447,7 +447,7 @@ fn rays_far_away_meet_what_they_meet_nearby() {
                 scene.add(Instance::new(ball, Transform::from_translation(place))).expect("a mesh");
             }
             scene.rebase(offset);
-            scene.commit();
+            scene.commit(&cullet::Culler::default());
             scene
         };
         let (near, far) = (build([0.0; 3]), build(offset));
@@ -497,7 +497,7 @@ fn town(rng: &mut Rng, two_sided: bool) -> Scene {
         let t = Transform::from_scale_translation([0.2; 3], place);
         scene.add(Instance::new(ball, t)).expect("a mesh");
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     scene
 }
 

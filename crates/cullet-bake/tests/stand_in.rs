@@ -47,7 +47,7 @@ fn yard(rng: &mut Rng) -> Yard {
         }
     }
     scene.rebase([1e4; 3]);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     Yard { scene, pairs }
 }
 
@@ -149,7 +149,7 @@ fn a_group_is_used_where_all_that_it_stands_for_is_there_and_is_as_it_was() {
         assert_eq!([count(&scene, &[a]), count(&scene, &[a, b])], [224; 2]);
         // From then on nobody stands for them, and each is there as itself.
         scene.set_layers(b, 2).unwrap();
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         assert_eq!(count(&scene, &[a, b]), 2 * 48);
         used += 1;
     });

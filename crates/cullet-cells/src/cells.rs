@@ -423,7 +423,7 @@ mod tests {
         for _ in 0..3000 {
             handles.push(add(&mut scene, &mut rng));
         }
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let graph = CellGraph::new(8, Vec::new()).expect("cells alone");
         let mut cells = Cells::new(&mut scene, graph, Row(8));
         check(&scene, &cells);
@@ -438,7 +438,7 @@ mod tests {
             }
             match round % 5 {
                 0 => {
-                    scene.commit();
+                    scene.commit(&cullet::Culler::default());
                 }
                 1 | 2 => scene.refit(),
                 _ => {

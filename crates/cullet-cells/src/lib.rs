@@ -33,7 +33,7 @@
 //! let mut scene = Scene::new();
 //! let wall = scene.add_mesh(wall);
 //! scene.add(Instance::new(wall, Transform::from_translation([0.0, 0.0, -5.0])))?;
-//! scene.commit();
+//! scene.commit(&cullet::Culler::default());
 //!
 //! let [guard, thief] = [[0.0; 3], [0.0, 0.0, -20.0]];
 //! assert!(line_of_sight(&scene, guard, thief, &SightOptions::default()).is_blocked());

@@ -111,7 +111,7 @@ fn a_light_that_is_dropped_lights_no_point_that_is_seen() {
     let mut dropped = [0; 5];
     for round in 0..cases(40) {
         let mut scene = random_scene(&mut rng, 60);
-        scene.commit();
+        scene.commit(&Culler::default());
         if rng.chance(0.5) {
             scene.rebase(rng.vector(1e4));
         }
@@ -182,7 +182,7 @@ struct Night {
 /// The city at night, seen from a street: lamps and the heads of cars all over it.
 fn night() -> Night {
     let mut scene = city(12, 1, 300);
-    scene.commit();
+    scene.commit(&Culler::default());
     let view = look([2.0, 1.7, 140.0], [0.0, 3.0, 0.0], [640, 480]);
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
     let culler = Culler::default().with_occlusion(Occlusion::default());
@@ -291,7 +291,7 @@ fn casters_are_kept_that_stand_between_a_light_and_what_it_lights() {
     let mut between = 0;
     for _ in 0..cases(20) {
         let mut scene = random_scene(&mut rng, 80);
-        scene.commit();
+        scene.commit(&Culler::default());
         let view = random_view(&mut rng);
         let lights: Vec<Light> = (0..12).map(|_| random_light(&mut rng, 20.0)).collect();
         let culler = Culler::default().with_output(Output::Instances).with_reasons(true);

@@ -24,7 +24,7 @@ fn street() -> Scene {
                 .expect("few");
         }
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     scene
 }
 

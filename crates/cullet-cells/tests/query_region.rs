@@ -36,7 +36,7 @@ fn random_boxes(rng: &mut Rng, count: usize) -> Scene {
         }
         scene.add(Instance::new(cube, at)).expect("few");
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     scene
 }
 
@@ -132,7 +132,7 @@ fn wall() -> (Scene, [u32; 3]) {
         add([1.0; 3], [0.0, 0.0, -16.0]),
         add([1.0; 3], [30.0, 0.0, -16.0]),
     ];
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let slots = handles.map(|h| scene.slot(h).expect("added"));
     (scene, slots)
 }
@@ -234,7 +234,7 @@ fn what_may_not_be_dropped_is_kept_and_what_may_not_hide_does_not() {
         edit(if of_wall { &mut wall } else { &mut target });
         scene.add(wall).unwrap();
         let target = scene.add(target).unwrap();
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let visible = query(&culler(), &scene, &EyeBox::new([-0.5; 3], [0.5; 3]));
         visible.has(scene.slot(target).unwrap())
     };
@@ -263,7 +263,7 @@ fn sheets_hide_nothing() {
     let cube = scene.add_mesh(block([-1.0; 3], [1.0; 3]));
     scene.add(Instance::new(sheet, Transform::IDENTITY)).unwrap();
     scene.add(Instance::new(cube, Transform::from_translation([0.0, 0.0, -9.0]))).unwrap();
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let visible = query(&culler(), &scene, &EyeBox::new([-0.1; 3], [0.1; 3]));
     assert_eq!(visible.slots().count(), 2);
 }
@@ -368,7 +368,7 @@ fn worlds_far_from_zero_answer_as_those_near_it() {
         (0..3).for_each(|a| at.translation[a] += far[a]);
         scene.add(Instance::new(cube, at)).unwrap();
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let eyes = EyeBox::new(far.map(|v| v - 0.5), far.map(|v| v + 0.5));
     assert_eq!(query(&culler(), &scene, &eyes).slots().count(), 2);
     assert!(near.bounds(behind).is_finite());

@@ -81,7 +81,7 @@ fn what_blocks_is_what_every_triangle_one_by_one_says() {
         }
         for committed in [false, true] {
             if committed {
-                scene.commit();
+                scene.commit(&cullet::Culler::default());
                 let extent = scene.extent();
                 if !extent.is_empty() && rng.chance(0.5) {
                     scene.rebase(std::array::from_fn(|a| {
@@ -139,7 +139,7 @@ fn nothing_slips_through_the_edges_of_a_closed_mesh() {
             continue;
         }
         scene.add(Instance::new(mesh, t)).unwrap();
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let b = scene.mesh(0).bounds();
         let middle = place(&t, std::array::from_fn(|a| (b.min[a] + b.max[a]) * 0.5));
         let options = SightOptions { sides: BlockingSides::Both, ..SightOptions::default() };
@@ -263,7 +263,7 @@ fn ends_that_are_no_places_or_lie_on_the_surface_are_clear() {
 #[test]
 fn in_a_city_most_people_do_not_see_each_other() {
     let mut scene = city(8, 4, 200);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let mut rng = Rng(4);
     let segments: Vec<Segment> = (0..300)
         .map(|_| {
@@ -299,7 +299,7 @@ fn commits_change_no_answer() {
         ends.iter().map(one).collect()
     };
     let before = ask(&scene);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     assert_eq!(ask(&scene), before);
     assert!(before.iter().filter(|b| b.is_some()).count() > 30);
 }

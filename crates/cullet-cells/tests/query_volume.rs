@@ -53,7 +53,7 @@ fn between_boxes_that_are_hidden_every_line_is_blocked() {
             t.linear = t.linear.map(|c| c.map(|v| v * 3.0));
             scene.add(Instance::new(meshes[rng.index(4)], t)).unwrap();
         }
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         scene.rebase([far; 3]);
         for _ in 0..200 {
             let (p, q) = (rng.vector(25.0), rng.vector(25.0));
@@ -94,7 +94,7 @@ fn a_box_is_hidden_up_to_where_one_line_passes_the_edge() {
     let mut scene = Scene::new();
     let slab = scene.add_mesh(block([-4.0, -4.0, -1.0], [4.0, 4.0, 1.0]));
     scene.add(Instance::new(slab, Transform::IDENTITY)).unwrap();
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let eye = Aabb::new([-1.0, -1.0, 8.0], [1.0, 1.0, 9.0]);
     let target = |x: f32| Aabb::new([0.0, 0.0, -3.0], [x, 1.0, -2.0]);
     let hides = |x: f32| hider(&scene, &eye, &target(x)).is_some();
@@ -117,7 +117,7 @@ impl Pair {
         let mut instance = Instance::new(mesh, Transform::IDENTITY);
         change(&mut instance);
         scene.add(instance).unwrap();
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         Self { scene, a: cube([0.0, 0.0, 20.0], 0.5), b: cube([0.0, 0.0, -20.0], 0.5) }
     }
 
@@ -231,7 +231,7 @@ fn halves_may_be_hidden_by_different_bodies() {
     let towers = [-2.9, 2.9].map(|x| {
         scene.add(Instance::new(tower, Transform::from_translation([x, 0.0, 0.0]))).unwrap()
     });
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let eye = Aabb::new([-0.05, -0.1, 20.0], [0.05, 0.1, 20.2]);
     let target = Aabb::new([-6.0, -1.0, -22.0], [6.0, 1.0, -20.0]);
     let ask = |splits| {
@@ -251,7 +251,7 @@ fn halves_may_be_hidden_by_different_bodies() {
 #[test]
 fn in_a_city_most_hidden_cells_are_found() {
     let mut scene = city(10, 1, 0);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let mut rng = Rng(12);
     let sides = SightOptions { sides: BlockingSides::Both, ..SightOptions::default() };
     let (mut found, mut split, mut blocked) = (0, 0, 0);

@@ -193,8 +193,8 @@ mod tests {
             let place = [f64::from(k % 5) * 1.6 - 3.2, 0.0, -5.0 * f64::from(k / 5)];
             scene.add(Instance::new(mesh, Transform::from_translation(place))).unwrap();
         }
-        scene.commit();
-        scene.prepare(culler(1.0).preparation());
+        scene.commit(&Culler::default());
+        scene.prepare(&culler(1.0));
         scene
     }
 
@@ -251,8 +251,8 @@ mod tests {
             let own = scene.add(Instance::new(row, at)).unwrap();
             scene.stand_for(own, row_of).unwrap();
         }
-        scene.commit();
-        scene.prepare(culler(1.0).preparation());
+        scene.commit(&Culler::default());
+        scene.prepare(&culler(1.0));
         let mut drawn = [0; 2];
         for pixels in [0.3, 3.0, 12.0] {
             let v = verified(&scene, pixels);
@@ -274,7 +274,7 @@ mod tests {
     #[test]
     fn what_shows_beside_a_coarse_occluder_is_a_false_cull() {
         let mut scene = ball_before_beads();
-        scene.prepare(culler(1.0).preparation());
+        scene.prepare(&culler(1.0));
         let view = look([0.0, 0.0, 6.0], [0.0; 3], [640, 400]);
         let options = VerifyOptions::default();
         let states = [&mut ViewState::default(), &mut ViewState::default()];

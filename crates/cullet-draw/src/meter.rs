@@ -290,7 +290,7 @@ mod tests {
                 .add(Instance::new(mesh, Transform::from_scale_translation(scale, place)))
                 .unwrap();
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         let culler = Culler::exact().with_lod(lod).with_output(Output::Triangles);
         let cut = cull(&culler.only(Stage::Lod), &scene, view);
         Meter { points: 20_000, seed: 7 }.measure(
@@ -316,7 +316,7 @@ mod tests {
         let at = Transform::from_scale_translation([1.5; 3], [0.0, 0.5, 1e5]);
         let own = scene.add(Instance::new(like, at)).unwrap();
         scene.stand_for(own, &balls).unwrap();
-        scene.commit();
+        scene.commit(&Culler::default());
         let own = scene.slot(own).unwrap();
         let view = look([0.0, 0.5, 1e5 + 100.0], [0.0, 0.5, 1e5], [640, 400]);
         let lod = Lod::default().with_pixels(20.0);

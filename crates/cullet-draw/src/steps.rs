@@ -103,7 +103,7 @@ mod tests {
         for z in [0.0, -4.0, -60.0, -900.0] {
             scene.add(Instance::new(mesh, Transform::from_translation([0.0, 0.0, z]))).unwrap();
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         let view = look([0.0, 0.0, 1.5], [0.0, 0.0, -900.0], [320, 200]);
         let lod = Some(Lod::default());
         let only = Culler::default().with_lod(lod).with_output(Output::Triangles).only(Stage::Lod);

@@ -148,8 +148,8 @@ fn scene_of(mesh: &Mesh, places: &[Transform]) -> (Scene, f64) {
     for place in places {
         scene.add(Instance::new(own, *place)).expect("sound");
     }
-    scene.commit();
-    scene.prepare(Culler::exact().preparation());
+    scene.commit(&Culler::default());
+    scene.prepare(&Culler::exact());
     (scene, error)
 }
 
@@ -254,8 +254,8 @@ fn verification_excuses_impostors_by_no_more_than_levels() {
     let mut instance = Instance::new(0, Transform::from_translation([4.0, 0.0, 9.0]));
     instance.flags = glass;
     scene.add(instance).expect("sound");
-    scene.commit();
-    scene.prepare(Culler::exact().preparation());
+    scene.commit(&Culler::default());
+    scene.prepare(&Culler::exact());
     let mut impostors = 0;
     for (eye, pixels) in [([0.0, 2.0, 30.0], 2.0), ([3.0, 1.0, 12.0], 4.0), ([25.0, 9.0, 3.0], 9.0)]
     {

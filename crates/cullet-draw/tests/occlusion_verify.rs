@@ -83,7 +83,7 @@ fn the_large_city_is_sampled_in_seconds() {
     for &slot in &buildings {
         occluders.add(cullet::Instance::new(mesh, *scene.transform(slot))).unwrap();
     }
-    occluders.commit();
+    occluders.commit(&cullet::Culler::default());
     let objects = scene.slots().filter(|&s| !is_building(&model, s));
     let boxes: Vec<Aabb> = objects.map(|s| scene.bounds(s)).collect();
     assert_eq!((occluders.triangle_count(), boxes.len()), (120_000, 100_000));

@@ -69,7 +69,7 @@ fn assert_none_lost(visible: &RegionVisible, seen: &[bool], what: &dyn std::fmt:
 #[test]
 fn nothing_seen_from_an_eye_in_the_box_is_dropped() {
     let mut scene = scenes::city(8, 2, 600);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let mut rng = Rng(5);
     let mut dropped = 0;
     for case in 0..cases(12) {
@@ -135,7 +135,7 @@ fn most_of_the_built_in_city_is_dropped_from_a_street() {
 #[test]
 fn nothing_is_seen_along_a_way_before_its_distance() {
     let mut scene = scenes::city(8, 2, 400);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let mut rng = Rng(3);
     let points = [[0.0, 1.7, 90.0], [0.0, 1.7, 20.0], [40.0, 1.7, 0.0]];
     let motion = Motion { radius_world: 0.5, reach_world: 100.0, ..Motion::along(&points) };

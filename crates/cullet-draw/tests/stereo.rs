@@ -17,7 +17,7 @@ fn crowd(rng: &mut Rng) -> Scene {
         let place = Transform::from_scale_translation(size, at);
         scene.add(Instance::new(mesh, place)).unwrap();
     }
-    scene.prepare(Culler::exact().preparation());
+    scene.prepare(&Culler::exact());
     scene.sort();
     scene
 }

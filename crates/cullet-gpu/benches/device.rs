@@ -139,7 +139,7 @@ fn levels(gpu: &Gpu) -> Result<(), Failure> {
         let at = [f64::from(i % 10) * 3.0 - 15.0, 0.0, -f64::from(i / 10) * 3.0];
         scene.add(Instance::new(balls, Transform::from_translation(at)))?;
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let projection =
         Projection::Perspective { fov_y_radians: 1.0, aspect: 1.78, near: 0.1, far: f64::INFINITY };
     let camera = cullet::Camera::look_at([0.0, 15.0, 30.0], [0.0, 0.0, -15.0], projection);
@@ -186,7 +186,7 @@ fn rows(side: u32) -> Result<(Scene, View), Failure> {
         instance.layers = if i % 100 == 0 { 3 } else { 1 };
         scene.add(instance)?;
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let half = f64::from(side) / 2.0;
     let projection = Projection::Orthographic {
         left: -half,
@@ -232,7 +232,7 @@ fn million(gpu: &Gpu) -> Result<(), Failure> {
         t.translation[2] += 0.125;
         scene.set_transform(*handle, t)?;
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     stage.follow(device, queue, &scene)?;
     let whole = n * f64::from(16 + 64);
     row("a tenth moved: bytes over those of all", stage.culling.uploaded() as f64 / whole, "0.1");

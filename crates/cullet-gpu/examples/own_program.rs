@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let at = [f64::from(i % 20) - 10.0, f64::from(i / 20) - 10.0, -20.0];
         scene.add(Instance::new(mesh, Transform::from_translation(at)))?;
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let size = [640, 360];
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 1.0, 0.1, 100.0, size)?;
 

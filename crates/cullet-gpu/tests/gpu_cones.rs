@@ -58,7 +58,7 @@ fn what_is_behind_in_integers_is_culled_triangle_by_triangle() {
         if round % 4 == 3 {
             views = vec![elsewhere(&mut scene, &views[0], &mut rng)];
         }
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         for (view, slot) in views.iter().flat_map(|view| scene.slots().map(move |s| (view, s))) {
             let (mesh, prepared) = (scene.mesh(slot), scene.prepared_of(slot));
             let view_eye = ViewEye::new(view);
@@ -170,7 +170,7 @@ fn devices_agree_to_the_byte() {
     let (mut dropped, mut all) = (0, 0);
     for instances in [0, 1, 3, 40, 150] {
         let mut scene = scene_of_clusters(&mut rng, instances);
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let mut stage: Option<OffScreen> = None;
         for number in 0..10 {
             let mut view = random_view(&mut rng);
@@ -211,7 +211,7 @@ fn pictures_are_the_same_without() {
         } else {
             views.push(look([7.0, 3.0, 5.0], [0.0; 3], size));
         }
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let [mut stage, mut without] = [0, 1].map(|_| off_screen(gpu, &scene, &views[0]));
         without.culling.settings = Settings { backfaces: false, ..Settings::default() };
         for view in &views {
@@ -237,7 +237,7 @@ fn cones_follow_what_moves() {
     let Some(gpu) = gpu(Tier::MultiDraw) else { return };
     let mut rng = Rng(6);
     let mut scene = scene_of_clusters(&mut rng, 20);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let view = look([12.0, 5.0, 9.0], [0.0; 3], [100, 80]);
     let mut stage = off_screen(gpu, &scene, &view);
     for _ in 0..4 {
@@ -245,7 +245,7 @@ fn cones_follow_what_moves() {
             let to = turned(&mut rng, 9.0);
             scene.set_transform(scene.handle(slot).unwrap(), to).unwrap();
         }
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         stage.follow(&gpu.device, &gpu.queue, &scene).unwrap();
         stage.draw(&gpu.device, &gpu.queue, (&scene, &view), false).unwrap();
         let mut anew = off_screen(gpu, &scene, &view);

@@ -24,7 +24,7 @@ fn only(backends: Backends) -> wgpu::Instance {
 
 fn scene() -> Scene {
     let mut scene = random_scene(&mut Rng(11), 5000);
-    scene.commit();
+    scene.commit(&Culler::default());
     scene
 }
 
@@ -69,7 +69,7 @@ fn without_an_adapter_the_error_says_what_to_install_and_the_cpu_lists() {
     assert!(some > 100, "{some}");
     let moved = scene.handle(3).unwrap();
     scene.remove(moved).unwrap();
-    scene.commit();
+    scene.commit(&Culler::default());
     lists.follow(&scene).unwrap();
     assert!(
         listed(&mut lists, &scene, &some_views()[0]).unwrap() == list_ref(&scene, &some_views()[0])
@@ -148,7 +148,7 @@ fn a_device_lost_in_the_middle_of_a_frame_is_told_and_another_goes_on() {
     let Some(_) = gpu(Tier::Pyramid) else { return };
     let [lost, other] = [(); 2].map(|()| Gpu::open(Tier::Pyramid).unwrap());
     let mut scene = city(4, 1, 20);
-    scene.commit();
+    scene.commit(&Culler::default());
     let size = [96, 64];
     let view = View::perspective([0.0, 8.0, 60.0], [0.0, 4.0, 0.0], 1.0, 0.1, 300.0, size).unwrap();
     let mut all = OffScreen::new(&lost.device, &lost.queue, &scene, size).unwrap();
@@ -225,7 +225,7 @@ fn lists_follow_a_scene_that_moves_and_grows_whoever_makes_them() {
     let mut transform = *scene.transform(700);
     transform.translation[0] += 0.25;
     scene.set_transform(moved, transform).unwrap();
-    scene.commit();
+    scene.commit(&Culler::default());
     assert!(follow(&scene).1 <= 2 * 256 * 16, "what moved and nothing else");
     // As many blocks, and more than there were.
     for more in [50, 300] {
@@ -234,7 +234,7 @@ fn lists_follow_a_scene_that_moves_and_grows_whoever_makes_them() {
             let instance = Instance { layers: view.layers, ..Instance::new(0, transform) };
             scene.add(instance).unwrap();
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         assert!(scene.slot_count() > before);
         follow(&scene);
     }
@@ -284,7 +284,7 @@ fn open_gl_lists_what_the_cpu_lists() {
 fn open_gl_draws_what_the_cpu_decides_and_what_is_in_the_view() {
     let (Some(gl), Some(gpu)) = (open_gl(), gpu(Tier::Pyramid)) else { return };
     let mut scene = city(4, 1, 20);
-    scene.commit();
+    scene.commit(&Culler::default());
     let size = [96, 64];
     let view = View::perspective([0.0, 8.0, 60.0], [0.0, 4.0, 0.0], 1.0, 0.1, 300.0, size).unwrap();
     let told = OffScreen::new(&gl.device, &gl.queue, &scene, size).unwrap_err();

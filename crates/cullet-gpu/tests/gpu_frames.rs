@@ -29,7 +29,7 @@ fn scenes_of_every_kind_are_drawn_as_without_culling() {
         if round % 3 == 2 {
             views = vec![elsewhere(&mut scene, &views[0], &mut rng)];
         }
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let mut stage = Stage::new(gpu, &scene, size);
         let mut reference = Stage::new(gpu, &scene, size);
         let mut others: Vec<_> = [DrawMode::Multi, DrawMode::Clusters, DrawMode::Counted]
@@ -57,7 +57,7 @@ fn scenes_of_every_kind_are_drawn_as_without_culling() {
 fn without_the_late_phase_things_would_be_missing() {
     let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut scene = city(16, 2, 400);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let size = [333, 187];
     let mut stage = Stage::new(gpu, &scene, size);
     let mut reference = Stage::new(gpu, &scene, size);
@@ -75,7 +75,7 @@ fn without_the_late_phase_things_would_be_missing() {
 fn with_sizes_rounded_down_things_would_be_missing() {
     let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut scene = city(16, 2, 400);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let mut rng = Rng(11);
     let size = [447, 319];
     let mut stage = Stage::new(gpu, &scene, size);
@@ -115,7 +115,7 @@ fn with_sizes_rounded_down_things_would_be_missing() {
 fn what_moves_and_what_comes_is_drawn_in_the_same_frame() {
     let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut scene = city(10, 2, 100);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let size = [200, 120];
     let view = look([0.0, 4.0, 0.0], [100.0, 6.0, 10.0], size);
     let modes = [DrawMode::Each, DrawMode::Clusters, DrawMode::Counted];
@@ -137,7 +137,7 @@ fn what_moves_and_what_comes_is_drawn_in_the_same_frame() {
             near.linear[0] = near.linear[0].map(|v| -v);
         }
         scene.set_transform(handle, near).unwrap();
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let mut reference = Stage::new(gpu, &scene, size);
         let expected = reference.draw(&scene, &view, Way::All);
         for stage in &mut stages {
@@ -162,13 +162,13 @@ fn scenes_of_nothing_and_of_one_and_pictures_too_large() {
     let camera = Camera::look_at([0.0, 0.0, 10.0], [0.0; 3], projection);
     let view = View::new(&camera, Depth::Reversed, [16, 16]).unwrap();
     let mut scene = Scene::new();
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let mut stage = Stage::new(gpu, &scene, [16, 16]);
     let empty = stage.draw(&scene, &view, Way::TwoPhases);
     assert!(empty.ids.iter().all(|id| *id == 0) && empty.depth.iter().all(|d| *d == 0.0));
     let mesh = scene.add_mesh(cullet_testkit::meshes::block([-1.0; 3], [1.0; 3]));
     scene.add(cullet::Instance::new(mesh, Transform::IDENTITY)).unwrap();
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     stage = Stage::new(gpu, &scene, [16, 16]);
     for way in [Way::TwoPhases, Way::TwoPhases, Way::All] {
         let one = stage.draw(&scene, &view, way);
@@ -184,7 +184,7 @@ fn a_device_that_is_lost_is_an_error() {
     let Some(_) = gpu(Tier::Pyramid) else { return };
     let gpu = Gpu::open(Tier::Pyramid).unwrap();
     let mut scene = city(3, 1, 5);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let size = [64, 64];
     let view = &walk(size)[0];
     let mut all = OffScreen::new(&gpu.device, &gpu.queue, &scene, size).unwrap();
@@ -200,7 +200,7 @@ fn a_device_that_is_lost_is_an_error() {
 fn a_mode_that_a_device_has_not_is_an_error_that_names_what_is_missing() {
     let Some(_) = gpu(Tier::MultiDraw) else { return };
     let mut scene = city(3, 1, 5);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let gpu = wait(Gpu::request(Tier::MultiDraw, wgpu::Features::empty(), None)).unwrap();
     assert_eq!(gpu.tier(), Tier::MultiDraw);
     let made = |mode| OffScreen::with_mode(&gpu.device, &gpu.queue, &scene, [64, 64], mode);
@@ -223,7 +223,7 @@ fn counted_draws_are_those_of_one_instance_in_their_order() {
     let (mut live, mut calls) = (0, 0);
     for round in 0..20 {
         let mut scene = if round == 0 { city(20, 1, 900) } else { mixed_scene(&mut rng) };
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let on_device = GpuScene::new(device, queue, &scene).unwrap();
         let clusters = ClusterInstances::of(&scene, &on_device);
         let words: Vec<u32> =

@@ -126,7 +126,7 @@ fn with_boxes(size: f64) -> Scene {
         let at = [rng.range(-480.0, 480.0), rng.range(0.0, 3.0), rng.range(-480.0, 480.0)];
         scene.add(Instance::new(mesh, Transform::from_scale_translation(scale, at))).unwrap();
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     scene
 }
 

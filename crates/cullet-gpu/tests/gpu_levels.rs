@@ -50,7 +50,7 @@ fn each_place_is_drawn_once_and_by_nothing_too_coarse() {
         if round % 4 == 3 {
             views = vec![elsewhere(&mut scene, &views[0], &mut rng)];
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         let on_device = GpuScene::new(&gpu.device, &gpu.queue, &scene).unwrap();
         let clusters = ClusterInstances::of(&scene, &on_device);
         let mut choice = LevelChoice::new(&scene, &clusters).expect("there are levels");
@@ -146,7 +146,7 @@ fn devices_agree_to_the_byte_and_pictures_to_the_pixel() {
     let (mut fewer, mut differ) = (0, 0);
     for _ in 0..8 {
         let (mut scene, _) = scene_of_levels(&mut rng, 24);
-        scene.commit();
+        scene.commit(&Culler::default());
         let [mut stage, mut all] =
             [0; 2].map(|_| off_screen(gpu, &scene, size, DrawMode::Clusters));
         let mut without = off_screen(gpu, &scene, size, DrawMode::Each);
@@ -180,7 +180,7 @@ fn levels_that_the_cpu_chose_are_drawn() {
     let Some(gpu) = gpu(Tier::MultiDraw) else { return };
     let mut rng = Rng(33);
     let (mut scene, _) = scene_of_levels(&mut rng, 24);
-    scene.commit();
+    scene.commit(&Culler::default());
     let size = [160, 120];
     let mut stage = off_screen(gpu, &scene, size, DrawMode::Clusters);
     let mut coarse = 0;

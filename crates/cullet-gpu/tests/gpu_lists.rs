@@ -160,7 +160,7 @@ fn lists_hold_what_the_engine_keeps_and_devices_agree_to_the_byte() {
     let (mut listed, mut expected) = (0, 0);
     for instances in [0, 1, 2, BLOCK - 1, BLOCK, BLOCK + 1, 700, 5000, 20_000] {
         let mut scene = random_scene(&mut rng, instances);
-        scene.commit();
+        scene.commit(&Culler::default());
         let blocks = Blocks::new(&scene);
         assert_eq!(blocks.slot_count(), scene.slot_count());
         let mut on_device = gpu.map(|gpu| OnDevice::new(gpu, &blocks));
@@ -200,7 +200,7 @@ fn rows(instances: u32) -> Scene {
         let at = [f64::from(i % 512), f64::from(i / 512), -20.0];
         scene.add(Instance::new(mesh, Transform::from_translation(at))).unwrap();
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     scene
 }
 
@@ -226,7 +226,7 @@ fn what_moves_is_uploaded_and_nothing_else() {
         t.translation[0] += 0.25;
         scene.set_transform(scene.handle(slot).unwrap(), t).unwrap();
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     blocks.update(&scene);
     assert!(!blocks.changed().is_empty() && blocks.changed().len() <= 4, "{:?}", blocks.changed());
     assert!(on_device.bits.update(&gpu.queue, &blocks));

@@ -127,7 +127,7 @@ fn every_scene_at_every_size_in_every_mode_is_drawn_as_without_culling() {
             t.translation = t.translation.map(|v| v + by);
             model.scene.set_transform(handle, t).unwrap();
         }
-        model.scene.commit();
+        model.scene.commit(&cullet::Culler::default());
         let scene = &model.scene;
         let modes = [DrawMode::Each, DrawMode::Multi, DrawMode::Clusters, DrawMode::Counted];
         let modes = modes.into_iter().filter(|mode| mode.is_offered(&gpu.device));

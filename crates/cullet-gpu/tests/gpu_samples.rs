@@ -247,7 +247,7 @@ fn differing(a: &[[u32; 2]], b: &[[u32; 2]]) -> usize {
 fn every_sample_is_drawn_as_without_culling() {
     let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut scene = city(16, 2, 400);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let (mut edges, mut drawn) = (0, 0);
     for size in [[1, 1], [5, 70], [200, 120], [447, 319]] {
         let mut culled = Sampled::new(gpu, &scene, size);
@@ -291,7 +291,7 @@ fn anywhere(size: [u32; 2], count: usize) -> Vec<View> {
 fn with_the_middles_of_pixels_alone_samples_would_be_missing() {
     let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut scene = city(16, 1, 3000);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let size = [200, 120];
     let mut culled = Sampled::new(gpu, &scene, size);
     let mut reference = Sampled::new(gpu, &scene, size);
@@ -321,7 +321,7 @@ fn moved(view: &View, [x, y]: [f64; 2]) -> View {
 fn jittered_views_are_drawn_as_without_culling_and_the_test_must_be_jittered_too() {
     let Some(gpu) = gpu(Tier::Pyramid) else { return };
     let mut scene = city(16, 1, 3000);
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let size = [333, 187];
     let mut rng = Rng(3);
     let [mut culled, mut steady, mut reference] = [(); 3].map(|()| Stage::new(gpu, &scene, size));

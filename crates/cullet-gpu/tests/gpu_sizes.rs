@@ -63,7 +63,7 @@ fn what_is_not_small_is_kept() {
         if round % 4 == 3 {
             views = vec![elsewhere(&mut scene, &views[0], &mut rng)];
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         if round % 5 == 4 {
             scene.rebase([100.0, 0.0, -1e5]);
         }
@@ -137,7 +137,7 @@ fn most_of_what_the_engine_drops_is_dropped() {
 fn a_threshold_that_is_none_drops_nothing() {
     let mut rng = Rng(22);
     let mut scene = clumps(&mut rng, false);
-    scene.commit();
+    scene.commit(&Culler::default());
     let blocks = Blocks::new(&scene);
     let view = look([0.0, 40.0, 200.0], [0.0, 0.0, -20.0], [640, 480]);
     let all = listed(&blocks, &scene, &view, 0.0);
@@ -159,7 +159,7 @@ fn devices_agree_to_the_byte_in_every_mode() {
             0 => random_scene(&mut rng, 300),
             _ => clumps(&mut rng, true),
         };
-        scene.commit();
+        scene.commit(&Culler::default());
         let modes = [DrawMode::Each, DrawMode::Clusters];
         let can =
             |mode| mode == DrawMode::Each || DrawMode::of(&gpu.device, &scene) != DrawMode::Each;

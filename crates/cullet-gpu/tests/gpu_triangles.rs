@@ -363,7 +363,7 @@ fn pictures_are_those_of_the_hardware_alone() {
     for (linear, x) in [(turned, -1.1), (mirrored, 1.1)] {
         scene.add(Instance::new(mesh, Transform { linear, translation: [x, 0.0, 0.0] })).unwrap();
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let mut stage = Stage::new(gpu, &scene);
     let all = 2 * stage.triangles.len();
     let (mut drawn, mut pixels, mut views) = ([0, 0], 0, 0);

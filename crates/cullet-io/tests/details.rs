@@ -139,7 +139,7 @@ fn attributes_of_gltf_survive_every_format_that_has_them() {
         one.scene.remove(handle).unwrap();
     }
     one.scene.add(cullet::Instance::new(0, cullet::Transform::IDENTITY)).unwrap();
-    one.scene.commit();
+    one.scene.commit(&cullet::Culler::default());
     for name in ["b.ply", "b.obj"] {
         save(&one, &folder.root().join(name)).unwrap();
         let again = load(&folder.root().join(name), &details()).unwrap();
@@ -215,7 +215,7 @@ fn what_moved_from_its_node_stays_where_it_is() {
     for &handle in &handles {
         model.scene.set_transform(handle, moved).unwrap();
     }
-    model.scene.commit();
+    model.scene.commit(&cullet::Culler::default());
     save(&model, &folder.root().join("moved.glb")).unwrap();
     let again = load(&folder.root().join("moved.glb"), &details()).unwrap();
     assert_eq!(again.scene.instance_count(), 3);

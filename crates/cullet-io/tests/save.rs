@@ -40,7 +40,7 @@ fn every_format_leads_back() {
     let mut model = cullet_scenes::build("solids").unwrap();
     let mirrored = Transform::from_scale_translation([-1.0, 2.0, 1.0], [9.0, 1.0, -4.0]);
     model.scene.add(Instance::new(0, mirrored)).unwrap();
-    model.scene.commit();
+    model.scene.commit(&cullet::Culler::default());
     let expected = triangles(&model);
     assert!(expected.len() > 100);
     for name in ["a.glb", "a.PLY", "a.obj", "a.stl"] {

@@ -82,7 +82,7 @@ fn model() -> Model {
         let at = Transform::from_translation([0.0, 0.0, i as f64]);
         scene.add(Instance::new(mesh, at)).unwrap();
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     Model {
         scene,
         mesh_names: ["wall", "glass", "hedge", "window"].map(String::from).to_vec(),

@@ -68,7 +68,7 @@ impl SceneBuilder {
     }
 
     pub(super) fn finish(mut self) -> Model {
-        self.model.scene.commit();
+        self.model.scene.commit(&cullet::Culler::default());
         self.model
     }
 }

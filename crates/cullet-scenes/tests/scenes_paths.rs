@@ -119,7 +119,7 @@ fn an_orbit_fills_the_picture_with_what_is_drawn() {
     let place =
         cullet::Transform { translation: [900.0, -4.0, 7.0], ..cullet::Transform::IDENTITY };
     cone.scene.add(cullet::Instance::new(mesh, place)).unwrap();
-    cone.scene.commit();
+    cone.scene.commit(&cullet::Culler::default());
     let models = SCENES.iter().map(|text| cullet_scenes::build(text).unwrap()).chain([cone]);
     for model in models {
         let scene = &model.scene;

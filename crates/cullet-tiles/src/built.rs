@@ -67,6 +67,6 @@ pub fn scene_of(
             let _ = scene.add(Instance { mesh: own.unwrap_or(instance.mesh), ..instance });
         }
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     scene
 }

@@ -16,7 +16,7 @@ pub struct Settings {
     pub scale: f64,
     /// So many seconds ahead tiles are loaded that the motion of the eye leads to. Default: 2.
     pub ahead: f64,
-    /// What is prepared of meshes, as culling wants it: [`Culler::preparation`](cullet::Culler::preparation). Default: of the balanced culler.
+    /// What is prepared of meshes, for the culler that will be used. Default: the balanced one.
     pub preparation: Preparation,
 }
 
@@ -27,7 +27,7 @@ impl Default for Settings {
             pixels: 8.0,
             scale: 935.0,
             ahead: 2.0,
-            preparation: cullet::Culler::balanced().preparation(),
+            preparation: (&cullet::Culler::balanced()).into(),
         }
     }
 }

@@ -65,7 +65,7 @@ fn model() -> Model {
             model.scene.add(Instance::new(ball, transform)).unwrap();
         }
     }
-    model.scene.commit();
+    model.scene.commit(&Culler::default());
     let of = BakedMesh { mesh: slab, geometry, occluders: Some(tables), ..BakedMesh::default() };
     model.baked = Some(Baked { meshes: vec![of], ..Baked::default() });
     model

@@ -103,7 +103,7 @@ fn bounds_and_counts_are_those_of_what_is_loaded() {
         for &instance in &content.instances {
             scene.add(instance).unwrap();
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         let extent = scene.extent();
         for a in 0..3 {
             assert!(f64::from(extent.min[a]) >= info.bounds[0][a] - 1e-2, "{tile:?}");
@@ -131,7 +131,7 @@ fn what_is_wholly_loaded_is_the_whole_city_and_culls_alike() {
             Instance { user_data: k as u64, ..Instance::new(placed.mesh, placed.transform) };
         whole.add(instance).unwrap();
     }
-    whole.commit();
+    whole.commit(&Culler::default());
     let eye = [12.0, 1.7, 12.0];
     let world = settled(CityTiles::new(40_000, 7), &Settings::default().with_pixels(0.0), eye);
     assert_eq!(world.scene().instance_count(), plots.len() as u32);

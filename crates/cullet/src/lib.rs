@@ -15,9 +15,9 @@
 //! for x in 0..1000 {
 //!     scene.add(Instance::new(mesh, Transform::from_translation([x as f64 * 4.0, 0.0, -20.0])))?;
 //! }
-//! scene.commit();
-//!
 //! let (culler, mut state, mut visible) = (Culler::default(), ViewState::default(), Visible::default());
+//! scene.commit(&culler);
+//!
 //! // Each frame:
 //! let projection = Projection::Perspective { fov_y_radians: 0.9, aspect: 1.6, near: 0.1, far: 500.0 };
 //! let view = View::new(&Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], projection), Depth::Reversed, [1280, 720])?;

@@ -96,7 +96,7 @@ fn steady_state_allocates_nothing() {
         let (place, _) = building.point(&mut rng, 0.1);
         rooms.add(Instance::new(mesh, Transform::from_translation(place))).expect("few");
     }
-    rooms.commit();
+    rooms.commit(&Culler::default());
     let cells = Cells::new(&mut rooms, building.graph.clone(), building.shapes.clone());
     let mut among = CellView::default();
     let culler = Culler::default().with_reasons(true);

@@ -35,8 +35,8 @@ fn boxes_are_culled_as_meshes_in_them_are() {
         }
         // Some lie under no node.
         if round % 4 != 0 {
-            alone.commit();
-            with_mesh.commit();
+            alone.commit(&Culler::default());
+            with_mesh.commit(&Culler::default());
         }
         let view = random_view(&mut rng);
         let culler = Culler::default().with_output(output).with_reasons(true);
@@ -63,7 +63,7 @@ fn a_box_behind_a_wall_is_hidden_and_hides_nothing() {
     scene.add(Instance::new(cube, wall)).unwrap();
     let at = |z: f32| Instance::of_bounds(Aabb::new([-1.0, -1.0, z - 1.0], [1.0, 1.0, z + 1.0]));
     let [before, behind] = [-5.0, -20.0].map(|z| scene.add(at(z)).unwrap());
-    scene.commit();
+    scene.commit(&Culler::default());
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 1.0, 0.1, 100.0, [640, 480]).unwrap();
     let culler = Culler::exact().with_reasons(true);
     let visible = cull(&culler, &scene, &view);
@@ -89,7 +89,7 @@ fn bounds_that_say_nothing_are_kept() {
     }
     let behind = Aabb::new([-1.0, -1.0, 5.0], [1.0, 1.0, 6.0]);
     let mover = scene.add(Instance::of_bounds(behind)).unwrap();
-    scene.commit();
+    scene.commit(&Culler::default());
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 1.0, 0.1, 100.0, [640, 480]).unwrap();
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
     let culler = Culler::default();
@@ -162,7 +162,7 @@ fn meshes_in_order_lose_nothing_visible() {
             let place = Transform::from_scale_translation([2.0, 1.0, 1.5], rng.vector(15.0));
             scene.add(Instance::new(mesh, place)).unwrap();
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         let view = random_view(&mut rng);
         let culler = Culler::exact().with_output(Output::Triangles);
         let listed = listed(&cull(&culler, &scene, &view));

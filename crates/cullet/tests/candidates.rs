@@ -28,7 +28,7 @@ fn what_is_left_are_the_candidates_of_the_answer() {
     let (mut kept, mut taken) = (0, 0);
     for _ in 0..cases(200) {
         let mut scene = random_scene(&mut rng, 150);
-        scene.commit();
+        scene.commit(&Culler::default());
         let view = random_view(&mut rng);
         let random = random_culler(&mut rng);
         // What dropped instances hide, or would have stood for, is no part of the answer without them.
@@ -81,7 +81,7 @@ fn all_as_candidates_change_nothing() {
     let mut rng = Rng(42);
     for _ in 0..cases(50) {
         let mut scene = random_scene(&mut rng, 150);
-        scene.commit();
+        scene.commit(&Culler::default());
         let (culler, view) = (random_culler(&mut rng), random_view(&mut rng));
         let mask = vec![u64::MAX; scene.exempt().len()];
         let all = cull(&culler, &scene, &view);
@@ -94,7 +94,7 @@ fn all_as_candidates_change_nothing() {
 #[test]
 fn masks_of_another_length_are_refused_and_change_nothing() {
     let mut scene = random_scene(&mut Rng(43), 150);
-    scene.commit();
+    scene.commit(&Culler::default());
     let (view, culler) = (random_view(&mut Rng(43)), Culler::default());
     let (mut state, mut result) = (ViewState::default(), Visible::default());
     culler.cull_one(&scene, &view, &mut state, &mut result);

@@ -212,7 +212,7 @@ fn margins_never_shrink_bounds() {
         .chain([f32::NAN, f32::INFINITY].map(|margin| add(aside, margin)))
         .collect();
     let dropped = shrunk.map(|margin| add(aside, margin));
-    scene.commit();
+    scene.commit(&Culler::default());
     let visible: BTreeSet<u32> =
         answers::slots(&cull(&triangles(), &scene, &looking_down_z())).into_iter().collect();
     let is_visible = |&handle: &Handle| visible.contains(&scene.slot(handle).expect("it is there"));
@@ -235,7 +235,7 @@ fn removed_instances_leave_no_trace() {
             assert!(scene.remove(h).is_err(), "removed twice");
         }
         let before = cull(&triangles(), &scene, &view);
-        let commit = scene.commit();
+        let commit = scene.commit(&Culler::default());
         let after = cull(&triangles(), &scene, &view);
         let moved: BTreeSet<_> = answers::listed(&before)
             .into_iter()
@@ -287,7 +287,7 @@ fn several_views_at_once_are_each_alone() {
     let mut rng = Rng(31);
     for _ in 0..6 {
         let mut scene = random_scene(&mut rng, 300);
-        scene.commit();
+        scene.commit(&Culler::default());
         let views: Vec<View> = (0..5).map(|_| random_view(&mut rng)).collect();
         let mut states = vec![ViewState::default(); 5];
         let mut results = vec![Visible::default(); 5];
@@ -304,7 +304,7 @@ fn several_views_at_once_are_each_alone() {
 fn changes_lead_from_one_result_to_the_next() {
     let mut rng = Rng(32);
     let mut scene = random_scene(&mut rng, 200);
-    scene.commit();
+    scene.commit(&Culler::default());
     let clusters = Culler::default();
     let mut before = Visible::default();
     let (mut added, mut removed) = (Vec::new(), Vec::new());
@@ -326,7 +326,7 @@ fn bounds_written_in_place_are_bounds_given_by_handle() {
     let mut rng = Rng(33);
     for _ in 0..10 {
         let mut scene = random_scene(&mut rng, 150);
-        scene.commit();
+        scene.commit(&Culler::default());
         let view = random_view(&mut rng);
         let given: Vec<_> = scene
             .slots()
@@ -355,7 +355,7 @@ fn bounds_written_in_place_are_bounds_given_by_handle() {
 #[test]
 fn nodes_hold_what_was_written_before_a_panic() {
     let mut scene = random_scene(&mut Rng(34), 150);
-    scene.commit();
+    scene.commit(&Culler::default());
     let far = cullet::bounds::Aabb::new([900.0; 3], [901.0; 3]);
     let version = scene.change_version();
     let written = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
@@ -372,7 +372,7 @@ fn nodes_hold_what_was_written_before_a_panic() {
 #[test]
 fn meshes_that_an_edit_leaves_as_they_are_keep_what_was_prepared() {
     let mut scene = random_scene(&mut Rng(36), 20);
-    scene.commit();
+    scene.commit(&Culler::default());
     let occluder = scene.prepared()[0].occluder().expect("made by the commit").clone();
     scene.set_occluder(0, occluder);
     let versions = |scene: &cullet::Scene| (scene.change_version(), scene.version());
@@ -397,7 +397,7 @@ fn many_instances_are_explained_as_each_alone() {
     let mut rng = Rng(37);
     for _ in 0..cases(8) {
         let mut scene = random_scene(&mut rng, 60);
-        scene.commit();
+        scene.commit(&Culler::default());
         let (view, culler) = (random_view(&mut rng), random_culler(&mut rng));
         let handles: Vec<Handle> = scene.slots().filter_map(|slot| scene.handle(slot)).collect();
         let together = culler.explain_many(&scene, &view, &handles).expect("they are there");
@@ -421,7 +421,7 @@ fn a_wandering_view_sees_what_a_cold_one_sees() {
         for _ in 0..count {
             scene.add(Instance::of_bounds(random_box(&mut rng))).expect("room");
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         let culler = Culler::default().with_output(Output::Instances).with_occlusion(None);
         let (mut state, mut warm) = (ViewState::default(), Visible::default());
         let (mut eye, mut turn, mut before) = (rng.vector(20.0), 0.0_f64, BTreeSet::new());

@@ -227,7 +227,7 @@ fn warm_and_cold_moved_and_sorted_agree() {
             scene.set_transform(handle, at([1.0, 2.0, 1.0], place)).unwrap();
         }
         if frame == 8 {
-            scene.commit();
+            scene.commit(&Culler::default());
         }
         let projection =
             Projection::Perspective { fov_y_radians: 1.1, aspect: 1.6, near: 0.1, far: 200.0 };
@@ -280,7 +280,7 @@ fn are_chosen_by_nodes_as_one_by_one(mut scene: Scene) {
     let budgets = [1.0, 30.0, 300.0, 3000.0, f32::INFINITY];
     // Not sorted yet, so that no node is over anything.
     let flat = budgets.map(|budget| drawn(&scene, budget));
-    scene.commit();
+    scene.commit(&Culler::default());
     let mut looked_at = Vec::new();
     for (budget, (flat, _)) in budgets.into_iter().zip(flat) {
         let (nodes, considered) = drawn(&scene, budget);
@@ -301,7 +301,7 @@ fn what_nodes_answer_for_is_what_each_box_would_be_told() {
 fn are_told_the_same_by_nodes(mut scene: Scene) {
     for sorted in [false, true] {
         if sorted {
-            scene.commit();
+            scene.commit(&Culler::default());
         }
         for budget in [0.0, 60.0, 2000.0] {
             let occlusion = Some(Occlusion::default().with_budget(budget));
@@ -337,7 +337,7 @@ fn are_told_the_same_by_nodes(mut scene: Scene) {
 #[test]
 fn what_is_drawn_whole_is_counted_as_if_cluster_by_cluster() {
     let mut scene = city(&mut Rng(77), 3000);
-    scene.commit();
+    scene.commit(&Culler::default());
     for occlusion in [None, Some(Occlusion::default())] {
         for cull_face in [CullFace::None, CullFace::Back] {
             let mut view = street_view();

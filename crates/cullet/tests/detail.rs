@@ -30,7 +30,7 @@ fn clumps(rng: &mut Rng, weighted: bool) -> Scene {
             scene.add(instance).expect("few");
         }
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     scene
 }
 
@@ -96,7 +96,7 @@ fn clusters_go_by_themselves_only_where_asked() {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(meshes::ball(40));
     scene.add(Instance::new(mesh, Transform::from_translation([0.0, 0.0, -60.0]))).expect("one");
-    scene.commit();
+    scene.commit(&Culler::default());
     let view: View = look([0.0; 3], [0.0, 0.0, -1.0], [640, 360]);
     let detail = Detail::default().with_threshold_px(4.0);
     let left = |clusters| {
@@ -120,9 +120,9 @@ fn an_occluder_keeps_its_clusters() {
     let mut behind = Instance::new(bead, Transform::from_translation([0.0, 0.0, -3.0]));
     behind.size_weight = f32::INFINITY;
     let bead = scene.add(behind).expect("few");
-    scene.commit();
+    scene.commit(&Culler::default());
     let [wall, bead] = [wall, bead].map(|h| scene.slot(h).expect("there"));
-    scene.prepare(Culler::exact().preparation());
+    scene.prepare(&Culler::exact());
     let view = look([0.3, 0.2, 10.0], [0.0; 3], [640, 400]);
     let detail = Detail::default().with_clusters(true).with_threshold_px(200.0);
     let all = Culler::exact().with_detail(detail).with_reasons(true);
@@ -141,9 +141,9 @@ fn what_fades_hides_nothing() {
     let mut behind = Instance::new(bead, Transform::from_translation([0.0, 0.0, -3.0]));
     behind.size_weight = f32::INFINITY;
     scene.add(behind).expect("few");
-    scene.commit();
+    scene.commit(&Culler::default());
     let wall = scene.slot(wall).expect("there");
-    scene.prepare(Culler::exact().preparation());
+    scene.prepare(&Culler::exact());
     let view = look([0.0, 0.0, 10.0], [0.0; 3], [640, 400]);
     // The wall is some 70 pixels high.
     let left = |fade| {

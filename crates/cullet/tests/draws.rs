@@ -125,7 +125,7 @@ fn draws_hold_each_visible_triangle_once_in_the_order_of_states() {
     for round in 0..60 {
         let mut scene = scene(&mut rng);
         if round % 2 == 0 {
-            scene.commit();
+            scene.commit(&Culler::default());
         }
         // One buffer with all meshes, the last first.
         let mut all = Vec::new();
@@ -197,7 +197,7 @@ fn a_result_that_is_older_than_its_scene_is_refused() {
     let removes_half = |scene: &mut Scene| {
         let handles: Vec<_> = scene.slots().filter_map(|slot| scene.handle(slot)).collect();
         handles.iter().step_by(2).for_each(|&handle| scene.remove(handle).unwrap());
-        scene.commit();
+        scene.commit(&Culler::default());
     };
     let edits = |scene: &mut Scene| {
         scene.edit_mesh(0, |mesh| *mesh = meshes::tetrahedron());
@@ -216,7 +216,7 @@ fn a_result_that_is_older_than_its_scene_is_refused() {
     ];
     for (change, is_stale) in changes {
         let mut scene = scene(&mut rng);
-        scene.commit();
+        scene.commit(&Culler::default());
         let (mut state, mut visible) = (ViewState::default(), Visible::default());
         let is_refused = |scene: &Scene, visible: &Visible, list: &mut DrawList| {
             let refused = [
@@ -254,7 +254,7 @@ fn instances_are_listed_by_the_numbers_that_are_wanted() {
     }
     let handles: Vec<_> = scene.slots().filter_map(|slot| scene.handle(slot)).collect();
     handles.iter().step_by(3).for_each(|&handle| scene.remove(handle).unwrap());
-    scene.commit();
+    scene.commit(&Culler::default());
     let culler = Culler::default().with_output(Output::Triangles);
     let mut visible = Visible::default();
     culler.cull_one(&scene, &looking_down_z(), &mut ViewState::default(), &mut visible);

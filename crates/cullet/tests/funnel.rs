@@ -34,7 +34,7 @@ fn rows_chain_and_count_what_the_record_says() {
     for round in 0..150 {
         let mut scene = scene(&mut rng);
         if round % 2 == 0 {
-            scene.commit();
+            scene.commit(&Culler::default());
         }
         let (view, culler) = (random_view(&mut rng), telling(&random_culler(&mut rng)));
         let result = cull(&culler, &scene, &view);
@@ -170,7 +170,7 @@ fn counts_follow_the_scene() {
             match rng.below(8) {
                 0 if slots.len() > 4 => scene.remove(handle).expect("it is there"),
                 1 => {
-                    scene.commit();
+                    scene.commit(&Culler::default());
                 }
                 2 => {
                     scene.commit_slice();

@@ -189,7 +189,7 @@ fn random_scene(rng: &mut Rng) -> (Scene, Vec<Strip>) {
         }
         strips.push(strip);
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     (scene, strips)
 }
 
@@ -463,7 +463,7 @@ fn pixels_of_a_view_are_those_of_its_projection() {
 #[test]
 fn what_is_drawn_is_what_hides() {
     let mut scene = ball_before_beads();
-    scene.prepare(Culler::exact().preparation());
+    scene.prepare(&Culler::exact());
     let view = look([0.0, 0.0, 6.0], [0.0; 3], [640, 400]);
     let hidden = |pixels: Option<f64>| {
         let lod = pixels.map(|pixels| Lod::default().with_pixels(pixels));
@@ -489,7 +489,7 @@ fn a_chain_of_whole_meshes_is_chosen_by_its_errors() {
     scene.add_lod(fine, coarse, 0.08).unwrap();
     scene.add_lod(fine, middle, 0.02).unwrap();
     let handle = scene.add(Instance::new(fine, Transform::IDENTITY)).unwrap();
-    scene.commit();
+    scene.commit(&Culler::default());
     let lod = Some(Lod::default().with_pixels(1.0));
     let culler = Culler::default().with_lod(lod).with_output(Output::Triangles);
     let drawn = |distance: f64| {

@@ -460,7 +460,7 @@ fn rows() -> Scene {
             Transform::from_scale_translation([size, size, 1.0], [0.0, 0.0, -5.0 - f64::from(z)]);
         scene.add(Instance::new(mesh, at)).unwrap();
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     scene
 }
 

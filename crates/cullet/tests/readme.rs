@@ -23,7 +23,7 @@ fn run(
     for x in 0..1000 {
         scene.add(Instance::new(mesh, Transform::from_translation([x as f64 * 4.0, 0.0, -20.0])))?;
     }
-    scene.commit();
+    scene.commit(&Culler::default());
 
     let (culler, mut state, mut visible) = (Culler::default(), ViewState::default(), Visible::default());
     // Each frame:

@@ -216,7 +216,7 @@ fn an_answer_comes_back_as_it_went() {
         let at = [f64::from(i % 9) * 30.0 - 120.0, 0.0, f64::from(i / 9) * 30.0 - 150.0];
         scene.add(Instance::new(mesh, Transform::from_translation(at))).unwrap();
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     let culler = Culler::default()
         .with_output(Output::Triangles)
         .with_occlusion(Occlusion::default())

@@ -92,7 +92,7 @@ fn scene_of_boxes(boxes: &[Aabb]) -> (Scene, Vec<Handle>) {
         scene.add(Instance::new(mesh, place)).expect("room")
     };
     let handles = boxes.iter().map(add).collect();
-    scene.commit();
+    scene.commit(&Culler::default());
     (scene, handles)
 }
 
@@ -115,7 +115,7 @@ fn the_pipeline_keeps_what_the_region_keeps_box_by_box() {
         }
         // Some lie under no node.
         if round % 3 != 0 {
-            scene.commit();
+            scene.commit(&Culler::default());
         }
         let camera = random_view(&mut rng);
         let light = random_light(&mut rng);
@@ -350,7 +350,7 @@ fn warm_equals_cold() {
     let culler = telling(Output::Clusters).with_occlusion(Occlusion::default());
     for _ in 0..12 {
         let mut scene = random_scene(&mut rng, 300);
-        scene.commit();
+        scene.commit(&Culler::default());
         for _ in 0..4 {
             let light = random_light(&mut rng);
             let mut shadows = ShadowView::new(random_view(&mut rng), light);
@@ -485,7 +485,7 @@ fn casters_through_the_near_plane_or_without_bounds_are_kept_and_those_beside_th
     let crossing = add([0.5; 3], [0.0, 59.9, 0.0], mesh_bounds);
     let beside = add([0.5; 3], [30.5, 0.5, 0.5], mesh_bounds);
     let over = add([0.5; 3], [0.5, 20.5, 0.5], mesh_bounds);
-    scene.commit();
+    scene.commit(&Culler::default());
     let camera =
         View::orthographic([0.0, 0.0, 90.0], [0.0; 3], 99.0, 0.1, 200.0, [64, 64]).unwrap();
     let map = View::orthographic([0.0, 60.0, 0.0], [0.0; 3], 40.0, 0.1, 200.0, [64, 64]).unwrap();

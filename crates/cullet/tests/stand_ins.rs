@@ -152,7 +152,7 @@ proptest! {
         let mut rng = Rng(seed);
         let mut clumps = Clumps::random(&mut rng);
         if rng.below(2) == 0 {
-            clumps.scene.commit();
+            clumps.scene.commit(&Culler::default());
         }
         for _ in 0..6 {
             let view = random_look(&mut rng);
@@ -250,7 +250,7 @@ proptest! {
         let before = clumps.scene.instance_count();
         clumps.scene.remove(changed).unwrap();
         prop_assert_eq!(clumps.scene.instance_count(), before - 1);
-        clumps.scene.commit();
+        clumps.scene.commit(&Culler::default());
     }
 
     #[test]
@@ -371,7 +371,7 @@ fn stand_ins_of_a_large_tree_are_found_by_their_slots() {
             .collect();
         stand_ins.extend_from_slice(&row);
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     (0..40).for_each(|_| drop(scene.commit_slice()));
     let off = |scene: &Scene| {
         let slots = stand_ins.iter().map(|&handle| scene.slot(handle).unwrap());
@@ -383,7 +383,7 @@ fn stand_ins_of_a_large_tree_are_found_by_their_slots() {
     let far = Transform::from_translation([0.0, -50.0, 0.0]);
     scene.set_transform(members[12345], far).unwrap();
     assert_eq!(off(&scene), LEVELS as usize);
-    scene.commit();
+    scene.commit(&Culler::default());
     for &member in &members {
         let mut slot = scene.slot(member).unwrap();
         let mut levels = 0;

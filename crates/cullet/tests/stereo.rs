@@ -97,7 +97,7 @@ fn one_buffer_hides_for_both() {
         let size = [3.0, 4.0 + rng.range(0.0, 6.0) as f32, 3.0];
         scene.add(Instance::new(block, Transform::from_scale_translation(size, at))).unwrap();
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     let eyes = [-0.032, 0.032].map(|x| {
         let eye = [x + 0.3, 1.7, 0.0];
         let ahead = [x + 0.3, 1.7, -1.0];
@@ -144,7 +144,7 @@ fn views_that_make_no_pair_are_refused() {
 #[ignore = "measures"]
 fn both_eyes_beside_two_calls() {
     let mut scene = cullet_testkit::scenes::city(40, 6, 20_000);
-    scene.commit();
+    scene.commit(&Culler::default());
     let eyes = |turn: f64| {
         [-0.032, 0.032].map(|x: f64| {
             let side = [-turn.sin() * x, turn.cos() * x];

@@ -33,7 +33,7 @@ fn levels_of_baked_meshes_come_with_their_tiles() {
         let at = Transform::from_translation([f64::from(k) * 30.0, 0.0, 0.0]);
         model.scene.add(Instance::new(mesh, at)).unwrap();
     }
-    model.scene.commit();
+    model.scene.commit(&Culler::default());
     let measured =
         Measured { points: 1, reverse_points: 0, quantile: 0.999, most_over: 1.2, seed: 1 };
     let levels = vec![BakedLevels { kind: LevelKind::Chain, held_by, measured }];

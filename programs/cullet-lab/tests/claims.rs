@@ -126,7 +126,7 @@ fn bumpy_sheet(two_sided: bool) -> Scene {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(mesh);
     scene.add(Instance::new(mesh, Transform::IDENTITY)).unwrap();
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     scene
 }
 
@@ -316,7 +316,7 @@ fn mutants_of_drawing_are_found() {
             let mut other = Scene::new();
             let mesh = other.add_mesh(Mesh::new(scene.meshes()[0].to_data()).unwrap());
             other.add(Instance::new(mesh, transform)).unwrap();
-            other.commit();
+            other.commit(&cullet::Culler::default());
             SceneOccluders::new(&other).draw(&view, Simd::best(), &mut buffer);
             let found = wrong(&view, &Claims::of(&buffer), &triangles);
             assert!(!found.is_empty(), "{name} {}", view.is_orthographic());

@@ -124,7 +124,7 @@ fn a_box_has_one_region_that_faces_away() {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(meshes::block([-1.0; 3], [1.0; 3]));
     scene.add(cullet::Instance::new(mesh, cullet::Transform::IDENTITY)).unwrap();
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let (_, count) = back_regions(&scene, &look([4.0, 3.0, 5.0], [0.0; 3], [192, 108]));
     assert_eq!(count, 1);
 }

@@ -86,7 +86,7 @@ fn of_scene(gpu: &Gpu, args: &ProfileArgs, console: &Console) -> Result<Profile,
     inputs::begin(&mut model, &input.view, console)?;
     let views = inputs::culled_views(&model, &input.view, &input.cull, console)?;
     let all = inputs::culler(&input.cull).with_output(Output::Clusters);
-    model.scene.prepare(all.preparation());
+    model.scene.prepare(&all);
     let tried = cullers(&all, args.already, model.in_cells(), &input.cull);
     let (_, others) = tried.split_first().expect("plain frames are among them");
     let own = tried.iter().map(|(_, culler)| culler.clone()).collect();

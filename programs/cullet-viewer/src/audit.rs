@@ -105,7 +105,7 @@ mod tests {
         let centre = scene.bounds(slot).center().map(|v| v as f32);
         let small = Aabb::new(centre, centre.map(|v| v + 0.01));
         scene.set_bounds(handle, BoundsOverride::World(small)).expect("there");
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let found = find(&scene).expect("sound");
         assert_eq!(found.iter().map(|s| s.handle).collect::<Vec<_>>(), [handle]);
         let mut lines = Lines::default();

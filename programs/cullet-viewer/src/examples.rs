@@ -30,7 +30,7 @@ pub fn is_example(text: &str) -> bool {
 pub fn build(text: &str) -> Option<Result<Model, String>> {
     let (name, make) = EXAMPLES.iter().find(|(name, _)| *name == text)?;
     Some(make().map(|mut model| {
-        model.scene.commit();
+        model.scene.commit(&cullet::Culler::default());
         model.name = (*name).to_owned();
         model
     }))

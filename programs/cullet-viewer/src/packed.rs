@@ -348,7 +348,7 @@ mod tests {
         model.scene.set_bounds(handles[0], BoundsOverride::None).unwrap();
         let given = Aabb { min: [-9.0; 3], max: [9.0; 3] };
         model.scene.set_bounds(handles[1], BoundsOverride::World(given)).unwrap();
-        model.scene.commit();
+        model.scene.commit(&cullet::Culler::default());
         let back = Unpacker::new(pack(&model)).unwrap().finish().unwrap();
         let slot = |n: usize| model.scene.slot(handles[n]).unwrap();
         assert_eq!(back.scene.bounds(slot(1)), given);
@@ -381,7 +381,7 @@ mod tests {
             let place = Transform::from_translation([f64::from(x), 0.0, -20.0]);
             model.scene.add(Instance::new(slab_mesh, place)).unwrap();
         }
-        model.scene.commit();
+        model.scene.commit(&cullet::Culler::default());
         model
     }
 

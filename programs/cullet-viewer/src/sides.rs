@@ -188,7 +188,7 @@ mod tests {
                 model.scene.add(instance).expect("there is room");
             }
         }
-        model.scene.commit();
+        model.scene.commit(&cullet::Culler::default());
         World::new(model, name.to_owned())
     }
 

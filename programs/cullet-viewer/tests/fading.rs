@@ -145,7 +145,7 @@ fn group() -> Scene {
     let members = [-2.0, 0.0, 2.0].map(|x| at(ball, 1.0, x));
     let own = at(large, 3.0, 0.0);
     scene.stand_for(own, &members).unwrap();
-    scene.commit();
+    scene.commit(&Culler::default());
     scene
 }
 

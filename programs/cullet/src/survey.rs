@@ -105,7 +105,7 @@ impl Survey {
         culler.output = Output::Triangles;
         (culler.reasons, culler.dropped) = (true, true);
         culler.clock = Some(clock);
-        model.scene.prepare(culler.preparation());
+        model.scene.prepare(&culler);
         let scene = &model.scene;
         let mut meshes = vec![MeshTally::default(); scene.meshes().len()];
         scene.slots().for_each(|s| meshes[scene.mesh_id(s) as usize].instances += 1);

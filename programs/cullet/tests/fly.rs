@@ -54,7 +54,7 @@ fn baked_balls(path: &str) {
         let ball = Instance::new(mesh, Transform::from_translation(at));
         model.scene.add(ball).expect("a ball");
     }
-    model.scene.commit();
+    model.scene.commit(&cullet::Culler::default());
     model.mesh_names = vec!["ball".into(), "levels".into()];
     let measured =
         Measured { points: 1, reverse_points: 1, quantile: 1.0, most_over: 1.0, seed: 1 };

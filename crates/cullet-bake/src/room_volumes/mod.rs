@@ -144,6 +144,6 @@ fn without_openings(model: &Model, openings: &[String]) -> Scene {
         // One that the model has can be had here.
         let _ = scene.add(instance);
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     scene
 }

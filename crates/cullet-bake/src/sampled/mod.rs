@@ -23,7 +23,7 @@
 //! scene.add(Instance::new(wall, Transform::from_translation([0.0, 0.0, -5.0])))?;
 //! let before = scene.add(Instance::new(plate, Transform::from_translation([0.0, 0.0, -4.0])))?;
 //! let behind = scene.add(Instance::new(plate, Transform::from_translation([0.0, 0.0, -9.0])))?;
-//! scene.commit();
+//! scene.commit(&cullet::Culler::default());
 //!
 //! let tree = RayTree::new(&scene, &RayTreeOptions::default())?;
 //! let cells = ViewCells::grid([[-2.0, 0.0, -2.0], [2.0, 2.0, 2.0]], [2, 1, 2])?;

@@ -132,7 +132,7 @@ mod tests {
             let place = if k % 9 == 0 { [1.0; 3] } else { rng.vector(20.0) };
             scene.add(Instance::new(ball, Transform::from_translation(place))).expect("a mesh");
         }
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let tree = RayTree::new(&scene, &RayTreeOptions::default()).expect("a scene");
         let near = NearTargets::new(&tree);
         let place = |t: u32| tree.ball(t).expect("takes part").center;

@@ -78,7 +78,7 @@ const MOST_SPLITS: u32 = 16;
 /// let mut scene = Scene::new();
 /// let rock = scene.add_mesh(rock);
 /// let rock = scene.add(Instance::new(rock, Transform::IDENTITY))?;
-/// scene.commit();
+/// scene.commit(&cullet::Culler::default());
 ///
 /// let room = |x: f32| Aabb::new([x - 1.0, -1.0, -1.0], [x + 1.0, 1.0, 1.0]);
 /// let options = VolumeOptions::default();

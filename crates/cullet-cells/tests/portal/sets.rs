@@ -142,7 +142,7 @@ fn furnish(rng: &mut Rng, building: &Building) -> (Scene, Vec<Handle>) {
     let mut scene = Scene::new();
     let ball = scene.add_mesh(meshes::ball(4));
     let handles = (0..150).map(|_| add(rng, building, &mut scene, ball)).collect();
-    scene.commit();
+    scene.commit(&Culler::default());
     (scene, handles)
 }
 
@@ -207,7 +207,7 @@ fn the_stage_drops_what_is_in_no_set_and_nothing_else() {
                     moved.push(handle);
                     unfound.push(handle);
                 }
-                3 => drop(scene.commit()),
+                3 => drop(scene.commit(&Culler::default())),
                 4 => drop(scene.commit_slice()),
                 _ => scene.rebase(rng.vector(5.0)),
             }

@@ -25,7 +25,7 @@ fn furnish(rng: &mut Rng, building: &Building) -> (Scene, Cells) {
         let size = if i % 6 == 0 { rng.range(0.5, 4.0) } else { rng.range(0.02, 0.3) } as f32;
         scene.add(Instance::new(ball, Transform::from_scale_translation([size; 3], at))).unwrap();
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     let mut shapes = building.shapes.clone();
     if rng.chance(0.5) {
         shapes = shapes.sealed();
@@ -162,7 +162,7 @@ fn two_rooms() -> (Scene, Cells, [Handle; 2], View) {
         scene.add(Instance::new(ball, at)).unwrap()
     };
     let balls = [add([2.0, 1.0, 2.0]), add([6.0, 1.0, 2.0])];
-    scene.commit();
+    scene.commit(&Culler::default());
     let cells = Cells::new(&mut scene, graph, shapes);
     let view = View::perspective([1.0, 1.0, 2.0], [2.0, 1.0, 2.0], 1.2, 0.05, 99.0, [64, 64]);
     (scene, cells, balls, view.unwrap())
@@ -203,7 +203,7 @@ fn what_moves_is_kept_until_it_is_found_again() {
     assert_eq!(count(&scene, &cells), 0);
     scene.set_transform(far, at(3.0)).unwrap();
     assert_eq!(count(&scene, &cells), 1);
-    scene.commit();
+    scene.commit(&Culler::default());
     cells.update(&scene);
     assert_eq!(count(&scene, &cells), 1);
     assert_eq!(cells.cells_of(scene.slot(far).unwrap()), [0]);
@@ -221,7 +221,7 @@ fn what_moves_is_kept_until_it_is_found_again() {
     cells.update(&scene);
     assert_eq!(count(&scene, &cells), 1, "what was outside comes in again");
     scene.remove(near).unwrap();
-    scene.commit();
+    scene.commit(&Culler::default());
     cells.update(&scene);
     assert_eq!(count(&scene, &cells), 1);
 }
@@ -233,7 +233,7 @@ fn a_commit_with_fewer_slots_than_moved_is_no_harm() {
     scene.add(Instance::new(0, at)).unwrap();
     scene.remove(near).unwrap();
     scene.remove(far).unwrap();
-    scene.commit();
+    scene.commit(&Culler::default());
     cells.update(&scene);
     assert_eq!((scene.slot_count(), cells.cells_of(0)), (1, &[0][..]));
     assert_eq!(cull(&portal_alone(), (&scene, &cells), &view).instance_count, 1);
@@ -273,7 +273,7 @@ fn a_refit_costs_what_moved_with_cells_too() {
         for _ in 0..100_000 {
             handles.push(scene.add(Instance::new(ball, place(&mut rng))).unwrap());
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         let mut cells = with_cells
             .then(|| Cells::new(&mut scene, building.graph.clone(), building.shapes.clone()));
         let mut took: Vec<_> = (0..60)

@@ -100,6 +100,6 @@ pub fn occluder_scene(occluders: &[OccluderTriangles]) -> Result<Scene, Occluder
         let added = scene.add(Instance::new(mesh, o.transform));
         added.map_err(|error| OccluderError::Scene { occluder, error })?;
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     Ok(scene)
 }

@@ -45,7 +45,7 @@ pub fn impostor_beside(
     let instance = Instance::new(own, Transform::from_scale_translation([scale; 3], place));
     let not = |_| ImpostorError::Mesh { why: "is too large or too small" };
     scene.add(instance).map_err(not)?;
-    scene.commit();
+    scene.commit(&Culler::default());
     let error = f64::from(impostor.error()) * f64::from(scale);
     let across = SIDES.len() as u32 * 3;
     let width = across * (TILE + GAP) - GAP;

@@ -190,12 +190,12 @@ mod tests {
             let place = Transform { translation: [x, 0.0, z], ..Transform::IDENTITY };
             scene.add(Instance::new(cube, place)).unwrap();
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         let view = look([0.0, 1.6, 2.0], [0.0, 0.8, -3.0]);
         assert_eq!(Outlook::new(&scene, &view, [320, 200]).cut_at, None);
         let roof = scene.add_mesh(roof);
         scene.add(Instance::new(roof, Transform::IDENTITY)).unwrap();
-        scene.commit();
+        scene.commit(&Culler::default());
         let cut = Outlook::new(&scene, &view, [320, 200]).cut_at.unwrap();
         assert!((cut - 1.76).abs() < 1e-3, "{cut}");
     }

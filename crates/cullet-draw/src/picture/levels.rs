@@ -150,7 +150,7 @@ mod tests {
         for x in [-1.1, 1.1] {
             scene.add(Instance::new(mesh, Transform::from_translation([x, 0.0, 0.0]))).unwrap();
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         let view = look([0.0, 0.0, 6.0], [0.0, 0.0, 0.0], [320, 200]);
         let of = |pixels: f64| {
             let lod = Some(Lod::default().with_pixels(pixels));
@@ -172,7 +172,7 @@ mod tests {
         let mut scene = Scene::new();
         let mesh = Balls::new(&[64, 32, 4], 1.0).add_to(&mut scene);
         scene.add(Instance::new(mesh, Transform::IDENTITY)).unwrap();
-        scene.commit();
+        scene.commit(&Culler::default());
         let view = look([0.0, 0.0, 4.0], [0.0, 0.0, 0.0], [160, 100]);
         let of = |pixels: f64| {
             let lod = Some(Lod::default().with_pixels(pixels));

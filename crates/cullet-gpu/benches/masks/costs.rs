@@ -136,7 +136,7 @@ fn instances(gpu: &Gpu) -> Result<Spread, Failure> {
             let place = Transform::from_translation([at[0], at[1], 0.0]);
             scene.add(Instance::new(mesh, place))?;
         }
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let mut stage = OffScreen::new(&gpu.device, &gpu.queue, &scene, [64, 64])?;
         let view = View::orthographic(
             [0.0, 0.0, 2.0],

@@ -108,7 +108,7 @@ impl<'a> Pair<'a> {
             let at = [side * APART * radius - x, -y, -z];
             scene.add(Instance::new(mesh, Transform::from_translation(at)))?;
         }
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let stage = OffScreen::new(device, queue, &scene, SIZE)?;
         let draws = stage.culling.scene().draws(&Lanes::of(&scene));
         let [draw] = draws[..] else { return Err("a model of one draw".into()) };

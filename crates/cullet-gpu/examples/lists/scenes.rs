@@ -95,13 +95,13 @@ fn case(name: &'static str, count: u32, rng: &mut Rng) -> Case {
         let instance = instance(rng, reach, name == "odd ones");
         handles.push(scene.add(instance).expect("the mesh is there"));
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     if name == "odd ones" {
         for handle in handles.iter().step_by(17) {
             scene.remove(*handle).expect("it is removed once");
         }
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let views = (0..VIEWS).map(|number| view(rng, number, reach, scene.origin())).collect();
     Case { name, scene, views }
 }

@@ -44,7 +44,7 @@ pub(super) fn part(model: &Model, items: &[Item]) -> Model {
             made.instance_names.push(name.unwrap_or_default());
         }
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     made.scene = scene;
     if let Some(whole) = model.baked.as_ref().filter(|_| !baked.meshes.is_empty()) {
         made.baked = Some(Baked { generator: whole.generator.clone(), ..baked });

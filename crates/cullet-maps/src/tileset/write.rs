@@ -191,7 +191,7 @@ fn alone(model: &Model, stand_in: TileStandIn) -> Model {
     let mesh = scene.add_mesh(stand_in.mesh);
     // Its mesh is there, and where it stands is finite, as what it stands for is.
     let _ = scene.add(Instance::new(mesh, Transform::from_translation(stand_in.origin)));
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     Model {
         name: model.name.clone(),
         scene,

@@ -160,7 +160,7 @@ fn scene(draft: &Draft, stand: &Stand) -> Scene {
         };
         let _ = scene.add(Instance::new(mesh, transform));
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     scene
 }
 

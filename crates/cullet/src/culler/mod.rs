@@ -26,7 +26,6 @@ use crate::cull::detail::Detail;
 use crate::cull::occlusion::{Occlusion, OcclusionBuffer};
 use crate::funnel::Stage;
 use crate::lod::Lod;
-use crate::prepared::Preparation;
 use crate::scene::{Scene, SceneError};
 use crate::view::View;
 use crate::visible::Visible;
@@ -294,16 +293,6 @@ impl Culler {
         without
     }
 
-    /// Data that these settings need [prepared](crate::Scene::prepare), for views that cull back faces.
-    #[must_use]
-    pub fn preparation(&self) -> Preparation {
-        Preparation {
-            backfaces: self.backface == Backface::Fast,
-            frontfaces: false,
-            occluder: self.occlusion.is_some(),
-        }
-    }
-
     /// Whether a stage runs.
     #[must_use]
     pub fn runs(&self, stage: Stage) -> bool {
@@ -383,7 +372,7 @@ impl Culler {
     /// # for x in [-3.0, 0.0, 3.0] {
     /// #     handles.push(scene.add(Instance::new(mesh, Transform::from_translation([x, 0.0, -20.0])))?);
     /// # }
-    /// # scene.commit();
+    /// # scene.commit(&cullet::Culler::default());
     /// # let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 0.8, 0.1, 100.0, [640, 480])?;
     /// # let (culler, mut state, mut visible) = (Culler::default(), ViewState::default(), Visible::default());
     /// // The player has explored the middle alone.

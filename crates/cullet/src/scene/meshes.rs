@@ -177,8 +177,8 @@ impl Scene {
     /// Runs on this thread; with the feature `rayon` on the threads of its pool. To use others, make [`Prepared::of`] each
     /// mesh on them and hand it to
     /// [`add_prepared_mesh`](Self::add_prepared_mesh) with the mesh.
-    pub fn prepare(&mut self, wanted: Preparation) {
-        add_all(&mut self.prepared, &self.meshes, wanted);
+    pub fn prepare(&mut self, wanted: impl Into<Preparation>) {
+        add_all(&mut self.prepared, &self.meshes, wanted.into());
         let meshes = self.meshes.iter().zip(&self.prepared);
         self.kinds = meshes.map(|(mesh, prepared)| MeshKind::of(mesh, prepared)).collect();
     }

@@ -17,9 +17,10 @@ impl Scene {
     /// closes the gaps that removed instances left. Returns where each slot went. O(instances). Call it after
     /// loading, and again after much was added or moved far.
     ///
-    /// Then [prepares](Self::prepare) the meshes that came since, for back faces and occlusion.
-    pub fn commit(&mut self) -> Commit {
-        self.prepare(Preparation::default());
+    /// Before that it [prepares](Self::prepare) the meshes that came since the last commit, for the stages of a culler and
+    /// nothing else: `scene.commit(&culler)`. Scenes of several cullers take the [union](Preparation::and) of what those use.
+    pub fn commit(&mut self, wanted: impl Into<Preparation>) -> Commit {
+        self.prepare(wanted);
         self.sort()
     }
 

@@ -397,7 +397,7 @@ impl Placed {
             let instance = Instance::new(id, *model.scene.transform(slot));
             out.scene.add(instance).map_err(Failure::input)?;
         }
-        out.scene.commit();
+        out.scene.commit(&cullet::Culler::default());
         Ok(Self { model: out })
     }
 }

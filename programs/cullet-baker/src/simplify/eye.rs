@@ -41,7 +41,7 @@ mod tests {
         scene.add(Instance::new(mesh, Transform::IDENTITY)).unwrap();
         let at = Transform::from_scale_translation([2.0; 3], [0.0, 0.0, -20.0]);
         scene.add(Instance::new(mesh, at)).unwrap();
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let uses = Uses::of(&scene);
         let eyes = &eyes(&scene, &uses, 1.0, 3.0)[0];
         assert_eq!(eyes.len(), 2);

@@ -122,7 +122,7 @@ pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
     let views = inputs::culled_views(&model, &args.input.view, &args.input.cull, console)?;
     let mut culler = inputs::culler(&args.input.cull);
     culler.output = args.output;
-    model.scene.prepare(culler.preparation());
+    model.scene.prepare(&culler);
     let (scene, world) = (&model.scene, model.in_cells());
     let level = levels()[0].0;
     let oracle = culler.clone().with_simd(levels().last().map_or(culler.simd, |l| l.1));

@@ -223,7 +223,7 @@ fn over_visible(
     let culler = Culler::balanced().with_lod(one_pixel()).with_output(Output::Triangles);
     let detail = Some(Detail::default().with_threshold_px(one_pixel().pixels));
     let without_small = culler.clone().with_detail(detail);
-    model.scene.prepare(culler.preparation());
+    model.scene.prepare(&culler);
     let scene_name = scene.to_owned();
     let scene = &model.scene;
     let (mut left, mut visible, mut off) = ([0; 2], 0, [0.0; 2]);
@@ -274,7 +274,7 @@ fn small(name: &str, console: &Console, add: &mut impl FnMut(Row)) -> Result<(),
     let mut model = cullet_command::inputs::load(&SceneArgs::of(name), &Console::new(true, None))?;
     let detail = Some(Detail::default().with_threshold_px(SMALL_PX));
     let culler = Culler::balanced().with_detail(detail).with_clock(Some(clock));
-    model.scene.prepare(culler.preparation());
+    model.scene.prepare(&culler);
     let scene = &model.scene;
     let views = along(&model, &PathSpec::Orbit)?;
     let mut progress = console.progress("views", views.len() as u64);
@@ -361,7 +361,7 @@ mod tests {
             let place = Transform::from_translation([3.0 * f64::from(x), 0.0, -20.0]);
             scene.add(Instance::new(mesh, place)).unwrap();
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         Model { scene, ..Model::default() }
     }
 

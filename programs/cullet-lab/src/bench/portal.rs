@@ -351,7 +351,7 @@ fn cull(
     if model.cells.cells.is_empty() {
         return Err(Failure::usage(format!("{name}: the scene has no cells; office has")));
     }
-    [Culler::balanced(), Culler::exact()].iter().for_each(|c| model.scene.prepare(c.preparation()));
+    [Culler::balanced(), Culler::exact()].iter().for_each(|c| model.scene.prepare(c));
     let eyes = eyes(&model, views);
     let world = model.in_cells();
     let presets = [("balanced", Culler::balanced()), ("exact", Culler::exact())];

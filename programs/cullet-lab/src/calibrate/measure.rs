@@ -248,7 +248,7 @@ fn sheet(patches: u32, quads: u32, alpha: Alpha, side: Seen) -> Scene {
             scene.add(Instance::new(mesh, place)).expect("few instances of a mesh that is there");
         }
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     scene
 }
 

@@ -55,7 +55,7 @@ fn load(args: &FilmArgs, console: &Console) -> Result<Model, Failure> {
         let name = &model.name;
         return Err(Failure::input(format!("{name}: there is no instance, so nothing to film")));
     }
-    model.scene.prepare(inputs::culler(&args.cull).preparation());
+    model.scene.prepare(&inputs::culler(&args.cull));
     Ok(model)
 }
 

@@ -300,7 +300,7 @@ mod tests {
         let mut scene = Scene::new();
         let mesh = Balls::new(&[64, 32, 16, 8, 4], honesty).add_to(&mut scene);
         scene.add(Instance::new(mesh, Transform::from_translation([50.0, 0.0, 7.0]))).unwrap();
-        scene.commit();
+        scene.commit(&Culler::default());
         Model { scene, ..Model::default() }
     }
 

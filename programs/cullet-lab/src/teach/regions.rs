@@ -103,7 +103,7 @@ fn backs(scene: &Scene, regions: &[Regions]) -> (Scene, Vec<Vec<[u8; 3]>>) {
             made.push((handle, tints));
         }
     }
-    backs.commit();
+    backs.commit(&cullet::Culler::default());
     let mut by_slot = vec![Vec::new(); backs.slot_count() as usize];
     for (handle, tints) in made {
         if let Ok(slot) = backs.slot(handle) {

@@ -158,7 +158,7 @@ fn shadow_of_a_bird() -> Computed {
     let birds = birds.map(|at| scene.add(Instance::new(bird, Transform::from_translation(at))));
     let ground = scene.add_mesh(meshes::block([-50.0, -0.1, -50.0], [50.0, 0.0, 50.0]));
     scene.add(Instance::new(ground, Transform::IDENTITY))?;
-    scene.commit();
+    scene.commit(&Culler::default());
     // From above, onto the ground from 0 to 5.
     let projection = Projection::Orthographic {
         left: -2.5,

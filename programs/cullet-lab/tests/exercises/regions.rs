@@ -90,7 +90,7 @@ fn through_a_back() -> Computed {
     let mut scene = Scene::new();
     let wall = scene.add_mesh(meshes::one_sided((corners.to_vec(), vec![0, 1, 2, 0, 2, 3])));
     scene.add(Instance::new(wall, Transform::IDENTITY))?;
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let (guard, thief) = ([5.0, 0.5, 0.25], [-5.0, 0.5, 0.25]);
     let blocked = |from, to| line_of_sight(&scene, from, to, &SightOptions::default()).is_blocked();
     assert!(blocked(guard, thief), "the guard looks at its front");
@@ -102,7 +102,7 @@ fn house_on_the_ground() -> Computed {
         let mut scene = Scene::new();
         let house = scene.add_mesh(meshes::block([-5.0, ground, -50.0], [5.0, 30.0, 50.0]));
         scene.add(Instance::new(house, Transform::IDENTITY))?;
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         let [from, to] =
             [-19.0, 19.0].map(|x| Aabb::new([x - 1.0, 0.0, -1.0], [x + 1.0, 2.0, 1.0]));
         Ok(box_to_box(&scene, &from, &to, &VolumeOptions::default()))
@@ -135,7 +135,7 @@ fn width_of_a_smaller_body() -> Computed {
     let at = |post| Transform::from_translation([place(post), 0.0, -50.0]);
     let posts = (0..POSTS).map(|number| scene.add(Instance::new(post, at(number))));
     let posts = posts.collect::<Result<Vec<_>, _>>()?;
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let culler = RegionCuller { width: 2048, ..RegionCuller::default() };
     let visible = seen(&scene, &culler, [1.0, 0.2, 0.5])?;
     assert_eq!(visible.work.cells, 1);
@@ -155,7 +155,7 @@ fn cells_for_a_wall() -> Computed {
     let behind = scene.add_mesh(meshes::block([-1.0; 3], [1.0; 3]));
     let place = Transform::from_translation([0.0, 0.0, -30.0]);
     let behind = scene.add(Instance::new(behind, place))?;
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let mut hiding = Vec::new();
     for word in ["2", "1.5", "0.8"] {
         let culler = RegionCuller { cell_world: word.parse()?, ..RegionCuller::default() };
@@ -188,7 +188,7 @@ fn bytes_of_rows() -> Computed {
         let place = [f64::from(i % 10), 0.0, f64::from(i / 10)];
         scene.add(Instance::new(stone, Transform::from_translation(place)))?;
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let cells = ViewCells::grid([[0.0, 1.0, 0.0], [40.0, 2.0, 10.0]], [40, 1, 1])?;
     number(without_lines(&scene, &cells, &SampledSettings::default())?.rows_bytes().len() as f64)
 }
@@ -198,7 +198,7 @@ fn largest_angle() -> Computed {
     let mut scene = Scene::new();
     let block = scene.add_mesh(meshes::block([-half; 3], [half; 3]));
     scene.add(Instance::new(block, Transform::from_translation([10.0, 0.0, 0.0])))?;
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let cells = ViewCells::grid([[-5.0, -1.0, -1.0], [0.0, 1.0, 1.0]], [1, 1, 1])?;
     let is_kept = |degrees: f64| {
         let settings = SampledSettings::default().with_keep_angle(degrees.to_radians());

@@ -49,7 +49,7 @@ fn drawn_as_themselves() -> Computed {
     let all = Transform::from_scale_translation([14.0; 3], [10.5, 0.0, 0.0]);
     let group = scene.add(Instance::new(merged, all))?;
     scene.stand_for(group, &houses)?;
-    scene.commit();
+    scene.commit(&Culler::default());
     let view =
         View::perspective([10.5, 0.0, 9000.0], [10.5, 0.0, 0.0], 1.0, 1.0, 1e5, [1280, 720])?;
     let culler = Culler::default().with_lod(Lod::default()).only(Stage::Lod);

@@ -34,8 +34,8 @@ fn tightness_of_knobs() -> Computed {
     let mut culler = Culler::balanced();
     culler.occlusion = culler.occlusion.map(|own| own.with_risk(None));
     let mut model = cullet_scenes::build("knobs")?;
-    model.scene.commit();
-    model.scene.prepare(culler.preparation());
+    model.scene.commit(&Culler::default());
+    model.scene.prepare(&culler);
     let path = paths::of_builtin("knobs");
     let views = paths::views(&model, &path, 8, [1280, 720], &Overrides::default())?;
     let options = VerifyOptions { samples: 1, ..VerifyOptions::default() };
@@ -60,7 +60,7 @@ fn hardly_anything_hidden() -> Computed {
     for place in shown.chain([[0.0, 0.0, -20.0]]) {
         scene.add(Instance::new(square, Transform::from_translation(place)))?;
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     let view = View::orthographic([0.0; 3], [0.0, 0.0, -1.0], 100.0, 0.1, 100.0, [160, 100])?;
     let options = VerifyOptions { samples: 1, count_layers: true, ..VerifyOptions::default() };
     let found = verify(&scene, &view, &Culler::exact(), &mut ViewState::default(), &options);
@@ -83,7 +83,7 @@ fn between_two_frames() -> Computed {
 fn limit_of_a_frame() -> Computed {
     let work = |words: &str, size: [u32; 2]| -> Result<[f64; 4], Box<dyn std::error::Error>> {
         let mut model = cullet_scenes::build(words)?;
-        model.scene.commit();
+        model.scene.commit(&Culler::default());
         let view =
             paths::views(&model, &"orbit".parse()?, 1, size, &Overrides::default())?.swap_remove(0);
         let scene = &model.scene;
@@ -120,7 +120,7 @@ fn behind_a_shut_door() -> Computed {
         let place = [-4.0 + 0.4 * f64::from(i % 20), 1.0, -9.0 + 0.4 * f64::from(i / 20)];
         scene.add(Instance::new(chair, Transform::from_translation(place)))?;
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     let polygon = vec![[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0], [0.5, 2.0, 0.0], [-0.5, 2.0, 0.0]];
     let graph = CellGraph::new(2, vec![Portal { cells: [0, 1], polygon }])?;
     let rooms = vec![
@@ -159,7 +159,7 @@ fn first_stage() -> Computed {
     scene.add(Instance::new(wall, Transform::IDENTITY))?;
     let place = Transform::from_translation([200.0, 0.0, -100.0]);
     let small = scene.add(Instance::new(small, place))?;
-    scene.commit();
+    scene.commit(&Culler::default());
     let fov = 60_f64.to_radians();
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], fov, 0.1, 1000.0, [1280, 720])?;
     let detail = Some(Detail::default().with_threshold_px(4.0));

@@ -21,7 +21,7 @@ fn the_rasteriser_fills_the_same_pixels_from_flat_triangles_alone() {
     let mut model = built("city:cells=6,objects=200");
     // Which side is seen would be decided in the geometry stage as well.
     model.scene.edit_meshes(|_, mesh| mesh.set_two_sided(true));
-    model.scene.commit();
+    model.scene.commit(&Culler::default());
     let view = views(&model, "walk", 4).swap_remove(1);
     let whole = draw(&model.scene, &view);
     let handed_on = left(&Culler::default().only(Stage::Frustum), &model.scene, &view);
@@ -219,7 +219,7 @@ fn culling_backs_changes_no_picture_of_solids_and_one_of_an_open_bowl() {
     };
     let one_sided = pictures(&model);
     model.scene.edit_meshes(|_, mesh| mesh.set_two_sided(true));
-    model.scene.commit();
+    model.scene.commit(&Culler::default());
     assert!(one_sided == pictures(&model));
     // The ball without what lies above its middle, seen from above.
     let (positions, indices) = knobbly_ball(8);

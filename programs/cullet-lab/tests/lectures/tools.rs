@@ -33,7 +33,7 @@ pub(crate) fn told(number: usize, found: &[f64]) {
 /// A built-in scene.
 pub(crate) fn built(words: &str) -> Model {
     let mut model = cullet_scenes::build(words).expect("a built-in scene");
-    model.scene.commit();
+    model.scene.commit(&Culler::default());
     model
 }
 
@@ -61,7 +61,7 @@ pub(crate) fn scene_of(mesh: Mesh) -> Scene {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(mesh);
     scene.add(Instance::new(mesh, Transform::IDENTITY)).expect("one instance");
-    scene.commit();
+    scene.commit(&Culler::default());
     scene
 }
 

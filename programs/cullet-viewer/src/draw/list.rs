@@ -380,7 +380,7 @@ mod tests {
                 Transform::from_translation([f64::from(k % 4) - 2.0, 0.0, -4.0 * f64::from(k)]);
             scene.add(Instance::new(if k % 5 == 0 { block } else { mesh }, place)).unwrap();
         }
-        scene.commit();
+        scene.commit(&Culler::default());
         let model = Model { scene, ..cullet_scenes::build("solids").unwrap() };
         let geometry = Geometry::new(&model, Room { buffer: 1 << 28, side: 8192 }).unwrap();
         let instances = Instances::new(&model.scene);

@@ -46,7 +46,7 @@ fn model() -> (Model, Impostor) {
     ] {
         scene.add(Instance::new(own, Transform { linear, translation: [x, 0.0, 0.0] })).unwrap();
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     let material = |color| Material { name: String::new(), color };
     let materials = PARTS.map(material).to_vec();
     (Model { scene, materials, ..Model::default() }, impostor)

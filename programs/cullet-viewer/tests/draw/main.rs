@@ -101,7 +101,7 @@ fn mirrored_and_two_sided_instances_far_from_the_origin() {
         model.scene.set_flags(handle, flags).unwrap();
     }
     model.scene.rebase(far);
-    model.scene.commit();
+    model.scene.commit(&Culler::default());
     let mut renderer = Renderer::new(&gpu.adapter, &gpu.device);
     renderer.set_scene(&gpu.device, &gpu.queue, &model).unwrap();
     let mut view = view(&model.scene, [0.6, 0.4, 1.0], 0.8, SIZE);

@@ -150,7 +150,7 @@ fn mirrored_two_sided_and_transparent_instances() {
         let flags = InstanceFlags { double_sided, transparent, ..scene.flags(slot) };
         scene.set_flags(handle, flags).unwrap();
     }
-    scene.commit();
+    scene.commit(&Culler::default());
     let mut renderer = with(gpu, &model);
     let mut view = view(&model.scene, [0.6, 0.05, 1.0], 0.3, SIZE);
     for cull_face in [CullFace::None, CullFace::Back, CullFace::Front] {

@@ -35,7 +35,7 @@ pub(crate) fn run(args: &ExplainArgs, console: &Console) -> Outcome {
         .with_output(Output::Triangles)
         .with_reasons(true)
         .with_dropped(true);
-    model.scene.prepare(culler.preparation());
+    model.scene.prepare(&culler);
     let scene = &model.scene;
     if let Some(pixel) = args.pixel {
         target::check_pixel(pixel, &view)?;

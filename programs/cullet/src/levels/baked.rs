@@ -196,7 +196,7 @@ mod tests {
         for mesh in [other, twins[0], twins[1]] {
             scene.add(Instance::new(mesh, Transform::IDENTITY)).unwrap();
         }
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         assert!(!has_levels(&scene));
         assert_eq!(give(&mut scene, &baked), 2);
         assert_eq!(twins.map(|mesh| scene.levels(mesh).len()), [1, 1]);

@@ -43,7 +43,7 @@ mod tests {
     fn each_rung_takes_what_it_is_named_for() {
         let mut scene = city(6, 1, 60);
         let culler = Culler::exact().with_output(Output::Triangles);
-        scene.prepare(culler.preparation());
+        scene.prepare(&culler);
         let view = look([5.0, 3.0, 90.0], [30.0, 2.0, 0.0], [160, 90]);
         let [framed, facing] = Ladder::new(&culler).climb(&scene, &view);
         let left = cull(&culler, &scene, &view).triangle_count;

@@ -50,7 +50,7 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     }
     culler.output = Output::Triangles;
     (culler.reasons, culler.dropped) = (true, true);
-    model.scene.prepare(culler.preparation());
+    model.scene.prepare(&culler);
     if matches!(args.kind, PictureKind::Portals | PictureKind::Cells) && model.placed.is_none() {
         return Err(no_cells(&args.input.scene.scene));
     }

@@ -287,7 +287,7 @@ mod tests {
         };
         let mesh = scene.add_mesh(Mesh::new(data).unwrap());
         scene.add(Instance::new(mesh, Transform::IDENTITY)).unwrap();
-        scene.commit();
+        scene.commit(&cullet::Culler::default());
         scene
     }
 

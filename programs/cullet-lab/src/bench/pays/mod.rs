@@ -196,7 +196,7 @@ pub(crate) fn run(args: &PaysArgs, console: &Console) -> Outcome {
         let mut arms: Vec<Arm> =
             cullers.iter().map(|(name, culler)| Arm::new(name, culler.clone())).collect();
         for (_, culler) in &cullers {
-            model.scene.prepare(culler.preparation());
+            model.scene.prepare(culler);
         }
         let (world, seconds) = (model.in_cells(), args.seconds);
         let measured =

@@ -195,7 +195,7 @@ mod tests {
         let mut model = cullet_scenes::build("city:cells=6,objects=100").unwrap();
         // Whether it pays or not.
         let on = Culler::balanced().with_occlusion(Occlusion::default());
-        model.scene.prepare(on.preparation());
+        model.scene.prepare(&on);
         let spec = cullet_scenes::paths::PathSpec::Walk;
         let cameras = cullet_scenes::paths::cameras(
             &model,

@@ -76,7 +76,7 @@ pub(super) fn draw(
         let instance = Instance::new(mesh, Transform::from_translation(offset));
         scene.add(instance).map_err(internal)?;
     }
-    scene.commit();
+    scene.commit(&cullet::Culler::default());
     let mesh = &pair.subject.mesh;
     let planes = Planes8::new(mesh.positions(), mesh.indices());
     let mut ways = vec![Way::All, Way::Nothing, Way::Planes8];
