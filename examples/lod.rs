@@ -29,9 +29,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     )?;
     scene.add_levels(fine, coarse, levels)?;
     scene.add(Instance::new(fine, Transform::from_translation([0.0, 0.0, -40.0])))?;
-    scene.commit(&Culler::default());
-
     let culler = Culler::default().with_lod(Lod::default().with_pixels(0.5));
+    scene.commit(&culler);
+
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
     let mut ball = EyeBall { centre: [0.0; 3], radius: 0.0 };
     for z in [0.0, -2.0, -30.0, -37.0] {

@@ -14,7 +14,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let at = |x| Transform::from_scale_translation([0.3; 3], [x, 1.0, 2.0]);
     scene.add(Instance::new(chair, at(2.0)))?;
     let beyond = scene.add(Instance::new(chair, at(7.0)))?;
-    scene.commit(&Culler::default());
+    let culler = Culler::default();
+    scene.commit(&culler);
 
     // Counter-clockwise as seen from the first cell.
     let polygon = vec![[4.0, 0.0, 1.5], [4.0, 0.0, 2.5], [4.0, 2.0, 2.5], [4.0, 2.0, 1.5]];
@@ -26,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let shapes = CellShapes::new(&graph, rooms)?;
     let mut cells = Cells::new(&mut scene, graph, shapes);
 
-    let (culler, mut visible) = (Culler::default(), Visible::default());
+    let mut visible = Visible::default();
     let (mut state, mut among) = (ViewState::default(), CellView::default());
     let view = View::perspective([0.5, 1.2, 2.0], [4.0, 1.2, 2.0], 1.0, 0.1, 100.0, [640, 480])?;
     for open in [true, false] {
