@@ -6,8 +6,8 @@ use cullet::cull::shadow::Light;
 use cullet::lod::Lod;
 use cullet::mesh::Part;
 use cullet::{
-    Culler, Depth, DrawList, Instance, InstanceFlags, Mesh, MeshData, MeshPlace, Scene, ShadowView,
-    Transform, View, ViewState, Visible,
+    Culler, Depth, DrawList, Instance, InstanceFlags, Mesh, MeshData, Scene, ShadowView, Transform,
+    View, ViewState, Visible, draw::MeshPlace,
 };
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;

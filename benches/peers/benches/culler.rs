@@ -1,7 +1,7 @@
 //! A frame through the culler, to each depth of its answer: `cargo bench --no-default-features --bench culler`, in `benches/peers`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use cullet::{Culler, Output, Preparation, ViewState, Visible};
+use cullet::{Culler, Output, ViewState, Visible, prepared::Preparation};
 use cullet_testkit::oracles::visible::visible_ref;
 use cullet_testkit::scenes::city;
 use cullet_testkit::views::look;

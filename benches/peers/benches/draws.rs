@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use cullet::{Culler, DrawList, Output, Preparation, Scene, ViewState, Visible};
+use cullet::{Culler, DrawList, Output, Scene, ViewState, Visible, prepared::Preparation};
 use cullet_testkit::answers;
 use cullet_testkit::scenes::city;
 use cullet_testkit::views::look;

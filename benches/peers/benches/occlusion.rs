@@ -2,7 +2,7 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Culler, Preparation, ViewState, Visible};
+use cullet::{Culler, ViewState, Visible, prepared::Preparation};
 use cullet_testkit::answers::slots;
 use cullet_testkit::scenes::city;
 use cullet_testkit::views::look;

@@ -5,10 +5,7 @@ use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 use bevy_math::Vec3A;
 use engine::bounds::Aabb;
-use engine::{
-    BoundsOverride, Handle, Instance, InstanceFlags, Mesh, MeshData, MeshId, Prepared, Scene,
-    Transform,
-};
+use engine::{Handle, Instance, InstanceFlags, Mesh, MeshData, MeshId, Scene, Transform, scene::BoundsOverride, prepared::Prepared};
 
 use crate::bits::{slots, slots_of};
 use crate::seen::SeenItem;

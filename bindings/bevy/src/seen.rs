@@ -14,7 +14,7 @@ use bevy_mesh::Mesh3d;
 use bevy_mesh::morph::{MeshMorphWeights, MorphWeights};
 use bevy_mesh::skinning::SkinnedMesh;
 use bevy_transform::components::GlobalTransform;
-use engine::{BoundsOverride, Transform};
+use engine::{Transform, scene::BoundsOverride};
 
 /// The layer of the engine that stands for all layers of Bevy from this one on.
 const LAST_LAYER: u32 = 31;

@@ -299,12 +299,12 @@ pub unsafe extern "C" fn cullet_visible_funnel(
     let array = (rows, capacity);
     let body = |frame: &Frame, out: &mut Out<FunnelRow>, count: &mut Out<usize>| {
         let rows = &frame.visible.funnel.rows;
-        let counts = |c: engine::Counts| Counts {
+        let counts = |c: engine::funnel::Counts| Counts {
             instances: c.instances,
             clusters: c.clusters,
             triangles: c.triangles,
         };
-        let row = |row: &engine::FunnelRow| FunnelRow {
+        let row = |row: &engine::funnel::FunnelRow| FunnelRow {
             stage: row.stage as u32,
             unit: row.unit as u32,
             entered: counts(row.entered),
@@ -423,7 +423,11 @@ mod tests {
         for stage in engine::Stage::ALL {
             assert_eq!(name(cullet_stage_name(stage as u32)), stage.name());
         }
-        for unit in [engine::Unit::Instances, engine::Unit::Clusters, engine::Unit::Triangles] {
+        for unit in [
+            engine::funnel::Unit::Instances,
+            engine::funnel::Unit::Clusters,
+            engine::funnel::Unit::Triangles,
+        ] {
             assert_eq!(name(cullet_unit_name(unit as u32)), unit.name());
         }
     }

@@ -8,7 +8,7 @@ use cullet_cells::Cells;
 use cullet_io::LoadOptions;
 use cullet_maps::load;
 use engine::bounds::Aabb;
-use engine::{BoundsOverride, Handle as EngineHandle, InstanceFlags, SceneError};
+use engine::{Handle as EngineHandle, InstanceFlags, SceneError, scene::BoundsOverride};
 
 use crate::memory::{Out, Plain, read, text};
 use crate::registry::{Kind, Table};

@@ -1,7 +1,10 @@
 //! Views: plain structs, from a matrix or a camera.
 
 use engine::view::ViewError;
-use engine::{Camera as EngineCamera, CullFace, Depth, FrontFace, Projection};
+use engine::{
+    Camera as EngineCamera, Depth, Projection,
+    view::{CullFace, FrontFace},
+};
 
 use crate::memory::{Out, Plain, value};
 use crate::status::{Error, Result, Status, call};

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use bytemuck::{Pod, Zeroable};
-use engine::{Culler, FunnelRow, Output, View, ViewState, Visible};
+use engine::{Culler, Output, View, ViewState, Visible, funnel::FunnelRow};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
@@ -31,7 +31,7 @@ pub(crate) struct Row {
 
 impl Row {
     fn of(row: &FunnelRow, camera: usize) -> Self {
-        let counts = |c: &engine::Counts| [c.instances, c.clusters, c.triangles];
+        let counts = |c: &engine::funnel::Counts| [c.instances, c.clusters, c.triangles];
         let ([a, b, c], [d, e, f]) = (counts(&row.entered), counts(&row.left));
         let name = |text: &str| {
             let mut letters = [0; NAME];

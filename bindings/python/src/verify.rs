@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 
 use bytemuck::{Pod, Zeroable};
 use cullet_draw::VerifyOptions;
-use engine::{FunnelRow, Reason, ViewState};
+use engine::{Reason, ViewState, funnel::FunnelRow};
 use pyo3::prelude::*;
 
 use crate::arrays::structured;

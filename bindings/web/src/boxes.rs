@@ -5,7 +5,7 @@ use cullet::cull::Indices;
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::Cut;
 use cullet::hierarchy::{Handle, Hierarchy};
-use cullet::{Frustum, Simd, Transform};
+use cullet::{Simd, Transform, view::Frustum};
 
 use crate::fault::has_room;
 use crate::listing::Ascending;

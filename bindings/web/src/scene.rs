@@ -2,7 +2,7 @@
 
 use cullet::mesh::{Alpha, Part};
 use cullet::{
-    Handle, Instance, InstanceFlags, Mesh, MeshData, MeshPlace, Scene, SceneError, Transform,
+    Handle, Instance, InstanceFlags, Mesh, MeshData, Scene, SceneError, Transform, draw::MeshPlace,
 };
 use cullet_cells::{Cells, InCells};
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use cullet::{Culler, Depth, DrawList, Output, Reason, Unit, View, ViewState, Visible};
+use cullet::{Culler, Depth, DrawList, Output, Reason, View, ViewState, Visible, funnel::Unit};
 use cullet_cells::CellView;
 
 use crate::fault::{Code, Fault};

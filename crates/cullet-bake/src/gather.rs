@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use cullet::Scene;
 use cullet::lod::{LevelEye, Lod, NO_GROUP, PixelScale, Selection};
 use cullet::mesh::Part;
-use cullet::{MeshId, MeshLevels, Simd};
+use cullet::{MeshId, Simd, scene::MeshLevels};
 
 /// Texture coordinates, then a colour.
 pub(crate) type Values = [f32; 6];

@@ -186,7 +186,7 @@ fn what_is_large_or_near_is_kept_by_its_angle_and_neighbours_are_joined() {
 #[test]
 fn what_moves_in_ways_unknown_hides_nothing_and_is_kept() {
     let (mut scene, handles) = walled(TWO_SIDED);
-    let bounds = cullet::BoundsOverride::None;
+    let bounds = cullet::scene::BoundsOverride::None;
     scene.set_bounds(handles[0], bounds).expect("an instance");
     let mut nowhere = Transform::IDENTITY;
     nowhere.translation[1] = f64::NAN;

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use cullet::bounds::Aabb;
-use cullet::{CullError, Scene, SceneChange};
+use cullet::{CullError, Scene, scene::SceneChange};
 
 use crate::bits;
 use crate::cell::{CellGraph, CellLocator};

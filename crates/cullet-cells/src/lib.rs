@@ -13,7 +13,7 @@
 //! ```text
 //!  Scene ── log of changes ──► Cells ──► CellView::on ──► CellCandidates ──► Culler::cull_among
 //!                              graph, places,             by the trait
-//!                              slots of each cell, sets   cullet::Candidates
+//!                              slots of each cell, sets   cullet::candidates::Candidates
 //! ```
 //!
 //! [`Cells`] stand beside the scene and follow it: [`Cells::update`] reads what the scene logged since the last time, and finds

@@ -5,8 +5,8 @@ use cullet::cull::detail::Detail;
 use cullet::cull::occlusion::Occlusion;
 use cullet::cull::shadow::Light;
 use cullet::{
-    BoundsOverride, Culler, Instance, Output, Scene, ShadowView, Transform, View, ViewState,
-    Visible,
+    Culler, Instance, Output, Scene, ShadowView, Transform, View, ViewState, Visible,
+    scene::BoundsOverride,
 };
 use cullet_cells::query::{
     BlockingSides, LightAnswer, LightOptions, LightReason, SightOptions, cull_light_casters,

@@ -2,7 +2,8 @@
 
 use cullet::bounds::Aabb;
 use cullet::{
-    BoundsOverride, CullFace, Instance, InstanceFlags, Reason, Scene, Stage, Transform, View,
+    Instance, InstanceFlags, Reason, Scene, Stage, Transform, View, scene::BoundsOverride,
+    view::CullFace,
 };
 use cullet_cells::query::{EyeBox, RegionCuller, RegionError, RegionState, RegionVisible};
 use cullet_testkit::meshes::{block, of_parts};

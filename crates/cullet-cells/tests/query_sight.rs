@@ -1,7 +1,7 @@
 //! Lines of sight against every triangle one by one, through seams, and where the answer is by definition.
 
 use cullet::mesh::{Alpha, Part};
-use cullet::{BoundsOverride, Instance, InstanceFlags, Mesh, MeshData, Scene, Transform};
+use cullet::{Instance, InstanceFlags, Mesh, MeshData, Scene, Transform, scene::BoundsOverride};
 use cullet_cells::query::{
     BlockingSides, Find, Segment, Sight, SightOptions, line_of_sight, lines_of_sight,
 };

@@ -2,7 +2,9 @@
 
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Convex, Occluder, Shape};
-use cullet::{BoundsOverride, Handle, Instance, Mesh, Preparation, Scene, Transform};
+use cullet::{
+    Handle, Instance, Mesh, Scene, Transform, prepared::Preparation, scene::BoundsOverride,
+};
 use cullet_cells::query::{
     BlockingSides, BoxSight, SightOptions, VolumeOptions, box_to_box, line_of_sight,
 };

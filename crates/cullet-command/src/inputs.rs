@@ -5,7 +5,7 @@ use std::path::Path;
 use cullet::cull::detail::{Detail, Measure};
 use cullet::lod::Lod;
 use cullet::view::EyeBall;
-use cullet::{Backface, Culler, Preparation, Scene, Stage, View};
+use cullet::{Backface, Culler, Scene, Stage, View, prepared::Preparation};
 use cullet_cells::InCells;
 use cullet_io::{ErrorKind, LoadOptions, Model, PoseError};
 use cullet_scenes::paths::{self, Overrides, PathSpec};

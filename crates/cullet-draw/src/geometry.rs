@@ -5,7 +5,10 @@
 //! Scan Conversion Using 2D Homogeneous Coordinates*, 1997). Nothing is clipped and no vertex is
 //! divided by w or snapped, so no edge ever moves, also where corners lie behind the eye.
 
-use cullet::{CullFace, Depth, FrontFace, Transform, View};
+use cullet::{
+    Depth, Transform, View,
+    view::{CullFace, FrontFace},
+};
 
 /// A point in clip space, its z already turned so that nearer is smaller (see [`Lens`]).
 pub(crate) type Clip = [f64; 4];

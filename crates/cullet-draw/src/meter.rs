@@ -6,7 +6,7 @@ use crate::ImpostorJudge;
 use crate::surface::{SHARE_ABOVE, SurfaceTree, surface_points};
 use crate::{parallel, sort};
 use cullet::lod::{Impostor, Lod, PixelScale};
-use cullet::{Mesh, Scene, TriangleRange, View, Visible};
+use cullet::{Mesh, Scene, View, Visible, draw::TriangleRange};
 use glam::{DMat3, DMat4, DVec3};
 
 /// What was measured in a view.

@@ -1,7 +1,7 @@
 //! In whose place an instance is drawn that stands for others.
 
 use cullet::lod::{LevelEye, Lod, PixelScale, Selection};
-use cullet::{Scene, Simd, TriangleRange, View, Visible};
+use cullet::{Scene, Simd, View, Visible, draw::TriangleRange};
 
 use crate::sort;
 

@@ -1,6 +1,6 @@
 //! Which level each triangle is of that is drawn.
 
-use cullet::{MeshLevels, Scene, Visible};
+use cullet::{Scene, Visible, scene::MeshLevels};
 
 use crate::sort;
 

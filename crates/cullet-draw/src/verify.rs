@@ -1,6 +1,6 @@
 //! The proof that culling dropped nothing that is seen.
 
-use cullet::{Culler, Funnel, Reason, Scene, View, ViewState, Visible};
+use cullet::{Culler, Reason, Scene, View, ViewState, Visible, funnel::Funnel};
 use cullet_cells::InCells;
 
 use crate::frame::{Frame, FrameStats, PixelId, RenderOptions, Selection, first_of_each};
@@ -255,7 +255,7 @@ fn dropped(stage: &Stage, layers: u32, result: &Visible) -> Vec<bool> {
 
 #[cfg(test)]
 mod tests {
-    use cullet::{Instance, Stage as Kind, Transform, TriangleRange};
+    use cullet::{Instance, Stage as Kind, Transform, draw::TriangleRange};
     use cullet_testkit::scenes::{city, mixed_scene};
     use cullet_testkit::views::{look, mixed_view};
     use cullet_testkit::{Rng, meshes};

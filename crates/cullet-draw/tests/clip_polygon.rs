@@ -1,7 +1,7 @@
 //! Polygons cut by regions, against exact arithmetic, and neighbours against each other.
 
 use cullet::bounds::Plane;
-use cullet::{Depth, Frustum};
+use cullet::{Depth, view::Frustum};
 use cullet_draw::clip::{Clipper, GuardBand, HalfSpace, Region, space};
 use cullet_testkit::oracles::clip::clip_polygon_ref;
 use cullet_testkit::strategies::{number, point};

@@ -92,7 +92,7 @@ fn map_from_above() {
 #[test]
 fn layers_before_and_after() {
     let (scene, mut view) = (city(10, 1, 200), view([192, 108]));
-    view.cull_face = cullet::CullFace::None;
+    view.cull_face = cullet::view::CullFace::None;
     let options = VerifyOptions { count_layers: true, ..VerifyOptions::default() };
     let v = verify_visible(&scene, &view, frustum_kept(&scene, &view), &options);
     assert!(v.after.fragments < v.before.fragments);

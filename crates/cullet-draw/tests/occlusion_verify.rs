@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use cullet::bounds::Aabb;
-use cullet::{Reason, Scene, Stage, TriangleRange, View, Visible};
+use cullet::{Reason, Scene, Stage, View, Visible, draw::TriangleRange};
 use cullet_draw::{
     Prover, SampleOptions, Sampled, VerifyOptions, sampled_boxes, sampled_instances, verify_visible,
 };

@@ -115,7 +115,7 @@ proptest! {
 #[test]
 fn a_triangle_around_a_corner_is_a_false_positive() {
     let plane = |n: [f64; 3]| Some(cullet::bounds::Plane::new(n, 1.0));
-    let cube = cullet::Frustum::from_planes([
+    let cube = cullet::view::Frustum::from_planes([
         plane([-1.0, 0.0, 0.0]),
         plane([1.0, 0.0, 0.0]),
         plane([0.0, -1.0, 0.0]),

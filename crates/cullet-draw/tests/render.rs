@@ -1,8 +1,8 @@
 //! The renderer against its slow twin, and against what must be so.
 
 use cullet::{
-    Camera, Depth, Instance, InstanceFlags, Projection, Scene, Transform, TriangleRange, View,
-    Visible,
+    Camera, Depth, Instance, InstanceFlags, Projection, Scene, Transform, View, Visible,
+    draw::TriangleRange,
 };
 use cullet_draw::{Frame, PixelId, RenderOptions, Selection, render, render_ref};
 use cullet_testkit::scenes::{city, elsewhere, mixed_scene};

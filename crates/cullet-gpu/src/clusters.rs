@@ -102,7 +102,7 @@ impl ClusterInstances {
         Lanes::numbered(self.runs.iter().map(bucket).collect())
     }
 
-    /// The number of the level of each, as in [`DrawRange`](cullet::DrawRange): 0 of the mesh itself.
+    /// The number of the level of each, as in [`DrawRange`](cullet::draw::DrawRange): 0 of the mesh itself.
     #[must_use]
     pub fn levels(&self) -> &[u32] {
         &self.levels

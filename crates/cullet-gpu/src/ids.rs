@@ -3,7 +3,10 @@
 use std::collections::HashMap;
 
 use bytemuck::{Pod, Zeroable};
-use cullet::{CullFace, FrontFace, View};
+use cullet::{
+    View,
+    view::{CullFace, FrontFace},
+};
 use glam::{DMat4, DVec3, DVec4};
 use wgpu::*;
 

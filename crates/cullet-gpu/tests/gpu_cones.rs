@@ -5,7 +5,11 @@ use crate::common;
 
 use cullet::bounds::Aabb;
 use cullet::cull::backface::{EllipticCone, Facing, ViewEye};
-use cullet::{CullFace, FrontFace, Instance, Preparation, Scene, Simd, Transform, View};
+use cullet::{
+    Instance, Scene, Simd, Transform, View,
+    prepared::Preparation,
+    view::{CullFace, FrontFace},
+};
 use cullet_gpu::{ConeEye, DrawMode, Gpu, Grid, GridCone, OffScreen, Settings, Tier};
 use cullet_testkit::Rng;
 use cullet_testkit::meshes::{ball, one_sided};

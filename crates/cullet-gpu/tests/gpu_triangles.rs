@@ -5,7 +5,8 @@ use crate::common;
 use cullet::cull::backface::ObjectEye;
 use cullet::mesh::{MeshData, Part};
 use cullet::{
-    Camera, CullFace, Depth, FrontFace, Instance, Mesh, Projection, Scene, Transform, View,
+    Camera, Depth, Instance, Mesh, Projection, Scene, Transform, View,
+    view::{CullFace, FrontFace},
 };
 use cullet_gpu::{
     Draw, DrawArguments, EyeUniform, Gpu, GpuError, Lanes, MeshTriangles, OffScreen, Place, Tier,

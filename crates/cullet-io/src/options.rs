@@ -1,6 +1,6 @@
 //! Options of a loader: axes, sides, limits, and what is kept and prepared.
 
-use cullet::Preparation;
+use cullet::prepared::Preparation;
 
 /// How to load.
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use cullet::mesh::MeshError;
-use cullet::{BoundsOverride, Mesh, MeshData, SceneError, Transform};
+use cullet::{Mesh, MeshData, SceneError, Transform, scene::BoundsOverride};
 use glam::DAffine3;
 use thiserror::Error;
 

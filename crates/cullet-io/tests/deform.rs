@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use cullet::bounds::Aabb;
-use cullet::{BoundsOverride, Instance, Mesh, MeshData, Scene, SceneError, Transform};
+use cullet::{Instance, Mesh, MeshData, Scene, SceneError, Transform, scene::BoundsOverride};
 use cullet_io::deform::{DeformError, JointBoxes, MorphBounds, MorphedJointBoxes, Morphs, Skin};
 use proptest::prelude::*;
 

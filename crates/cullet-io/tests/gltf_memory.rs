@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use cullet::Preparation;
+use cullet::prepared::Preparation;
 use cullet_io::{LoadOptions, load};
 use cullet_testkit::memory::{Counting, peak_of};
 

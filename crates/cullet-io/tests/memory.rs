@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::time::Instant;
 
-use cullet::Preparation;
+use cullet::prepared::Preparation;
 use cullet_io::{LoadOptions, load};
 use cullet_testkit::memory::{Counting, peak_of};
 

@@ -12,7 +12,7 @@ use std::io::{self, Write};
 
 use cullet::bounds::Aabb;
 use cullet::mesh::{Alpha, MeshData, Part};
-use cullet::{BoundsOverride, Instance, InstanceFlags, Transform};
+use cullet::{Instance, InstanceFlags, Transform, scene::BoundsOverride};
 
 pub use make::{MakeOptions, Objects, occluder_slots};
 

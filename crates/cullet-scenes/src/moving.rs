@@ -5,7 +5,7 @@
 
 use cullet::bounds::Aabb;
 use cullet::mesh::Alpha;
-use cullet::{BoundsOverride, Instance, Mesh, Transform};
+use cullet::{Instance, Mesh, Transform, scene::BoundsOverride};
 use glam::{DAffine3, DVec3};
 
 use super::builder::{SceneBuilder, Sides, fill, turned};

@@ -1,7 +1,7 @@
 //! Scenes of the engine.
 
 use cullet::bounds::Aabb;
-use cullet::{Instance, InstanceFlags, Preparation, Scene, Transform, View};
+use cullet::{Instance, InstanceFlags, Scene, Transform, View, prepared::Preparation};
 
 use crate::meshes::{blob, block, of_all_kinds, of_parts, one_sided, tetrahedron};
 use crate::{Rng, soups};

@@ -1,6 +1,6 @@
 //! Views of every kind and what stands in them, for properties of proptest.
 
-use cullet::{Camera, Depth, FrontFace, Projection, Transform, View};
+use cullet::{Camera, Depth, Projection, Transform, View, view::FrontFace};
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;

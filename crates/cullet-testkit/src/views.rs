@@ -4,7 +4,10 @@ use cullet::bounds::{Aabb, Plane};
 use cullet::cull::detail::{Detail, Measure};
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Backface, Camera, CullFace, Culler, Depth, FrontFace, Frustum, Projection, View};
+use cullet::{
+    Backface, Camera, Culler, Depth, Projection, View,
+    view::{CullFace, FrontFace, Frustum},
+};
 
 use crate::Rng;
 

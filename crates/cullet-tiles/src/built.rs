@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 
 use cullet::lod::Levels;
-use cullet::{Instance, Mesh, Preparation, Prepared, Scene};
+use cullet::{
+    Instance, Mesh, Scene,
+    prepared::{Preparation, Prepared},
+};
 use cullet_io::baked::pays;
 
 use crate::source::{TileContent, TileId};

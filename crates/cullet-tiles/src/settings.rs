@@ -1,6 +1,6 @@
 //! What is wanted of a world.
 
-use cullet::Preparation;
+use cullet::prepared::Preparation;
 
 /// What is wanted of a world.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use cullet::{Mesh, Prepared, Scene};
+use cullet::{Mesh, Scene, prepared::Prepared};
 
 use crate::built::{Loaded, scene_of};
 use crate::choose::{Cut, choose, want};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
 use std::thread::JoinHandle;
 
-use cullet::{Prepared, Scene};
+use cullet::{Scene, prepared::Prepared};
 
 use crate::built::{Loaded, scene_of};
 use crate::choose::choose;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use cullet::{Culler, Preparation, Scene, ViewState, Visible};
+use cullet::{Culler, Scene, ViewState, Visible, prepared::Preparation};
 use cullet_io::{LoadOptions, Model};
 use cullet_maps::WriteTiles;
 use cullet_maps::load;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use cullet::{Preparation, Scene};
+use cullet::{Scene, prepared::Preparation};
 use cullet_cells::pvs::{Targets, VisibleSets};
 use cullet_io::{LoadOptions, Model};
 use cullet_maps::TileInput;

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use cullet::{Camera, Culler, Depth, Mesh, Preparation, Projection, Scene, View, ViewState};
+use cullet::{
+    Camera, Culler, Depth, Mesh, Projection, Scene, View, ViewState, prepared::Preparation,
+};
 use cullet_bake::stand_in::{StandInOptions, StandIns};
 use cullet_draw::surface::SurfaceTree;
 use cullet_draw::surface::surface_points;

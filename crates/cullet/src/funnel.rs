@@ -17,7 +17,7 @@ pub enum Stage {
     Layer = 1,
     /// Outside the view's frustum; of a light, where no caster can matter.
     Frustum = 2,
-    /// Not in the potentially visible set: that of the eye's cell, or the [candidates](crate::Candidates) of the caller.
+    /// Not in the potentially visible set: that of the eye's cell, or the [candidates](crate::candidates::Candidates) of the caller.
     Pvs = 3,
     /// Not seen through any portal.
     Portal = 4,

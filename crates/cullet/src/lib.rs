@@ -44,7 +44,12 @@
 //! | [`hierarchy`] | bounding-volume hierarchies over instances and clusters |
 //! | [`cull`] | one room for each kind of culling: [`frustum`](cull::frustum), [`backface`](cull::backface), [`detail`](cull::detail), [`degenerate`](cull::degenerate), [`occlusion`](cull::occlusion), [`shadow`](cull::shadow) |
 //! | [`lod`] | levels of detail: which clusters are drawn for an eye |
-//! | the root | [`Scene`], [`Prepared`], [`Culler`], [`ViewState`], [`Visible`], [`Funnel`] |
+//! | [`draw`] | draw lists, and the arrays that they fill |
+//! | [`funnel`], [`explain`] | how much each stage took, and why it took an instance |
+//! | [`candidates`] | instances that are culled by what the caller knows |
+//! | [`costs`], [`prepared`] | what occluders are chosen by, and what is made of a mesh beforehand |
+//! | [`scene`] | changes, versions, levels and overrides of a [`Scene`] |
+//! | the root | what every frame needs: [`Scene`], [`View`], [`Culler`], [`ViewState`], [`Visible`], [`DrawList`] |
 //!
 //! # Features
 //!
@@ -61,43 +66,48 @@
 mod array;
 mod bits;
 pub mod bounds;
-mod costs;
+pub mod costs;
 pub mod cull;
 mod culler;
 pub mod exact;
-mod funnel;
+pub mod funnel;
 pub mod hierarchy;
 pub mod lod;
 mod matrix;
 pub mod mesh;
-mod prepared;
-mod scene;
+pub mod prepared;
+pub mod scene;
 mod simd;
 mod sort;
 mod transform;
 pub mod view;
 mod visible;
 
-pub use costs::{Costs, DrawingCosts, OccluderCosts};
-pub use culler::{
-    Backface, Candidates, CullError, Culler, Explanation, Look, Output, ShadowView, Step, ViewState,
-};
-pub use culler::{CellTest, CoverTest, Evidence, PlaneTest};
-pub use funnel::{
-    Counts, FrustumWork, Funnel, FunnelRow, OcclusionTimes, OcclusionWork, Reason, Stage, Unit,
-};
-pub use hierarchy::{Commit, Handle};
+/// Candidates: instances that may be visible, as the caller knows from elsewhere.
+pub mod candidates {
+    pub use crate::culler::{Candidates, Look};
+}
+
+/// Draws of what is left, one by one or in arrays for indirect draws.
+pub mod draw {
+    pub use crate::visible::{
+        Draw, DrawCommand, DrawKey, DrawRange, DrawState, DroppedRange, InstanceNumbers, MeshPlace,
+        SlotRange, TriangleRange,
+    };
+}
+
+/// Explanations: why an instance is drawn or not, stage by stage.
+pub mod explain {
+    pub use crate::culler::{CellTest, CoverTest, Evidence, Explanation, PlaneTest, Step};
+}
+
+pub use culler::{Backface, CullError, Culler, Output, ShadowView, ViewState};
+pub use funnel::{Reason, Stage};
+pub use hierarchy::Handle;
 pub use matrix::Matrix;
 pub use mesh::{Mesh, MeshData};
-pub use prepared::{Preparation, Prepared};
-pub use scene::{
-    BoundsOverride, BoundsViolation, Instance, InstanceFlags, MeshId, MeshLevels, Scene,
-    SceneBoundsMut, SceneChange, SceneError, SceneVersion, StandInError,
-};
+pub use scene::{Instance, InstanceFlags, MeshId, Scene, SceneError};
 pub use simd::Simd;
 pub use transform::Transform;
-pub use view::{Camera, CullFace, Depth, FrontFace, Frustum, Projection, View};
-pub use visible::{
-    Draw, DrawCommand, DrawKey, DrawList, DrawRange, DrawState, DroppedRange, InstanceNumbers,
-    MeshPlace, SlotRange, TriangleRange, Visible,
-};
+pub use view::{Camera, Depth, Projection, View};
+pub use visible::{DrawList, Visible};

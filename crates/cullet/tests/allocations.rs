@@ -6,8 +6,8 @@ use cullet::cull::frustum::tree::Cut;
 use cullet::cull::occlusion::{DynamicSurface, Occlusion, OcclusionBuffer};
 use cullet::hierarchy::Hierarchy;
 use cullet::{
-    Culler, DrawList, Instance, Output, Preparation, Scene, Simd, Stage, Transform, View,
-    ViewState, Visible,
+    Culler, DrawList, Instance, Output, Scene, Simd, Stage, Transform, View, ViewState, Visible,
+    prepared::Preparation,
 };
 use cullet_cells::{CellView, Cells};
 use cullet_testkit::buildings::Building;

@@ -2,7 +2,10 @@
 
 use cullet::cull::backface::{Facing, ObjectEye};
 use cullet::cull::degenerate::{self, Flattening};
-use cullet::{CullFace, FrontFace, Transform};
+use cullet::{
+    Transform,
+    view::{CullFace, FrontFace},
+};
 use cullet_testkit::oracles::triangles::{facing_ref, flattens_ref};
 use cullet_testkit::strategies::{corners, distant_transform, distant_view};
 use cullet_testkit::vectors::fibonacci;

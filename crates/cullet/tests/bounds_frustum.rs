@@ -3,7 +3,7 @@
 use cullet::bounds::{Aabb, Plane, Side, Sphere};
 use cullet::cull::frustum::exact::ExactFrustum;
 use cullet::view::FrustumPlane;
-use cullet::{Camera, Frustum, Projection};
+use cullet::{Camera, Projection, view::Frustum};
 use cullet_testkit::Rng;
 use cullet_testkit::oracles::frustum::{
     classify_aabb, classify_aabb_ref, classify_sphere, classify_sphere_ref, intersects_ref,

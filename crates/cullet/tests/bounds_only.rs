@@ -3,8 +3,8 @@
 use cullet::bounds::Aabb;
 use cullet::mesh::{Clustering, MAX_CLUSTER_TRIANGLES, Part};
 use cullet::{
-    BoundsOverride, Culler, DrawList, Handle, Instance, Mesh, MeshData, Output, Scene, SceneError,
-    Stage, Transform, View, ViewState, Visible,
+    Culler, DrawList, Handle, Instance, Mesh, MeshData, Output, Scene, SceneError, Stage,
+    Transform, View, ViewState, Visible, scene::BoundsOverride,
 };
 use cullet_testkit::answers::{cull, listed};
 use cullet_testkit::oracles::visible::visible_ref;

@@ -1,6 +1,8 @@
 //! Candidates of the caller: what is left of an answer by them, and masks of other scenes.
 
-use cullet::{CullError, Culler, Handle, Reason, Scene, Stage, Unit, View, ViewState, Visible};
+use cullet::{
+    CullError, Culler, Handle, Reason, Scene, Stage, View, ViewState, Visible, funnel::Unit,
+};
 use cullet_testkit::answers::{cull, listed, slots};
 use cullet_testkit::scenes::random_scene;
 use cullet_testkit::views::{random_culler, random_view};

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use cullet::{
-    BoundsOverride, Culler, Handle, Instance, InstanceFlags, Output, Reason, Stage, Transform,
-    View, ViewState, Visible,
+    Culler, Handle, Instance, InstanceFlags, Output, Reason, Stage, Transform, View, ViewState,
+    Visible, scene::BoundsOverride,
 };
 use cullet_testkit::answers::cull;
 use cullet_testkit::oracles::visible::visible_ref;

@@ -4,8 +4,11 @@
 use cullet::cull::backface::{Facing, ObjectEye, ViewEye};
 use cullet::mesh::Part;
 use cullet::{
-    Backface, Camera, CullFace, Culler, Depth, FrontFace, Instance, Mesh, MeshData, Output,
-    Preparation, Prepared, Projection, Reason, Scene, Stage, Transform, Unit, View, Visible,
+    Backface, Camera, Culler, Depth, Instance, Mesh, MeshData, Output, Projection, Reason, Scene,
+    Stage, Transform, View, Visible,
+    funnel::Unit,
+    prepared::{Preparation, Prepared},
+    view::{CullFace, FrontFace},
 };
 use cullet_testkit::answers::{cull, listed};
 use cullet_testkit::scenes::random_scene;

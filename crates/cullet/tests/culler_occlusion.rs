@@ -4,9 +4,9 @@ use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Occluder, Occlusion, Shape};
 use cullet::mesh::Part;
 use cullet::{
-    BoundsOverride, Camera, CullFace, Culler, Depth, Handle, Instance, InstanceFlags, Mesh,
-    MeshData, Output, Preparation, Projection, Reason, Scene, Stage, Transform, Unit, View,
-    ViewState, Visible,
+    Camera, Culler, Depth, Handle, Instance, InstanceFlags, Mesh, MeshData, Output, Projection,
+    Reason, Scene, Stage, Transform, View, ViewState, Visible, funnel::Unit, prepared::Preparation,
+    scene::BoundsOverride, view::CullFace,
 };
 use cullet_testkit::Rng;
 use cullet_testkit::answers::{cull, listed, slots};
@@ -380,7 +380,7 @@ fn hidden_clusters_go_and_others_stay() {
     let slot = s.scene.slot(wide).unwrap();
     let result = cull(&culler().with_output(Output::Triangles), &s.scene, &view());
     let row = |unit| {
-        let is_row = |r: &&cullet::FunnelRow| (r.stage, r.unit) == (Stage::Occlusion, unit);
+        let is_row = |r: &&cullet::funnel::FunnelRow| (r.stage, r.unit) == (Stage::Occlusion, unit);
         *result.funnel.rows.iter().find(is_row).unwrap()
     };
     let clusters = row(Unit::Clusters);

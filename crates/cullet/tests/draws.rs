@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use cullet::cull::shadow::Light;
 use cullet::mesh::{Alpha, Part};
 use cullet::{
-    Culler, DrawCommand, DrawKey, DrawList, DrawState, Instance, InstanceFlags, InstanceNumbers,
-    Mesh, MeshData, MeshPlace, Output, Preparation, Scene, SceneError, ShadowView, Transform,
-    ViewState, Visible,
+    Culler, DrawList, Instance, InstanceFlags, Mesh, MeshData, Output, Scene, SceneError,
+    ShadowView, Transform, ViewState, Visible,
+    draw::{DrawCommand, DrawKey, DrawState, InstanceNumbers, MeshPlace},
+    prepared::Preparation,
 };
 use cullet_testkit::scenes::random_scene;
 use cullet_testkit::views::{looking_down_z, random_culler, random_view};

@@ -2,7 +2,7 @@
 
 use cullet::cull::detail::Detail;
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Culler, Instance, Output, Scene, Stage, Unit};
+use cullet::{Culler, Instance, Output, Scene, Stage, funnel::Unit};
 use cullet_testkit::answers::cull;
 use cullet_testkit::oracles::alone::{check_rows, fates, fates_alone, telling};
 use cullet_testkit::scenes::random_scene;
@@ -23,7 +23,7 @@ fn scene(rng: &mut Rng) -> Scene {
     // Flattened to a line.
     let flat = cullet::Transform::from_scale_translation([2.0, 0.0, 0.0], rng.vector(9.0));
     scene.add(Instance::new(ball, flat)).expect("the mesh exists");
-    scene.prepare(cullet::Preparation::ALL);
+    scene.prepare(cullet::prepared::Preparation::ALL);
     scene
 }
 
@@ -151,7 +151,7 @@ fn one_stage_runs_alone_or_is_left_out() {
         for one in exist {
             let result = cull(&all.only(one), &scene, &view);
             for stage in Stage::ALL.into_iter().filter(|&s| s != one && s != Stage::Layer) {
-                assert_eq!(result.funnel.dropped(stage), cullet::Counts::default());
+                assert_eq!(result.funnel.dropped(stage), cullet::funnel::Counts::default());
             }
         }
     }

@@ -183,7 +183,7 @@ fn random_scene(rng: &mut Rng) -> (Scene, Vec<Strip>) {
             let transform = Transform::from_scale_translation(scale, place);
             let mut instance = Instance::new(mesh, transform);
             if rng.below(6) == 0 {
-                instance.bounds = cullet::BoundsOverride::Margin(1.0);
+                instance.bounds = cullet::scene::BoundsOverride::Margin(1.0);
             }
             scene.add(instance).expect("few");
         }

@@ -4,8 +4,8 @@ use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use cullet::{
-    Culler, DrawList, Instance, Mesh, MeshData, Preparation, Scene, Transform, View, ViewState,
-    Visible,
+    Culler, DrawList, Instance, Mesh, MeshData, Scene, Transform, View, ViewState, Visible,
+    prepared::Preparation,
 };
 use cullet_testkit::views::look;
 

@@ -5,8 +5,10 @@ use cullet::cull::detail::{Detail, Measure};
 use cullet::cull::occlusion::{Convex, Occluder, Occlusion, Patch, Shape};
 use cullet::mesh::{Alpha, MeshData, Part};
 use cullet::{
-    Backface, Camera, CullFace, Culler, Depth, FrontFace, Handle, Instance, Mesh, Output,
-    Projection, Reason, Scene, Simd, Stage, Transform, Unit, View, ViewState, Visible,
+    Backface, Camera, Culler, Depth, Handle, Instance, Mesh, Output, Projection, Reason, Scene,
+    Simd, Stage, Transform, View, ViewState, Visible,
+    funnel::Unit,
+    view::{CullFace, FrontFace},
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;

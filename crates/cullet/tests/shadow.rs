@@ -3,7 +3,7 @@
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::{Planes, VISIBLE, reject_boxes};
 use cullet::cull::shadow::{CasterReason, CasterRegion, Light};
-use cullet::{Frustum, Simd, View};
+use cullet::{Simd, View, view::Frustum};
 use cullet_testkit::Rng;
 use cullet_testkit::oracles::shadow::casts_into_ref;
 use cullet_testkit::views::{random_view, view_and_moved};

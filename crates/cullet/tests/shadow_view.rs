@@ -7,8 +7,8 @@ use cullet::cull::occlusion::Occlusion;
 use cullet::cull::shadow::{CasterReason, CasterRegion, Light};
 use cullet::mesh::Part;
 use cullet::{
-    BoundsOverride, Culler, Handle, Instance, InstanceFlags, Mesh, MeshData, Output, Scene,
-    ShadowView, Simd, Stage, Transform, Unit, View, ViewState, Visible,
+    Culler, Handle, Instance, InstanceFlags, Mesh, MeshData, Output, Scene, ShadowView, Simd,
+    Stage, Transform, View, ViewState, Visible, funnel::Unit, scene::BoundsOverride,
 };
 use cullet_testkit::answers::listed;
 use cullet_testkit::scenes::random_scene;
@@ -242,7 +242,7 @@ fn what_shades_a_seen_point_is_kept_down_to_the_triangle() {
         let with_map = round % 2 == 0;
         if with_map {
             let mut map = map_of(&mut rng, &light, offset);
-            map.cull_face = cullet::CullFace::None;
+            map.cull_face = cullet::view::CullFace::None;
             shadows.map = Some(map);
         }
         let occlusion = (round % 4 == 0).then(Occlusion::default);

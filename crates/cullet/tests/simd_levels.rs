@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Aabb, Boxes, Plane, Side, Sphere, Spheres};
 use cullet::cull::frustum::batch::{self, Indices, Planes, SpherePlanes, VISIBLE, mask_words};
-use cullet::{Camera, Depth, Frustum, Projection, View};
+use cullet::{Camera, Depth, Projection, View, view::Frustum};
 use cullet_testkit::at_every_level;
 use proptest::prelude::*;
 

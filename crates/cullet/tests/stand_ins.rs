@@ -2,8 +2,9 @@
 
 use cullet::lod::{LevelEye, Levels, Lod, PixelScale};
 use cullet::{
-    BoundsOverride, Culler, Handle, Instance, InstanceFlags, MeshId, Output, Scene, SceneError,
-    Stage, StandInError, Transform, View, ViewState, Visible,
+    Culler, Handle, Instance, InstanceFlags, MeshId, Output, Scene, SceneError, Stage, Transform,
+    View, ViewState, Visible,
+    scene::{BoundsOverride, StandInError},
 };
 use cullet_testkit::answers::cull;
 use cullet_testkit::memory::{Counting, allocations_of};

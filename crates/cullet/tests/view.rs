@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Plane, Side};
 use cullet::view::ViewError;
-use cullet::{Camera, Depth, Frustum, Projection, Transform, View};
+use cullet::{Camera, Depth, Projection, Transform, View, view::Frustum};
 use cullet_testkit::strategies::*;
 use glam::{DMat4, DVec3, DVec4};
 use proptest::prelude::*;

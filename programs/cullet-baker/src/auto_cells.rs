@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use cullet::{Handle, Preparation};
+use cullet::{Handle, prepared::Preparation};
 use cullet_bake::room_volumes::{RoomCells, RoomOptions, cells_of_rooms};
 use cullet_bake::rooms::{FindOptions, FoundCells, FoundFigures, RoomsError, find_cells};
 use cullet_command::args::SceneArgs;

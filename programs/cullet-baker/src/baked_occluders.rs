@@ -1,6 +1,6 @@
 //! Occluders that a baked file has, or that are baked when a scene is opened.
 
-use cullet::Preparation;
+use cullet::prepared::Preparation;
 use cullet_bake::occluders::{OccluderOptions, OccluderPolygon, Occluders, occluders};
 use cullet_command::args::{CullArgs, OccluderKind};
 use cullet_command::console::{Console, count, grouped, interrupted};

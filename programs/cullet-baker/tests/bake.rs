@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use cullet::mesh::Part;
-use cullet::{Instance, Mesh, MeshData, Preparation, Scene, Transform};
+use cullet::{Instance, Mesh, MeshData, Scene, Transform, prepared::Preparation};
 use cullet_bake::levels::{ChainOptions, HierarchyOptions, build_chain, build_hierarchy};
 use cullet_bake::occluders::{OccluderOptions, occluders};
 use cullet_io::baked::LevelKind;

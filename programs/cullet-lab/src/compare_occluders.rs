@@ -4,7 +4,7 @@ use crate::bench::occlusion::{Agreement, HIDDEN, OUTSIDE, Reference, TOLERANCE, 
 use crate::occscn;
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Occlusion, Visibility};
-use cullet::{Culler, Output, Preparation, Scene, View, ViewState, Visible};
+use cullet::{Culler, Output, Scene, View, ViewState, Visible, prepared::Preparation};
 use cullet_baker::occluders::{CompareArgs, Compared};
 use cullet_command::clock::clock;
 use cullet_command::console::{Console, count, grouped, interrupted};
@@ -191,9 +191,9 @@ impl Bench {
             go_on()?;
             culler.cull_one(scene, view, &mut state, &mut result);
             shapes += result.funnel.occlusion.drawn;
-            let stage = |s: &cullet::FunnelRow| s.stage == cullet::Stage::Occlusion;
+            let stage = |s: &cullet::funnel::FunnelRow| s.stage == cullet::Stage::Occlusion;
             let row = result.funnel.rows.iter().find(|row| stage(row));
-            nanoseconds += row.and_then(cullet::FunnelRow::time).unwrap_or(0);
+            nanoseconds += row.and_then(cullet::funnel::FunnelRow::time).unwrap_or(0);
             let buffer = state.occlusion_buffer();
             answers.extend(self.objects.iter().map(|b| match buffer.map(|o| o.test_box(b)) {
                 Some(Visibility::Hidden) => HIDDEN,

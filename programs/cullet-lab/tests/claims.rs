@@ -4,7 +4,8 @@
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Convex, DynamicSurface, OcclusionBuffer};
 use cullet::{
-    Camera, CullFace, Depth, Instance, Mesh, MeshData, Projection, Scene, Simd, Transform, View,
+    Camera, Depth, Instance, Mesh, MeshData, Projection, Scene, Simd, Transform, View,
+    view::CullFace,
 };
 use cullet_draw::OccluderTriangles;
 use cullet_io::{LoadOptions, load};

@@ -2,7 +2,10 @@
 
 use std::collections::HashMap;
 
-use cullet::{DrawCommand, DrawKey, DrawList, DrawState, MeshPlace, Scene, View};
+use cullet::{
+    DrawList, Scene, View,
+    draw::{DrawCommand, DrawKey, DrawState, MeshPlace},
+};
 use cullet_gpu::{
     Culling, Draw, DrawArguments, EyeUniform, Gpu, GpuError, GpuScene, Kind, PLACES, culled_faces,
 };

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use cullet::BoundsViolation;
 use cullet::Scene;
+use cullet::scene::BoundsViolation;
 
 use crate::lines::{Lines, tint};
 use crate::task::{Progress, Task};
@@ -91,8 +91,8 @@ fn draw(scene: &Scene, violations: &[BoundsViolation], most: usize, lines: &mut 
 
 #[cfg(test)]
 mod tests {
-    use cullet::BoundsOverride;
     use cullet::bounds::Aabb;
+    use cullet::scene::BoundsOverride;
 
     use super::*;
 

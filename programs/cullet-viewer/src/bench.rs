@@ -4,7 +4,7 @@
 use std::io::Write;
 use std::time::Instant;
 
-use cullet::{CullFace, Output, View, ViewState, Visible};
+use cullet::{Output, View, ViewState, Visible, view::CullFace};
 use cullet_gpu::{GpuError, Tier};
 use cullet_scenes::paths::PathSpec;
 

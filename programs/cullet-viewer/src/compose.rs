@@ -1,6 +1,6 @@
 //! Composes the panes to draw of a session, with lines and ghosts. It neither decides nor draws.
 
-use cullet::{CullFace, Depth, Reason, SlotRange, Stage, View, Visible};
+use cullet::{Depth, Reason, Stage, View, Visible, draw::SlotRange, view::CullFace};
 use cullet_draw::palette;
 use glam::DVec3;
 

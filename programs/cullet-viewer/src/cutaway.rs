@@ -4,8 +4,8 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use cullet::Preparation;
 use cullet::bounds::Plane;
+use cullet::prepared::Preparation;
 use cullet_cut::{CutModel, Keep, ModelError, ModelOptions, ModelReport, box_planes, cut_model};
 use glam::DVec3;
 

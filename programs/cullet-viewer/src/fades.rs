@@ -4,7 +4,10 @@
 use std::collections::BTreeMap;
 
 use cullet::cull::detail::Detail;
-use cullet::{DrawRange, Scene, SlotRange, Stage, View, Visible};
+use cullet::{
+    Scene, Stage, View, Visible,
+    draw::{DrawRange, SlotRange},
+};
 
 use crate::levels_alone::ranges_of;
 

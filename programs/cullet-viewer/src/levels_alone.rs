@@ -1,6 +1,6 @@
 //! What levels of detail alone draw of a scene: who changed from one view to the next, whatever else was culled.
 
-use cullet::{Culler, DrawRange, Output, Reason, Scene, Stage, View, ViewState, Visible};
+use cullet::{Culler, Output, Reason, Scene, Stage, View, ViewState, Visible, draw::DrawRange};
 
 /// The cut at the threshold that a decision came to; `None` where it was made without levels. With instances that stand for
 /// others, or, where these are chosen by what other stages leave, each as itself. Cost: a cull by one stage.

@@ -99,7 +99,7 @@ fn row(decision: &Decision) -> Row {
     let mut stages = String::new();
     for stage in Stage::ALL {
         let rows = decision.visible.funnel.rows.iter().filter(|r| r.stage == stage);
-        let took: u64 = rows.filter_map(cullet::FunnelRow::time).sum();
+        let took: u64 = rows.filter_map(cullet::funnel::FunnelRow::time).sum();
         if took > 0 {
             stages.push_str(&format!("{} {:.2}  ", stage.name(), took as f64 * 1e-6));
         }

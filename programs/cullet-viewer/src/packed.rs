@@ -8,7 +8,9 @@ use cullet::bounds::Aabb;
 use cullet::cull::occlusion::Occluder;
 use cullet::mesh::{Cluster, Clustering, MeshData, Part};
 use cullet::{
-    BoundsOverride, Handle, Instance, InstanceFlags, Mesh, Preparation, Prepared, Scene, Transform,
+    Handle, Instance, InstanceFlags, Mesh, Scene, Transform,
+    prepared::{Preparation, Prepared},
+    scene::BoundsOverride,
 };
 use cullet_io::{CellGraph, Model, NodeTree, Warning};
 

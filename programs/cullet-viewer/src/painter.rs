@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cullet::{CullFace, View};
+use cullet::{View, view::CullFace};
 use eframe::{egui, egui_wgpu, wgpu};
 
 use crate::compose::{Composition, compose, instance_colours};

@@ -79,7 +79,7 @@ fn changed(a: &Visible, b: &Visible) -> Vec<u32> {
 
 #[cfg(test)]
 mod tests {
-    use cullet::DrawRange;
+    use cullet::draw::DrawRange;
 
     use super::*;
 

@@ -273,7 +273,7 @@ mod tests {
         mirrored.linear[0] = mirrored.linear[0].map(|v| -v);
         for clockwise in [false, true] {
             if clockwise {
-                view.front_face = cullet::FrontFace::Clockwise;
+                view.front_face = cullet::view::FrontFace::Clockwise;
             }
             let seen = Seen { mesh: scene.mesh(slot), transform: &mirrored, view: &view };
             let exact = ObjectEye::of_view(&view, &mirrored);
@@ -281,7 +281,7 @@ mod tests {
             assert!(found.proved.iter().all(|&t| exact.culls(&seen.mesh.corners(t))));
             assert!(found.away > 0);
         }
-        view.cull_face = cullet::CullFace::None;
+        view.cull_face = cullet::view::CullFace::None;
         let seen = Seen { mesh: scene.mesh(slot), transform: &mirrored, view: &view };
         let found = seen.study(&Study { by: By::Elliptic, ..Study::default() });
         assert_eq!((found.away, found.proved.len()), (0, 0));

@@ -8,7 +8,7 @@ use std::sync::mpsc::{
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use cullet::{Instance, Preparation, Scene};
+use cullet::{Instance, Scene, prepared::Preparation};
 use cullet_draw::palette;
 use cullet_io::{LoadOptions, Material, Model};
 use cullet_scenes::CityName;

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Culler, FunnelRow, Output, ViewState, Visible};
+use cullet::{Culler, Output, ViewState, Visible, funnel::FunnelRow};
 use cullet_viewer::compose::{Composition, Role, compose, instance_colours};
 use cullet_viewer::nearness;
 use cullet_viewer::script::{TOGGLES, thrown};

@@ -80,7 +80,7 @@ fn a_closed_solid_opens_with_half_of_its_faces_culled_and_seen_to_be() {
         let centre = glam::DVec3::from(session.world.as_ref().expect("loaded").centre);
         let turned = (eye - centre).angle_between(aside - centre).to_degrees();
         assert!((60.0..150.0).contains(&turned), "{name}: {turned}");
-        assert_eq!(made.panels[1].view.cull_face, cullet::CullFace::None);
+        assert_eq!(made.panels[1].view.cull_face, cullet::view::CullFace::None);
     }
 }
 

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use cullet::{FrustumWork, FunnelRow, Handle, Stage, Unit};
+use cullet::{
+    Handle, Stage,
+    funnel::{FrustumWork, FunnelRow, Unit},
+};
 use cullet_draw::{BackfaceCounts, BoundsCounts};
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use cullet::{Culler, Handle, Output, Stage, Unit, View, ViewState, Visible};
+use cullet::{Culler, Handle, Output, Stage, View, ViewState, Visible, funnel::Unit};
 use cullet_command::clock::clock;
 use cullet_command::exit::Failure;
 use cullet_command::inputs;

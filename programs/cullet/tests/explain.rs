@@ -3,7 +3,11 @@
 use std::process::{Command, Output as Ended};
 
 use cullet::cull::detail::Detail;
-use cullet::{Culler, Evidence, Output, PlaneTest, Reason, Stage, Unit, View, ViewState, Visible};
+use cullet::{
+    Culler, Output, Reason, Stage, View, ViewState, Visible,
+    explain::{Evidence, PlaneTest},
+    funnel::Unit,
+};
 use cullet_draw::{PixelId, RenderOptions, Selection};
 use cullet_io::{LoadOptions, Model};
 use cullet_scenes::paths::{self, Overrides, PathSpec};

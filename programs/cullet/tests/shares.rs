@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Culler, Stage, Unit, View, ViewState, Visible};
+use cullet::{Culler, Stage, View, ViewState, Visible, funnel::Unit};
 use cullet_io::{LoadOptions, Model};
 use cullet_maps::load;
 use cullet_scenes::paths::{self, Overrides, PathSpec};

@@ -19,7 +19,7 @@ use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::{Indices, Planes, count_boxes, cull_boxes};
 use cullet::cull::frustum::tree::Cut;
 use cullet::hierarchy::{Hierarchy, Nodes};
-use cullet::{Camera, Frustum, Level, Projection};
+use cullet::{Camera, Level, Projection, view::Frustum};
 use peers::{Peer, Test};
 
 const SECONDS: f64 = 1.0;

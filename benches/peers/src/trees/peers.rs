@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use bvh::aabb::{Aabb as BvhAabb, Bounded, IntersectsAabb};
 use bvh::bounding_hierarchy::BHShape;
 use bvh::bvh::Bvh;
-use cullet::Frustum;
+use cullet::view::Frustum;
 use cullet::bounds::Aabb;
 use glam::Vec3A;
 use nalgebra::Point3;

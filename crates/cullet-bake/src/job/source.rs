@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::pvs::Pvs;
-use cullet::Preparation;
+use cullet::prepared::Preparation;
 use cullet_cells::cell::CellGraph;
 use cullet_io::baked::hash;
 use cullet_io::{ErrorKind, LoadError, LoadOptions, Model};

@@ -13,7 +13,7 @@ mod keep;
 mod made;
 mod tree;
 
-use cullet::{Handle, Instance, Scene, SceneError, StandInError, Transform};
+use cullet::{Handle, Instance, Scene, SceneError, Transform, scene::StandInError};
 use thiserror::Error;
 
 use crate::levels::{LevelsData, LevelsError};

@@ -64,7 +64,7 @@ impl PortalView {
     }
 }
 
-fn near_box(frustum: &cullet::Frustum, eye: DVec3) -> Option<[[f64; 3]; 2]> {
+fn near_box(frustum: &cullet::view::Frustum, eye: DVec3) -> Option<[[f64; 3]; 2]> {
     let corners = frustum.corners()?;
     let (mut min, mut max) = (eye, eye);
     for [x, y, z, w] in &corners[..4] {

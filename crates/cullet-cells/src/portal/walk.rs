@@ -8,8 +8,8 @@ use super::polygon::{Corner, SLACK, cut, rectangle, side};
 use super::view::PortalView;
 use super::{PortalClip, PortalOptions};
 use crate::cell::CellGraph;
-use cullet::Frustum;
 use cullet::bounds::Plane;
+use cullet::view::Frustum;
 
 /// A cell that is seen, and through what: one step of a chain that begins in the cell of the eye.
 #[derive(Clone, Debug, PartialEq)]

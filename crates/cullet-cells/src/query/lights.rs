@@ -7,7 +7,7 @@ use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::Cut;
 use cullet::cull::occlusion::{OcclusionBuffer, Visibility};
 use cullet::cull::shadow::{CasterRegion, Light};
-use cullet::{Culler, Frustum, Scene, ShadowView, Simd, View, ViewState, Visible};
+use cullet::{Culler, Scene, ShadowView, Simd, View, ViewState, Visible, view::Frustum};
 use glam::DVec3;
 
 use crate::bits;

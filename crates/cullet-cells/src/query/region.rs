@@ -24,8 +24,8 @@ pub use cells::EyeBox;
 use cullet::cull::frustum::batch::{Planes, mask_boxes};
 use cullet::cull::occlusion::OcclusionBuffer;
 use cullet::{
-    Camera, Counts, Depth, Funnel, FunnelRow, Handle, Mesh, Projection, Reason, Scene, Simd, Stage,
-    Unit, View,
+    Camera, Depth, Handle, Mesh, Projection, Reason, Scene, Simd, Stage, View,
+    funnel::{Counts, Funnel, FunnelRow, Unit},
 };
 use thiserror::Error;
 

@@ -32,7 +32,7 @@ pub struct HiddenBy {
     pub handle: Handle,
     /// The slot of that.
     pub slot: u32,
-    /// Number of the shape in its [occluder](cullet::Prepared::occluder).
+    /// Number of the shape in its [occluder](cullet::prepared::Prepared::occluder).
     pub shape: u32,
 }
 

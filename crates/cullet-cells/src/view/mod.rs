@@ -7,8 +7,10 @@ mod stand;
 use std::cell::{Ref, RefCell};
 
 use cullet::{
-    Candidates, CullError, Culler, Evidence, Explanation, Frustum, Handle, Look, Scene, Stage,
-    View, ViewState, Visible,
+    CullError, Culler, Handle, Scene, Stage, View, ViewState, Visible,
+    candidates::{Candidates, Look},
+    explain::{Evidence, Explanation},
+    view::Frustum,
 };
 
 use crate::bits;
@@ -229,12 +231,13 @@ impl Late {
         };
         for change in changes {
             match change {
-                cullet::SceneChange::Moved(slot) | cullet::SceneChange::Permuted(slot) => {
+                cullet::scene::SceneChange::Moved(slot)
+                | cullet::scene::SceneChange::Permuted(slot) => {
                     let words = (slot as usize / 64 + 1).max(self.words.len());
                     self.words.resize(words, 0);
                     bits::set(&mut self.words, slot as usize, true);
                 }
-                cullet::SceneChange::All => self.are_all = true,
+                cullet::scene::SceneChange::All => self.are_all = true,
             }
         }
     }

@@ -2,7 +2,12 @@
 
 use cullet::bounds::Side;
 use cullet::cull::frustum::batch::Planes;
-use cullet::{CellTest, Evidence, Frustum, Look, Scene};
+use cullet::{
+    Scene,
+    candidates::Look,
+    explain::{CellTest, Evidence},
+    view::Frustum,
+};
 
 use super::stand::{Idle, list, place_of, stand};
 use crate::cells::Cells;

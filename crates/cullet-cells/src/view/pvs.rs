@@ -1,6 +1,10 @@
 //! Potentially visible sets: what is not in the set of the eye's cell.
 
-use cullet::{CellTest, Evidence, Look, Scene};
+use cullet::{
+    Scene,
+    candidates::Look,
+    explain::{CellTest, Evidence},
+};
 
 use super::stand::{Idle, list, place_of, stand};
 use crate::bits;

@@ -1,7 +1,7 @@
 //! The stage of the culler: nothing that is seen through portals is dropped, and what is dropped is explained.
 
 use cullet::{
-    Culler, Handle, Instance, Mesh, Output, Scene, Stage, Transform, Unit, View, ViewState,
+    Culler, Handle, Instance, Mesh, Output, Scene, Stage, Transform, View, ViewState, funnel::Unit,
 };
 use cullet_cells::portal::ray_cells_ref;
 use cullet_cells::{CellView, Cells, InCells};
@@ -63,10 +63,11 @@ fn nothing_on_a_ray_through_open_portals_is_dropped() {
         let of = |unit: Unit| {
             let rows = result.funnel.rows.iter();
             rows.filter(|r| r.stage == Stage::Portal && r.unit == unit)
-                .map(cullet::FunnelRow::dropped)
+                .map(cullet::funnel::FunnelRow::dropped)
                 .sum()
         };
-        let [instances, clusters]: [cullet::Counts; 2] = [of(Unit::Instances), of(Unit::Clusters)];
+        let [instances, clusters]: [cullet::funnel::Counts; 2] =
+            [of(Unit::Instances), of(Unit::Clusters)];
         dropped += instances.instances;
         cut += clusters.clusters;
         idle += u32::from(instances.instances == 0);

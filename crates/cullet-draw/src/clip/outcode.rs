@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use cullet::bounds::Side;
 use cullet::cull::frustum::triangles::ObjectRegion;
-use cullet::{Frustum, Transform};
+use cullet::{Transform, view::Frustum};
 use glam::DVec3;
 
 use super::polygon::Clipper;

@@ -7,8 +7,8 @@
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use cullet::Frustum;
 use cullet::bounds::Plane;
+use cullet::view::Frustum;
 use cullet::view::FrustumPlane;
 use thiserror::Error;
 

@@ -15,7 +15,10 @@ use std::collections::HashMap;
 
 use cullet::bounds::Aabb;
 use cullet::mesh::Alpha;
-use cullet::{CullFace, FrontFace, Scene, Transform, View};
+use cullet::{
+    Scene, Transform, View,
+    view::{CullFace, FrontFace},
+};
 
 use super::OccluderTriangles;
 use super::interval::Interval;

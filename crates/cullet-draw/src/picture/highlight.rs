@@ -1,6 +1,6 @@
 //! One instance of a view, and what came of it.
 
-use cullet::{Scene, Stage, TriangleRange, View, Visible};
+use cullet::{Scene, Stage, View, Visible, draw::TriangleRange};
 use glam::DVec3;
 
 use super::Picture;

@@ -2,7 +2,9 @@
 //! the instances that it hides.
 
 use cullet::cull::occlusion::{OcclusionBuffer, TILE};
-use cullet::{Depth, Scene, Simd, Stage, TriangleRange, Unit, View, ViewState, Visible};
+use cullet::{
+    Depth, Scene, Simd, Stage, View, ViewState, Visible, draw::TriangleRange, funnel::Unit,
+};
 use glam::DVec4;
 
 use super::Picture;

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use cullet::bounds::Aabb;
-use cullet::{Camera, CullFace, Depth, Projection, Scene, View};
+use cullet::{Camera, Depth, Projection, Scene, View, view::CullFace};
 use glam::DVec3;
 
 use super::Picture;

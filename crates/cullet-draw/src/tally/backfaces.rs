@@ -2,7 +2,11 @@
 
 use cullet::cull::backface::ViewEye;
 use cullet::mesh::{Alpha, Part};
-use cullet::{Backface, CullFace, Culler, FrontFace, Scene, Stage, Unit, View, Visible};
+use cullet::{
+    Backface, Culler, Scene, Stage, View, Visible,
+    funnel::Unit,
+    view::{CullFace, FrontFace},
+};
 
 use crate::geometry::{cross, sub};
 use crate::prepare::part_of;

@@ -4,7 +4,7 @@ use cullet::bounds::Side;
 use cullet::bounds::{Boxes, Sphere, Spheres};
 use cullet::cull::frustum::batch::{Indices, Planes, SpherePlanes, cull_boxes, cull_spheres};
 use cullet::cull::frustum::triangles::ObjectRegion;
-use cullet::{Culler, Frustum, Scene, View};
+use cullet::{Culler, Scene, View, view::Frustum};
 
 /// Boxes and spheres of instances in one view.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -2,7 +2,8 @@
 
 use cullet::mesh::MeshData;
 use cullet::{
-    Camera, CullFace, Depth, FrontFace, Instance, Mesh, Projection, Scene, Transform, View,
+    Camera, Depth, Instance, Mesh, Projection, Scene, Transform, View,
+    view::{CullFace, FrontFace},
 };
 use cullet_gpu::{
     Draw, DrawArguments, Gpu, GpuError, Lanes, MeshTriangles, OffScreen, TriangleList,

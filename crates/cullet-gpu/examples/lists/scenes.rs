@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Aabb, Plane};
 use cullet::mesh::MeshData;
-use cullet::{BoundsOverride, Depth, Instance, Mesh, Scene, Transform, View};
+use cullet::{Depth, Instance, Mesh, Scene, Transform, View, scene::BoundsOverride};
 use cullet_gpu::BLOCK;
 
 /// Views of each scene.

@@ -1,7 +1,7 @@
 //! Occluders that were baked for a mesh.
 
-use cullet::OccluderCosts;
 use cullet::bounds::Aabb;
+use cullet::costs::OccluderCosts;
 use cullet::cull::occlusion::Occluder;
 use glam::DVec3;
 
@@ -45,7 +45,7 @@ impl Occluders {
     /// view's eye and its near rectangle (what the near plane cuts away hides nothing), of an orthographic
     /// view the rectangle alone. Not if it meets [`sealed`](Self::sealed), nor if it is empty or NaN.
     ///
-    /// A view that draws back faces alone ([`CullFace::Front`](cullet::CullFace::Front)), or takes clockwise
+    /// A view that draws back faces alone ([`CullFace::Front`](cullet::view::CullFace::Front)), or takes clockwise
     /// triangles for the front, must use neither boxes nor polygons of a one-sided mesh.
     #[must_use]
     pub fn boxes_hold(&self, near: &Aabb) -> bool {

@@ -3,7 +3,7 @@
 //!
 //! The types are prepared once from the mesh and evaluated once a frame; the bounds, in the space that the
 //! joints or the mesh are given in, go to the scene as
-//! [`BoundsOverride::World`](cullet::BoundsOverride::World).
+//! [`BoundsOverride::World`](cullet::scene::BoundsOverride::World).
 
 mod both;
 mod joints;

@@ -1,6 +1,6 @@
 //! Placing meshes: one instance for each node that draws, or many by `EXT_mesh_gpu_instancing`.
 
-use cullet::{BoundsOverride, Instance, InstanceFlags, Transform};
+use cullet::{Instance, InstanceFlags, Transform, scene::BoundsOverride};
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::accessor::Accessors;

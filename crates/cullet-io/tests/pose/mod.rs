@@ -4,7 +4,7 @@
 mod figures;
 
 use cullet::bounds::Aabb;
-use cullet::{BoundsOverride, Culler, Handle, View, ViewState};
+use cullet::{Culler, Handle, View, ViewState, scene::BoundsOverride};
 use cullet_draw::VerifyOptions;
 use cullet_io::{LoadOptions, Model, load_bytes};
 use cullet_scenes::paths::{self, Overrides};

@@ -1,7 +1,7 @@
 //! Models of tiles as one.
 
 use cullet::mesh::MeshError;
-use cullet::{Instance, Mesh, MeshLevels, Transform};
+use cullet::{Instance, Mesh, Transform, scene::MeshLevels};
 use glam::{DMat3, DMat4, DVec3};
 
 use cullet_io::{ErrorKind, LoadOptions, Model, Warning};

@@ -1,6 +1,9 @@
 //! The funnel by a slow way: each stage run alone, and what it takes of what the rows before it left.
 
-use cullet::{Counts, Culler, Output, Scene, Stage, Unit, View, Visible};
+use cullet::{
+    Culler, Output, Scene, Stage, View, Visible,
+    funnel::{Counts, Unit},
+};
 use cullet_cells::InCells;
 
 use crate::answers::cull;

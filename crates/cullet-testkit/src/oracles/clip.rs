@@ -1,6 +1,6 @@
 //! Points, lines and polygons against planes, in exact arithmetic.
 
-use cullet::{Frustum, Transform};
+use cullet::{Transform, view::Frustum};
 
 use super::exact::Exact;
 

@@ -1,7 +1,7 @@
 //! Slow oracles of the frustum tests: plain f64, literally as the lectures have them.
 
-use cullet::Frustum;
 use cullet::bounds::{Aabb, Plane, Side, Sphere};
+use cullet::view::Frustum;
 use glam::DVec3;
 
 /// The lecture's loop, literally: the planes in camera space, out at the first plane that the sphere is

@@ -1,8 +1,8 @@
 //! Casters of shadows, one by one, by linear programming.
 
-use cullet::Frustum;
 use cullet::bounds::{Aabb, Plane};
 use cullet::cull::shadow::Light;
+use cullet::view::Frustum;
 use glam::{DMat4, DVec3, DVec4};
 
 /// The linear condition a·(x, y, z, t) ≤ c, a of unit length.

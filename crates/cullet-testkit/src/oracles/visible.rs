@@ -1,6 +1,10 @@
 //! Potentially visible triangles of a view.
 
-use cullet::{CullFace, FrontFace, Reason, Scene, Stage, TriangleRange, View, Visible};
+use cullet::{
+    Reason, Scene, Stage, View, Visible,
+    draw::TriangleRange,
+    view::{CullFace, FrontFace},
+};
 
 use crate::vectors::multiply;
 

@@ -54,7 +54,7 @@ pub enum Backface {
     Off,
     /// Whole clusters by an elliptic cone, where the output is clusters or triangles; then, for triangles, each by
     /// a plane of four bytes, and the few that are in doubt from their corners. Cones and planes are
-    /// [prepared](crate::Prepared) when the scene is committed; of a mesh that came since, clusters are kept, and
+    /// [prepared](crate::prepared::Prepared) when the scene is committed; of a mesh that came since, clusters are kept, and
     /// triangles are tested from their corners. The triangles left are those that `Exact` leaves.
     #[default]
     Fast,
@@ -161,7 +161,7 @@ impl ViewState {
     }
 
     /// Occluders drawn into that buffer, front to back: slots, and which of the shapes of the slot's
-    /// [occluder](crate::Prepared::occluder).
+    /// [occluder](crate::prepared::Prepared::occluder).
     #[must_use]
     pub fn occluders_drawn(&self) -> &[(u32, u32)] {
         &self.scratch.caches.occlusion.drawn

@@ -12,7 +12,7 @@ pub(super) struct Run {
     pub(super) slot: u32,
     /// The mesh that they are of: of the instance, or of its levels.
     pub(super) mesh: MeshId,
-    /// The level of detail, as a [`DrawRange`](crate::DrawRange) has it.
+    /// The level of detail, as a [`DrawRange`](crate::draw::DrawRange) has it.
     pub(super) level: u32,
     pub(super) first_cluster: u32,
     pub(super) cluster_count: u32,

@@ -361,7 +361,7 @@ impl Mesh {
     }
 
     /// Range of [`indices`](Self::indices) of some clusters that follow each other: what to draw for a
-    /// [`DrawRange`](crate::DrawRange). Empty for no clusters.
+    /// [`DrawRange`](crate::draw::DrawRange). Empty for no clusters.
     ///
     /// # Panics
     /// If there are not as many clusters.

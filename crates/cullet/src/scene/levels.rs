@@ -162,7 +162,7 @@ impl Scene {
         self.levels.get(mesh as usize).map_or(&[], Vec::as_slice)
     }
 
-    /// The number of the mesh that is drawn for a slot at a level of a [`DrawRange`](crate::DrawRange): its own at level
+    /// The number of the mesh that is drawn for a slot at a level of a [`DrawRange`](crate::draw::DrawRange): its own at level
     /// 0, and where there is no such level.
     ///
     /// # Panics

@@ -99,8 +99,8 @@ fn indices(scene: &cullet::Scene, visible: &Visible) -> Vec<u32> {
 }
 
 fn funnel(visible: &Visible) -> Vec<Row> {
-    let counts = |c: &cullet::Counts| [c.instances, c.clusters, c.triangles];
-    let row = |row: &cullet::FunnelRow| Row {
+    let counts = |c: &cullet::funnel::Counts| [c.instances, c.clusters, c.triangles];
+    let row = |row: &cullet::funnel::FunnelRow| Row {
         stage: row.stage.name(),
         unit: row.unit.name(),
         entered: counts(&row.entered),

@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use cullet::{Funnel, Output, Scene, Stage, Unit, ViewState, Visible};
+use cullet::{
+    Output, Scene, Stage, ViewState, Visible,
+    funnel::{Funnel, Unit},
+};
 use cullet_cells::CellView;
 use cullet_command::args::InputArgs;
 use cullet_command::clock::clock;

@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Aabb, Boxes, Side, Sphere, Spheres};
 use cullet::cull::frustum::batch::{self, Indices, SpherePlanes};
-use cullet::{Frustum, Simd};
+use cullet::{Simd, view::Frustum};
 
 use super::measure::{fastest_of_both, stream};
 use super::measured::{Measured, Workload};

@@ -6,7 +6,7 @@ use std::time::Instant;
 use cullet::cull::detail::Detail;
 use cullet::lod::Lod;
 use cullet::{
-    Camera, Culler, Depth, Output, Projection, Scene, Stage, Unit, View, ViewState, Visible,
+    Camera, Culler, Depth, Output, Projection, Scene, Stage, View, ViewState, Visible, funnel::Unit,
 };
 use cullet_command::args::SceneArgs;
 use cullet_command::clock::clock;
@@ -291,7 +291,7 @@ fn small(name: &str, console: &Console, add: &mut impl FnMut(Row)) -> Result<(),
                 .rows
                 .iter()
                 .find(|row| (row.stage, row.unit) == (Stage::Detail, Unit::Instances));
-            let took = own.and_then(cullet::FunnelRow::time).unwrap_or(0);
+            let took = own.and_then(cullet::funnel::FunnelRow::time).unwrap_or(0);
             best[0] = best[0].min(took as f64 * 1e-6);
         }
         let level = cullet_command::machine::levels().last().map_or(culler.simd, |l| l.1);

@@ -6,7 +6,7 @@ use cullet::cull::frustum::batch::{self, Planes};
 use cullet::cull::frustum::tree::Cut;
 use cullet::cull::shadow::{CasterRegion, Light};
 use cullet::hierarchy::{Nodes, spatial_order};
-use cullet::{Frustum, Simd, View};
+use cullet::{Simd, View, view::Frustum};
 
 use super::measure::{fastest_of_both, stream};
 use super::measured::{Measured, Workload};

@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::{Planes, count_boxes};
-use cullet::{Camera, Frustum, Projection, Simd};
+use cullet::{Camera, Projection, Simd, view::Frustum};
 
 /// Half the side of the cube that the items lie in.
 pub(super) const HALF: f32 = 1000.0;

@@ -10,7 +10,7 @@ use cullet_scenes::CityPlots;
 use cullet_scenes::NoCityName;
 use cullet_tiles::{CityTiles, FolderTiles, Settings, TileError, TileSource, World};
 
-use cullet::Preparation;
+use cullet::prepared::Preparation;
 
 /// A straight way through a world, first low, then high.
 #[derive(Clone, Copy, Debug)]

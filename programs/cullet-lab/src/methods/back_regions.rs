@@ -22,7 +22,10 @@ pub fn back_regions(eye: &ObjectEye, positions: &[[f32; 3]], indices: &[u32]) ->
 
 #[cfg(test)]
 mod tests {
-    use cullet::{CullFace, FrontFace, Transform};
+    use cullet::{
+        Transform,
+        view::{CullFace, FrontFace},
+    };
     use glam::DVec3;
     use proptest::prelude::*;
 

@@ -1,7 +1,7 @@
 //! The test after projection, as graphics hardware does it: the winding on the screen.
 
 use cullet::cull::backface::Facing;
-use cullet::{FrontFace, Transform, View};
+use cullet::{Transform, View, view::FrontFace};
 use glam::DVec3;
 
 /// Whether what is counter-clockwise in object space is clockwise on the screen (y up): a mirrored

@@ -5,7 +5,7 @@
 
 use cullet::bounds::Sphere;
 use cullet::view::FrustumPlane;
-use cullet::{Frustum, Simd};
+use cullet::{Simd, view::Frustum};
 use cullet_mesh::{BackfaceMask, MaskGrid, ViewCone};
 use glam::{DMat3, DVec3};
 use thiserror::Error;

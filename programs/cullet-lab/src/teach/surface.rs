@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::methods::cluster::{Bound, NormalCone};
 use cullet::cull::backface::ClusterPlanes;
-use cullet::{CullFace, Mesh, Scene, View};
+use cullet::{Mesh, Scene, View, view::CullFace};
 use glam::{DMat3, DVec3};
 
 use super::KEPT;

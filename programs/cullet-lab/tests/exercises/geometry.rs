@@ -5,7 +5,7 @@ use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::Cut;
 use cullet::hierarchy::Nodes;
 use cullet::view::{FrustumPlane, ViewError};
-use cullet::{Camera, Depth, Frustum, Projection, Simd};
+use cullet::{Camera, Depth, Projection, Simd, view::Frustum};
 use cullet_draw::clip::{HalfSpace, Outcode, OutcodeResult, Window, space};
 
 use crate::{Computed, Entry, number, word};

@@ -3,7 +3,10 @@
 use cullet::bounds::Sphere;
 use cullet::cull::backface::{Facing, ObjectEye};
 use cullet::cull::degenerate::{Flattening, is_zero_area};
-use cullet::{CullFace, FrontFace, Transform};
+use cullet::{
+    Transform,
+    view::{CullFace, FrontFace},
+};
 use cullet_draw::clip::{HalfSpace, Region};
 use cullet_lab::methods::cluster::{Bound, NormalBox};
 use cullet_lab::methods::screen::ndc_normal_z;

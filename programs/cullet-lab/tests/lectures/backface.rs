@@ -2,7 +2,8 @@
 
 use cullet::cull::backface::{Facing, ObjectEye};
 use cullet::{
-    Camera, CullFace, Culler, Depth, FrontFace, Mesh, Projection, Stage, Transform, View,
+    Camera, Culler, Depth, Mesh, Projection, Stage, Transform, View,
+    view::{CullFace, FrontFace},
 };
 use cullet_draw::{ClipPlace, PixelId, RenderOptions, render_clipped};
 use cullet_lab::methods::screen::ndc_normal_z;

@@ -3,7 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use cullet::cull::backface::{Facing, ObjectEye};
-use cullet::{Camera, CullFace, Depth, FrontFace, Mesh, Projection, Simd, Transform, View};
+use cullet::{
+    Camera, Depth, Mesh, Projection, Simd, Transform, View,
+    view::{CullFace, FrontFace},
+};
 use cullet_lab::methods::sectors::{MaskUse, corner_directions, mask_of_corners};
 use cullet_lab::reproduce::zhang_hoff::mask_to;
 use cullet_mesh::{BackfaceMask, MaskGrid, NormalMask, NormalMasks, ViewCone};

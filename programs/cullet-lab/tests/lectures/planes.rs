@@ -2,7 +2,7 @@
 
 use cullet::bounds::{BoxBlock, Plane, Side, Sphere, SphereBlock};
 use cullet::view::FrustumPlane;
-use cullet::{Camera, Depth, Frustum, Projection, View};
+use cullet::{Camera, Depth, Projection, View, view::Frustum};
 use cullet_draw::PixelId;
 use cullet_testkit::Rng;
 use cullet_testkit::vectors::cross;

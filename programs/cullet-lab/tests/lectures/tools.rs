@@ -81,7 +81,7 @@ pub(crate) fn left(culler: &Culler, scene: &Scene, view: &View) -> BTreeSet<(u32
     let mut visible = Visible::default();
     let culler = culler.clone().with_output(Output::Triangles);
     culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
-    let of_range = |r: &cullet::TriangleRange| {
+    let of_range = |r: &cullet::draw::TriangleRange| {
         let triangles = &visible.triangles[r.first as usize..][..r.count as usize];
         let original = scene.mesh_at(r.slot, r.level).original_triangle();
         let slot = r.slot;

@@ -1,7 +1,10 @@
 //! The form after projection against the exact oracle and the form in object space.
 
 use cullet::cull::backface::{Facing, ObjectEye};
-use cullet::{CullFace, Depth, FrontFace, Transform, View};
+use cullet::{
+    Depth, Transform, View,
+    view::{CullFace, FrontFace},
+};
 use cullet_lab::methods::screen::{flips_winding, screen_facing};
 use cullet_testkit::oracles::triangles::facing_ref;
 use cullet_testkit::strategies::{corners, distant_transform, distant_view};

@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use cullet::view::EyeBall;
-use cullet::{Culler, DroppedRange, Funnel, Reason, Stage, View, Visible};
+use cullet::{Culler, Reason, Stage, View, Visible, draw::DroppedRange, funnel::Funnel};
 
 use super::{Decision, Request};
 use crate::bytes::{Reader, UnpackError, Writer};
@@ -158,7 +158,9 @@ mod tests {
     use cullet::cull::detail::{Detail, Measure};
     use cullet::cull::occlusion::Occlusion;
     use cullet::{
-        Backface, Counts, CullFace, FrontFace, FrustumWork, FunnelRow, OcclusionWork, Output, Unit,
+        Backface, Output,
+        funnel::{Counts, FrustumWork, FunnelRow, OcclusionWork, Unit},
+        view::{CullFace, FrontFace},
     };
 
     use super::*;

@@ -1,6 +1,6 @@
 //! Describes the frame to draw, between those who decide and those who draw. Neither knows the other.
 
-use cullet::{CullFace, View, Visible};
+use cullet::{View, Visible, view::CullFace};
 
 /// One picture: a view of the scene in a part of the target.
 #[derive(Clone, Copy, Debug)]

@@ -4,7 +4,7 @@
 //! The heading of an impostor, the number of its first entry in the table, is the key of all vertices of its box.
 
 use cullet::lod::{Impostor, ImpostorFrame};
-use cullet::{MeshLevels, Scene};
+use cullet::{Scene, scene::MeshLevels};
 
 use super::frame::LEVELS;
 

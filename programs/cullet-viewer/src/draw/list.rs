@@ -162,9 +162,9 @@ impl DrawList {
         &mut self,
         geometry: &Geometry,
         instances: &Instances,
-        ranges: &[cullet::DrawRange],
+        ranges: &[cullet::draw::DrawRange],
     ) {
-        let cullet::DrawRange { slot, level, .. } = ranges[0];
+        let cullet::draw::DrawRange { slot, level, .. } = ranges[0];
         let Some((group, entry)) = self.push(instances, slot, level) else { return };
         let mesh = &geometry.meshes[instances.groups[group as usize].kind.mesh as usize];
         for r in ranges {
@@ -458,8 +458,8 @@ mod tests {
         let instances = Instances::new(&model.scene);
         let mut list = DrawList::default();
         list.reset(&instances);
-        let range = |first, count| cullet::SlotRange { first, count };
-        let partial = |slot, first_cluster, cluster_count| cullet::DrawRange {
+        let range = |first, count| cullet::draw::SlotRange { first, count };
+        let partial = |slot, first_cluster, cluster_count| cullet::draw::DrawRange {
             slot,
             level: 0,
             first_cluster,
@@ -473,7 +473,8 @@ mod tests {
         };
         list.update(&geometry, &instances, Some(&visible), 1);
         assert!(list.items.iter().all(|i| i.entries.end as usize <= list.entries.len()));
-        let ranges = vec![cullet::TriangleRange { slot: 0, level: 0, first: 1, count: u32::MAX }];
+        let ranges =
+            vec![cullet::draw::TriangleRange { slot: 0, level: 0, first: 1, count: u32::MAX }];
         let visible = Visible {
             triangle_ranges: ranges,
             triangles: vec![0, u32::MAX, 1 << 20],

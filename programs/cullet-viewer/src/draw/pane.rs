@@ -1,6 +1,9 @@
 //! A pane as the device needs it: the numbers of its view and style, and its list of slots.
 
-use cullet::{CullFace, Depth, FrontFace};
+use cullet::{
+    Depth,
+    view::{CullFace, FrontFace},
+};
 use eframe::wgpu::{BufferUsages, Device, Face, Queue};
 use glam::{DMat4, DVec3, DVec4};
 

@@ -1,6 +1,6 @@
 //! The clicked instance, and the study of it.
 
-use cullet::{Explanation, Handle, Reason, View};
+use cullet::{Handle, Reason, View, explain::Explanation};
 
 use super::Session;
 use crate::decide::{Request, pick};

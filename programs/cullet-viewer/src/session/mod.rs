@@ -25,7 +25,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use cullet::view::EyeBall;
-use cullet::{Backface, CullFace, View, Visible};
+use cullet::{Backface, View, Visible, view::CullFace};
 use eframe::egui;
 
 use crate::audit::Audit;

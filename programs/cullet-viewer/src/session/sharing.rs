@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cullet::Funnel;
+use cullet::funnel::Funnel;
 
 use super::Session;
 

@@ -1,7 +1,7 @@
 //! What the engine found of the scene that a stop of the tour shows: its answers are taken from here.
 
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Culler, Output, Reason, Scene, Stage, Unit, View, ViewState, Visible};
+use cullet::{Culler, Output, Reason, Scene, Stage, View, ViewState, Visible, funnel::Unit};
 use glam::DVec3;
 
 use super::Session;

@@ -1,6 +1,6 @@
 //! How triangles and what was dropped of them are drawn.
 
-use cullet::{CullFace, FrontFace};
+use cullet::view::{CullFace, FrontFace};
 use serde::{Deserialize, Serialize};
 
 /// The quantity that colours triangles.

@@ -1,6 +1,9 @@
 //! The funnel: what came into each stage and what went on, with its history, the legend, and the proof.
 
-use cullet::{Funnel, Stage, Unit};
+use cullet::{
+    Stage,
+    funnel::{Funnel, Unit},
+};
 use cullet_draw::palette;
 use eframe::egui;
 

@@ -1,7 +1,7 @@
 //! The switches of what may change the picture: small instances, and levels of detail.
 
-use cullet::DrawRange;
 use cullet::cull::detail::Measure;
+use cullet::draw::DrawRange;
 use eframe::egui;
 
 use super::words::{choices, switch};

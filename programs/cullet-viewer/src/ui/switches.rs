@@ -1,6 +1,6 @@
 //! The switches: what culls, from where, how it is drawn, what is shown of what was dropped.
 
-use cullet::{Backface, CullFace, Culler, Output};
+use cullet::{Backface, Culler, Output, view::CullFace};
 use cullet_scenes::paths::PathSpec;
 use eframe::egui;
 

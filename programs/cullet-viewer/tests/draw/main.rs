@@ -7,7 +7,8 @@ mod speed;
 mod tiles;
 
 use cullet::{
-    Backface, CullFace, Culler, FrontFace, InstanceFlags, Output, Scene, View, ViewState, Visible,
+    Backface, Culler, InstanceFlags, Output, Scene, View, ViewState, Visible,
+    view::{CullFace, FrontFace},
 };
 use cullet_draw::{PixelId, RenderOptions, Selection, render};
 use cullet_io::Model;

@@ -1,6 +1,6 @@
 //! What the device decides is drawn as everything is: the same pixels, whatever was seen before.
 
-use cullet::{CullFace, Culler, InstanceFlags, Scene, View, ViewState, Visible};
+use cullet::{Culler, InstanceFlags, Scene, View, ViewState, Visible, view::CullFace};
 use cullet_io::Model;
 use cullet_viewer::draw::{DeviceFigures, DeviceView, Paint, Pane, Renderer, Style};
 use cullet_viewer::state::OnDevice;

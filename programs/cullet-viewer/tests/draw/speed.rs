@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use cullet::{CullFace, Culler, Output, Scene, View, ViewState, Visible};
+use cullet::{Culler, Output, Scene, View, ViewState, Visible, view::CullFace};
 use cullet_viewer::draw::{Pane, Renderer, Style};
 
 use crate::gpu::*;

@@ -1,7 +1,10 @@
 //! The chain of tests of an instance: from the engine's explanation to a record.
 
 use cullet::lod::{LevelEye, Lod, NO_GROUP, PixelScale};
-use cullet::{Culler, Evidence, Explanation, Scene, Stage, Step, View, Visible};
+use cullet::{
+    Culler, Scene, Stage, View, Visible,
+    explain::{Evidence, Explanation, Step},
+};
 use cullet_command::console::{agree, count, grouped};
 use cullet_command::exit::Failure;
 use cullet_draw::Frame;

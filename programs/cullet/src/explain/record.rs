@@ -1,6 +1,6 @@
 //! Record of an explanation, as `--json` writes it: see `docs/schema/explain.schema.json`.
 
-use cullet::{Evidence, Handle, Stage, Unit};
+use cullet::{Handle, Stage, explain::Evidence, funnel::Unit};
 use serde::Serialize;
 
 /// Number of the form of the record.
@@ -112,7 +112,7 @@ pub(super) struct TriangleRecord {
     /// In world space.
     pub(super) corners: [[f64; 3]; 3],
     pub(super) area: f64,
-    pub(super) planes: Vec<cullet::PlaneTest>,
+    pub(super) planes: Vec<cullet::explain::PlaneTest>,
     /// n·(eye − p) with the unit normal: above 0 the eye is before it.
     pub(super) facing: Option<f64>,
     /// Whether that is proved, by more than rounding: front, back, or edge.

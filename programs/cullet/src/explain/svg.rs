@@ -1,7 +1,10 @@
 //! An explanation as a drawing: the chain of tests from top to bottom, each value on a scale beside its limit.
 
 use cullet::cull::detail::{Detail, Measure};
-use cullet::{CoverTest, Evidence, PlaneTest, Stage, View};
+use cullet::{
+    Stage, View,
+    explain::{CoverTest, Evidence, PlaneTest},
+};
 use cullet_command::console::grouped;
 use cullet_draw::palette;
 

@@ -1,6 +1,6 @@
 //! Which instance is to be explained, by its name or by a pixel, and what lies behind a pixel.
 
-use cullet::{Scene, Stage, TriangleRange, View, Visible};
+use cullet::{Scene, Stage, View, Visible, draw::TriangleRange};
 use cullet_command::console::count;
 use cullet_command::exit::Failure;
 use cullet_draw::{Frame, PixelId, RenderOptions, Selection};

@@ -1,6 +1,9 @@
 //! An explanation in lines.
 
-use cullet::{CellTest, Evidence, PlaneTest, View};
+use cullet::{
+    View,
+    explain::{CellTest, Evidence, PlaneTest},
+};
 use cullet_command::console::{count, grouped};
 
 use super::chain::at;

@@ -2,7 +2,7 @@
 
 use cullet::cull::backface::{ClusterEye, Facing, ObjectEye};
 use cullet::view::FrustumPlane;
-use cullet::{PlaneTest, Scene, Stage, View, Visible};
+use cullet::{Scene, Stage, View, Visible, explain::PlaneTest};
 use cullet_command::console::count;
 use cullet_command::exit::Failure;
 use cullet_draw::{Frame, PixelId};

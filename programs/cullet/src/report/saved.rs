@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cullet::mesh::Alpha;
-use cullet::{Scene, Stage, Unit};
+use cullet::{Scene, Stage, funnel::Unit};
 use cullet_command::console::Console;
 use cullet_command::console::digits;
 use cullet_command::exit::Failure;

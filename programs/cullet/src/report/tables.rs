@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use cullet::{Stage, Unit};
+use cullet::{Stage, funnel::Unit};
 
 use super::charts::{short, stage_color};
 use cullet_command::console::{count, grouped, percent};

@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Aabb, Boxes, Plane};
 use cullet::view::FrustumPlane;
-use cullet::{Frustum, View};
+use cullet::{View, view::Frustum};
 
 /// All eyes in a box, in world space.
 ///

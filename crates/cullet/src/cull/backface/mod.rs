@@ -14,7 +14,7 @@
 //!
 //! ```
 //! use cullet::cull::backface::ObjectEye;
-//! use cullet::{CullFace, FrontFace, Transform};
+//! use cullet::{Transform, view::{CullFace, FrontFace}};
 //!
 //! // Two triangles of one square, the second turned over; the eye is above them.
 //! let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
@@ -72,7 +72,7 @@ impl Facing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{CullFace, Transform};
+    use crate::{Transform, view::CullFace};
 
     /// The two polygons of the lectures on back-face culling: N·V of −4 is seen, of +5 is not.
     #[test]

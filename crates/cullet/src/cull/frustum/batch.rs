@@ -14,7 +14,7 @@
 //! ```
 //! use cullet::bounds::{Aabb, Boxes, Plane};
 //! use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes};
-//! use cullet::{Frustum, Simd};
+//! use cullet::{Simd, view::Frustum};
 //!
 //! // Everything with x ≤ 10.
 //! let wall = Plane::new([1.0, 0.0, 0.0], 10.0);

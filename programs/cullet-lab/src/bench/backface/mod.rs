@@ -11,7 +11,10 @@ use crate::shapes::bumpy_ball;
 use cullet::bounds::Sphere;
 use cullet::cull::Indices;
 use cullet::cull::backface::{ClusterPlanes, EllipticCone, Facing, ObjectEye, Planes8};
-use cullet::{CullFace, FrontFace, Simd, Transform};
+use cullet::{
+    Simd, Transform,
+    view::{CullFace, FrontFace},
+};
 use cullet_mesh::{MaskGrid, NormalMasks, ViewCone};
 
 use super::measure::{beside_reading, fastest_of_both};

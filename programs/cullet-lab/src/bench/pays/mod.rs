@@ -7,7 +7,7 @@ mod scenes;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use cullet::{Costs, Culler, Stage, View};
+use cullet::{Culler, Stage, View, costs::Costs};
 use cullet_command::args::{CullArgs, PRESETS, ViewArgs};
 use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};

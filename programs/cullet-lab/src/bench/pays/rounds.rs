@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use cullet::{Costs, Culler, Scene, Simd, View, ViewState, Visible};
+use cullet::{Culler, Scene, Simd, View, ViewState, Visible, costs::Costs};
 use cullet_cells::{CellView, InCells};
 use serde::Serialize;
 

@@ -1,6 +1,6 @@
 //! The paper's algorithms as it tells them: one box, one plane, one number at a time.
 
-use cullet::{Frustum, view::FrustumPlane};
+use cullet::view::{Frustum, FrustumPlane};
 use glam::DVec3;
 
 /// A binary tree over boxes; its leaves are the boxes.

@@ -3,7 +3,10 @@
 use crate::methods::Bulk;
 use cullet::bounds::Sphere;
 use cullet::cull::backface::ObjectEye;
-use cullet::{CullFace, FrontFace, Simd, Transform};
+use cullet::{
+    Simd, Transform,
+    view::{CullFace, FrontFace},
+};
 use cullet_mesh::{BackfaceMask, MaskGrid, NormalMasks, ViewCone};
 
 use super::record::{PAPER, ShareRow, TableRow};

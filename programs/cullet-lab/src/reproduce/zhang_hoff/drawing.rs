@@ -10,7 +10,7 @@ use crate::methods::Bulk;
 use cullet::cull::Indices;
 use cullet::cull::backface::Planes8;
 use cullet::{
-    Camera, Depth, Instance, Projection, Scene, Simd, Transform, TriangleRange, View, Visible,
+    Camera, Depth, Instance, Projection, Scene, Simd, Transform, View, Visible, draw::TriangleRange,
 };
 use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::{Exit, Failure};
