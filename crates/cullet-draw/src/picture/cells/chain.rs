@@ -25,7 +25,7 @@ const UNREACHED: [u8; 3] = [0xDA, 0xDB, 0xD9];
 /// colours of how many portals are looked through; doors that are shut are hatched in red. Beneath, a plan of the cells
 /// with what is seen of each, and the chain in words.
 ///
-/// `reached` is [`ViewState::reached`](cullet::ViewState::reached) after a cull of the view. `material_colors` are as for
+/// `reached` is [`CellView::reached`](cullet_cells::CellView::reached) after a cull of the view. `material_colors` are as for
 /// [`shaded`](fn@super::super::shaded). The picture is as wide as the view, at least 480, and higher. Words alone where the
 /// scene has no cells, or the eye is in none. Cost: a frame at twice the size, and the plan.
 #[must_use]

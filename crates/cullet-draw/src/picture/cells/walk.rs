@@ -52,7 +52,7 @@ impl<'a> PortalWalk<'a> {
         [Self::view_width(self.size[0]), self.size[1]]
     }
 
-    /// The picture of a view of [`view_size`](Self::view_size). `reached` is [`ViewState::reached`](cullet::ViewState::reached) after
+    /// The picture of a view of [`view_size`](Self::view_size). `reached` is [`CellView::reached`](cullet_cells::CellView::reached) after
     /// a cull of it. `material_colors` are as for [`shaded`](fn@super::super::shaded). Cost: a frame of four times the view's pixels, and
     /// the plan.
     #[must_use]
