@@ -3,8 +3,7 @@
 use cullet::lod::{LevelEye, Levels, Lod, PixelScale};
 use cullet::{
     Culler, Handle, Instance, InstanceFlags, MeshId, Output, Scene, SceneError, Stage, Transform,
-    View, ViewState, Visible,
-    scene::{BoundsOverride, StandInError},
+    View, ViewState, Visible, scene::BoundsOverride,
 };
 use cullet_testkit::answers::cull;
 use cullet_testkit::memory::{Counting, allocations_of};
@@ -306,17 +305,17 @@ fn who_cannot_stand_for_others_is_told() {
     let [s, t] = [0; 2].map(|_| add(ball, false));
     let gone = add(ball, false);
     scene.remove(gone).unwrap();
-    assert_eq!(scene.stand_for(a, &[b]), Err(StandInError::NoLevels(a)));
-    assert_eq!(scene.stand_for(s, &[a, always]), Err(StandInError::NotRigid(always)));
-    assert_eq!(scene.stand_for(s, &[a, s]), Err(StandInError::Taken(s)));
-    assert_eq!(scene.stand_for(s, &[a, a]), Err(StandInError::Taken(a)));
-    assert!(matches!(scene.stand_for(s, &[gone]), Err(StandInError::Scene(_))));
-    assert!(matches!(scene.stand_for(gone, &[a]), Err(StandInError::Scene(_))));
+    assert_eq!(scene.stand_for(a, &[b]), Err(SceneError::NoLevels(a)));
+    assert_eq!(scene.stand_for(s, &[a, always]), Err(SceneError::NotRigid(always)));
+    assert_eq!(scene.stand_for(s, &[a, s]), Err(SceneError::Taken(s)));
+    assert_eq!(scene.stand_for(s, &[a, a]), Err(SceneError::Taken(a)));
+    assert!(matches!(scene.stand_for(s, &[gone]), Err(SceneError::NoInstance(_))));
+    assert!(matches!(scene.stand_for(gone, &[a]), Err(SceneError::NoInstance(_))));
     assert_eq!(scene.stand_in_slots().count(), 0);
     scene.stand_for(s, &[a, b]).unwrap();
-    assert_eq!(scene.stand_for(s, &[c]), Err(StandInError::Taken(s)));
-    assert_eq!(scene.stand_for(t, &[b]), Err(StandInError::Taken(b)));
-    assert_eq!(scene.stand_for(t, &[s, s]), Err(StandInError::Taken(s)));
+    assert_eq!(scene.stand_for(s, &[c]), Err(SceneError::Taken(s)));
+    assert_eq!(scene.stand_for(t, &[b]), Err(SceneError::Taken(b)));
+    assert_eq!(scene.stand_for(t, &[s, s]), Err(SceneError::Taken(s)));
     scene.stand_for(t, &[s, c]).unwrap();
     let slots = [a, b, c, s, t].map(|h| scene.slot(h).unwrap());
     assert_eq!(scene.stood_for_by(slots[4]), slots[..3]);

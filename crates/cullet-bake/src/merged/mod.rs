@@ -13,7 +13,7 @@ mod keep;
 mod made;
 mod tree;
 
-use cullet::{Handle, Instance, Scene, SceneError, Transform, scene::StandInError};
+use cullet::{Handle, Instance, Scene, SceneError, Transform};
 use thiserror::Error;
 
 use crate::levels::{LevelsData, LevelsError};
@@ -199,9 +199,6 @@ pub enum MergedError {
     /// An instance of the scene.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// What an instance stands for.
-    #[error(transparent)]
-    StandIn(#[from] StandInError),
     /// There is no such instance or group any more.
     #[error("a group stands for an instance or a group that is not there")]
     NoMember,

@@ -140,6 +140,17 @@ pub enum SceneError {
     /// The instance stands for others, and so is in no layer.
     #[error("{0:?} stands for others: set the layers of those")]
     StandIn(Handle),
+    /// The mesh of what was to [stand for others](super::Scene::stand_for) has nothing that could be drawn in their place.
+    #[error("the mesh of {0:?} has no levels of detail")]
+    NoLevels(Handle),
+    /// An instance that nothing can stand for: it is not drawn just as its mesh says, or must be drawn always.
+    #[error(
+        "{0:?} deforms, has bounds of its own or none, or is always visible: it is drawn as itself"
+    )]
+    NotRigid(Handle),
+    /// One instance at the most stands for another.
+    #[error("{0:?} is stood for already, or stands for others or itself")]
+    Taken(Handle),
     /// There is no such mesh.
     #[error("mesh {mesh} of {meshes}")]
     NoMesh {

@@ -28,7 +28,6 @@ use log::Log;
 pub use log::SceneChange;
 pub(crate) use meshes::MeshKind;
 pub(crate) use meshes::is_parted;
-pub use stand_ins::StandInError;
 pub(crate) use stand_ins::{NO_STAND_IN, StandIns};
 use tally::Tallies;
 pub(crate) use tally::Tally;

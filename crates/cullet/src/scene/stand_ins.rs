@@ -2,8 +2,6 @@
 
 use std::collections::HashSet;
 
-use thiserror::Error;
-
 use super::column::{Bits, Permute};
 use super::{Scene, SceneError};
 use crate::bits;
@@ -12,26 +10,6 @@ use crate::hierarchy::Handle;
 
 /// In place of the number of a stand-in: there is none.
 pub(crate) const NO_STAND_IN: u32 = u32::MAX;
-
-/// Why an instance cannot stand for others.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum StandInError {
-    /// A handle names no instance.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// Its mesh has nothing that could be drawn in place of others.
-    #[error("the mesh of {0:?} has no levels of detail")]
-    NoLevels(Handle),
-    /// It is not drawn just as its mesh says, or must be drawn always.
-    #[error(
-        "{0:?} deforms, has bounds of its own or none, or is always visible: it is drawn as itself"
-    )]
-    NotRigid(Handle),
-    /// One instance at the most stands for another.
-    #[error("{0:?} is stood for already, or stands for others or itself")]
-    Taken(Handle),
-}
 
 /// One that stands for others.
 #[derive(Clone, Copy, Debug)]
@@ -135,28 +113,28 @@ impl Scene {
     /// # Errors
     /// If a handle names no instance, the mesh of `stand_in` has no levels, or an instance does not qualify; then nothing has
     /// changed.
-    pub fn stand_for(&mut self, stand_in: Handle, others: &[Handle]) -> Result<(), StandInError> {
+    pub fn stand_for(&mut self, stand_in: Handle, others: &[Handle]) -> Result<(), SceneError> {
         let own = self.slot(stand_in)?;
         if self.levels(self.mesh_id(own)).is_empty() {
-            return Err(StandInError::NoLevels(stand_in));
+            return Err(SceneError::NoLevels(stand_in));
         }
         let stands = self.stand_ins.as_deref();
         let is_stand_in = |slot: u32| stands.is_some_and(|s| s.has(slot as usize));
         let is_taken = |slot: u32| stands.is_some_and(|s| s.of_slot(slot) != NO_STAND_IN);
         if is_stand_in(own) || is_taken(own) {
-            return Err(StandInError::Taken(stand_in));
+            return Err(SceneError::Taken(stand_in));
         }
         let (mut slots, mut below) = (HashSet::with_capacity(others.len()), HashSet::new());
         for &other in others.iter().chain([&stand_in]) {
             let slot = self.slot(other)?;
             if !self.is_rigid(slot) || bits::get(&self.exempt, slot as usize) {
-                return Err(StandInError::NotRigid(other));
+                return Err(SceneError::NotRigid(other));
             }
         }
         for &other in others {
             let slot = self.slot(other)?;
             if slot == own {
-                return Err(StandInError::Taken(other));
+                return Err(SceneError::Taken(other));
             }
             let number = stands.and_then(|s| s.number_of(slot));
             let is_free = match (stands, number) {
@@ -166,7 +144,7 @@ impl Scene {
                 _ => !is_taken(slot) && slots.insert(slot),
             };
             if !is_free {
-                return Err(StandInError::Taken(other));
+                return Err(SceneError::Taken(other));
             }
         }
         let at = own as usize;
