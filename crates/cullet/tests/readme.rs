@@ -23,9 +23,9 @@ fn run(
     for x in 0..1000 {
         scene.add(Instance::new(mesh, Transform::from_translation([x as f64 * 4.0, 0.0, -20.0])))?;
     }
-    scene.commit(&Culler::default());
-
     let (culler, mut state, mut visible) = (Culler::default(), ViewState::default(), Visible::default());
+    scene.commit(&culler);
+
     // Each frame:
     let projection = Projection::Perspective { fov_y_radians: 0.9, aspect: 1.6, near: 0.1, far: 500.0 };
     let camera = Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], projection);
