@@ -35,7 +35,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         culler.cull_among(&scene, &view, &among.on(&cells), &mut state, &mut visible)?;
         let told = culler.explain_among(&scene, &view, &among.on(&cells), &[beyond])?;
         let portal = told[0].steps.iter().find(|step| step.stage == cullet::Stage::Portal);
-        println!("{} visible; {}", visible.instance_count, portal.map_or("", |step| &step.finding));
+        let why = portal.map_or_else(String::new, ToString::to_string);
+        println!("{} visible; {why}", visible.instance_count);
     }
     Ok(())
 }

@@ -44,8 +44,8 @@ pub unsafe extern "C" fn cullet_explain(
         let mut words = String::new();
         for step in &found.steps {
             let (stage, unit) = (step.stage.name(), step.unit.name());
-            let (entered, left, finding) = (step.entered, step.left, &step.finding);
-            words += &format!("{stage}: {left} of {entered} {unit} left: {finding}\n");
+            let (entered, left) = (step.entered, step.left);
+            words += &format!("{stage}: {left} of {entered} {unit} left: {step}\n");
         }
         for &slot in &found.hidden_by {
             if let Some(by) = scene.handle(slot) {

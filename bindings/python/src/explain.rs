@@ -25,7 +25,8 @@ impl PyScene {
             .detach(|| self.model.in_cells().explain(&culler, &view, handle))
             .map_err(value_error)?;
         let steps = found.steps.into_iter();
-        let steps = steps.map(|s| (s.stage.name(), s.unit.name(), s.entered, s.left, s.finding));
+        let steps =
+            steps.map(|s| (s.stage.name(), s.unit.name(), s.entered, s.left, s.to_string()));
         let hidden_by = found.hidden_by.iter().filter_map(|&slot| self.id(slot));
         Ok((found.reason.map(|r| r.stage.name()), steps.collect(), hidden_by.collect()))
     }

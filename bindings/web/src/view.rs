@@ -212,11 +212,7 @@ impl SceneView {
         }
         for step in &explanation.steps {
             let (stage, unit) = (step.stage.name(), Unit::name(step.unit));
-            let _ = write!(
-                text,
-                "\n{stage}\t{unit}\t{}\t{}\t{}",
-                step.entered, step.left, step.finding
-            );
+            let _ = write!(text, "\n{stage}\t{unit}\t{}\t{}\t{step}", step.entered, step.left);
         }
         Ok(text)
     }

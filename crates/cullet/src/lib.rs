@@ -98,7 +98,7 @@ pub mod draw {
 
 /// Explanations: why an instance is drawn or not, stage by stage.
 pub mod explain {
-    pub use crate::culler::{CellTest, CoverTest, Evidence, Explanation, PlaneTest, Step};
+    pub use crate::culler::{CellTest, CoverTest, Evidence, Explanation, PlaneTest, Sight, Step};
 }
 
 pub use culler::{Backface, CullError, Culler, Output, ShadowView, ViewState};

@@ -64,6 +64,10 @@ fn what_is_left_are_the_candidates_of_the_answer() {
                 .expect("an instance")
                 .remove(0);
             assert_eq!(told.reason, reason);
+            if reason == of_mask {
+                let last = told.steps.last().expect("the stage of the mask");
+                assert_eq!(last.to_string(), "none of the candidates");
+            }
             kept += u64::from(reason.is_none());
             taken += u64::from(reason == of_mask);
         }

@@ -111,12 +111,12 @@ fn an_explanation_names_the_wall() {
         assert_eq!(why.reason, HIDDEN);
         assert_eq!(why.hidden_by, [s.scene.slot(s.wall).unwrap()]);
         let step = why.steps.iter().find(|step| step.stage == Stage::Occlusion).unwrap();
-        assert!(step.finding.ends_with("all covered by what is nearer"), "{}", step.finding);
+        assert!(step.to_string().ends_with("all covered by what is nearer"), "{step}");
     }
     let why = culler().explain(&s.scene, &view(), s.beside).unwrap();
     assert!(why.reason.is_none() && why.hidden_by.is_empty());
     let step = why.steps.iter().find(|step| step.stage == Stage::Occlusion).unwrap();
-    assert!(step.finding.contains("lets it through"), "{}", step.finding);
+    assert!(step.to_string().contains("lets it through"), "{step}");
 }
 
 #[test]

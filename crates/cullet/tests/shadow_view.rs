@@ -316,8 +316,8 @@ fn explanations_equal_reasons_and_funnels_add_up() {
             assert_eq!(e.reason, result.reasons[slot as usize], "{round} {slot}: {:?}", e.steps);
             let caster = e.reason.and_then(cullet::Reason::caster);
             if let (Some(caster), Some(step)) = (caster, e.steps.last()) {
-                let said = step.unit != Unit::Instances || step.finding.contains(caster.name());
-                assert!(said, "{:?}", step.finding);
+                let said = step.unit != Unit::Instances || step.to_string().contains(caster.name());
+                assert!(said, "{step}");
                 kinds.insert(caster.name());
             }
         }

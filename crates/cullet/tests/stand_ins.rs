@@ -284,7 +284,7 @@ proptest! {
             prop_assert_eq!(told.reason, result.reasons[slot as usize], "{}", slot);
             if told.reason.is_some_and(|r| r.stage == Stage::Lod) {
                 let last = told.steps.last().unwrap();
-                prop_assert!(last.finding.contains("is drawn in its place"), "{}", last.finding);
+                prop_assert!(last.to_string().contains("is drawn in its place"), "{last}");
             }
         }
     }

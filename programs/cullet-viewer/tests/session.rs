@@ -302,7 +302,7 @@ fn a_click_tells_why_a_thing_is_drawn_or_not() {
     session.inspect(&panel.view, [240.0, 150.0]);
     let alive = session.inspected.clone().expect("the city fills the middle");
     assert_eq!(alive.explanation.reason, None);
-    assert!(alive.explanation.steps.iter().all(|s| s.left > 0 && !s.finding.is_empty()));
+    assert!(alive.explanation.steps.iter().all(|s| s.left > 0 && !s.to_string().is_empty()));
     // From inside the city most of it is outside of the frustum; from outside, its ghosts can be clicked.
     let target = session.world.as_ref().expect("loaded").centre;
     if let Some(rig) = &mut session.state.camera {

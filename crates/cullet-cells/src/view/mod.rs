@@ -200,12 +200,12 @@ impl Candidates for CellCandidates<'_> {
         self.view().portal.frusta((scene, self.cells), slot, each);
     }
 
-    fn explain(&self, stage: Stage, scene: &Scene, slot: u32) -> (String, Evidence) {
+    fn explain(&self, stage: Stage, scene: &Scene, slot: u32) -> Evidence {
         let view = self.view();
         let is_late = bits::get(&[view.late.word(slot as usize / 64)], slot as usize % 64);
         match stage {
-            Stage::Pvs => view.pvs.finding((scene, self.cells), slot, is_late),
-            _ => view.portal.finding((scene, self.cells), slot, is_late),
+            Stage::Pvs => view.pvs.evidence((scene, self.cells), slot, is_late),
+            _ => view.portal.evidence((scene, self.cells), slot, is_late),
         }
     }
 }

@@ -5,11 +5,11 @@ use cullet::cull::frustum::batch::Planes;
 use cullet::{
     Scene,
     candidates::Look,
-    explain::{CellTest, Evidence},
+    explain::{CellTest, Evidence, Sight},
     view::Frustum,
 };
 
-use super::stand::{Idle, list, place_of, stand};
+use super::stand::stand;
 use crate::cells::Cells;
 use crate::portal::{PortalOptions, Reached, Visit, walk_portals};
 use crate::pvs::{Targets, VisibleSets};
@@ -18,8 +18,9 @@ use crate::pvs::{Targets, VisibleSets};
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cache {
     reached: Reached,
-    /// Whether the eye is in a cell, so that portals hide something.
-    idle: Idle,
+    /// The eye is in a cell, so that portals hide something; otherwise `idle` says why not.
+    is_used: bool,
+    idle: Evidence,
     /// One bit a slot, of the words that were live: in sight, and wholly so as far as portals go.
     seen: Vec<u64>,
     whole: Vec<u64>,
@@ -29,7 +30,7 @@ pub(super) struct Cache {
 impl Cache {
     /// Returns the cells that the last cull reached, unless portals did nothing.
     pub(super) fn reached(&self) -> Option<&Reached> {
-        (self.idle == Idle::No).then_some(&self.reached)
+        self.is_used.then_some(&self.reached)
     }
 
     /// Looks from a view, among the instances that are left.
@@ -42,10 +43,12 @@ impl Cache {
     ) {
         let stands = match cells.visible_sets().map(VisibleSets::targets) {
             // Cells for sets of instances are not rooms, and nothing is beyond their borders.
-            Some(Targets::Instances) if cells.graph().portals().is_empty() => Err(Idle::NoPortals),
+            Some(Targets::Instances) if cells.graph().portals().is_empty() => {
+                Err(Evidence::NoPortals)
+            }
             _ => stand(look.view, cells, &mut self.starts),
         };
-        self.idle = Idle::No;
+        self.is_used = stands.is_ok();
         match stands {
             Err(idle) => self.idle = idle,
             Ok(view) => {
@@ -96,18 +99,15 @@ impl Cache {
 
     /// Returns one bit for each slot of `word`: in sight, or seen from everywhere.
     pub(super) fn word(&self, cells: &Cells, word: usize) -> u64 {
-        match self.idle {
-            Idle::No => self.seen[word] | cells.loose(word),
-            _ => u64::MAX,
-        }
+        if self.is_used { self.seen[word] | cells.loose(word) } else { u64::MAX }
     }
 
     /// Returns one bit for each slot of `word`: its instance is seen only in part, as far as
     /// portals go. No bit is set where the stage did nothing.
     pub(super) fn straddling(&self, cells: &Cells, word: usize) -> u64 {
-        match self.idle {
-            Idle::No => self.seen[word] & !self.whole[word] & !cells.loose(word),
-            _ => 0,
+        match self.is_used {
+            true => self.seen[word] & !self.whole[word] & !cells.loose(word),
+            false => 0,
         }
     }
 
@@ -125,79 +125,38 @@ impl Cache {
     }
 
     /// Returns the portals through which the instance of `slot` is seen, or why it is not seen.
-    pub(super) fn finding(
+    pub(super) fn evidence(
         &self,
         (scene, cells): (&Scene, &Cells),
         slot: u32,
         is_late: bool,
-    ) -> (String, Evidence) {
-        if self.idle != Idle::No {
-            return (self.idle.words().to_owned(), Evidence::None);
+    ) -> Evidence {
+        if !self.is_used {
+            return self.idle.clone();
         }
         let own = cells.cells_of(slot);
-        let place = place_of(own);
+        let (instance, eye) = (own.to_vec(), self.starts.clone());
+        let mut test = CellTest { instance, eye, in_sight: true, ..CellTest::default() };
         if is_late || cells.loose(slot as usize / 64) >> (slot % 64) & 1 == 1 {
-            let why =
-                if own.is_empty() { "" } else { " and beyond, or moved since the last commit" };
-            let instance = own.to_vec();
-            let eye = self.starts.clone();
-            let test = CellTest { instance, eye, in_sight: true, ..CellTest::default() };
-            return (format!("{place}{why}: seen from everywhere"), Evidence::Cells(test));
+            return Evidence::Cells(test);
         }
-        let start = self.reached.visits()[0].cell;
-        let found = |words: String, portals: &[u32], in_sight: bool, shut: Option<u32>| {
-            let (instance, eye) = (own.to_vec(), self.starts.clone());
-            let test = CellTest { instance, eye, portals: portals.to_vec(), in_sight, shut };
-            (words, Evidence::Cells(test))
-        };
-        let visits =
-            (0..).zip(self.reached.visits()).filter(|(_, visit)| own.contains(&visit.cell));
-        let mut is_beside = None;
-        for (number, visit) in visits {
-            let planes =
-                Planes::new(&bounds_of((scene, cells), &self.reached, visit, scene.origin()));
-            let (by, portals) = self.chain(number);
-            if visit.is_start()
-                || planes.classify_stored(scene.boxes(), slot as usize) != Side::Outside
-            {
-                let words = format!("{place}, seen from cell {start}{by}");
-                return found(words, &portals, true, None);
-            }
-            is_beside.get_or_insert((by, portals));
+        let all = (0..).zip(self.reached.visits());
+        let mut visits = all.filter(|(_, visit)| own.contains(&visit.cell)).peekable();
+        let first = visits.peek().copied();
+        let seen = visits.find(|(_, visit)| {
+            let bounds = bounds_of((scene, cells), &self.reached, visit, scene.origin());
+            let side = Planes::new(&bounds).classify_stored(scene.boxes(), slot as usize);
+            visit.is_start() || side != Side::Outside
+        });
+        test.in_sight = seen.is_some();
+        if let Some((number, visit)) = seen.or(first) {
+            let chain = self.reached.chain(number);
+            test.portals = chain.iter().filter_map(|visit| visit.portal).collect();
+            test.sight = if visit.is_limited { Sight::Limited } else { Sight::Portals };
+        } else {
+            (test.sight, test.portals) = way(cells, self.reached.visits()[0].cell, own);
         }
-        if let Some((by, portals)) = is_beside {
-            let words = format!("{place}, but beside what is seen of that from cell {start}{by}");
-            return found(words, &portals, false, None);
-        }
-        let unseen = format!("{place}, not seen from cell {start}");
-        match first_shut(cells, start, own) {
-            Way::Shut(portal) => {
-                let words = format!("{unseen}: portal {portal} on the way is shut");
-                found(words, &[], false, Some(portal))
-            }
-            Way::Open(portals) => {
-                let words = format!(
-                    "{unseen}: the way leads by portal{} {}, and no line of sight does",
-                    if portals.len() == 1 { "" } else { "s" },
-                    list(&portals)
-                );
-                found(words, &portals, false, None)
-            }
-            Way::None => found(format!("{unseen}: no portals lead there"), &[], false, None),
-        }
-    }
-
-    /// The portals of a visit's chain, in words too.
-    fn chain(&self, visit: u32) -> (String, Vec<u32>) {
-        let chain = self.reached.chain(visit);
-        let portals: Vec<u32> = chain.iter().filter_map(|visit| visit.portal).collect();
-        let words = match (&portals[..], chain.last().is_some_and(|visit| visit.is_limited)) {
-            (_, true) => ", as all is behind the limits of chains".to_owned(),
-            ([], _) => " itself".to_owned(),
-            ([portal], _) => format!(" through portal {portal}"),
-            (portals, _) => format!(" through portals {}", list(portals)),
-        };
-        (words, portals)
+        Evidence::Cells(test)
     }
 }
 
@@ -217,17 +176,8 @@ fn bounds_of(
     reached.frustum(visit, origin, far.map(|v| v * v).sum::<f64>().sqrt())
 }
 
-/// The way from one cell to others, whatever can be seen along it.
-enum Way {
-    /// The first shut portal of the shortest, where all are shut somewhere.
-    Shut(u32),
-    /// The portals of the shortest that is open.
-    Open(Vec<u32>),
-    None,
-}
-
-/// The shortest way, that is open if there is one.
-fn first_shut(cells: &Cells, start: u32, to: &[u32]) -> Way {
+/// Returns the shortest way from one cell to others, an open one if there is one. Nothing is seen along it.
+fn way(cells: &Cells, start: u32, to: &[u32]) -> (Sight, Vec<u32>) {
     for open_only in [true, false] {
         let graph = cells.graph();
         let mut from = vec![None; graph.cell_count() as usize];
@@ -254,9 +204,9 @@ fn first_shut(cells: &Cells, start: u32, to: &[u32]) -> Way {
         }
         portals.reverse();
         return match portals.iter().find(|&&portal| !graph.is_open(portal)) {
-            Some(&portal) => Way::Shut(portal),
-            None => Way::Open(portals),
+            Some(&portal) => (Sight::Shut(portal), Vec::new()),
+            None => (Sight::Open, portals),
         };
     }
-    Way::None
+    (Sight::NoWay, Vec::new())
 }

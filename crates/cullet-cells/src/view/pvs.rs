@@ -3,10 +3,10 @@
 use cullet::{
     Scene,
     candidates::Look,
-    explain::{CellTest, Evidence},
+    explain::{CellTest, Evidence, Sight},
 };
 
-use super::stand::{Idle, list, place_of, stand};
+use super::stand::stand;
 use crate::bits;
 use crate::cells::Cells;
 use crate::pvs::{Targets, VisibleSets};
@@ -16,7 +16,9 @@ use crate::pvs::{Targets, VisibleSets};
 /// the use of mirrors change.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cache {
-    idle: Idle,
+    /// The sets of the eye's cells hide something; otherwise `idle` says why not.
+    is_used: bool,
+    idle: Evidence,
     /// [Version](Cells::version) of the cells for which `row` and `seen` were found, and
     /// whether with mirrors.
     of: Option<((u64, u64), bool)>,
@@ -33,21 +35,18 @@ pub(super) struct Cache {
 impl Cache {
     /// Looks from a view, with `mirrors` also into the sets of the cells that have some.
     pub(super) fn look(&mut self, look: &Look<'_>, cells: &Cells, mirrors: bool) {
-        self.idle = match cells.visible_sets() {
-            None => Idle::NoSets,
-            Some(sets) => match stand(look.view, cells, &mut self.found) {
-                Err(idle) => idle,
-                Ok(_) => {
-                    self.look_up(look.scene, (cells, sets), mirrors);
-                    Idle::No
-                }
-            },
-        };
+        let sets = cells.visible_sets().ok_or(Evidence::NoSets);
+        let sets = sets.and_then(|sets| stand(look.view, cells, &mut self.found).map(|_| sets));
+        self.is_used = sets.is_ok();
+        match sets {
+            Err(idle) => self.idle = idle,
+            Ok(sets) => self.look_up(look.scene, (cells, sets), mirrors),
+        }
     }
 
     /// Returns one bit for each slot of `word`: in the sets, or seen from everywhere.
     pub(super) fn word(&self, cells: &Cells, word: usize) -> u64 {
-        if self.idle != Idle::No {
+        if !self.is_used {
             return u64::MAX;
         }
         // Words that are not there are of slots that came since.
@@ -117,42 +116,30 @@ impl Cache {
         }
     }
 
-    /// Says in whose set an instance is, or not.
-    pub(super) fn finding(
+    /// Returns in whose set an instance is, or not.
+    pub(super) fn evidence(
         &self,
         (scene, cells): (&Scene, &Cells),
         slot: u32,
         is_late: bool,
-    ) -> (String, Evidence) {
-        let Some(sets) = cells.visible_sets().filter(|_| self.idle == Idle::No) else {
-            return (self.idle.words().to_owned(), Evidence::None);
+    ) -> Evidence {
+        let Some(sets) = cells.visible_sets().filter(|_| self.is_used) else {
+            return self.idle.clone();
         };
-        let (own, place, is_everywhere) = match sets.targets() {
-            Targets::Cells => {
-                let own = cells.cells_of(slot);
-                (
-                    own,
-                    format!("{}, ", place_of(own)),
-                    cells.loose(slot as usize / 64) >> (slot % 64) & 1 == 1,
-                )
-            }
-            Targets::Instances => {
-                let has_changed = scene.handle(slot).is_some_and(|h| cells.has_changed(h.index));
-                (&[][..], String::new(), has_changed)
-            }
-        };
-        let (instance, eye) = (own.to_vec(), self.starts.clone());
-        let test = CellTest { instance, eye, in_sight: true, ..CellTest::default() };
-        if is_everywhere || is_late {
-            let words = format!("{place}seen from everywhere: beyond the cells, or moved since");
-            return (words, Evidence::Cells(test));
-        }
-        let is_seen = bits::get(&self.seen, slot as usize);
-        let (set, not) = (
-            if self.starts.len() == 1 { "set of cell" } else { "sets of cells" },
-            if is_seen { "" } else { "not " },
-        );
-        let words = format!("{place}{not}in the {set} {}", list(&self.starts));
-        (words, Evidence::Cells(CellTest { in_sight: is_seen, ..test }))
+        let (word, bit) = (slot as usize / 64, slot % 64);
+        let is_everywhere = is_late
+            || match sets.targets() {
+                Targets::Cells => cells.loose(word) >> bit & 1 == 1,
+                Targets::Instances => {
+                    scene.handle(slot).is_some_and(|handle| cells.has_changed(handle.index))
+                }
+            };
+        Evidence::Cells(CellTest {
+            instance: cells.cells_of(slot).to_vec(),
+            eye: self.starts.clone(),
+            in_sight: is_everywhere || bits::get(&self.seen, slot as usize),
+            sight: if is_everywhere { Sight::Everywhere } else { Sight::Sets },
+            ..CellTest::default()
+        })
     }
 }

@@ -271,7 +271,7 @@ fn explanations_name_the_set() {
         let told = Culler::default().only(Stage::Pvs);
         let told =
             InCells::from((&scene, &placed)).explain(&told, &around(eye)[0], handle).unwrap();
-        let words = &told.steps.last().unwrap().finding;
+        let words = told.steps.last().unwrap().to_string();
         let slot = scene.slot(handle).unwrap();
         match placed.cells_of(slot).contains(&cell) {
             true => assert!(words.ends_with(&format!(", in the set of cell {cell}")), "{words}"),

@@ -131,7 +131,7 @@ fn rows_reasons_and_explanations_agree() {
             {
                 let cell = cells.cells_of(slot)[0];
                 assert_eq!(told.reason.unwrap().detail, cell as u8);
-                let words = &of_portal.unwrap().finding;
+                let words = of_portal.unwrap().to_string();
                 assert!(words.starts_with(&format!("in cell {cell}, ")), "{words}");
             }
         }
@@ -179,7 +179,7 @@ fn doors_open_and_shut_and_the_explanation_names_them() {
     assert_eq!(cull(&portal_alone(), (&scene, &cells), &view).instance_count, 2);
     let words = |cells: &Cells| {
         let told = InCells::from((&scene, cells)).explain(&portal_alone(), &view, far).unwrap();
-        told.steps.last().unwrap().finding.clone()
+        told.steps.last().unwrap().to_string()
     };
     assert_eq!(words(&cells), "in cell 1, seen from cell 0 through portal 0");
     cells.set_portal_open(0, false);

@@ -1,5 +1,7 @@
 //! Numbers behind an explanation: what a stage held against what.
 
+use crate::cull::shadow::CasterReason;
+
 /// Numbers of a stage's test of one instance, as the stage had them. Lengths are in units of the scene, and planes point
 /// out: a positive distance is outside.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -7,9 +9,29 @@
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Evidence {
-    /// Counts alone, or words: nothing of the instance as a whole was measured.
+    /// Counts alone: nothing of the instance as a whole was measured.
     #[default]
     None,
+    /// No test: the instance is [exempt](crate::Scene::exempt).
+    Exempt,
+    /// No test: the box crosses the near plane, or there is none, so it has no bounds on the screen.
+    NearPlane,
+    /// No test: the box is beyond an edge of the screen.
+    OffScreen,
+    /// No test: the stage would cost more than it could save.
+    Cost,
+    /// No test: the mesh has no levels of detail, or the instance is not [rigid](crate::Scene::is_rigid).
+    NoLevels,
+    /// No test: the cells have no portals.
+    NoPortals,
+    /// No test: the cells have no visible sets.
+    NoSets,
+    /// No test: the view is orthographic, so it has no eye in a cell.
+    Orthographic,
+    /// No test: the eye is in no cell.
+    NoCell,
+    /// No test: the near plane reaches out of the cells, into a wall.
+    InWall,
     /// Layers, one bit each: it stays where the two share one.
     Layers {
         /// Layers of the instance.
@@ -19,6 +41,13 @@ pub enum Evidence {
     },
     /// The instance's box against each plane of the frustum that there is.
     Planes(Vec<PlaneTest>),
+    /// The box of a caster against the region in which casters of a light matter.
+    Caster {
+        /// Why its shadow cannot matter, if that is so.
+        reason: Option<CasterReason>,
+        /// The box against each plane of the region.
+        planes: Vec<PlaneTest>,
+    },
     /// The cells of an instance against those that the eye sees into.
     Cells(CellTest),
     /// The projected size of its box.
@@ -48,6 +77,20 @@ pub enum Evidence {
         /// Number of pixels by which the drawn levels may be off from the full mesh.
         pixels: f64,
     },
+    /// Another instance is drawn in its place.
+    Replaced {
+        /// Slot of that instance.
+        by: u32,
+        /// Number of instances that it stands for.
+        count: u32,
+    },
+    /// The instance stands for others.
+    StandIn {
+        /// Number of instances that it stands for.
+        count: u32,
+        /// One of them has changed, so it is never drawn.
+        is_off: bool,
+    },
 }
 
 /// A box against a plane.
@@ -66,7 +109,7 @@ pub struct PlaneTest {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CellTest {
-    /// Cells that the instance is in; none where it is in no cell, or where sets are of instances.
+    /// Cells that the instance is in.
     pub instance: Vec<u32>,
     /// Cells that the near plane may be in, that of the eye first.
     pub eye: Vec<u32>,
@@ -75,8 +118,31 @@ pub struct CellTest {
     pub portals: Vec<u32>,
     /// Whether it may be seen.
     pub in_sight: bool,
-    /// The first shut portal on the shortest way to it, where each way is shut.
-    pub shut: Option<u32>,
+    /// Grounds of that answer.
+    pub sight: Sight,
+}
+
+/// Grounds on which an instance counts as in sight of the cells of the eye, or not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum Sight {
+    /// It is beyond the cells, or moved since they were updated: it is seen from everywhere.
+    #[default]
+    Everywhere,
+    /// The visible sets.
+    Sets,
+    /// The portals through which its cell is seen: it is seen through them, or beside what they show.
+    Portals,
+    /// The limits of chains of portals, behind which all is taken to be seen.
+    Limited,
+    /// This portal, the first on the shortest way that is shut, where each way is shut.
+    Shut(u32),
+    /// A way is open, but no line of sight leads along it.
+    Open,
+    /// No portals lead to its cells.
+    NoWay,
 }
 
 /// The screen bounds of a box against the occlusion buffer.
@@ -96,29 +162,4 @@ pub struct CoverTest {
     pub covered: f32,
     /// The first pixel that lets it through, by row and then column; `None` where it is hidden.
     pub open: Option<[u32; 2]>,
-}
-
-/// Finding of a stage on one instance, in words and as numbers.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Finding {
-    pub(super) words: String,
-    pub(super) evidence: Evidence,
-}
-
-impl Finding {
-    pub(super) fn new(words: String, evidence: Evidence) -> Self {
-        Self { words, evidence }
-    }
-}
-
-impl From<String> for Finding {
-    fn from(words: String) -> Self {
-        Self { words, evidence: Evidence::None }
-    }
-}
-
-impl From<&str> for Finding {
-    fn from(words: &str) -> Self {
-        words.to_owned().into()
-    }
 }

@@ -1,11 +1,11 @@
 //! Why one instance is drawn or not, with the numbers of every stage that it came to.
 
 use super::candidates::Candidates;
-use super::evidence::{Evidence, Finding};
+use super::evidence::Evidence;
 use super::frame::{Alone, Frame, Viewer};
 use super::pipeline::{self, Caches, Scratch};
 use super::shadow::ShadowView;
-use super::stage::{candidates, degenerate, detail, frustum, layer, lod};
+use super::stage::{degenerate, detail, frustum, layer, lod};
 use super::{CullError, Culler, Output};
 use crate::bits;
 use crate::funnel::{FunnelRow, Reason, Stage, Unit};
@@ -14,7 +14,7 @@ use crate::scene::Scene;
 use crate::view::View;
 use crate::visible::Visible;
 
-/// Finding of one stage.
+/// Finding of one stage. Displayed, it is a sentence.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Step {
@@ -26,9 +26,7 @@ pub struct Step {
     pub entered: u64,
     /// How many went on.
     pub left: u64,
-    /// Its measurements, in words with numbers.
-    pub finding: String,
-    /// The same as numbers, where it tested the instance as a whole.
+    /// Its measurements, where it tested the instance as a whole.
     #[cfg_attr(feature = "serde", serde(default))]
     pub evidence: Evidence,
 }
@@ -150,16 +148,12 @@ impl Culler {
         let reason = result.reasons[slot as usize];
         let frame = Frame::new(self, scene, viewer, Some(only));
         let rows = result.funnel.rows.iter().filter(|row| row.entered.of(row.unit) > 0);
-        let steps = rows.map(|row| {
-            let Finding { words, evidence } = finding(&frame, &scratch.caches, slot, row, reason);
-            Step {
-                stage: row.stage,
-                unit: row.unit,
-                entered: row.entered.of(row.unit),
-                left: row.left.of(row.unit),
-                finding: words,
-                evidence,
-            }
+        let steps = rows.map(|row| Step {
+            stage: row.stage,
+            unit: row.unit,
+            entered: row.entered.of(row.unit),
+            left: row.left.of(row.unit),
+            evidence: evidence(&frame, &scratch.caches, slot, row, reason),
         });
         let hidden = reason.is_some_and(|r| r.stage == Stage::Occlusion);
         let steps = steps.collect();
@@ -172,44 +166,37 @@ impl Culler {
 /// Whether an instance that stands for others is drawn in their place.
 fn of_stand_in(scene: &Scene, slot: u32, all: &Visible) -> Explanation {
     let reason = all.reasons.get(slot as usize).copied().flatten();
-    let finding = match (reason.map(|r| r.stage), scene.is_stand_in_off(slot)) {
-        (None, _) => "drawn in the place of",
-        (Some(Stage::Layer), true) => "never drawn, for one of them has changed: stands for",
-        (Some(Stage::Layer), _) => "not drawn here: stands for",
-        _ => "in the place of others, but hidden: stands for",
-    };
-    let count = scene.stood_for_by(slot).len();
-    let finding = format!("{finding} {count} instances");
     let left = u64::from(reason.is_none_or(|r| r.stage != Stage::Layer));
-    let evidence = Evidence::None;
-    let step =
-        Step { stage: Stage::Lod, unit: Unit::Instances, entered: 1, left, finding, evidence };
+    let (count, is_off) = (scene.stood_for_by(slot).len() as u32, scene.is_stand_in_off(slot));
+    let evidence = Evidence::StandIn { count, is_off };
+    let step = Step { stage: Stage::Lod, unit: Unit::Instances, entered: 1, left, evidence };
     Explanation { reason, steps: vec![step], hidden_by: Vec::new() }
 }
 
-/// Finding of a stage, in the words of the stage itself.
-fn finding(
+/// Returns the numbers of a stage's test of the instance of `slot`.
+fn evidence(
     frame: &Frame<'_>,
     caches: &Caches,
     slot: u32,
     row: &FunnelRow,
     reason: Option<Reason>,
-) -> Finding {
+) -> Evidence {
     if row.unit != Unit::Instances {
-        let (unit, all) = (row.unit.name(), row.entered.of(row.unit));
-        return format!("{} of {all} {unit} dropped", row.dropped().of(row.unit)).into();
+        return Evidence::None;
     }
     match row.stage {
-        Stage::Layer => layer::finding(frame, slot),
-        Stage::Occlusion => caches.occlusion.finding(frame, slot),
-        _ if bits::get(frame.scene.exempt(), slot as usize) => {
-            "exempt: flagged always visible, or without finite bounds".into()
+        Stage::Layer => layer::evidence(frame, slot),
+        Stage::Occlusion => caches.occlusion.evidence(frame, slot),
+        _ if bits::get(frame.scene.exempt(), slot as usize) => Evidence::Exempt,
+        Stage::Frustum => {
+            frustum::evidence(frame, slot, reason.filter(|_| row.left.instances == 0))
         }
-        Stage::Frustum => frustum::finding(frame, slot, reason.filter(|_| row.left.instances == 0)),
-        Stage::Pvs | Stage::Portal => candidates::finding(frame, row.stage, slot),
-        Stage::Detail => detail::finding(frame, slot),
-        Stage::Degenerate => degenerate::finding(frame, slot),
-        Stage::Lod => lod::finding(frame, &caches.lod, slot),
-        Stage::Backface => Finding::default(),
+        Stage::Pvs | Stage::Portal => frame
+            .candidates_of(row.stage)
+            .map_or(Evidence::None, |all| all.explain(row.stage, frame.scene, slot)),
+        Stage::Detail => detail::evidence(frame, slot),
+        Stage::Degenerate => degenerate::evidence(frame, slot),
+        Stage::Lod => lod::evidence(frame, &caches.lod, slot),
+        Stage::Backface => Evidence::None,
     }
 }

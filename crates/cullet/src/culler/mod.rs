@@ -12,9 +12,10 @@ mod sets;
 mod shadow;
 mod stage;
 mod with;
+mod words;
 
 pub use candidates::{Candidates, Look};
-pub use evidence::{CellTest, CoverTest, Evidence, PlaneTest};
+pub use evidence::{CellTest, CoverTest, Evidence, PlaneTest, Sight};
 pub use explain::{Explanation, Step};
 pub use shadow::ShadowView;
 

@@ -42,7 +42,7 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
         };
         ui.label(format!("{} · {} · {result}", step.stage.name(), step.unit.name()));
         ui.indent(("step", step.stage.name(), step.unit.name()), |ui| {
-            ui.weak(&step.finding);
+            ui.weak(step.to_string());
         });
     }
     let view = &decision.request.view;

@@ -69,7 +69,7 @@ fn step_record(culler: &Culler, step: &Step) -> StepRecord {
         entered: step.entered,
         left: step.left,
         outcome,
-        finding: step.finding.clone(),
+        finding: step.to_string(),
         evidence: step.evidence.clone(),
         limit: culler.detail.filter(|_| is_size).map(|detail| detail.threshold_px),
     }
@@ -142,7 +142,7 @@ fn sentence(record: &InstanceRecord, told: &Explanation, view: &View) -> String 
         (Stage::Backface, _) => {
             "each of its triangles that was left faces away from the eye".to_owned()
         }
-        _ => step.map_or_else(|| reason_text(reason), |step| step.finding.clone()),
+        _ => step.map_or_else(|| reason_text(reason), Step::to_string),
     };
     format!("dropped by {name}: {why}")
 }

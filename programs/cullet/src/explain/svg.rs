@@ -71,7 +71,7 @@ fn draw_step(
         draw_planes(sheet, tests, dropped);
     } else {
         let lines = text::numbers(step, view);
-        if lines.is_empty() && !step.finding.is_empty() {
+        if lines.is_empty() {
             sheet.words(&step.finding);
         }
         lines.iter().for_each(|line| sheet.words(line));

@@ -2,7 +2,7 @@
 
 use cullet::{
     View,
-    explain::{CellTest, Evidence, PlaneTest},
+    explain::{Evidence, PlaneTest},
 };
 use cullet_command::console::{count, grouped};
 
@@ -88,7 +88,7 @@ fn of_step(step: &StepRecord, view: &View) -> Vec<String> {
     let head = format!("  {stage:<10} {unit:<9} {}{counts}", step.outcome);
     let mut lines = vec![head];
     let numbers = numbers(step, view);
-    if numbers.is_empty() && !step.finding.is_empty() {
+    if numbers.is_empty() {
         lines.push(format!("             {}", step.finding));
     }
     lines.extend(numbers.into_iter().map(|line| format!("             {line}")));
@@ -99,7 +99,6 @@ fn of_step(step: &StepRecord, view: &View) -> Vec<String> {
 pub(super) fn numbers(step: &StepRecord, view: &View) -> Vec<String> {
     match &step.evidence {
         Evidence::Planes(tests) => planes(tests),
-        Evidence::Cells(test) => vec![step.finding.clone(), cells(test)],
         Evidence::Size { pixels: [w, h], weight } => {
             let limit = step.limit.map_or_else(String::new, |px| format!(", limit {px}"));
             vec![format!("{w:.2} x {h:.2} pixels on the screen, counted {weight} times{limit}")]
@@ -130,15 +129,6 @@ fn planes(tests: &[PlaneTest]) -> Vec<String> {
         format!("{:<7} {:>12.4} to {:>12.4}{outside}", plane_name(t.plane), t.nearest, t.farthest)
     };
     tests.iter().map(line).collect()
-}
-
-fn cells(test: &CellTest) -> String {
-    let list = |numbers: &[u32]| match numbers {
-        [] => "none".to_owned(),
-        numbers => numbers.iter().map(u32::to_string).collect::<Vec<_>>().join(", "),
-    };
-    let (own, eye, portals) = (list(&test.instance), list(&test.eye), list(&test.portals));
-    format!("cells of the eye {eye}; of the instance {own}; portals between {portals}")
 }
 
 fn of_triangle(record: &TriangleRecord) -> Vec<String> {

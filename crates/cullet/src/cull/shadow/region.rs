@@ -11,6 +11,8 @@ use crate::view::{Frustum, FrustumPlane};
 
 /// Why a caster cannot matter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum CasterReason {
     /// The light lights nothing that the view sees: no caster matters.

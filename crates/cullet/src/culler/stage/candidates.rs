@@ -1,6 +1,5 @@
 //! Candidates of the caller: what is none of them goes, and of those that are seen in part, the clusters beside that.
 
-use super::super::evidence::Finding;
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::run::is_parted;
@@ -90,11 +89,4 @@ pub(in super::super) fn clusters(
         culled.extend(kept.iter().map(|word| !word));
         true
     });
-}
-
-/// Says what the candidates have of an instance.
-pub(in super::super) fn finding(frame: &Frame<'_>, stage: Stage, slot: u32) -> Finding {
-    let Some(candidates) = frame.candidates_of(stage) else { return Finding::default() };
-    let (words, evidence) = candidates.explain(stage, frame.scene, slot);
-    Finding::new(words, evidence)
 }

@@ -1,6 +1,6 @@
 //! Degenerate: what has no area, and so covers no pixel.
 
-use super::super::evidence::{Evidence, Finding};
+use super::super::evidence::Evidence;
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::sets::{Instances, Sets, groups, slots};
@@ -61,13 +61,9 @@ pub(in super::super) fn of_the_rest(frame: &Frame<'_>, sets: &Sets, log: &mut Lo
     }
 }
 
-/// Finding of the stage: how much area is left of an instance.
-pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32) -> Finding {
+/// Returns how much area is left of an instance.
+pub(in super::super) fn evidence(frame: &Frame<'_>, slot: u32) -> Evidence {
     let (mesh, rank) = (frame.scene.mesh(slot), frame.scene.transform(slot).rank());
     let triangles = mesh.triangle_count();
-    let with_area = triangles - mesh.degenerate_count();
-    let words = format!(
-        "rank {rank} of the transform, {with_area} of {triangles} triangles with area in the mesh"
-    );
-    Finding::new(words, Evidence::Area { rank, with_area, triangles })
+    Evidence::Area { rank, with_area: triangles - mesh.degenerate_count(), triangles }
 }

@@ -1,6 +1,6 @@
 //! Detail: what is too small on the screen.
 
-use super::super::evidence::{Evidence, Finding};
+use super::super::evidence::Evidence;
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::run::is_parted;
@@ -140,19 +140,11 @@ pub(in super::super) fn clusters(
     });
 }
 
-/// The size of an instance on the screen.
-pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32) -> Finding {
-    let times = frame.scene.size_weight(slot);
-    let weight = match times {
-        1.0 => String::new(),
-        weight => format!(", counted {weight} times"),
-    };
+/// Returns the size of an instance on the screen.
+pub(in super::super) fn evidence(frame: &Frame<'_>, slot: u32) -> Evidence {
     let test = of_world(frame, &frame.culler.detail.unwrap_or_default());
     match test.bound(frame.culler.simd, &frame.scene.bounds(slot)) {
-        Some(pixels @ [w, h]) => Finding::new(
-            format!("at most {w:.2} x {h:.2} pixels on the screen{weight}"),
-            Evidence::Size { pixels, weight: times },
-        ),
-        None => "crosses the near plane, so it is never small".into(),
+        Some(pixels) => Evidence::Size { pixels, weight: frame.scene.size_weight(slot) },
+        None => Evidence::NearPlane,
     }
 }

@@ -1,23 +1,22 @@
 //! Frustum: what is outside of the view's half-spaces. Each of its steps makes a set of what is left of the one before.
 
 use super::super::Output;
-use super::super::evidence::{Evidence, Finding, PlaneTest};
+use super::super::evidence::{Evidence, PlaneTest};
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::run::{Run, is_parted, triangles_of};
 use super::super::sets::{self, Coarse, GROUP, Instances, Sets, slots};
 use super::backface::Backs;
 use super::{candidates, detail, occlusion};
-use crate::array::{self, Each};
+use crate::array::Each;
 use crate::bits;
-use crate::bounds::{Aabb, Plane, Side};
+use crate::bounds::Side;
 use crate::cull::frustum::batch::Planes;
 use crate::cull::frustum::exact::ExactFrustum;
 use crate::cull::frustum::tree::Cut;
 use crate::cull::frustum::triangles::ObjectRegion;
-use crate::cull::shadow::{CasterReason, CasterRegion};
+use crate::cull::shadow::CasterRegion;
 use crate::funnel::{FrustumWork, Reason, Stage, Unit};
-use crate::view::FrustumPlane;
 use crate::visible::TriangleRange;
 
 /// State that the stage keeps of a view.
@@ -380,86 +379,16 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
     debug_assert_eq!(log.left.counts.triangles, set.list.len() as u64);
 }
 
-/// Returns how far the instance of `slot` is outside the plane that rejected it, or how far it
-/// reaches inside its nearest plane. For a rejected caster of a light, the words say why its shadow
-/// cannot matter. The evidence has the distances to every plane.
-pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32, reason: Option<Reason>) -> Finding {
+/// Returns how far the box of an instance is outside of each plane. `reason` is why this stage dropped the instance.
+pub(in super::super) fn evidence(frame: &Frame<'_>, slot: u32, reason: Option<Reason>) -> Evidence {
     let bounds = frame.scene.bounds(slot);
-    let words = words_of(frame, &bounds, reason);
-    let tests = frame.frustum.planes().map(|(number, plane)| PlaneTest {
-        plane: number as u8,
-        nearest: -depth_inside(plane, &bounds),
-        // The corner that is farthest outside is farthest inside of the plane turned over.
-        farthest: depth_inside(&plane.flipped(), &bounds),
+    let tests = frame.frustum.planes().map(|(number, plane)| {
+        let [nearest, farthest] = bounds.span(plane);
+        PlaneTest { plane: number as u8, nearest, farthest }
     });
-    Finding::new(words, Evidence::Planes(tests.collect()))
-}
-
-fn words_of(frame: &Frame<'_>, bounds: &Aabb, reason: Option<Reason>) -> String {
-    let rejecting = reason.filter(|r| r.stage == Stage::Frustum);
-    if frame.casters.is_some() {
-        return caster_finding(frame, bounds, rejecting);
+    let planes = tests.collect();
+    match frame.casters {
+        Some(_) => Evidence::Caster { reason: reason.and_then(Reason::caster), planes },
+        None => Evidence::Planes(planes),
     }
-    let mut planes = frame.frustum.planes();
-    let named = rejecting.and_then(|r| planes.find(|(number, _)| *number == usize::from(r.detail)));
-    match named {
-        Some((number, plane)) => format!(
-            "outside the {} plane by {:.6} units at the nearest corner",
-            plane_name(number),
-            -depth_inside(plane, bounds)
-        ),
-        None if rejecting.is_some() => {
-            "outside: no plane alone rejects it, the exact test does".to_owned()
-        }
-        None => nearest_plane(frame, bounds).map_or_else(String::new, |(depth, number)| {
-            let plane = plane_name(number);
-            format!("reaches {depth:.6} units inside of the {plane} plane, its nearest")
-        }),
-    }
-}
-
-/// Why the shadow of a caster cannot matter, or by how much it is inside of where it may.
-fn caster_finding(frame: &Frame<'_>, bounds: &Aabb, reason: Option<Reason>) -> String {
-    let Some(caster) = reason.and_then(Reason::caster) else {
-        return nearest_plane(frame, bounds).map_or_else(
-            || "nothing is known that bounds where a caster may stand".to_owned(),
-            |(depth, number)| {
-                format!("reaches {depth:.6} units inside of plane {number} of the casters' region, its nearest")
-            },
-        );
-    };
-    let why = match caster {
-        CasterReason::NoReceiver => "the light lights nothing that the camera sees".to_owned(),
-        CasterReason::BeyondRange => "it is beyond the light's range".to_owned(),
-        CasterReason::OutsideCone => "it is outside the spot's cone".to_owned(),
-        CasterReason::OutsideMap => "it is outside the view of the shadow map".to_owned(),
-        CasterReason::OutsideSweep(number) => {
-            let mut planes = frame.frustum.planes();
-            let plane = planes.find(|(n, _)| *n == usize::from(number));
-            let place = plane.map_or_else(
-                || "in parts beyond different planes".to_owned(),
-                |(n, plane)| format!("{:.6} units beyond plane {n}", -depth_inside(plane, bounds)),
-            );
-            format!("it is {place} of the region between the light and what the camera sees")
-        }
-    };
-    format!("its shadow cannot matter ({}): {why}", caster.name())
-}
-
-/// How far a box reaches inside of the plane that it is nearest to, and which that is.
-fn nearest_plane(frame: &Frame<'_>, bounds: &Aabb) -> Option<(f64, usize)> {
-    let planes = frame.frustum.planes();
-    let depths = planes.map(|(number, plane)| (depth_inside(plane, bounds), number));
-    depths.min_by(|a, b| a.0.total_cmp(&b.0))
-}
-
-fn plane_name(number: usize) -> String {
-    FrustumPlane::ALL.get(number).map_or_else(|| format!("extra {number}"), |p| p.name().to_owned())
-}
-
-/// How far the box reaches to the inner side of a plane; negative when it is outside.
-fn depth_inside(plane: &Plane, b: &Aabb) -> f64 {
-    let inner =
-        array::from_fn(|a| f64::from(if plane.normal[a] > 0.0 { b.min[a] } else { b.max[a] }));
-    -plane.distance(inner)
 }

@@ -1,6 +1,6 @@
 //! Layers: instances that share none with the view.
 
-use super::super::evidence::{Evidence, Finding};
+use super::super::evidence::Evidence;
 use super::super::frame::Frame;
 use super::super::log::Log;
 use crate::funnel::{Reason, Stage, Unit};
@@ -33,9 +33,7 @@ pub(in super::super) fn instances(frame: &Frame<'_>, log: &mut Log<'_>) {
     }
 }
 
-/// The layers of an instance and of the view.
-pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32) -> Finding {
-    let (instance, view) = (frame.scene.layers(slot), frame.view.layers);
-    let words = format!("layers {instance:#x} of the instance, {view:#x} of the view");
-    Finding::new(words, Evidence::Layers { instance, view })
+/// Returns the layers of an instance and of the view.
+pub(in super::super) fn evidence(frame: &Frame<'_>, slot: u32) -> Evidence {
+    Evidence::Layers { instance: frame.scene.layers(slot), view: frame.view.layers }
 }

@@ -1,6 +1,6 @@
 //! Levels of detail: in place of an instance's mesh the coarsest of its levels that is near enough to it.
 
-use super::super::evidence::{Evidence, Finding};
+use super::super::evidence::Evidence;
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::sets::{Coarse, Instances, slots};
@@ -161,23 +161,20 @@ fn replace(
     least.triangles
 }
 
-/// How large the errors of an instance are allowed to be, and what is drawn of it.
-pub(in super::super) fn finding(frame: &Frame<'_>, cache: &Cache, slot: u32) -> Finding {
+/// Returns how large the errors of an instance are allowed to be, and what is drawn of it.
+pub(in super::super) fn evidence(frame: &Frame<'_>, cache: &Cache, slot: u32) -> Evidence {
     let scene = frame.scene;
-    let Some(lod) = &frame.culler.lod else { return Finding::default() };
-    if let Some(by) = stand_ins::finding(frame, slot) {
-        return by.into();
+    let Some(lod) = &frame.culler.lod else { return Evidence::None };
+    if let Some(by) = stand_ins::evidence(frame, slot) {
+        return by;
     }
-    let all = scene.levels(scene.mesh_id(slot));
-    if all.is_empty() || !scene.is_rigid(slot) || bits::get(scene.exempt(), slot as usize) {
-        return "has no levels of detail, or is not drawn just as its mesh says".into();
+    if scene.levels(scene.mesh_id(slot)).is_empty() || !scene.is_rigid(slot) {
+        return Evidence::NoLevels;
     }
     let triangles = scene.tally_of(slot).counts.triangles;
     let drawn = match cache.best.triangle_count() {
         0 => triangles,
         fewer => fewer,
     };
-    let pixels = cache.pixels.unwrap_or(lod.pixels);
-    let words = format!("{drawn} of {triangles} triangles within {pixels} pixels of the original");
-    Finding::new(words, Evidence::Levels { drawn, triangles, pixels })
+    Evidence::Levels { drawn, triangles, pixels: cache.pixels.unwrap_or(lod.pixels) }
 }

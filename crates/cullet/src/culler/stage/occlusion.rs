@@ -9,7 +9,7 @@
 
 use std::collections::BinaryHeap;
 
-use super::super::evidence::{CoverTest, Evidence, Finding};
+use super::super::evidence::{CoverTest, Evidence};
 use super::super::frame::{Alone, Frame};
 use super::super::log::Log;
 use super::super::run::{Run, is_parted};
@@ -69,37 +69,20 @@ impl Cache {
         !self.is_left_out && self.drawn.iter().any(|&(by, _)| by == slot)
     }
 
-    /// Why an instance is hidden or not, in words: which pixel lets it through, or what covers it.
-    pub(in super::super) fn finding(&self, frame: &Frame<'_>, slot: u32) -> Finding {
-        let Some(buffer) = self.buffer() else {
-            return "left out: it would cost more than it could save".into();
-        };
-        let [width, height] = buffer.size();
+    /// Returns why an instance is hidden or not: which pixel lets it through, or what covers it.
+    pub(in super::super) fn evidence(&self, frame: &Frame<'_>, slot: u32) -> Evidence {
+        let Some(buffer) = self.buffer() else { return Evidence::Cost };
         let tests = BoxTests::new(buffer, frame.culler.simd);
         let bounds = match tests.bounds(frame.scene.boxes(), slot as usize) {
             Ok(bounds) => bounds,
-            Err(Visibility::Outside) => return "beyond an edge of the screen".into(),
-            Err(_) => {
-                return "crosses the near plane, or has no bounds: never hidden".into();
-            }
+            Err(Visibility::Outside) => return Evidence::OffScreen,
+            Err(_) => return Evidence::NearPlane,
         };
-        let ScreenBounds { min: [x0, y0], max: [x1, y1], nearness } = bounds;
-        let place = format!(
-            "pixels {x0}..={x1} x {y0}..={y1} of {width} x {height}, nearness {nearness:e}"
-        );
+        let ScreenBounds { min, max, nearness } = bounds;
         let open = buffer.first_open(&bounds);
-        let pixels = (y0..=y1).flat_map(|y| (x0..=x1).map(move |x| buffer.nearness(x, y)));
-        let covered = pixels.fold(f32::INFINITY, f32::min);
-        let words = match open {
-            Some([x, y]) => format!(
-                "{place}: pixel ({x}, {y}) lets it through, covered only at {:e}",
-                buffer.nearness(x, y)
-            ),
-            None => format!("{place}: all covered by what is nearer"),
-        };
-        let (min, max) = ([x0, y0], [x1, y1]);
-        let test = CoverTest { buffer: buffer.size(), min, max, nearness, covered, open };
-        Finding::new(words, Evidence::Cover(test))
+        let pixels = (min[1]..=max[1]).flat_map(|y| (min[0]..=max[0]).map(move |x| [x, y]));
+        let covered = pixels.map(|[x, y]| buffer.nearness(x, y)).fold(f32::INFINITY, f32::min);
+        Evidence::Cover(CoverTest { buffer: buffer.size(), min, max, nearness, covered, open })
     }
 
     /// The instances that cover the screen bounds of an instance, alone or in part, front to back.

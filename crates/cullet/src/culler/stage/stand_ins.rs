@@ -4,6 +4,7 @@
 //! and of what would be drawn of those below it: found from above, where one that is surely less than anything below
 //! spares the rest, and then from below.
 
+use super::super::evidence::Evidence;
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::sets::{Coarse, Instances, slots};
@@ -204,8 +205,8 @@ pub(super) fn replaced_alone(frame: &Frame<'_>) -> Option<u32> {
     reason.filter(|reason| reason.stage == Stage::Lod).map(|_| only.slot)
 }
 
-/// Who is drawn in the place of an instance.
-pub(super) fn finding(frame: &Frame<'_>, slot: u32) -> Option<String> {
+/// Returns who is drawn in the place of an instance.
+pub(super) fn evidence(frame: &Frame<'_>, slot: u32) -> Option<Evidence> {
     let scene = frame.scene;
     replaced_alone(frame).filter(|&only| only == slot)?;
     // One that nobody wanted is in no layer; one that was wanted may be hidden since.
@@ -216,8 +217,7 @@ pub(super) fn finding(frame: &Frame<'_>, slot: u32) -> Option<String> {
     {
         by = above;
     }
-    let count = scene.stood_for_by(by).len();
-    Some(format!("slot {by} is drawn in its place, which stands for {count} instances"))
+    Some(Evidence::Replaced { by, count: scene.stood_for_by(by).len() as u32 })
 }
 
 /// Returns the counts of one instance that is drawn as the clusters of `selection`.
