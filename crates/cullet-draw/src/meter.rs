@@ -1,12 +1,11 @@
 //! How far what is drawn is from the original, in pixels: found by points and distances, without the errors that levels state.
 
-use std::sync::Arc;
-
 use crate::ImpostorJudge;
 use crate::surface::{SHARE_ABOVE, SurfaceTree, surface_points};
 use crate::{parallel, sort};
-use cullet::lod::{Impostor, Lod, PixelScale};
+use cullet::lod::{Lod, PixelScale};
 use cullet::{Mesh, Scene, View, Visible, draw::TriangleRange};
+use cullet_mesh::Impostor;
 use glam::{DMat3, DMat4, DVec3};
 
 /// What was measured in a view.
@@ -192,7 +191,7 @@ impl Task<'_> {
         let transform = self.scene.transform(slot);
         let [x, y, z] = transform.linear.map(|c| DVec3::from(c.map(f64::from)));
         let turn = DMat3::from_cols(x, y, z);
-        if let Some(impostor) = self.scene.impostor(slot, chosen.level) {
+        if let Some(impostor) = Impostor::at(self.scene, slot, chosen.level) {
             return self.of_impostor(slot, self.scene.mesh(slot), impostor);
         }
         let original = match self.scene.is_stand_in(slot) {
@@ -222,7 +221,7 @@ impl Task<'_> {
     }
 
     /// By pictures of both from where the eye is: an impostor is what it looks like, and has no surface elsewhere.
-    fn of_impostor(&self, slot: u32, mesh: &Mesh, impostor: &Arc<Impostor>) -> [Distances; 2] {
+    fn of_impostor(&self, slot: u32, mesh: &Mesh, impostor: &Impostor) -> [Distances; 2] {
         let transform = self.scene.transform(slot);
         let to_world = DMat4::from_cols_array(&transform.to_matrix());
         let group = impostor.group();

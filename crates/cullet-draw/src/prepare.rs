@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use cullet::mesh::{Alpha, Part};
 use cullet::{Mesh, MeshId, Scene, Visible};
+use cullet_mesh::Impostor;
 
 use crate::bounds::{Extent, ScreenBounds, screen_bounds};
 use crate::frame::Selection;
@@ -80,7 +81,7 @@ impl<'a> Stage<'a> {
             false => Prepared::default(),
         });
         for levels in (0..meshes.len() as u32).flat_map(|mesh| scene.levels(mesh)) {
-            if let Some(impostor) = &levels.impostor {
+            if let Some(impostor) = Impostor::of(levels) {
                 meshes[levels.mesh as usize].impostor = Some(Tracer::new(impostor.clone()));
             }
         }

@@ -1,7 +1,7 @@
 //! Impostors keep their error, and are drawn where the cut has chosen them.
 
 use cullet::bounds::Aabb;
-use cullet::lod::{Impostor, ImpostorError, Lod};
+use cullet::lod::Lod;
 use cullet::mesh::{Alpha, Part};
 use cullet::{
     Culler, Instance, InstanceFlags, Mesh, MeshData, Output, Scene, Stage, Transform, View, Visible,
@@ -12,6 +12,7 @@ use cullet_draw::{
     verify_levels,
 };
 use cullet_io::{LoadOptions, load};
+use cullet_mesh::{Impostor, ImpostorError};
 use cullet_testkit::answers::cull;
 use cullet_testkit::views::look;
 use cullet_testkit::{Folder, Rng, meshes, models, soups};
@@ -115,7 +116,7 @@ fn what_cannot_be_stood_for_is_refused() {
         let mut scene = Scene::new();
         let own = scene.add_mesh(mesh);
         let good = capture_impostor(&meshes::tetrahedron(), &options()).expect("sound");
-        assert!(matches!(scene.add_impostor(own, good), Err(ImpostorError::Mesh { .. })));
+        assert!(matches!(good.add_to(&mut scene, own), Err(ImpostorError::Mesh { .. })));
     }
     let (positions, indices) = soups::ball(6, 6);
     let parts = (0..indices.len() as u32 / 3).map(|t| part(Alpha::Opaque, t, 1)).collect();
@@ -133,8 +134,8 @@ fn what_cannot_be_stood_for_is_refused() {
     let mut scene = Scene::new();
     let own = scene.add_mesh(meshes::block([0.0; 3], [1.0; 3]));
     let other = capture_impostor(&meshes::tetrahedron(), &options()).expect("sound");
-    assert!(matches!(scene.add_impostor(own, other.clone()), Err(ImpostorError::Mesh { .. })));
-    assert!(matches!(scene.add_impostor(9, other), Err(ImpostorError::Levels(_))));
+    assert!(matches!(other.clone().add_to(&mut scene, own), Err(ImpostorError::Mesh { .. })));
+    assert!(matches!(other.add_to(&mut scene, 9), Err(ImpostorError::Levels(_))));
 }
 
 /// A scene of instances of one mesh with an impostor.
@@ -143,7 +144,7 @@ fn scene_of(mesh: &Mesh, places: &[Transform]) -> (Scene, f64) {
     let (impostor, _) = make_impostor(mesh, &options()).expect("sound");
     let error = f64::from(impostor.error());
     let own = scene.add_mesh(mesh.clone());
-    let held = scene.add_impostor(own, impostor).expect("of this mesh");
+    let held = impostor.add_to(&mut scene, own).expect("of this mesh");
     assert_eq!((held, scene.levels(own).len()), (1, 1));
     for place in places {
         scene.add(Instance::new(own, *place)).expect("sound");

@@ -4,13 +4,13 @@
 use crate::schema;
 
 use cullet::bounds::Aabb;
-use cullet::lod::Impostor;
 use cullet::{Instance, Scene, Transform};
 use cullet_io::baked::{
     Baked, BakedError, BakedLevels, BakedMesh, LevelKind, Measured, OccluderPolygon, OccluderSheet,
     Occluders, geometry_hash,
 };
 use cullet_io::{BakedFile, LoadOptions, Model, load_bytes, save};
+use cullet_mesh::Impostor;
 use cullet_testkit::{Folder, meshes};
 use serde_json::Value;
 
@@ -28,7 +28,7 @@ fn model() -> Model {
     let normals = (0..count as u16).map(|i| i * 300).collect();
     let bounds = scene.meshes()[0].bounds();
     let impostor = Impostor::new([3, 2], (bounds, 1.9), 0.125, shape, normals).unwrap();
-    let held_by = scene.add_impostor(block, impostor).unwrap();
+    let held_by = impostor.add_to(&mut scene, block).unwrap();
     let geometry = geometry_hash(&scene.meshes()[0]);
     let levels = vec![BakedLevels { kind: LevelKind::Impostor, held_by, measured: MEASURED }];
     let one = BakedMesh { mesh: block, geometry, levels, ..BakedMesh::default() };
@@ -59,7 +59,7 @@ fn an_impostor_comes_back_where_it_is_asked_for() {
     let bytes = bytes_of(&before);
     let after = loaded(&bytes);
     assert!(after.warnings.is_empty(), "{:?}", after.warnings);
-    let [a, b] = [&before, &after].map(|m| m.scene.levels(0)[0].impostor.clone().unwrap());
+    let [a, b] = [&before, &after].map(|m| Impostor::of(&m.scene.levels(0)[0]).unwrap());
     assert_eq!(a, b);
     assert_eq!(after.scene.levels(0)[0].levels, before.scene.levels(0)[0].levels);
     let own = &after.baked.as_ref().unwrap().meshes[0];
@@ -109,7 +109,7 @@ fn a_mapped_file_has_impostors_and_occluders_as_they_lie() {
     assert_eq!(own.corners, occluders.polygons[0].points);
     assert_eq!((own.sheets, own.far().count()), (&[[2, 2]; 2][..], 1));
     assert_eq!((&own.triangles[..2], own.triangles.len()), (&sheet.triangles[..], 4));
-    let made = before.scene.levels(0)[0].impostor.clone().unwrap();
+    let made = Impostor::of(&before.scene.levels(0)[0]).unwrap();
     assert_eq!((impostor.grid, impostor.texels, impostor.error), (3, 2, made.error()));
     assert_eq!((impostor.shape, impostor.normals), (made.shape(), made.normals()));
     assert_eq!(impostor.to_impostor().unwrap(), *made);

@@ -1,5 +1,5 @@
 //! Facts about meshes that readers, bakes, reports and methods of the literature ask for, and no frame of the engine:
-//! their topology, and classes of their normals.
+//! their topology, classes of their normals, and how they look from all around as [impostors](Impostor).
 //!
 //! ```
 //! let positions = vec![[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0]];
@@ -13,10 +13,12 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod impostor;
 mod masks;
 mod nesting;
 mod surface;
 mod topology;
 
+pub use impostor::{IMPOSTOR_PARTS, Impostor, ImpostorError, ImpostorFrame, Texel};
 pub use masks::{BackfaceMask, MaskGrid, NormalMask, NormalMasks, ViewCone};
 pub use topology::{NotSolid, Topology, solid};

@@ -510,3 +510,34 @@ fn a_chain_of_whole_meshes_is_chosen_by_its_errors() {
     let empty = scene.add_mesh(Mesh::default());
     assert_eq!(scene.add_lod(fine, empty, 0.1), Ok(()));
 }
+
+#[test]
+fn an_impostor_is_a_level_with_a_picture_of_the_callers() {
+    let mut scene = Scene::new();
+    let own = scene.add_mesh(meshes::ball(24));
+    let held = meshes::block([-1.1; 3], [1.1; 3]);
+    let group = Group { centre: [0.0; 3], radius: 2.0, error: 0.1 };
+    let count = held.clusters().len();
+    let levels = Levels::new(&held, &[group], vec![0; count], vec![NO_GROUP; count]);
+    let levels = levels.expect("a level");
+    let held_by = scene.add_mesh(held);
+    let picture = std::sync::Arc::new(77_u64);
+    let no_mesh = scene.add_impostor(9, held_by, levels.clone(), picture.clone());
+    assert_eq!(no_mesh, Err(LevelsError::NoMesh { mesh: 9, meshes: 2 }));
+    scene.add_impostor(own, held_by, levels, picture).expect("made for it");
+    let back = scene.levels(own)[0].impostor.as_ref().and_then(|p| p.downcast_ref::<u64>());
+    assert_eq!(back, Some(&77));
+    scene.add(Instance::new(own, Transform::IDENTITY)).expect("one");
+    scene.commit(&Culler::default());
+    let view = look([0.0, 0.0, 500.0], [0.0; 3], [64, 64]);
+    for (impostors, level) in [(true, 1), (false, 0)] {
+        let lod = Lod::default().with_impostors(impostors);
+        let culler = Culler::exact().with_lod(lod).with_output(Output::Triangles);
+        assert_eq!(cull(&culler, &scene, &view).triangle_ranges[0].level, level);
+    }
+    // Of another mesh in its place it is no picture.
+    scene.edit_mesh(own, |mesh| mesh.set_two_sided(true));
+    assert_eq!(scene.levels(own).len(), 1);
+    scene.edit_mesh(own, |mesh| *mesh = meshes::block([-2.0; 3], [1.0; 3]));
+    assert!(scene.levels(own).is_empty());
+}

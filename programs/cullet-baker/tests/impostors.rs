@@ -8,6 +8,7 @@ use cullet::{Instance, Mesh, MeshData, Scene, Transform};
 use cullet_io::baked::LevelKind;
 use cullet_io::{LoadOptions, Model, save};
 use cullet_maps::load;
+use cullet_mesh::Impostor;
 use cullet_testkit::{Folder, Rng, soups};
 use serde_json::Value;
 
@@ -81,7 +82,7 @@ fn impostors_are_made_where_they_pay_and_are_the_same_with_any_threads() {
         baked.of(mesh).map_or(Vec::new(), |m| m.levels.iter().map(|l| l.kind).collect())
     };
     assert!(kinds(0).contains(&LevelKind::Impostor) && !kinds(1).contains(&LevelKind::Impostor));
-    let impostor = back.scene.levels(0).iter().find_map(|l| l.impostor.as_ref()).unwrap();
+    let impostor = back.scene.levels(0).iter().find_map(Impostor::of).unwrap();
     assert_eq!((impostor.grid(), impostor.texels()), (12, 12));
     for name in ["coverage.png", "color.png", "normal.png", "depth.png"] {
         assert!(Path::new(&format!("{sheets}/mesh-0-{name}")).is_file(), "{name}");

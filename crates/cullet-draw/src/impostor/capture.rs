@@ -1,8 +1,8 @@
 //! A mesh as it is seen by parallel lines of sight, and its impostor.
 
-use cullet::lod::{IMPOSTOR_PARTS, Impostor, ImpostorError, ImpostorFrame, Texel};
 use cullet::mesh::Alpha;
 use cullet::{Camera, Depth, Instance, Mesh, Projection, Scene, Transform, View};
+use cullet_mesh::{IMPOSTOR_PARTS, Impostor, ImpostorError, ImpostorFrame, Texel};
 use glam::DVec3;
 
 use crate::frame::{PixelId, RenderOptions, Selection};

@@ -1,6 +1,6 @@
 //! An impostor as six cards that any viewer of glTF draws.
 
-use cullet::lod::Impostor;
+use cullet_mesh::Impostor;
 
 use super::sheet::{part_color, texels};
 

@@ -1,9 +1,7 @@
 //! How far an impostor is from its mesh, from directions between its frames.
 
-use std::sync::Arc;
-
 use cullet::Mesh;
-use cullet::lod::{Impostor, ImpostorError, ImpostorFrame};
+use cullet_mesh::{Impostor, ImpostorError, ImpostorFrame};
 use glam::DVec3;
 
 use super::capture::{ImpostorOptions, Studio, scene_of};
@@ -82,7 +80,7 @@ impl ImpostorJudge {
     ///
     /// # Errors
     /// As [`capture_impostor`](super::capture_impostor).
-    pub fn new(mesh: &Mesh, impostor: Arc<Impostor>) -> Result<Self, ImpostorError> {
+    pub fn new(mesh: &Mesh, impostor: Impostor) -> Result<Self, ImpostorError> {
         Ok(Self { scene: scene_of(mesh)?, tracer: Tracer::new(impostor) })
     }
 
@@ -117,7 +115,7 @@ impl Studio<'_> {
         directions: u32,
         seed: u64,
     ) -> Result<ImpostorMeasure, ImpostorError> {
-        let tracer = Tracer::new(Arc::new(impostor.clone()));
+        let tracer = Tracer::new(impostor.clone());
         let of = |i: usize| self.distances(&tracer, direction(seed, i as u32));
         let all: Result<Vec<Vec<f32>>, ImpostorError> =
             parallel::map(directions as usize, &of).into_iter().collect();

@@ -1,6 +1,6 @@
 //! The frames of an impostor side by side, as a picture.
 
-use cullet::lod::{Impostor, Texel};
+use cullet_mesh::{Impostor, Texel};
 
 use crate::picture::Picture;
 use crate::picture::palette;

@@ -1,8 +1,6 @@
 //! A ray against an impostor.
 
-use std::sync::Arc;
-
-use cullet::lod::{Impostor, ImpostorFrame};
+use cullet_mesh::{Impostor, ImpostorFrame};
 use glam::DVec3;
 
 /// The least coverage, between texels, that counts as covered. Less than a half, for a point must be covered in all three
@@ -22,7 +20,7 @@ const TOLERANCE: f64 = 0.5;
 /// An impostor made ready for rays.
 #[derive(Clone, Debug)]
 pub(crate) struct Tracer {
-    pub(crate) impostor: Arc<Impostor>,
+    pub(crate) impostor: Impostor,
     centre: DVec3,
     half: DVec3,
     frames: Vec<Frame>,
@@ -66,7 +64,7 @@ struct Place {
 }
 
 impl Tracer {
-    pub(crate) fn new(impostor: Arc<Impostor>) -> Self {
+    pub(crate) fn new(impostor: Impostor) -> Self {
         let bounds = impostor.bounds();
         let across = f64::from(impostor.texels());
         let frame = |f: ImpostorFrame| {

@@ -1,10 +1,11 @@
 //! A mesh beside its impostor.
 
-use cullet::lod::{Impostor, ImpostorError, Lod};
+use cullet::lod::Lod;
 use cullet::{
     Camera, Culler, Depth, Instance, Mesh, Output, Projection, Scene, Stage, Transform, View,
     ViewState, Visible,
 };
+use cullet_mesh::{Impostor, ImpostorError};
 use glam::DVec3;
 
 use super::Picture;
@@ -41,7 +42,7 @@ pub fn impostor_beside(
     let place = bounds.center().map(|v| -v * f64::from(scale));
     let mut scene = Scene::new();
     let own = scene.add_mesh(mesh.clone());
-    scene.add_impostor(own, impostor.clone())?;
+    impostor.clone().add_to(&mut scene, own)?;
     let instance = Instance::new(own, Transform::from_scale_translation([scale; 3], place));
     let not = |_| ImpostorError::Mesh { why: "is too large or too small" };
     scene.add(instance).map_err(not)?;

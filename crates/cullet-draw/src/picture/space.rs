@@ -1,8 +1,8 @@
 //! From pixels back to the scene.
 
-use cullet::lod::Texel;
 use cullet::mesh::Part;
 use cullet::{Camera, Depth, Mesh, MeshId, Projection, Scene, View, Visible};
+use cullet_mesh::{Impostor, Texel};
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use crate::cut::cut_plane;
@@ -229,7 +229,7 @@ impl<'a> Surfaces<'a> {
         if level == 0 || id.slot >= self.scene.slot_count() {
             return None;
         }
-        let impostor = self.scene.impostor(id.slot, level)?;
+        let impostor = Impostor::at(self.scene, id.slot, level)?;
         let texel = id.triangle as usize;
         (texel < impostor.shape().len()).then(|| impostor.texel(texel))
     }

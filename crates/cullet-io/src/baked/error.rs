@@ -1,7 +1,8 @@
 //! Why what a file has baked is left out.
 
-use cullet::lod::{ImpostorError, LevelsError};
+use cullet::lod::LevelsError;
 use cullet::mesh::MeshError;
+use cullet_mesh::ImpostorError;
 use thiserror::Error;
 
 /// Why what a file has baked is left out.

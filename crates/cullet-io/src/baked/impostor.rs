@@ -1,7 +1,7 @@
 //! The atlas of an impostor, as it lies in files.
 
 use cullet::bounds::Aabb;
-use cullet::lod::Impostor;
+use cullet_mesh::Impostor;
 
 use super::Measured;
 use super::error::BakedError;
@@ -66,7 +66,7 @@ pub(crate) fn impostor_sum(geometry: u64, measured: &Measured, bytes: &[u8]) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cullet::lod::ImpostorError;
+    use cullet_mesh::ImpostorError;
 
     fn impostor() -> Impostor {
         let count = Impostor::texel_count([3, 2]).expect("allowed");

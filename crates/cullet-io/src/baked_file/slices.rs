@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use cullet::lod::Impostor;
+use cullet_mesh::Impostor;
 
 use crate::baked::{BakedError, LevelTables, Occluders, ROWS, impostor_from_bytes};
 use crate::gltf::ListedGroup;
@@ -163,9 +163,9 @@ pub struct ImpostorSlices<'a> {
     pub texels: u32,
     /// How far what is drawn is off at the most, in units of the mesh.
     pub error: f32,
-    /// Of each texel coverage, part and depth, as [`cullet::lod::Impostor::shape`].
+    /// Of each texel coverage, part and depth, as [`cullet_mesh::Impostor::shape`].
     pub shape: &'a [u16],
-    /// Of each texel the normal, as [`cullet::lod::Impostor::normals`].
+    /// Of each texel the normal, as [`cullet_mesh::Impostor::normals`].
     pub normals: &'a [u16],
 }
 

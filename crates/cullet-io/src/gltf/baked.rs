@@ -21,8 +21,8 @@ use crate::baked::{
 };
 use crate::from_json;
 use crate::json::{FromJson, Json, Object};
-use cullet::lod::Impostor;
 use cullet::{MeshData, Scene};
+use cullet_mesh::Impostor;
 
 from_json! {
     /// Of a mesh, what is read here.
@@ -268,7 +268,7 @@ impl Found {
                 }
             }
             if let Some((measured, impostor)) = impostor {
-                match scene.add_impostor(base, impostor) {
+                match impostor.add_to(scene, base) {
                     Ok(held_by) => {
                         let kind = LevelKind::Impostor;
                         names.push(format!("{own}, {}", kind.name()));

@@ -7,7 +7,7 @@ use super::buffers::Buffers;
 use super::json::{Index, Integer};
 use crate::baked::{BakedError, Measured, impostor_from_bytes, impostor_sum};
 use crate::from_json;
-use cullet::lod::Impostor;
+use cullet_mesh::Impostor;
 
 from_json! {
     pub(super) struct ImpostorItem<'a> {

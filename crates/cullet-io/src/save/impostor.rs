@@ -1,6 +1,6 @@
 //! The impostor of a mesh in `CULLET_baked`.
 
-use cullet::lod::Impostor;
+use cullet_mesh::Impostor;
 use serde_json::{Value, json};
 
 use super::buffer::File;
@@ -11,7 +11,7 @@ use crate::baked::{BakedMesh, LevelKind, Measured, impostor_sum, impostor_to_byt
 pub(super) fn write(model: &Model, one: &BakedMesh, file: &mut File) -> Option<Value> {
     let own = one.levels.iter().find(|levels| levels.kind == LevelKind::Impostor)?;
     let all = model.scene.levels(one.mesh);
-    let impostor = all.iter().find(|of| of.mesh == own.held_by)?.impostor.as_ref()?;
+    let impostor = Impostor::of(all.iter().find(|of| of.mesh == own.held_by)?)?;
     // Parts without triangles are not written, so the others have other numbers in the file.
     let parts = model.scene.meshes()[one.mesh as usize].parts();
     let number = |part: u16| {

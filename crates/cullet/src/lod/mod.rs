@@ -19,15 +19,10 @@
 mod budget;
 mod choose;
 mod eye;
-mod frame;
-mod impostor;
 mod levels;
 mod steps;
 
 pub(crate) use budget::Budget;
 pub use choose::Selection;
 pub use eye::{LevelEye, Lod, PixelScale};
-pub use frame::ImpostorFrame;
-pub(crate) use frame::box_triangles;
-pub use impostor::{IMPOSTOR_PARTS, Impostor, ImpostorError, Texel};
 pub use levels::{Group, Levels, LevelsError, NO_GROUP};

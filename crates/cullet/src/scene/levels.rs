@@ -1,12 +1,12 @@
 //! Levels of detail of a scene's meshes.
 
+use std::any::Any;
 use std::sync::Arc;
 
 use super::{MeshId, Scene};
-use crate::lod::{
-    Group, Impostor, ImpostorError, Levels, LevelsError, Lod, NO_GROUP, box_triangles,
-};
-use crate::mesh::{Alpha, Mesh, MeshData, Part};
+use crate::bounds::Aabb;
+use crate::lod::{Group, Levels, LevelsError, Lod, NO_GROUP};
+use crate::mesh::Mesh;
 
 /// Levels of a mesh, and the mesh of the scene that holds their triangles.
 #[derive(Clone, Debug)]
@@ -15,8 +15,10 @@ pub struct MeshLevels {
     pub mesh: MeshId,
     /// Its levels.
     pub levels: Levels,
-    /// Where the mesh is no more than the box of an impostor: what is to be drawn in it.
-    pub impostor: Option<Arc<Impostor>>,
+    /// Where the mesh is no more than the box of an impostor: the picture of the caller's that is drawn in it.
+    pub impostor: Option<Arc<dyn Any + Send + Sync>>,
+    /// The box of the mesh that has them, as it was when they were added.
+    bounds: Aabb,
 }
 
 impl MeshLevels {
@@ -51,7 +53,9 @@ impl Scene {
         }
         levels.check(&self.meshes[held_by as usize])?;
         self.levels.resize_with(meshes, Vec::new);
-        self.levels[mesh as usize].push(MeshLevels { mesh: held_by, levels, impostor: None });
+        let bounds = self.meshes[mesh as usize].bounds();
+        let added = MeshLevels { mesh: held_by, levels, impostor: None, bounds };
+        self.levels[mesh as usize].push(added);
         self.level_count += 1;
         self.change += 1;
         self.mesh_version += 1;
@@ -88,57 +92,26 @@ impl Scene {
         self.add_levels(mesh, coarse, levels)
     }
 
-    /// Gives a mesh an impostor, as one more of its levels: the box around it, which goes through culling in its place where
-    /// the impostor's error is small enough, and no triangle count is smaller. Returns the number of the box among the
-    /// meshes; a renderer draws there what [`impostor`](Self::impostor) has.
+    /// Gives a mesh an impostor as one more of its levels: `held_by`, such as a box around it, goes through culling in its
+    /// place where the error of `levels` is small enough, and a renderer draws `picture` there, which is its own affair and
+    /// comes back as [`MeshLevels::impostor`]. `cullet-mesh` has a picture from all around.
     ///
-    /// The eye is never within the box where it is drawn, for then the error is over any threshold.
+    /// [`Lod::impostors`] says whether it may be chosen. It goes as other levels do, and when the box of the mesh changes.
     ///
     /// # Errors
-    /// If the mesh is not there, may move, is not opaque, or is not of the parts or in the box that the impostor is of.
+    /// As [`add_levels`](Self::add_levels).
     pub fn add_impostor(
         &mut self,
         mesh: MeshId,
-        impostor: Impostor,
-    ) -> Result<MeshId, ImpostorError> {
-        let meshes = self.meshes.len();
-        let no_mesh = LevelsError::NoMesh { mesh, meshes };
-        let of = self.meshes.get(mesh as usize).ok_or(no_mesh)?;
-        let not = |why| Err(ImpostorError::Mesh { why });
-        if of.is_deformable() {
-            return not("may move");
-        }
-        if of.parts().iter().any(|p| p.alpha != Alpha::Opaque) {
-            return not("is not opaque");
-        }
-        if of.bounds() != impostor.bounds() {
-            return not("is not in the box of the impostor");
-        }
-        impostor.check(of.parts().len())?;
-        let (positions, indices) = box_triangles(&impostor.bounds());
-        // From both sides, so that no rule about sides drops what the impostor has to show.
-        let part = Part { triangle_count: 12, two_sided: true, ..Part::default() };
-        let data = MeshData { positions, indices, parts: vec![part], ..MeshData::default() };
-        let Ok(held) = Mesh::new(data) else { return not("is too large or too small for a box") };
-        let clusters = held.clusters().len();
-        let (from, by) = (vec![0; clusters], vec![NO_GROUP; clusters]);
-        let levels = Levels::new(&held, &[impostor.group()], from, by)?;
-        let held_by = self.add_mesh(held);
+        held_by: MeshId,
+        levels: Levels,
+        picture: Arc<dyn Any + Send + Sync>,
+    ) -> Result<(), LevelsError> {
         self.add_levels(mesh, held_by, levels)?;
         if let Some(last) = self.levels[mesh as usize].last_mut() {
-            last.impostor = Some(Arc::new(impostor));
+            last.impostor = Some(picture);
         }
-        Ok(held_by)
-    }
-
-    /// The impostor that is drawn for a slot at a level, where that is one.
-    ///
-    /// # Panics
-    /// If there is no such slot.
-    #[must_use]
-    pub fn impostor(&self, slot: u32, level: u32) -> Option<&Arc<Impostor>> {
-        let levels = self.levels(self.mesh_id(slot));
-        levels.get((level as usize).checked_sub(1)?)?.impostor.as_ref()
+        Ok(())
     }
 
     /// Takes the levels of a mesh away.
@@ -187,7 +160,7 @@ impl Scene {
     pub(super) fn drop_stale_levels(&mut self) {
         for (own, levels) in self.meshes.iter().zip(&mut self.levels) {
             levels.retain(|l| {
-                let is_of_own = l.impostor.as_ref().is_none_or(|i| i.bounds() == own.bounds());
+                let is_of_own = l.impostor.is_none() || l.bounds == own.bounds();
                 is_of_own && l.levels.check(&self.meshes[l.mesh as usize]).is_ok()
             });
         }

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use cullet::lod::Impostor;
 use cullet_bake::merged::Keep;
 use cullet_command::exit::{Exit, Failure};
 use cullet_command::files::replace;
 use cullet_io::baked::{Container, Tag, write_chunks};
 use cullet_io::baked::{LevelTables, Occluders, impostor_from_bytes, impostor_to_bytes};
+use cullet_mesh::Impostor;
 
 /// The folder.
 #[derive(Debug)]

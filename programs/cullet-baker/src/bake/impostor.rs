@@ -4,7 +4,6 @@ use std::path::Path;
 use std::time::Instant;
 
 use crate::bake_args::BakeArgs;
-use cullet::lod::Impostor;
 use cullet::{Mesh, Scene};
 use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::Failure;
@@ -14,6 +13,7 @@ use cullet_draw::{
 };
 use cullet_io::Model;
 use cullet_io::baked::{Baked, BakedLevels, LevelKind, Measured, geometry_hash, hash};
+use cullet_mesh::Impostor;
 
 use super::chunk::{Folder, stopped};
 use super::{Record, order, resumes};
@@ -56,7 +56,7 @@ pub(super) fn add(
         }
         let name = name_of(model, one.mesh);
         let bytes = cullet_io::baked::impostor_to_bytes(&made).len() as u64;
-        let held_by = match model.scene.add_impostor(one.mesh, made) {
+        let held_by = match made.add_to(&mut model.scene, one.mesh) {
             Ok(held_by) => held_by,
             Err(problem) => {
                 console.note(format!("note: mesh `{name}` has no impostor: {problem}"));

@@ -4,6 +4,7 @@ use cullet_command::console::{Console, grouped};
 use cullet_command::exit::Failure;
 use cullet_command::inputs;
 use cullet_draw::{ImpostorOptions, Picture, impostor_beside, make_impostor};
+use cullet_mesh::Impostor;
 
 use super::PictureArgs;
 use cullet_cli::levels;
@@ -27,7 +28,7 @@ pub(super) fn draw(args: &PictureArgs, console: &Console) -> Result<Picture, Fai
     let failed = |problem: String| {
         Failure::input(format!("{}: mesh {}: {problem}", model.name, mesh_name(&model, number)))
     };
-    let baked = scene.levels(number).iter().find_map(|l| l.impostor.as_ref());
+    let baked = scene.levels(number).iter().find_map(Impostor::of);
     let made = match baked {
         Some(_) => None,
         None => {
@@ -35,7 +36,7 @@ pub(super) fn draw(args: &PictureArgs, console: &Console) -> Result<Picture, Fai
             Some(made.map_err(|e| failed(e.to_string()))?.0)
         }
     };
-    let Some(impostor) = baked.map(AsRef::as_ref).or(made.as_ref()) else {
+    let Some(impostor) = baked.or(made.as_ref()) else {
         return Err(failed("has no impostor".to_owned()));
     };
     let radius = mesh.bounds().half_extent().iter().map(|v| v * v).sum::<f64>().sqrt();

@@ -4,11 +4,12 @@ use std::error::Error;
 
 use cullet::bounds::{Aabb, Plane};
 use cullet::cull::detail::Detail;
-use cullet::lod::{Impostor, LevelEye, Lod, PixelScale};
+use cullet::lod::{LevelEye, Lod, PixelScale};
 use cullet::view::EyeBall;
 use cullet::{Culler, Handle, Instance, Scene, Stage, Transform, View, ViewState, Visible};
 use cullet_cut::{CapOptions, CutInput, CutMesh, CutOptions, Keep, cut, cut_mesh};
 use cullet_io::deform::{JointBoxes, MorphBounds, Morphs, Skin};
+use cullet_mesh::Impostor;
 use cullet_testkit::steps::Balls;
 use cullet_testkit::{meshes, soups};
 

@@ -3,8 +3,8 @@
 //!
 //! The heading of an impostor, the number of its first entry in the table, is the key of all vertices of its box.
 
-use cullet::lod::{Impostor, ImpostorFrame};
 use cullet::{Scene, scene::MeshLevels};
+use cullet_mesh::{Impostor, ImpostorFrame};
 
 use super::frame::LEVELS;
 
@@ -43,7 +43,7 @@ pub(super) struct Impostors {
 fn all(scene: &Scene) -> impl Iterator<Item = (u32, &MeshLevels, &Impostor)> {
     (0..scene.meshes().len() as u32).flat_map(|mesh| {
         let levels = scene.levels(mesh).iter();
-        levels.filter_map(move |l| Some((mesh, l, &**l.impostor.as_ref()?)))
+        levels.filter_map(move |l| Some((mesh, l, Impostor::of(l)?)))
     })
 }
 
@@ -143,7 +143,7 @@ mod tests {
             let bounds = Aabb::new([-1.0; 3], [1.0, 2.0, 3.0]);
             let (shape, normals) = (vec![grid as u16; count], vec![texels as u16; count]);
             let made = Impostor::new([grid, texels], (bounds, 4.0), 0.1, shape, normals).unwrap();
-            held.push(scene.add_impostor(own, made).unwrap());
+            held.push(made.add_to(&mut scene, own).unwrap());
         }
         let boxes = Boxes::of(&scene);
         let second = HEAD + 16 * FRAME;

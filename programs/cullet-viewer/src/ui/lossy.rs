@@ -2,6 +2,7 @@
 
 use cullet::cull::detail::Measure;
 use cullet::draw::DrawRange;
+use cullet_mesh::Impostor;
 use eframe::egui;
 
 use super::words::{choices, switch};
@@ -30,7 +31,7 @@ impl Found {
         };
         let drawn = session.decision.as_ref().map_or(&[][..], |d| &d.visible.partial);
         let is_impostor =
-            |r: &&DrawRange| scene.is_some_and(|s| s.impostor(r.slot, r.level).is_some());
+            |r: &&DrawRange| scene.is_some_and(|s| Impostor::at(s, r.slot, r.level).is_some());
         let has_impostors = levels().any(|l| l.impostor.is_some());
         let shows_pops = session.state.look.colour == Colour::Pops;
         Self {

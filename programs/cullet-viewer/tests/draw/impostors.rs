@@ -1,6 +1,6 @@
 //! Impostors are drawn as the reference draws them, and what fades leaves no pixel out.
 
-use cullet::lod::{Impostor, Lod};
+use cullet::lod::Lod;
 use cullet::mesh::Part;
 use cullet::{
     Camera, Culler, Depth, Instance, Mesh, MeshData, Output, Projection, Scene, Stage, Transform,
@@ -10,6 +10,7 @@ use cullet_draw::{
     Frame, ImpostorOptions, PixelId, RenderOptions, Selection, capture_impostor, render,
 };
 use cullet_io::{Material, Model};
+use cullet_mesh::Impostor;
 use cullet_testkit::soups;
 use cullet_viewer::draw::{Paint, Pane, Renderer, Style};
 use glam::{DMat4, DVec3};
@@ -37,7 +38,7 @@ fn model() -> (Model, Impostor) {
     let impostor = capture_impostor(&mesh, &options).unwrap();
     let mut scene = Scene::new();
     let own = scene.add_mesh(mesh);
-    scene.add_impostor(own, impostor.clone()).unwrap();
+    impostor.clone().add_to(&mut scene, own).unwrap();
     let (s, c) = 0.7f32.sin_cos();
     for (x, linear) in [
         (-3.0, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
@@ -124,7 +125,9 @@ fn an_impostor_is_drawn_as_the_reference_draws_it() {
     let radius = DVec3::from(model.scene.extent().half_extent()).length();
     for (name, view) in views() {
         let visible = impostors(&model.scene, &view, Output::Triangles);
-        assert!(visible.partial.iter().all(|r| model.scene.impostor(r.slot, r.level).is_some()));
+        assert!(
+            visible.partial.iter().all(|r| Impostor::at(&model.scene, r.slot, r.level).is_some())
+        );
         let selection = Selection::Visible(&visible);
         let frame = render(&model.scene, &view, selection, &RenderOptions::default());
         let mut shoot = |paint| {

@@ -1,9 +1,7 @@
 //! Frames of impostors: directions on the octahedral square, and what of a mesh a parallel view along one shows.
 
+use cullet::bounds::Aabb;
 use glam::DVec3;
-
-use crate::array::{self, Each};
-use crate::bounds::Aabb;
 
 /// The least side of what is looked at, as a share of the radius: a flat mesh has a texel's size too.
 pub(super) const LEAST_SIDE: f64 = 1e-3;
@@ -26,9 +24,9 @@ impl ImpostorFrame {
         let box_half = bounds.half_extent();
         let least = length(box_half) * LEAST_SIDE;
         let size = length(direction);
-        let axes = axes(direction.each(|v| v / size));
+        let axes = axes(direction.map(|v| v / size));
         let reach = |a: [f64; 3]| -> f64 { (0..3).map(|k| a[k].abs() * box_half[k]).sum() };
-        Self { axes, half: axes.each(|a| reach(a).min(radius.into()).max(least)) }
+        Self { axes, half: axes.map(|a| reach(a).min(radius.into()).max(least)) }
     }
 }
 
@@ -63,7 +61,7 @@ fn axes(towards: [f64; 3]) -> [[f64; 3]; 3] {
     let pole = if towards.y.abs() > 0.99 { DVec3::NEG_Z } else { DVec3::Y };
     let right = pole.cross(towards);
     let right = right / right.length();
-    [right, towards.cross(right), towards].each(DVec3::into)
+    [right, towards.cross(right), towards].map(DVec3::into)
 }
 
 pub(super) fn length(a: [f64; 3]) -> f64 {
@@ -72,11 +70,11 @@ pub(super) fn length(a: [f64; 3]) -> f64 {
 }
 
 /// The triangles of a box around `bounds` that has some thickness everywhere: what the level of an impostor is a mesh of.
-pub(crate) fn box_triangles(bounds: &Aabb) -> (Vec<[f32; 3]>, Vec<u32>) {
+pub(super) fn box_triangles(bounds: &Aabb) -> (Vec<[f32; 3]>, Vec<u32>) {
     let (centre, half) = (bounds.center(), bounds.half_extent());
     let grow = length(half) * LEAST_SIDE;
     let [low, high] = [-1.0, 1.0]
-        .each(|s: f64| -> [f64; 3] { array::from_fn(|a| centre[a] + s * (half[a] + grow)) });
+        .map(|s: f64| -> [f64; 3] { std::array::from_fn(|a| centre[a] + s * (half[a] + grow)) });
     let grown = Aabb::rounded_out(low, high);
     // Each face counter-clockwise from outside.
     let faces =
@@ -87,8 +85,9 @@ pub(crate) fn box_triangles(bounds: &Aabb) -> (Vec<[f32; 3]>, Vec<u32>) {
 
 #[cfg(test)]
 mod tests {
+    use cullet::{Mesh, MeshData};
+
     use super::*;
-    use crate::mesh::{Mesh, MeshData};
 
     #[test]
     fn boxes_are_solid_also_where_the_mesh_is_flat() {

@@ -1,18 +1,12 @@
-//! Impostors: a mesh as it looks from all around, in place of its triangles.
-//!
-//! An [`Impostor`] is an octahedral grid of frames, each a parallel view along one direction: how much of each texel the
-//! mesh covers, how deep its surface lies there, which way it faces and of which part it is. A renderer walks along the ray
-//! of a pixel until no frame near the ray's direction sees past the point any more.
-//!
-//! After R. Brucks, *Octahedral Impostors*, 2018, and the visual hulls of A. Laurentini, *The Visual Hull Concept for
-//! Silhouette-Based Image Understanding*, 1994.
+//! The atlas of an impostor: a grid of frames of texels, its checks and its errors.
 
+use std::sync::Arc;
+
+use cullet::bounds::Aabb;
+use cullet::lod::{Group, LevelsError};
 use thiserror::Error;
 
-use super::Group;
 use super::frame::{ImpostorFrame, LEAST_SIDE, length, octahedral, square};
-use crate::array::Each;
-use crate::bounds::Aabb;
 
 /// The most frames along a side of the grid.
 const MOST_GRID: u32 = 64;
@@ -22,6 +16,7 @@ const MOST_TEXELS: u32 = 256;
 const MOST_ALL: u64 = 1 << 22;
 /// Parts that a texel can name.
 pub const IMPOSTOR_PARTS: usize = 16;
+
 /// Why something is no impostor, or not one of this mesh.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -77,7 +72,7 @@ pub enum ImpostorError {
     },
     /// Its box is not a level of the scene's mesh.
     #[error("its box: {0}")]
-    Levels(#[from] super::LevelsError),
+    Levels(#[from] LevelsError),
 }
 
 /// Contents of one texel of a frame.
@@ -98,7 +93,7 @@ pub struct Texel {
 ///
 /// Two planes of 16 bits a texel: [`shape`](Self::shape) has coverage, part and depth, which is all that a picture's
 /// outlines need; [`normals`](Self::normals) are for its light. With the usual 12 × 12 frames of 12 × 12 texels each
-/// plane has 41,472 bytes.
+/// plane has 41,472 bytes. A clone shares both.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Impostor {
     bounds: Aabb,
@@ -106,14 +101,15 @@ pub struct Impostor {
     error: f32,
     grid: u32,
     texels: u32,
-    shape: Vec<u16>,
-    normals: Vec<u16>,
+    shape: Arc<[u16]>,
+    normals: Arc<[u16]>,
 }
 
 impl Impostor {
     /// An impostor of planes, such as a file has: frame by frame, row by row from the top left texel.
     ///
-    /// `bounds` is the box of the mesh, no point of which is farther than `radius` from the middle of that; `error` how far what is drawn may be from it, in units of the mesh.
+    /// `bounds` is the box of the mesh, no point of which is farther than `radius` from the middle of that; `error` how far
+    /// what is drawn may be from it, in units of the mesh.
     ///
     /// # Errors
     /// If sizes do not fit, or numbers are not finite.
@@ -140,7 +136,15 @@ impl Impostor {
         if !is_sound {
             return Err(ImpostorError::NotFinite { bounds, radius, error });
         }
-        Ok(Self { bounds, radius, error, grid, texels, shape, normals })
+        Ok(Self {
+            bounds,
+            radius,
+            error,
+            grid,
+            texels,
+            shape: shape.into(),
+            normals: normals.into(),
+        })
     }
 
     /// How many texels a grid of frames has.
@@ -206,16 +210,16 @@ impl Impostor {
     /// The group of its level: a sphere around its box, and its error.
     #[must_use]
     pub fn group(&self) -> Group {
-        let centre = self.bounds.center().each(|v| v as f32);
+        let centre = self.bounds.center().map(|v| v as f32);
         let reach =
-            |c: [f32; 3]| length([0, 1, 2].each(|a: usize| f64::from(c[a]) - f64::from(centre[a])));
-        let radius = self.bounds.corners().each(reach).into_iter().fold(0.0, f64::max);
+            |c: [f32; 3]| length([0, 1, 2].map(|a: usize| f64::from(c[a]) - f64::from(centre[a])));
+        let radius = self.bounds.corners().map(reach).into_iter().fold(0.0, f64::max);
         // What the box that holds it is grown by, and rounding.
         Group { centre, radius: (radius * (1.0 + 2.0 * LEAST_SIDE)) as f32, error: self.error }
     }
 
     /// Whether it can stand for a mesh with so many parts.
-    pub(crate) fn check(&self, parts: usize) -> Result<(), ImpostorError> {
+    pub(super) fn check(&self, parts: usize) -> Result<(), ImpostorError> {
         let part = |word: &u16| u32::from(*word >> 8 & 15);
         match self.shape.iter().position(|word| part(word) as usize >= parts) {
             None => Ok(()),
@@ -237,7 +241,7 @@ impl Impostor {
             coverage: f64::from(word >> 12) / 15.0,
             part: u32::from(word >> 8 & 15),
             depth: f64::from(word & 255) / 127.5 - 1.0,
-            normal: octahedral([u, v].each(|v| f64::from(v) / 127.5 - 1.0)),
+            normal: octahedral([u, v].map(|v| f64::from(v) / 127.5 - 1.0)),
         }
     }
 
@@ -249,7 +253,7 @@ impl Impostor {
         let least = if texel.coverage > 0.0 { 1.0 } else { 0.0 };
         let coverage = (texel.coverage * 15.0).round().clamp(least, 15.0) as u16;
         let part = texel.part.min(IMPOSTOR_PARTS as u32 - 1) as u16;
-        let [u, v] = square(texel.normal).each(byte);
+        let [u, v] = square(texel.normal).map(byte);
         [coverage << 12 | part << 8 | byte(texel.depth), u << 8 | v]
     }
 
@@ -258,7 +262,7 @@ impl Impostor {
     pub fn frames(grid: u32, bounds: &Aabb, radius: f32) -> Vec<ImpostorFrame> {
         let step = 2.0 / f64::from(grid.max(2) - 1);
         let frame = |i: u32| {
-            let at = [i % grid, i / grid].each(|k| f64::from(k) * step - 1.0);
+            let at = [i % grid, i / grid].map(|k| f64::from(k) * step - 1.0);
             ImpostorFrame::towards(octahedral(at), bounds, radius)
         };
         (0..grid * grid).map(frame).collect()
@@ -271,9 +275,9 @@ impl Impostor {
     pub fn frames_around(&self, direction: [f64; 3]) -> [(u32, f64); 3] {
         let last = self.grid - 1;
         let [u, v] = square(direction);
-        let [x, y] = [u, v].each(|at| (at + 1.0) * 0.5 * f64::from(last));
+        let [x, y] = [u, v].map(|at| (at + 1.0) * 0.5 * f64::from(last));
         // NaN comes to the first.
-        let [i, j] = [x, y].each(|at| (at as u32).min(last - 1));
+        let [i, j] = [x, y].map(|at| (at as u32).min(last - 1));
         let [x, y] = [x - f64::from(i), y - f64::from(j)];
         let at = |di: u32, dj: u32| (j + dj) * self.grid + i + di;
         // The diagonal that runs along the folds of the octahedron, so that a triangle of frames is one of directions too.
@@ -355,7 +359,7 @@ mod tests {
             }
             let centre = bounds.center();
             for corner in bounds.corners() {
-                let to = [0, 1, 2].each(|a: usize| f64::from(corner[a]) - centre[a]);
+                let to = [0, 1, 2].map(|a: usize| f64::from(corner[a]) - centre[a]);
                 for (axis, half) in frame.axes.iter().zip(frame.half) {
                     assert!(dot(to, *axis).abs() <= half + 1e-12);
                 }
@@ -369,7 +373,9 @@ mod tests {
     fn texels_come_back_from_their_words() {
         let texel = Texel { coverage: 0.6, depth: -0.31, normal: [0.48, -0.6, 0.64], part: 5 };
         let mut impostor = empty(2, 1);
-        [impostor.shape[3], impostor.normals[3]] = Impostor::pack(&texel);
+        let words = Impostor::pack(&texel);
+        Arc::make_mut(&mut impostor.shape)[3] = words[0];
+        Arc::make_mut(&mut impostor.normals)[3] = words[1];
         let back = impostor.texel(3);
         assert_eq!((back.coverage, back.part), (0.6, 5));
         assert!((back.depth - texel.depth).abs() < 1.0 / 255.0 + 1e-9);
@@ -407,7 +413,7 @@ mod tests {
             assert!(matches!(made, Err(ImpostorError::NotFinite { .. })));
         }
         let mut odd = empty(2, 1);
-        odd.shape[1] = 3 << 8;
+        Arc::make_mut(&mut odd.shape)[1] = 3 << 8;
         assert!(odd.check(4).is_ok());
         let wrong = ImpostorError::NoSuchPart { texel: 1, part: 3, parts: 3 };
         assert_eq!(odd.check(3), Err(wrong));
