@@ -15,8 +15,8 @@ pub struct Convex {
 }
 
 impl Convex {
-    /// What is within planes of unit length and a box. `None` where that has no volume. Planes that touch it nowhere are
-    /// left out.
+    /// Returns the body within a box and planes of unit length. `None` where that has no volume.
+    /// Planes that touch it nowhere are left out.
     pub fn new(mut planes: Vec<Plane>, min: [f64; 3], max: [f64; 3], on: f64) -> Option<Self> {
         let whole = Self::of_box(min, max, on)?;
         planes.dedup();
@@ -90,7 +90,8 @@ impl Convex {
         (solid(front), solid(back))
     }
 
-    /// What is in it and not in another, in parts that share no more than borders.
+    /// Returns what is inside this body and outside `other`, in parts that share at most their
+    /// borders.
     pub fn without(&self, other: &Self) -> Vec<Self> {
         let mut parts = Vec::new();
         let mut rest = Some(self.clone());

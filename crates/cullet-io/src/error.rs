@@ -35,7 +35,7 @@ pub enum ErrorKind {
     /// It is larger than a limit of [`LoadOptions`](crate::LoadOptions).
     #[error("{item}: {count} exceeds the limit of {limit}")]
     OverLimit {
-        /// Of what.
+        /// The item that is over the limit.
         item: String,
         /// How many.
         count: u64,

@@ -1,4 +1,4 @@
-//! Which kind of file this is: by content first, then by ending.
+//! Detection of a file's format: by content first, then by ending.
 
 use std::path::Path;
 
@@ -89,7 +89,7 @@ fn is_map(head: &[u8]) -> bool {
     magics.iter().any(|magic| head.starts_with(magic))
 }
 
-/// By the bytes that a format must begin with.
+/// Detects a format by the bytes that it must begin with.
 fn by_signature(head: &[u8], size: u64) -> Option<Format> {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
     if head.starts_with(b"glTF") {

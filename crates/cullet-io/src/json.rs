@@ -206,7 +206,7 @@ macro_rules! from_json {
 pub struct Integer(pub u64);
 
 impl Integer {
-    /// As an index; more than memory can address stays out of every range.
+    /// Returns the number as an index; more than memory can address stays out of every range.
     #[must_use]
     pub fn index(self) -> usize {
         usize::try_from(self.0).unwrap_or(usize::MAX)

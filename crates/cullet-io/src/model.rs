@@ -37,8 +37,8 @@ pub struct Model {
     pub views: Vec<MatrixView>,
     /// Rooms and openings, where the file has them or the scene was made with them.
     pub cells: CellGraph,
-    /// Which instances are in which of those cells, as [`place_cells`](Self::place_cells) found. Culling by
-    /// [`in_cells`](Self::in_cells) reads them.
+    /// The instances in each of those cells, as [`place_cells`](Self::place_cells) found them.
+    /// Culling by [`in_cells`](Self::in_cells) reads them.
     pub placed: Option<Cells>,
     /// Visible sets of the cells that the file brings along: of maps that were baked.
     pub cell_sets: Option<VisibleSets<'static>>,
@@ -46,7 +46,8 @@ pub struct Model {
     pub eye_height: Option<f64>,
     /// How it moves, if it does; see [`Model::pose`](Self::pose).
     pub motion: Option<Motion>,
-    /// What was baked of its meshes, where the file has that: what the levels of the scene are, and how they were measured.
+    /// Baked data of its meshes, where the file has any: the kinds of the scene's levels, and how
+    /// they were measured.
     pub baked: Option<Baked>,
     /// The number that each mesh has in its file, where the format numbers them (glTF). Meshes beyond the end are of no
     /// file. One that nodes deform is there once for each of them.

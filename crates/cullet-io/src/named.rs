@@ -1,4 +1,4 @@
-//! Which files a model names: what must come along when it goes somewhere else.
+//! The files that a model names and that must be copied along with it.
 
 use std::path::{Component, Path, PathBuf};
 

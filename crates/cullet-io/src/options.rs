@@ -5,8 +5,8 @@ use cullet::prepared::Preparation;
 /// How to load.
 #[derive(Clone, Debug)]
 pub struct LoadOptions {
-    /// Which axis of the file points up; `None` takes what the format says, or Y. It turns the instances;
-    /// vertices stay as the file has them.
+    /// Axis of the file that points up; `None` takes what the format says, or Y. It turns the
+    /// instances; vertices stay as the file has them.
     pub up: Option<Up>,
     /// Overrides what the file says of sides: every part two-sided (`true`) or one-sided (`false`).
     pub two_sided: Option<bool>,
@@ -42,7 +42,7 @@ impl Default for LoadOptions {
     }
 }
 
-/// Which axis of a file points up; the scene's is Y.
+/// Axis of a file that points up; the scene's is Y.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Up {
     /// +Y: nothing to do.

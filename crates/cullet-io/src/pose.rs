@@ -29,7 +29,7 @@ pub enum PoseError {
         instance: String,
         /// The time.
         seconds: f64,
-        /// Which vertex.
+        /// The vertex that is not finite.
         error: MeshError,
     },
     /// The built-in scene has no such time.

@@ -11,7 +11,7 @@ pub const ON: f64 = 0.01;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Winding(pub Vec<DVec3>);
 
-/// What a plane leaves of a polygon.
+/// Result of cutting a polygon by a plane.
 #[derive(Debug)]
 pub enum Cut {
     /// All is in front.
@@ -61,7 +61,7 @@ impl Winding {
         self.cut_within(plane, ON)
     }
 
-    /// As [`cut`](Self::cut), where corners within `on` of the plane count as on it.
+    /// Cuts like [`cut`](Self::cut), but corners within `on` of the plane count as on it.
     pub fn cut_within(&self, plane: &Plane, on: f64) -> Cut {
         let distances: Vec<f64> = self.0.iter().map(|p| plane.distance(*p)).collect();
         let front = distances.iter().any(|d| *d > on);
@@ -96,7 +96,8 @@ impl Winding {
         self.behind_within(plane, ON)
     }
 
-    /// As [`behind`](Self::behind), where corners within `on` of the plane count as on it.
+    /// Returns the same as [`behind`](Self::behind), but corners within `on` of the plane count as
+    /// on it.
     pub fn behind_within(self, plane: &Plane, on: f64) -> Option<Self> {
         match self.cut_within(plane, on) {
             Cut::Back | Cut::On => Some(self),

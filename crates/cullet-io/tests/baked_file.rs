@@ -57,7 +57,7 @@ fn read(bytes: &[u8]) -> Result<Vec<LevelTables>, BakedFileError> {
     Ok(all)
 }
 
-/// With another JSON.
+/// Returns the file with its JSON edited.
 fn edited(bytes: &[u8], edit: impl FnOnce(&mut Value)) -> Vec<u8> {
     let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
     let mut root = serde_json::from_slice(&bytes[20..20 + length]).unwrap();

@@ -80,7 +80,7 @@ fn f32_apply(m: &Matrix, p: [f32; 3], w: f32) -> [f32; 3] {
     std::array::from_fn(|a| m[0][a] * p[0] + m[1][a] * p[1] + m[2][a] * p[2] + m[3][a] * w)
 }
 
-/// As a vertex shader does it: matrices multiplied, then blended, all in f32.
+/// Poses as a vertex shader does: matrices multiplied, then blended, all in f32.
 fn posed_in_f32(figure: &Figure) -> Vec<[f32; 3]> {
     let matrices: Vec<Matrix> = (0..JOINTS)
         .map(|j| {

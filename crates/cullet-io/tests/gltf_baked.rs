@@ -334,7 +334,7 @@ fn every_byte_of_the_tables_is_under_the_sum_and_every_cut_is_noticed() {
     }
 }
 
-/// By another program, whose sums follow the book.
+/// The file was written by another program, whose sums follow the book.
 #[test]
 fn a_file_of_another_hand_is_read() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/seeds/gltf/baked");

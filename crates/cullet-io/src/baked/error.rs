@@ -26,11 +26,11 @@ pub enum BakedError {
         "{what} has the sum {found:016x}, not {expected:016x}: it is damaged; bake the model again"
     )]
     Damaged {
-        /// Of what.
+        /// The damaged item.
         what: String,
-        /// What was found.
+        /// Sum that was found.
         found: u64,
-        /// What the file says.
+        /// Sum that the file states.
         expected: u64,
     },
     /// It was baked of another mesh.
@@ -39,9 +39,9 @@ pub enum BakedError {
          bake the model again"
     )]
     Geometry {
-        /// That of the mesh in the file.
+        /// Geometry hash of the mesh in the file.
         found: u64,
-        /// That of the mesh it was baked of.
+        /// Geometry hash of the mesh that it was baked of.
         expected: u64,
     },
     /// A table whose size is none that it can have.
@@ -57,7 +57,7 @@ pub enum BakedError {
     /// Its triangles are not as many as its parts have, or its parts not those of the mesh.
     #[error("{what}: {found}, expected {expected}")]
     Count {
-        /// Of what.
+        /// The kind of item with the wrong count.
         what: &'static str,
         /// How many there are.
         found: u64,

@@ -1,4 +1,5 @@
-//! What was baked of a model's meshes, as `CULLET_baked` of a GLB has it: levels, and how their errors were measured.
+//! Baked data of a model's meshes, as `CULLET_baked` of a GLB holds it: levels, and how their
+//! errors were measured.
 //!
 //! [`load`](crate::load) gives the scene the levels that a file has; [`save`](crate::save()) writes those that
 //! [`Model::baked`](crate::Model::baked) names. What does not fit the mesh beside it is left out with a warning: the plain
@@ -42,10 +43,10 @@ pub const TABLE_ALIGNMENT: usize = 64;
 /// The most sets of levels of one mesh that are read.
 pub const MOST_LEVELS: usize = 8;
 
-/// What was baked of a model.
+/// Baked data of a model.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Baked {
-    /// What baked it, with its version; empty for this crate.
+    /// Program that baked it, with its version; empty for this crate.
     pub generator: String,
     /// The meshes with something baked, or with something in the file that does not fit them.
     pub meshes: Vec<BakedMesh>,
@@ -56,7 +57,7 @@ pub struct Baked {
 }
 
 impl Baked {
-    /// What was baked of a mesh.
+    /// Returns the baked data of a mesh.
     #[must_use]
     pub fn of(&self, mesh: MeshId) -> Option<&BakedMesh> {
         self.meshes.iter().find(|m| m.mesh == mesh)
@@ -75,7 +76,7 @@ impl Baked {
     }
 }
 
-/// What was baked of a mesh.
+/// Baked data of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BakedMesh {
     /// The mesh.
@@ -95,7 +96,7 @@ pub struct BakedMesh {
 /// Levels of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BakedLevels {
-    /// What they are.
+    /// Kind of the levels.
     pub kind: LevelKind,
     /// The mesh of the scene that holds them.
     pub held_by: MeshId,
@@ -142,7 +143,7 @@ pub struct Measured {
     pub reverse_points: u32,
     /// The share of points that are not farther off than the error.
     pub quantile: f64,
-    /// What none of them exceeds, as a factor of the error.
+    /// Bound that no measured point exceeds, as a factor of the error.
     pub most_over: f64,
     /// Seed of the points; below 2⁵³.
     pub seed: u64,

@@ -28,7 +28,8 @@ pub struct SceneSets {
     pub cells: Vec<Region>,
     /// A set of instances for each.
     pub sets: VisibleSets<'static>,
-    /// Of each cell, the share of looks that is estimated to go to what its set lacks; see `cullet_bake::sampled::ScenePvs::missing`.
+    /// For each cell, the estimated share of looks that go to something its set lacks; see
+    /// `cullet_bake::sampled::ScenePvs::missing`.
     pub missing: Vec<f32>,
     /// Hash of the scene that they are of; see [`scene_hash`].
     pub scene_hash: u64,

@@ -60,9 +60,10 @@ fn in_order(scene: &Scene) -> Vec<Handle> {
 }
 
 impl StandInTables {
-    /// Those of a scene that are not switched off; `written` says which instances are written, and their order is that of
-    /// their handles. One of which an instance is not written is left out, with all above it, and so is one with a part that is
-    /// drawn like none of those that it stands for. `attributes` are of the scene's meshes, by their numbers.
+    /// Returns the stand-ins of a scene that are switched on; `written` says which instances are
+    /// written, and the stand-ins are in the order of their handles. One of which an instance is
+    /// not written is left out, with all above it, and so is one with a part that is drawn like
+    /// none of those that it stands for. `attributes` are of the scene's meshes, by their numbers.
     pub(crate) fn all_of(
         scene: &Scene,
         attributes: &[Attributes],
@@ -276,7 +277,7 @@ fn drawn_parts(mesh: &Mesh) -> impl Iterator<Item = &Part> {
     mesh.parts().iter().filter(|part| part.triangle_count > 0)
 }
 
-/// What a part is drawn by.
+/// Returns what a part is drawn by: material, sidedness and alpha mode.
 fn kind(part: &Part) -> (u32, bool, u8) {
     (part.material, part.two_sided, part.alpha as u8)
 }

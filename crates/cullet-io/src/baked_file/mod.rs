@@ -36,7 +36,7 @@ pub enum BakedFileError {
     /// It is a GLB in which nothing is baked.
     #[error("nothing is baked in it; `cullet bake FILE -o baked.glb` bakes")]
     NothingBaked,
-    /// What is baked is of another version, or its table of chunks is damaged.
+    /// The baked data is of another version, or its table of chunks is damaged.
     #[error("{0}")]
     Baked(#[from] BakedError),
     /// Numbers of this machine have their first byte last, and those of the file theirs first.
@@ -83,7 +83,7 @@ impl BakedFile<Mapping> {
 }
 
 impl<B: AsRef<[u8]>> BakedFile<B> {
-    /// Of bytes that are in memory.
+    /// Reads a file from bytes in memory.
     ///
     /// # Errors
     /// As [`open`](BakedFile::open).
@@ -100,7 +100,7 @@ impl<B: AsRef<[u8]>> BakedFile<B> {
         Ok(Self { bytes, listed, sound, sound_groups: OnceLock::new() })
     }
 
-    /// What baked it, with its version.
+    /// Returns the program that baked the file, with its version.
     #[must_use]
     pub fn generator(&self) -> &str {
         &self.listed.generator
@@ -156,7 +156,8 @@ impl<B: AsRef<[u8]>> BakedFile<B> {
         self.levels_unchecked(at, levels)
     }
 
-    /// As [`levels`](Self::levels), whether the sum is right or not: of a file that was checked before.
+    /// Returns the same as [`levels`](Self::levels), without checking the sum: for a file that was
+    /// checked before.
     ///
     /// # Errors
     /// As [`levels`](Self::levels), but for the sum.
@@ -182,7 +183,8 @@ impl<B: AsRef<[u8]>> BakedFile<B> {
         self.occluders_unchecked(at)
     }
 
-    /// As [`occluders`](Self::occluders), whether the sum is right or not: of a file that was checked before.
+    /// Returns the same as [`occluders`](Self::occluders), without checking the sum: for a file
+    /// that was checked before.
     ///
     /// # Errors
     /// As [`occluders`](Self::occluders), but for the sum.
@@ -200,7 +202,8 @@ impl<B: AsRef<[u8]>> BakedFile<B> {
         self.impostor_unchecked(at)
     }
 
-    /// As [`impostor`](Self::impostor), whether the sum is right or not: of a file that was checked before.
+    /// Returns the same as [`impostor`](Self::impostor), without checking the sum: for a file that
+    /// was checked before.
     ///
     /// # Errors
     /// As [`impostor`](Self::impostor), but for the sum.
@@ -261,7 +264,8 @@ impl<B: AsRef<[u8]>> BakedFile<B> {
         self.group_unchecked(number)
     }
 
-    /// As [`group`](Self::group), whether the sum is right or not: of a file that was checked before.
+    /// Returns the same as [`group`](Self::group), without checking the sum: for a file that was
+    /// checked before.
     ///
     /// # Errors
     /// As [`group`](Self::group), but for the sum.

@@ -14,10 +14,10 @@ pub struct LevelSlices<'a> {
     pub parts: &'a [u32],
     /// The vertices of each triangle, in the order of the clusters: a cluster is a range to draw.
     pub indices: &'a [[u32; 3]],
-    /// Of each cluster: first triangle, how many, the group it was made by simplifying, the group it was simplified in;
-    /// `u32::MAX` for none.
+    /// Four numbers per cluster: first triangle, triangle count, the group it was made by
+    /// simplifying, the group it was simplified in; `u32::MAX` for none.
     pub clusters: &'a [[u32; 4]],
-    /// Of each group: centre and radius of a sphere around it, error.
+    /// Five numbers per group: centre and radius of a sphere around it, error.
     pub groups: &'a [[f32; 5]],
 }
 
@@ -163,9 +163,9 @@ pub struct ImpostorSlices<'a> {
     pub texels: u32,
     /// How far what is drawn is off at the most, in units of the mesh.
     pub error: f32,
-    /// Of each texel coverage, part and depth, as [`cullet_mesh::Impostor::shape`].
+    /// Coverage, part and depth of each texel, as in [`cullet_mesh::Impostor::shape`].
     pub shape: &'a [u16],
-    /// Of each texel the normal, as [`cullet_mesh::Impostor::normals`].
+    /// Normal of each texel, as in [`cullet_mesh::Impostor::normals`].
     pub normals: &'a [u16],
 }
 

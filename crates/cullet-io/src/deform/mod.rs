@@ -37,7 +37,7 @@ pub enum DeformError {
     /// A list that is not as long as the vertices.
     #[error("{what} are {count}, but there are {vertices} vertices; give one for each vertex")]
     Length {
-        /// Of what.
+        /// The array with the wrong length.
         what: String,
         /// How many were given.
         count: usize,
@@ -49,7 +49,7 @@ pub enum DeformError {
         "vertex {vertex} is moved by joint {joint}, but there are {joints} inverse bind matrices"
     )]
     Joint {
-        /// Which vertex.
+        /// The vertex with the wrong joint.
         vertex: usize,
         /// The joint it names with a weight that is not zero.
         joint: u16,

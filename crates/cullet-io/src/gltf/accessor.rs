@@ -342,7 +342,7 @@ impl Run {
 }
 
 impl Sparse {
-    /// Which elements are replaced.
+    /// Returns the indices of the replaced elements.
     fn indices(
         &self,
         buffers: &Buffers<'_>,

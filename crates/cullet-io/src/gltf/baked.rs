@@ -25,7 +25,7 @@ use cullet::{MeshData, Scene};
 use cullet_mesh::Impostor;
 
 from_json! {
-    /// Of a mesh, what is read here.
+    /// The fields of a mesh that are read here.
     pub(super) struct Extended<'a> {
         name: Option<Cow<'a, str>> = get("name"),
         baked: Option<Json<'a>> = extension(NAME),
@@ -77,7 +77,7 @@ pub(super) fn of_root<'a>(root: &Root<'a>) -> Option<Json<'a>> {
     Object::from_json(root.extensions?).ok()?.get(NAME).ok()?
 }
 
-/// What a file has baked, free of the file's bytes; levels are not made yet.
+/// Baked data of a file, free of the file's bytes; levels are not made yet.
 #[derive(Debug, Default)]
 pub(super) struct Found {
     generator: String,
@@ -160,7 +160,7 @@ pub(super) fn head(raw: Json<'_>) -> Result<(String, HashMap<u64, [u64; 2]>), Ba
     Ok((generator, rows.into_iter().map(|[mesh, bytes, sum]| (mesh, [bytes, sum])).collect()))
 }
 
-/// What is baked of a mesh. `left` is how many bytes may yet be taken for tables.
+/// Reads the baked data of a mesh. `left` is how many bytes may yet be taken for tables.
 fn mesh(
     raw: Json<'_>,
     [bytes, expected]: [u64; 2],

@@ -1,4 +1,4 @@
-//! What the readers of `CULLET_baked` share: objects, sums, and what is wrong with them.
+//! Parts that the readers of `CULLET_baked` share: objects, sums, and the errors in them.
 
 use super::buffers::{Buffers, View};
 use super::json::{Index, Integer};

@@ -22,9 +22,9 @@ pub(super) struct Decoder<'a> {
     /// Vertices that several meshes use.
     shared: HashMap<Vertices, Shared>,
     triangles: u64,
-    /// Of deformable meshes.
+    /// Vertex count of all deformable meshes.
     vertices: u64,
-    /// Of the mesh last decoded: where the vertices of a deformable primitive begin.
+    /// First vertex of each deformable primitive of the mesh last decoded.
     blocks: Vec<(u32, usize)>,
     /// Whether a primitive named no material.
     pub(super) used_default: bool,

@@ -1,4 +1,4 @@
-//! Which required extensions a loader of geometry may pass over.
+//! Required extensions that a loader of geometry may ignore.
 
 use crate::ErrorKind;
 

@@ -24,7 +24,7 @@ pub(crate) struct Container {
     pub(crate) end: usize,
 }
 
-/// As [`open`], for who has nobody to tell what is odd.
+/// Opens a container like [`open`], for callers that do not report oddities.
 ///
 /// # Errors
 /// As [`open`].

@@ -21,7 +21,7 @@ pub(super) struct Placement {
 }
 
 impl Placement {
-    /// As the scene takes it.
+    /// Returns the instance as the scene takes it.
     pub(super) fn instance(&self) -> Instance {
         let mut instance = Instance::new(self.mesh, self.transform);
         instance.flags = InstanceFlags {

@@ -15,7 +15,7 @@ use super::{glb, mapped_groups};
 use crate::ErrorKind;
 use crate::baked::{BakedError, LevelKind, MOST_LEVELS, Measured};
 
-/// What a file has baked.
+/// Baked data of a file.
 #[derive(Debug)]
 pub(crate) struct Listed {
     pub(crate) generator: String,
@@ -51,7 +51,7 @@ pub struct ListedMesh {
 /// Levels of a mesh, and where their tables lie.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ListedLevels {
-    /// What they are.
+    /// Kind of the levels.
     pub kind: LevelKind,
     /// How many triangles of all levels each primitive of triangles has; they follow each other.
     pub parts: Vec<u32>,

@@ -134,7 +134,7 @@ pub(crate) fn named(path: &Path, source: &Source<'_>) -> Result<Vec<PathBuf>, Er
 /// A document that was decoded, free of the file's bytes.
 struct Decoded {
     meshes: Vec<(String, MeshData)>,
-    /// By mesh; empty unless the options request details.
+    /// One entry per mesh; empty unless the options request details.
     attributes: Vec<Attributes>,
     /// Their numbers are those of `meshes`.
     placements: Vec<Placement>,

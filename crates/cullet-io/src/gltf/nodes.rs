@@ -269,7 +269,8 @@ fn adopt(all: &mut [Node]) -> Result<(), ErrorKind> {
     Ok(())
 }
 
-/// With one parent each, what no root reaches goes in a circle.
+/// Checks that every node is reached from a root. As each has one parent, a node that is not
+/// reached lies on a circle.
 fn check_reach(all: &[Node]) -> Result<(), ErrorKind> {
     let mut reached = vec![false; all.len()];
     let mut stack: Vec<u32> =

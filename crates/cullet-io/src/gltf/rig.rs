@@ -26,7 +26,7 @@ struct SkinSource {
     inverse_binds: Vec<Transform>,
 }
 
-/// Which nodes move, and how; known before anything is placed.
+/// The nodes that move, and how; known before anything is placed.
 #[derive(Debug)]
 pub(super) struct Plan {
     /// All animations, for cameras.
@@ -210,8 +210,9 @@ pub(super) struct Placed {
     pub(super) inner: Option<DAffine3>,
 }
 
-/// Which animations are played: all that move nothing that an earlier one moves. A file may hold the
-/// ways of one figure (walks, runs), of which one is enough, or one animation for each of many instances.
+/// Returns for each animation whether it is played: all are that move nothing that an earlier one
+/// moves. A file may hold the ways of one figure (walks, runs), of which one is enough, or one
+/// animation for each of many instances.
 fn played(clips: &[Clip], notes: &mut Notes) -> Vec<bool> {
     let mut taken: HashMap<(u32, Option<Property>), usize> = HashMap::new();
     let mut played = Vec::with_capacity(clips.len());

@@ -1,4 +1,4 @@
-//! What a file takes once it is loaded, by its JSON alone.
+//! Memory that a file takes once it is loaded, computed from its JSON alone.
 
 use std::collections::HashSet;
 

@@ -90,7 +90,7 @@ pub(crate) struct Deformed {
     pub(crate) skin: Option<SkinRig>,
     /// For each morph target, the displacement of every vertex.
     pub(crate) targets: Vec<Vec<[f32; 3]>>,
-    /// Of the targets, while no animation moves them.
+    /// Weights of the targets, while no animation moves them.
     pub(crate) weights: Vec<f32>,
     pub(crate) bounds: Bounds,
 }

@@ -23,7 +23,7 @@ impl Local {
         }
     }
 
-    /// With one property as a track has it at a time.
+    /// Returns the transform with one property set to its value on `track` at `time`.
     pub(crate) fn moved(self, track: &Track, time: f64) -> Self {
         let (mut scale, mut rotation, mut translation) = match self {
             Self::Parts { translation, rotation, scale } => (scale, rotation, translation),

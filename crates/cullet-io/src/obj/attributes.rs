@@ -9,7 +9,7 @@ use crate::blocks::push;
 use crate::compact::Compact;
 use crate::{Attributes, ErrorKind};
 
-/// Which list of the file.
+/// A list of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum List {
     Uv,
@@ -29,7 +29,7 @@ pub(super) type Ahead = (&'static str, u64, usize, u64);
 pub(super) struct Corners {
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
-    /// By position; as long as the last one that has any.
+    /// One colour per position; as long as the last one that has any.
     colors: Vec<[f32; 4]>,
     /// Texture coordinates and normal of each corner of the face that is being read.
     polygon: Vec<[u32; 2]>,

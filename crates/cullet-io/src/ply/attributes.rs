@@ -7,7 +7,7 @@ use crate::attributes::{NO_COLOR, NO_NORMAL, NO_UV, linear};
 /// The names that programs give texture coordinates.
 const UV_NAMES: [[&str; 2]; 4] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"], ["s0", "t0"]];
 
-/// Which properties are attributes: all of a kind, or it is none.
+/// The properties that are attributes; an attribute counts only if all of its properties are there.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Columns {
     normal: Option<[usize; 3]>,
@@ -27,7 +27,7 @@ pub(super) struct VertexAttributes {
 }
 
 impl Columns {
-    /// Those of an element.
+    /// Finds the attribute columns of an element.
     pub(super) fn find(element: &Element) -> Self {
         let single =
             |name: &str| element.find(name).filter(|&p| element.properties[p].count.is_none());

@@ -1,4 +1,4 @@
-//! What was baked of the meshes of a GLB.
+//! Writes the baked data of the meshes of a GLB.
 
 use serde_json::{Value, json};
 
@@ -12,9 +12,9 @@ use crate::baked::{
 
 /// The extension's objects.
 pub(super) struct Written {
-    /// Of the root.
+    /// Extension object of the root.
     pub(super) root: Value,
-    /// Of meshes, by their numbers in the file.
+    /// Extension objects of meshes, with the meshes' numbers in the file.
     pub(super) meshes: Vec<(usize, Value)>,
 }
 

@@ -29,7 +29,7 @@ pub(super) struct File {
 }
 
 impl File {
-    /// What is added to a file that has a buffer and some views.
+    /// Returns an empty addition to a file that has a buffer and some views.
     pub(super) fn behind(bin: Vec<u8>, first_view: usize) -> Self {
         Self { bin, first_view, ..Self::default() }
     }

@@ -56,7 +56,7 @@ pub enum SaveErrorKind {
     /// More than the format's numbers can count.
     #[error("{count} {what} exceed the {limit} that the format can hold")]
     TooMany {
-        /// Of what.
+        /// The kind of item of which there are too many.
         what: &'static str,
         /// How many.
         count: u64,

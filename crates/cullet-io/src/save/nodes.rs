@@ -8,8 +8,7 @@ use serde_json::{Value, json};
 
 use crate::Model;
 
-/// By how much of its size a transform may differ from its node's and be taken for it: the rounding of
-/// f32, several times over.
+/// Relative difference up to which a transform counts as its node's: a few roundings of f32.
 const SAME: f64 = 1e-5;
 
 /// An instance to be written.

@@ -170,7 +170,9 @@ struct Places {
     left: u64,
 }
 
-/// What hangs on a node would go with it, and what moves it would not move its levels. Those that have a list keep theirs.
+/// Returns the nodes that can take levels. A node with children or an animation cannot: children
+/// would go with it, and an animation would not move its levels. Nodes that have a list keep
+/// theirs.
 fn places(root: &Object<'_>, nodes: &[Cow<'_, str>]) -> Result<Places, ErrorKind> {
     let moved = animated(root);
     let mut out = Places { free: Vec::new(), left: 0 };

@@ -1,4 +1,4 @@
-//! What was baked before, taken out.
+//! Removal of data that was baked before.
 
 use std::borrow::Cow;
 
