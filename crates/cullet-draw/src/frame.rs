@@ -4,7 +4,7 @@ use cullet::Visible;
 
 use crate::sort;
 
-/// Which instance, by its slot, and which of its mesh's original triangles.
+/// An original triangle of an instance: the instance's slot, and the triangle's number in its mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct PixelId {
     /// The instance's slot.
@@ -23,7 +23,7 @@ impl PixelId {
     }
 }
 
-/// Which triangles are drawn.
+/// The triangles that are drawn.
 #[derive(Clone, Copy, Debug)]
 pub enum Selection<'a> {
     /// All of them: no culling but each part's declared sidedness.

@@ -24,7 +24,7 @@ pub struct LevelsVerification {
     /// outside, facing away or without area. What was dropped for the cell of the eye and shows where a wall is coarse is
     /// no false cull: it is counted in [`LevelPixels::uncovered`].
     pub levels: Verification,
-    /// What levels alone draw: the triangles of every instance, without any other stage.
+    /// Triangles of every instance that levels alone draw, without any other stage.
     pub cut: Visible,
     /// How the picture differs from that in full.
     pub pixels: LevelPixels,
@@ -35,9 +35,10 @@ pub struct LevelsVerification {
 pub struct LevelPixels {
     /// Pixels of the picture.
     pub all: u64,
-    /// Those that show another instance, or none, or one where there was none.
+    /// Pixels that show another instance, or nothing, or an instance where there was nothing.
     pub differ: u64,
-    /// Of these, those where only one of the two pictures shows anything: the silhouette before the background.
+    /// The `differ` pixels where only one of the two pictures shows anything: the silhouette before
+    /// the background.
     pub silhouette: u64,
     /// Pixels where levels show something that was dropped as too small, or out of reach of the eye's cell.
     pub uncovered: u64,

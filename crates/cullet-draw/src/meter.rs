@@ -8,12 +8,13 @@ use cullet::{Mesh, Scene, View, Visible, draw::TriangleRange};
 use cullet_mesh::Impostor;
 use glam::{DMat3, DMat4, DVec3};
 
-/// What was measured in a view.
+/// Measurements in a view.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Measured {
     /// The farthest that any point is off.
     pub max_px: f64,
-    /// What 99.9 % of the random points do not exceed, of the original and of what is drawn: the larger of both.
+    /// Bound that 99.9 % of the random points stay within, of the original and of what is drawn:
+    /// the larger of both.
     pub p999_px: f64,
     /// The slot that is off the most.
     pub worst: Option<u32>,
@@ -107,7 +108,7 @@ impl Meter {
     }
 }
 
-/// What all but one in a thousand do not exceed.
+/// Returns the value that all but one in a thousand stay within.
 fn quantile(all: &mut [f32]) -> f64 {
     let over = (all.len() as f64 * SHARE_ABOVE) as usize;
     if over < all.len() { sort::largest_but(over, all).into() } else { 0.0 }
@@ -118,7 +119,7 @@ fn quantile(all: &mut [f32]) -> f64 {
 struct Distances {
     random: Vec<f32>,
     vertices: u64,
-    /// Of the vertices too.
+    /// Largest distance, including those of the vertices.
     max: f64,
 }
 
@@ -141,7 +142,7 @@ impl Pixels {
         Self { scale, back, ahead: at_corners.then_some((ahead, corner)) }
     }
 
-    /// Of a length of 1 at a point that is so far from the eye.
+    /// Returns the size in pixels of a length of 1 at a point this far from the eye.
     fn of(&self, from_eye: Option<DVec3>) -> f64 {
         let Some(to) = from_eye else { return self.scale.pixels };
         let distance = to.length().max(self.scale.near);

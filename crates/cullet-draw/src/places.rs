@@ -10,12 +10,12 @@ use crate::sort;
 pub(crate) struct Places {
     /// Empty where nobody stands for anybody.
     by: Vec<u32>,
-    /// Those that are drawn in the place of others, ascending.
+    /// Instances that are drawn in the place of others, ascending.
     stand_ins: Vec<u32>,
 }
 
 impl Places {
-    /// Of a visible set. O(slots) where somebody stands for others.
+    /// Finds the places of a visible set. O(slots) where somebody stands for others.
     pub(crate) fn of(scene: &Scene, visible: &Visible) -> Self {
         if scene.stand_in_slots().next().is_none() {
             return Self::default();
@@ -46,8 +46,9 @@ impl Places {
         self.by.get(slot as usize).copied().unwrap_or(slot)
     }
 
-    /// What levels alone draw, with triangles, where `cut` is that of every instance by itself: those that stand for others
-    /// with the levels that `result` has of them, in full, and without what they stand for.
+    /// Returns what levels alone draw, with triangles, given the `cut` of every instance by itself:
+    /// stand-ins are drawn with the levels that `result` has of them, in full, and without what
+    /// they stand for.
     pub(crate) fn put_in(
         &self,
         scene: &Scene,

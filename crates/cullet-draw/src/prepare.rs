@@ -35,7 +35,7 @@ struct Block {
 struct Prepared {
     blocks: Vec<Block>,
     extent: Option<Extent>,
-    /// What is drawn in place of the triangles, where the mesh is the box of an impostor.
+    /// Tracer that is drawn in place of the triangles, where the mesh is the box of an impostor.
     impostor: Option<Tracer>,
 }
 
@@ -88,7 +88,8 @@ impl<'a> Stage<'a> {
         Self { scene, meshes }
     }
 
-    /// What is drawn in place of the triangles of a mesh that is the box of an impostor.
+    /// Returns the tracer that is drawn in place of the triangles of a mesh that is the box of an
+    /// impostor.
     pub(crate) fn impostor(&self, mesh: MeshId) -> Option<&Tracer> {
         self.meshes[mesh as usize].impostor.as_ref()
     }

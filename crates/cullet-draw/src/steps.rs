@@ -1,4 +1,4 @@
-//! Which level each triangle is of that is drawn.
+//! Level of each triangle that is drawn.
 
 use cullet::{Scene, Visible, scene::MeshLevels};
 
@@ -8,14 +8,14 @@ use crate::sort;
 #[derive(Clone, Debug)]
 pub struct LevelSteps<'a> {
     scene: &'a Scene,
-    /// By mesh and level less one: for each cluster its first triangle and its step, ascending.
+    /// For each mesh, level less one and cluster: its first triangle and its step, ascending.
     of_meshes: Vec<Vec<Vec<(u32, u32)>>>,
     most: u32,
     has_impostors: bool,
 }
 
 impl<'a> LevelSteps<'a> {
-    /// Of a scene. O(clusters of its levels).
+    /// Collects the steps of a scene. O(clusters of its levels).
     #[must_use]
     pub fn new(scene: &'a Scene) -> Self {
         let all = || (0..scene.meshes().len() as u32).flat_map(|mesh| scene.levels(mesh));

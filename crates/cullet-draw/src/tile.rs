@@ -146,7 +146,7 @@ impl Tile {
         }
     }
 
-    /// As [`draw`](Self::draw), what a cut leaves of a surface.
+    /// Draws what a cut leaves of a surface, like [`draw`](Self::draw).
     pub(crate) fn draw_kept(&mut self, d: &Draw, range: [f64; 2], cut: &CutLens) {
         self.each(d, range, &mut Meet::Keep(cut));
     }
@@ -189,14 +189,14 @@ impl Tile {
         self.wound = (u32::MAX, wound);
     }
 
-    /// As [`draw`](Self::draw), an impostor: what its rays meet.
+    /// Draws what the rays of an impostor meet, like [`draw`](Self::draw).
     pub(crate) fn draw_sprite(&mut self, d: &Sprite, range: [f64; 2]) {
         self.each_of_sprite(d, range, |tile, at, depth, id| {
             tile.own(at, depth, id);
         });
     }
 
-    /// As [`test`](Self::test), an impostor, which passes by the first of its texels that does.
+    /// Tests an impostor like [`test`](Self::test): it passes by the first of its texels that does.
     pub(crate) fn test_sprite(&mut self, d: &Sprite, range: [f64; 2]) {
         let mut first = None;
         self.each_of_sprite(d, range, |tile, at, depth, id| {
@@ -355,7 +355,7 @@ impl Tile {
     }
 }
 
-/// What a surface does at the samples that it covers.
+/// Effect of a surface on the samples that it covers.
 enum Meet<'a> {
     /// It owns those where it is nearest.
     Own,

@@ -86,7 +86,8 @@ pub struct Verification {
 }
 
 impl Verification {
-    /// Of what was lost, the frames without and with culling, and the culler's result.
+    /// Builds the verification from the lost triangles, the frames without and with culling, and
+    /// the culler's result.
     pub(crate) fn of(
         scene: &Scene,
         false_culls: Vec<FalseCull>,

@@ -83,8 +83,8 @@ proptest! {
         prop_assert!((halves[0] + halves[1] - area(&polygon)).abs() < 1e-9);
     }
 
-    /// Of a shared edge both triangles keep the same, bit for bit: what is on it has no weight of the
-    /// third corner, exactly. Each is wound its own way round, starting anywhere.
+    /// Both triangles of a shared edge keep the same of it, bit for bit: a point on it has a weight
+    /// of exactly 0 for the third corner. Each is wound its own way round, starting anywhere.
     #[test]
     fn neighbours_agree_about_their_edge(
         [a, b, c, d] in prop::array::uniform4(point::<3>()),

@@ -320,7 +320,8 @@ fn cards_are_a_gltf_that_loads() {
     assert!(cards.png.starts_with(b"\x89PNG"));
 }
 
-/// What a large model comes to, by grid and texels: `cargo test impostor_figures -- --ignored --nocapture`.
+/// Prints the figures of large models, by grid and texels: `cargo test impostor_figures --
+/// --ignored --nocapture`.
 #[test]
 #[ignore = "for figures"]
 fn impostor_figures() {

@@ -199,7 +199,7 @@ proptest! {
     }
 }
 
-/// Of each kind a fixed scene: enough is hidden, and nearly all of it proved.
+/// Each kind has a fixed scene: enough is hidden, and nearly all of it proved.
 #[test]
 fn each_kind_hides_what_can_be_proved() {
     let shape: Vec<f32> = (0..97).map(|i| (i as f32 * 2.399).sin()).collect();

@@ -33,7 +33,7 @@ impl Default for ImpostorOptions {
 
 /// How far a line of sight goes before and behind the centre, in radii.
 const REACH: f64 = 2.0;
-/// Of a texel all the samples within this many sides of it are of one surface.
+/// Distance in sides of a texel within which all of its samples are of one surface.
 const ONE_SURFACE: f64 = 1.0;
 
 /// A mesh alone, about as large as 1, where it is drawn just so.
@@ -47,12 +47,12 @@ pub(super) struct Studio<'a> {
     pub(super) radius: f64,
 }
 
-/// What a parallel view shows at a sample.
+/// Surface that a parallel view shows at a sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
     /// Towards the viewer from the centre, in radii.
     pub(super) height: f64,
-    /// Of the side that is seen.
+    /// Normal of the side that is seen.
     normal: DVec3,
     part: u32,
 }
@@ -91,7 +91,7 @@ fn scale_of(mesh: &Mesh) -> f32 {
 }
 
 impl<'a> Studio<'a> {
-    /// Of a mesh and its [scene](scene_of).
+    /// Prepares captures of a mesh and its [scene](scene_of).
     pub(super) fn new(mesh: &'a Mesh, scene: &'a Scene) -> Self {
         Self {
             mesh,

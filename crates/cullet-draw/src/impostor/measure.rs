@@ -12,7 +12,7 @@ use crate::{parallel, sort};
 const FINE: u32 = 4;
 /// The share of samples that may be farther off than the error, as for levels.
 const SHARE_OVER: f64 = 1e-3;
-/// What none of them exceeds, as a factor of the error.
+/// Bound that no measured point exceeds, as a factor of the error.
 const MOST_OVER: f64 = 1.2;
 /// How much a difference along the line of sight counts beside one across it. It is seen only where something else stands
 /// in between; and where a surface is nearly edge-on, any small step across is a large one along.
@@ -76,7 +76,7 @@ pub struct ImpostorJudge {
 }
 
 impl ImpostorJudge {
-    /// Of a mesh and its impostor.
+    /// Prepares to judge an impostor of a mesh.
     ///
     /// # Errors
     /// As [`capture_impostor`](super::capture_impostor).

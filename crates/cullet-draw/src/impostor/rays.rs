@@ -25,7 +25,8 @@ impl<'a> Rays<'a> {
         from_clip.is_finite().then_some(Self { tracer, to_clip, from_clip, depths })
     }
 
-    /// What the ray through a place of the screen meets: its inner depth, and the number of its texel.
+    /// Returns what the ray through a place of the screen meets: its inner depth, and the number of
+    /// its texel.
     pub(crate) fn meet(&self, [x, y]: [f64; 2]) -> Option<(f64, u32)> {
         let [from, to] = self.depths.map(|depth| {
             let p = self.from_clip * DVec4::new(x, y, depth, 1.0);

@@ -5,7 +5,7 @@ use cullet_mesh::{Impostor, Texel};
 use crate::picture::Picture;
 use crate::picture::palette;
 
-/// What of an impostor a sheet shows.
+/// Plane of an impostor that a sheet shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ImpostorPlane {
     /// How much of each texel is covered: from black to white.

@@ -12,9 +12,11 @@ const STEPS: u32 = 3;
 const HALVINGS: u32 = 6;
 /// Neighbouring texels are of one surface where their depths differ by no more than this many texels.
 const STEEP: f64 = 2.0;
-/// What is farther behind all that any frame saw, in texels, is in their shadow and not of the mesh, as far as anyone knows.
+/// Distance in texels behind everything any frame saw, beyond which a point counts as in their
+/// shadow and not of the mesh.
 const DEEP: f64 = 2.0;
-/// By how many texels a point may lie before the surface and still be of it: what a texel rounds.
+/// Distance in texels that a point may lie in front of the surface and still be of it: the rounding
+/// of a texel.
 const TOLERANCE: f64 = 0.5;
 
 /// An impostor made ready for rays.

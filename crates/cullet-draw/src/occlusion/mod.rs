@@ -33,7 +33,7 @@ pub struct OccluderTriangles<'a> {
 pub enum OccluderError {
     /// A triangle refers to a vertex that is not there.
     Index {
-        /// Which of the occluders.
+        /// Number of the occluder.
         occluder: usize,
         /// The vertex.
         index: u32,
@@ -42,14 +42,14 @@ pub enum OccluderError {
     },
     /// The triangles make no mesh.
     Mesh {
-        /// Which of the occluders.
+        /// Number of the occluder.
         occluder: usize,
         /// Why.
         error: MeshError,
     },
     /// The occluder fits no scene.
     Scene {
-        /// Which of the occluders.
+        /// Number of the occluder.
         occluder: usize,
         /// Why.
         error: SceneError,

@@ -82,7 +82,7 @@ struct Triangle {
 pub struct Prover {
     projector: Projector,
     viewport: [f64; 2],
-    /// By group.
+    /// Triangles sorted by group.
     triangles: Vec<Triangle>,
     /// Where each vertex is in the image.
     places: Vec<Range>,

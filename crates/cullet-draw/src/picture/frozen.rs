@@ -18,7 +18,7 @@ pub struct FrozenView<'a> {
     scene: &'a Scene,
     view: Cow<'a, View>,
     visible: Cow<'a, Visible>,
-    /// What owns a pixel, sorted.
+    /// Owners of pixels, sorted.
     seen: Vec<PixelId>,
     surfaces: Surfaces<'a>,
 }

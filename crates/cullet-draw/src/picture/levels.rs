@@ -20,8 +20,9 @@ const GAP: u32 = 8;
 /// Differences up to this are not painted: they are no more than rounding.
 const SAME: u8 = 3;
 
-/// What a culler left of a scene, each triangle in the colour of its level of detail: how often it was simplified. Below it a
-/// legend with how many triangles are drawn of each. `visible` must have its triangles.
+/// Draws what a culler left of a scene, each triangle in the colour of its level of detail: how
+/// often it was simplified. Below it a legend with how many triangles are drawn of each. `visible`
+/// must have its triangles.
 ///
 /// Cost: a frame of four times the view's pixels, and 0.3 µs for each of those.
 #[must_use]
@@ -58,8 +59,9 @@ pub fn levels(scene: &Scene, view: &View, visible: &Visible) -> Picture {
     picture
 }
 
-/// What a culler left of a scene, each triangle in the colour of its level of detail, in even light and from wherever one looks: the
-/// levels are those of the view that was culled. Cost: a frame of four times the pixels of `from`.
+/// Draws what a culler left of a scene, each triangle in the colour of its level of detail, in even
+/// light and from anywhere: the levels are those of the view that was culled. Cost: a frame of four
+/// times the pixels of `from`.
 #[must_use]
 pub fn even_levels(scene: &Scene, from: &View, visible: &Visible, steps: &LevelSteps) -> Picture {
     of_levels(scene, from, visible, steps, |frame, surfaces, color| {

@@ -262,7 +262,7 @@ pub(crate) fn plural(n: u64, noun: &str) -> String {
 /// A title, what is counted, and a square, words and a count for each fate.
 pub(crate) struct Legend {
     pub(crate) at: [i64; 2],
-    /// Of the text, in pixels an em.
+    /// Size of the text, in pixels an em.
     pub(crate) size: f64,
     pub(crate) ink: [u8; 3],
     pub(crate) paper: [u8; 3],
@@ -323,7 +323,7 @@ pub(super) struct Map {
     pub(super) size: [u32; 2],
     middle: [f64; 2],
     pixels: f64,
-    /// As far as anything on the map can be.
+    /// Farthest distance at which anything on the map can be.
     reach: f64,
 }
 

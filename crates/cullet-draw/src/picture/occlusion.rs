@@ -225,7 +225,7 @@ pub fn occlusion_buffer(
     picture
 }
 
-/// Which findings there are, with their shares.
+/// Returns the findings that occur, with their shares.
 fn shares(findings: &[Finding]) -> Vec<([u8; 3], String)> {
     let count = |f: Finding| findings.iter().filter(|g| **g == f).count();
     let found = Finding::SHOWN.into_iter().map(|f| (f, count(f))).filter(|(_, n)| *n > 0);
@@ -239,7 +239,8 @@ struct NearnessRange {
     high: f64,
 }
 
-/// Of what is there, but for the nearest and the farthest hundredth, which may be anything.
+/// Returns the range of the positive values but for the nearest and the farthest hundredth, which
+/// may be anything.
 fn range(nearness: impl Iterator<Item = f64>) -> NearnessRange {
     // Bits of numbers that are not negative ascend as they do.
     let mut sorted: Vec<u64> =
@@ -259,7 +260,8 @@ impl NearnessRange {
     }
 }
 
-/// Which of the drawn occluders is the nearest on each pixel of the buffer; `usize::MAX` where none is proved.
+/// Returns the nearest of the drawn occluders on each pixel of the buffer; `usize::MAX` where none
+/// is proved.
 fn owners(scene: &Scene, view: &View, culled: &Culled<'_>, buffer: &OcclusionBuffer) -> Vec<usize> {
     // The result is the same at every SIMD level.
     let level = Simd::best();

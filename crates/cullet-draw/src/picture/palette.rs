@@ -17,13 +17,14 @@ use cullet::Stage;
 
 /// Instances and triangles that are kept and own a pixel.
 pub const SEEN: [u8; 3] = [0xF6, 0xF2, 0xE8];
-/// Those that are kept for want of proof, or though no pixel shows them: the cost of being conservative.
+/// Triangles that are kept for lack of proof, or though no pixel shows them: the cost of being
+/// conservative.
 pub const UNSEEN: [u8; 3] = [0xF2, 0xCC, 0x0C];
 /// Certain results of a test: wholly inside, accepted, covered.
 pub const PROVED: [u8; 3] = [0x00, 0x9E, 0x73];
 /// The subject of a diagram, where that has no fate yet.
 pub const SUBJECT: [u8; 3] = [0x00, 0x72, 0xB2];
-/// Those dropped by a stage that is not known.
+/// Triangles dropped by an unknown stage.
 pub const DROPPED: [u8; 3] = [0x60, 0x66, 0x6E];
 /// False culls: visible, but dropped. No picture of a sound culler has this colour.
 pub const LOST: [u8; 3] = [0xFF, 0x00, 0x3C];

@@ -1,4 +1,4 @@
-//! What became of each triangle of a scene in a view.
+//! Fate of each triangle of a scene in a view.
 
 use cullet::{Scene, Visible};
 use glam::DVec3;
@@ -33,12 +33,12 @@ impl<'a> SceneFates<'a> {
         Self { scene, of_slots, triangles }
     }
 
-    /// Of an instance as a whole.
+    /// Returns the fate of an instance as a whole.
     pub(super) fn of_slot(&self, slot: u32) -> Fate {
         self.of_slots.get(slot as usize).copied().flatten().unwrap_or(Fate::Dropped(None))
     }
 
-    /// Of an original triangle.
+    /// Returns the fate of an original triangle.
     pub(super) fn of(&self, id: PixelId) -> Fate {
         self.of_whole(id.slot).unwrap_or_else(|| self.triangles.of(id))
     }
@@ -48,7 +48,7 @@ impl<'a> SceneFates<'a> {
         DVec3::from(self.of(id).color().map(linear))
     }
 
-    /// Of an instance that was dropped at once; `None` where its triangles differ.
+    /// Returns the fate of an instance that was dropped at once; `None` where its triangles differ.
     fn of_whole(&self, slot: u32) -> Option<Fate> {
         let fate = self.of_slot(slot);
         let dropped = matches!(fate, Fate::Dropped(_));

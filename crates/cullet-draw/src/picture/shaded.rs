@@ -35,7 +35,7 @@ pub fn shaded(scene: &Scene, frame: &Frame, view: &View, material_colors: &[[f32
     shade(HAZE, scene, frame, view, material_colors, &Surfaces::new(scene, &frame.ids))
 }
 
-/// As [`shaded`], for a frame of a visible set in which instances have levels of detail.
+/// Draws like [`shaded`], for a frame of a visible set in which instances have levels of detail.
 #[must_use]
 pub fn shaded_levels(
     scene: &Scene,
@@ -47,7 +47,7 @@ pub fn shaded_levels(
     shade(HAZE, scene, frame, view, material_colors, &Surfaces::of_visible(scene, visible))
 }
 
-/// As [`shaded_levels`], without haze: of a model that is alone, from however far it is seen.
+/// Draws like [`shaded_levels`], without haze: for a model that is alone, seen from any distance.
 #[must_use]
 pub fn shaded_clear(
     scene: &Scene,
@@ -149,7 +149,7 @@ pub fn light_through(
     picture
 }
 
-/// What is behind all surfaces where light is even.
+/// Colour behind all surfaces where light is even.
 const PLAIN_SKY: [u8; 3] = [0xDD, 0xE4, 0xE9];
 
 /// A view of what a culler left, in even light: each triangle of one shade, by its normal and its material alone, and a plain
@@ -183,7 +183,8 @@ pub fn even_doubled(
     light_evenly(&frame, view, &surfaces, &material(&surfaces, material_colors))
 }
 
-/// As [`light_through`], but that a triangle has one shade, by its normal: no haze, no shade of what stands around.
+/// Lights like [`light_through`], except that a triangle has one shade, by its normal: without
+/// haze, and without shade from its surroundings.
 pub fn light_evenly(
     frame: &Frame,
     view: &View,

@@ -164,13 +164,14 @@ impl<'a> Surfaces<'a> {
         surfaces
     }
 
-    /// Of all meshes that have an instance, whatever a frame shows. Costs 4 bytes a stored triangle.
+    /// Collects the surfaces of all meshes that have an instance, whatever a frame shows. Costs 4
+    /// bytes a stored triangle.
     pub fn of_all(scene: &'a Scene) -> Self {
         let ids: Vec<PixelId> = scene.slots().map(|slot| PixelId { slot, triangle: 0 }).collect();
         Self::new(scene, &ids)
     }
 
-    /// Of what a frame of a visible set shows, each instance at its level.
+    /// Collects the surfaces that a frame of a visible set shows, each instance at its level.
     pub fn of_visible(scene: &'a Scene, visible: &Visible) -> Self {
         let mut surfaces = Self::empty(scene);
         surfaces.levels.resize(scene.slot_count() as usize, 0);

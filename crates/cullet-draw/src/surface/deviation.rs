@@ -19,7 +19,8 @@ pub struct Deviation {
     /// The largest distance of all points: random ones and the corners of triangles, of either surface to the other.
     /// Infinite where just one of them is empty.
     pub max: f32,
-    /// What 99.9 % of the random points of the original, and of the simplified surface, do not exceed: the larger of both.
+    /// Bound that 99.9 % of the random points of the original, and of the simplified surface, stay
+    /// within: the larger of both.
     pub p999: f32,
     /// How many points were measured.
     pub points: u64,

@@ -209,7 +209,8 @@ impl SurfaceTree {
         (found != NONE).then(|| ((f64::from(limit.sqrt()) / self.cube.scale) as f32, found))
     }
 
-    /// As [`search`](Self::search), in f64 and all triangles, for points so far away that f32 overflows.
+    /// Searches like [`search`](Self::search), in f64 and through all triangles, for points so far
+    /// away that f32 overflows.
     #[cold]
     fn search_far(&self, at: DVec3, limit: f32) -> Option<(f32, u32)> {
         let mut best = (f64::from(limit) * self.cube.scale, NONE);
@@ -337,7 +338,7 @@ struct Item {
     number: u32,
 }
 
-/// What the tree is built into.
+/// Working state of building the tree.
 struct Build<'a, F> {
     nodes: &'a mut Vec<Node>,
     leaves: &'a mut Vec<Leaf>,

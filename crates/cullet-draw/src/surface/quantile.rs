@@ -68,7 +68,8 @@ impl LargestDistances {
         self.max
     }
 
-    /// What to state: no more than the share exceeds it, and nothing is more than twice as far.
+    /// Returns the error to state: at most the share of distances exceeds it, and none is more than
+    /// twice as large.
     #[must_use]
     #[inline]
     pub fn error(&self) -> f32 {

@@ -11,11 +11,11 @@ use cullet::{Culler, Scene, View, view::Frustum};
 pub struct BoundsCounts {
     /// Instances that have both.
     pub tested: u64,
-    /// Those whose box is kept.
+    /// Instances whose box is kept.
     pub boxes_kept: u64,
-    /// Those whose sphere is kept.
+    /// Instances whose sphere is kept.
     pub spheres_kept: u64,
-    /// Those with a triangle that the frustum's triangle test keeps: what a perfect bound keeps.
+    /// Instances with a triangle that the frustum's triangle test keeps: what a perfect bound keeps.
     pub in_frustum: u64,
     /// Nanoseconds that the test of a box takes.
     pub box_ns: f64,

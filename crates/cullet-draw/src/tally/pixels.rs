@@ -10,7 +10,7 @@ use crate::frame::{Frame, PixelId};
 pub struct PixelCounts {
     /// All of them.
     pub owned: u64,
-    /// Those where the occlusion buffer has nothing.
+    /// Pixels where the occlusion buffer is empty.
     pub open: u64,
 }
 

@@ -1,4 +1,4 @@
-//! Which cells see which, as a matrix.
+//! Matrix of the cells that see each other.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ use crate::sort;
 /// Neither sees the other.
 const HIDDEN: [u8; 3] = [0x2B, 0x33, 0x3D];
 
-/// What is known of a pair of cells.
+/// Knowledge about a pair of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PairShown {
     /// A line of sight is known.

@@ -21,7 +21,7 @@ const COARSE: u32 = 192;
 /// From the world to a plan of twice the size in which it is shown: x to the right, z down.
 #[derive(Debug)]
 pub(super) struct Plan {
-    /// Of the plan as it is drawn, in pixels.
+    /// Size of the plan as it is drawn, in pixels.
     size: [u32; 2],
     middle: [f64; 2],
     pixels: f64,
@@ -170,7 +170,7 @@ impl Plan {
         }
     }
 
-    /// Which cells are on it.
+    /// Returns for each cell whether it is on the plan.
     fn shown(&self, count: u32) -> Vec<bool> {
         let mut shown = vec![false; count as usize];
         for &cell in self.cells.iter().filter(|&&cell| cell < count) {

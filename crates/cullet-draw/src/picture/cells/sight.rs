@@ -1,4 +1,5 @@
-//! What an eye sees through portals, as pictures need it: places in sight, polygons on the screen, doors that are shut.
+//! An eye's sight through portals, as pictures need it: places in sight, polygons on the screen,
+//! doors that are shut.
 
 use cullet::View;
 use cullet::bounds::Plane;
@@ -8,9 +9,9 @@ use glam::{DMat4, DVec3, DVec4};
 
 use crate::sort;
 
-/// What each visit shows of its cell.
+/// The part of its cell that each visit shows.
 pub(super) struct Sight {
-    /// By cell: depth, eye and planes of its visits.
+    /// Visits of each cell: depth, eye and planes.
     of_cells: Vec<Vec<(u32, DVec3, Vec<Plane>)>>,
 }
 
@@ -49,10 +50,10 @@ impl Sight {
     }
 }
 
-/// What is seen of a portal in a view.
+/// The part of a portal that is seen in a view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShownPortal {
-    /// Which visit of [`Reached::visits`] it leads to.
+    /// Visit of [`Reached::visits`] that it leads to.
     pub visit: u32,
     /// The portal.
     pub portal: u32,
