@@ -14,14 +14,14 @@ pub(crate) type Values = [f32; 6];
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Surface {
     pub(crate) positions: Vec<[f32; 3]>,
-    /// Of each vertex; empty where none has any.
+    /// Attributes of each vertex; empty where none has any.
     pub(crate) values: Vec<Values>,
     pub(crate) indices: Vec<u32>,
-    /// As a mesh's, in one order for all surfaces of a group.
+    /// Parts like those of a mesh, in one order for all surfaces of a group.
     pub(crate) parts: Vec<Part>,
 }
 
-/// What is drawn of an instance: a mesh and some of its clusters.
+/// The part of an instance that is drawn: a mesh and some of its clusters.
 pub(crate) struct Piece {
     pub(crate) slot: u32,
     mesh: MeshId,
@@ -47,7 +47,8 @@ impl Piece {
         of_levels.filter(|piece| piece.triangles < whole.triangles).unwrap_or(whole)
     }
 
-    /// As [`within`](Self::within), of its levels alone: `None` where they have nothing within the bound, or there are none.
+    /// Returns the same as [`within`](Self::within), from its levels alone: `None` where they have
+    /// nothing within the bound, or there are none.
     pub(crate) fn of_levels(scene: &Scene, slot: u32, bound: f64) -> Option<Self> {
         // A parallel view of a pixel a unit.
         let scale = PixelScale { eye: None, pixels: 1.0, near: 0.0 };
@@ -98,7 +99,7 @@ impl MeshAttributes<'_> {
         (vertices > 0 && !(uvs.is_empty() && colors.is_empty())).then_some(Self { uvs, colors })
     }
 
-    /// Those of a vertex; what it has not is zero, and white.
+    /// Returns the attributes of a vertex; a missing one is zero, a missing colour white.
     fn values(&self, vertex: usize) -> [f32; 6] {
         let [u, v] = self.uvs.get(vertex).copied().unwrap_or_default();
         let [r, g, b, a] = self.colors.get(vertex).copied().unwrap_or([1.0; 4]);

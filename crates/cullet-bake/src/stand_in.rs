@@ -29,7 +29,7 @@ pub struct StandIn {
     pub error: f64,
 }
 
-/// What stand-ins are made.
+/// Options that decide which stand-ins are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct StandInOptions {
@@ -47,7 +47,7 @@ impl Default for StandInOptions {
 }
 
 impl StandInOptions {
-    /// With another number of triangles.
+    /// Returns a copy with `triangles`.
     #[must_use]
     pub fn with_triangles(self, triangles: u64) -> Self {
         Self { triangles, ..self }
@@ -61,7 +61,7 @@ pub struct StandIns<'a> {
     attributes: &'a [MeshAttributes<'a>],
     options: StandInOptions,
     groups: Vec<Group>,
-    /// By slot: the number of the group that stands for it.
+    /// Number of the group that stands for each slot.
     group_of: Vec<Option<u32>>,
 }
 
@@ -79,8 +79,8 @@ struct Group {
 }
 
 impl<'a> StandIns<'a> {
-    /// Of a scene, with the attributes of its meshes by their numbers; meshes beyond the end have none. O(slots), and the square of the
-    /// number of merged groups.
+    /// Prepares stand-ins for a scene, with the attributes of its meshes by their numbers; meshes
+    /// beyond the end have none. O(slots), and the square of the number of merged groups.
     #[must_use]
     pub fn new(
         scene: &'a Scene,
@@ -231,7 +231,7 @@ impl<'a> StandIns<'a> {
     }
 }
 
-/// What a stand-in is made of.
+/// Ingredients of a stand-in.
 #[derive(Default)]
 struct Made {
     pieces: Vec<Piece>,

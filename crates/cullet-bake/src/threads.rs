@@ -45,7 +45,8 @@ pub(crate) fn run<S, T: Send>(
     (all.len() == count).then(|| all.into_iter().map(|(_, result)| result).collect())
 }
 
-/// As [`run`]; `step` is called after each job, by its thread, and says whether to go on. `None` where it once did not.
+/// Runs jobs like [`run`]; `step` is called after each job, by its thread, and says whether to go
+/// on. `None` where it once did not.
 pub(crate) fn run_while<S, T: Send>(
     threads: usize,
     count: usize,

@@ -53,7 +53,7 @@ fn village(rng: &mut Rng) -> Scene {
     scene
 }
 
-/// Of a scene alone: no attributes, nothing kept.
+/// Merges a scene alone: no attributes, nothing kept.
 fn merge(
     scene: &Scene,
     options: &MergeOptions,

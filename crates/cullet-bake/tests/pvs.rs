@@ -67,7 +67,7 @@ fn rooms(seed: u64, size: [u32; 3]) -> CellGraph {
     CellGraph::new(size.iter().product(), portals).unwrap()
 }
 
-/// What must hold of every result.
+/// Checks what must hold for every result.
 fn check(graph: &CellGraph, pvs: &Pvs, lines: u64) {
     let sampled = check_sight_ref(graph, pvs.visible(), lines, 3, 1e-3, 1);
     assert_eq!(sampled.missed, 0, "{:?}", sampled.first);

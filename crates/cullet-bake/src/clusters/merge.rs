@@ -19,9 +19,9 @@ pub(super) trait Estimate {
     type State: Clone;
     /// The count of a cluster that is always culled.
     fn unit(&self) -> i64;
-    /// Of one triangle.
+    /// Returns the state of one triangle.
     fn leaf(&self, triangle: u32) -> Self::State;
-    /// Of two clusters together.
+    /// Returns the state of two clusters together.
     fn join(&self, a: &Self::State, b: &Self::State) -> Self::State;
     /// How often it is culled, of [`unit`](Self::unit).
     fn hits(&self, state: &Self::State) -> i64;
@@ -242,7 +242,7 @@ fn gone<S: Clone>(state: &S) -> Node<S> {
     }
 }
 
-/// Of a box that is not empty.
+/// Returns the diagonal of a box that is not empty.
 pub(super) fn diagonal(b: &Aabb) -> f32 {
     let side = |k: usize| f64::from(b.max[k]) - f64::from(b.min[k]);
     (side(0).powi(2) + side(1).powi(2) + side(2).powi(2)).sqrt() as f32

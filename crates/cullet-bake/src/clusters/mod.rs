@@ -88,8 +88,9 @@ pub fn build(data: &MeshData, options: &ClusterOptions) -> Result<Clustering, Cl
     Ok(build_reported(data, options, |_| ControlFlow::Continue(()))?.0)
 }
 
-/// As [`build`], and says what was made. `progress` is called many times a second; where it breaks off,
-/// what was made so far is completed in the quickest way, and [`Report::complete`] is false.
+/// Builds like [`build`], and reports what was made. `progress` is called many times a second;
+/// where it breaks off, what was made so far is completed in the quickest way, and
+/// [`Report::complete`] is false.
 ///
 /// # Errors
 /// As [`build`].
@@ -164,7 +165,7 @@ fn checked_parts(data: &MeshData) -> Result<Vec<Part>, ClusterError> {
     Ok(vec![Part { triangle_count, two_sided: true, ..Part::default() }])
 }
 
-/// Those triangles of a range that go into clusters.
+/// Returns the triangles of a range that go into clusters.
 fn drawn(data: &MeshData, range: std::ops::Range<u32>) -> Vec<u32> {
     let corners = |t: u32| std::array::from_fn(|k| data.indices[t as usize * 3 + k]);
     range.filter(|&t| data.deformable || !is_degenerate(corners(t), &data.positions)).collect()

@@ -156,7 +156,7 @@ pub enum ClusterError {
     /// An option that counts is out of range.
     #[error("option {what} is {value}; {least} to {most} are allowed")]
     Count {
-        /// Which option.
+        /// Name of the option.
         what: &'static str,
         /// Its value.
         value: u32,
@@ -168,7 +168,7 @@ pub enum ClusterError {
     /// An option that measures is out of range.
     #[error("option {what} is {value}; it must be {allowed}")]
     Value {
-        /// Which option.
+        /// Name of the option.
         what: &'static str,
         /// Its value.
         value: f64,

@@ -24,7 +24,7 @@ pub(super) struct Task<'a> {
 pub(super) struct Made {
     /// The cluster of each triangle.
     pub(super) of: Vec<u32>,
-    /// Of each cluster, whether it is drawn without a test.
+    /// Whether each cluster is drawn without a test.
     pub(super) never: Vec<bool>,
     /// The expected cost, in triangles drawn.
     pub(super) cost: f64,
@@ -174,7 +174,7 @@ impl Task<'_> {
         merge(self.surface, views, &start, self.limits(), costs, |_| true)
     }
 
-    /// Of all triangles, in the units of the mesh.
+    /// Returns the area of all triangles, in the units of the mesh.
     fn area(&self) -> f64 {
         let at = |v: u32| glam::DVec3::from(self.data.positions[v as usize].map(f64::from));
         let corners = self.surface.corners.iter().map(|c| c.map(at));

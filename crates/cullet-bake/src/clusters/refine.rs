@@ -12,7 +12,7 @@ struct Cell<const W: usize> {
     planes: [Bits<W>; 7],
     /// The view points that see none.
     none: Bits<W>,
-    /// Those that see just one.
+    /// View points that see exactly one.
     one: Bits<W>,
     /// How many view points see none.
     hits: i64,

@@ -10,8 +10,8 @@ use crate::sample::fibonacci;
 /// How much of a mesh a clustering culls at a distance, at best.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
-    /// Of all triangles in clusters, the share in clusters whose every triangle faces away: what the
-    /// ideal test culls.
+    /// Share of all triangles in clusters that are in clusters whose every triangle faces away:
+    /// what the ideal test culls.
     pub ideal: f64,
     /// The share of single triangles that face away: no clustering culls more.
     pub exact: f64,
@@ -101,7 +101,7 @@ pub struct Report {
     pub two_sided_triangles: u32,
     /// Vertices of all clusters together, over vertices that are used: 1 is none twice.
     pub vertex_duplication: f64,
-    /// Of the triangles of one-sided parts, the share that the ideal test of clusters culls, over the
+    /// Share of the triangles of one-sided parts that the ideal test of clusters culls, over the
     /// sampled view points.
     pub ideal_share: f64,
     /// The same share of single triangles.

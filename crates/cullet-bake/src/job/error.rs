@@ -20,7 +20,7 @@ pub enum WorkError {
     /// The scene cannot be baked with these settings.
     #[error("{scene}: {error}")]
     Sampled {
-        /// Which scene.
+        /// Name of the scene.
         scene: String,
         /// Why not.
         error: SampledError,
@@ -45,7 +45,7 @@ pub enum WorkError {
         path: PathBuf,
         /// Hash of its content.
         found: u64,
-        /// That of the plan.
+        /// Content of the plan.
         expected: u64,
     },
     /// The same file and settings make other work here.
@@ -57,7 +57,7 @@ pub enum WorkError {
         scene: String,
         /// Key of the work here.
         found: u64,
-        /// That of the plan.
+        /// Work of the plan.
         expected: u64,
     },
     /// Items that the round does not have.
@@ -89,7 +89,7 @@ pub enum WorkError {
         round: u32,
         /// How many items.
         missing: u32,
-        /// Of how many.
+        /// Count of all items.
         count: u32,
     },
     /// Rounds are left.

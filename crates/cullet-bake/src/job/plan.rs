@@ -1,4 +1,4 @@
-//! What is to be done, as a text that any machine understands.
+//! Plan of a job, as a text that any machine understands.
 
 use std::path::Path;
 
@@ -11,13 +11,13 @@ use super::source::content_of;
 /// The version of plans.
 const VERSION: u32 = 1;
 
-/// What is baked.
+/// Product of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Product {
-    /// Which cells of a file see each other.
+    /// Visible sets of the cells of a file.
     Cells,
-    /// What each view cell of a scene sees.
+    /// Visible sets of the view cells of a scene.
     ViewCells,
 }
 
@@ -30,7 +30,7 @@ pub struct Plan {
     pub scene: String,
     /// Hash of the file's content; none for a built-in scene.
     pub content: Option<u64>,
-    /// What is baked.
+    /// Product of the bake.
     pub product: Product,
     /// How.
     pub settings: Settings,
@@ -50,7 +50,7 @@ impl Plan {
         Self { version: VERSION, scene, content, product, settings: settings.clone(), key }
     }
 
-    /// As JSON on one line.
+    /// Returns the plan as JSON on one line.
     #[must_use]
     pub fn to_text(&self) -> String {
         // Numbers, texts and lists alone: nothing in it can fail.

@@ -27,7 +27,7 @@ pub struct Job {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What was made.
+/// Output of a job.
 #[derive(Debug)]
 pub struct Made {
     /// The sets, as `cullet pvs -o` writes them.
@@ -97,7 +97,7 @@ impl Job {
         Ok(Self { asks, state, thread: Some(thread) })
     }
 
-    /// What is baked.
+    /// Returns the product of the bake.
     #[must_use]
     pub fn product(&self) -> Product {
         self.state.product
@@ -145,7 +145,8 @@ impl Job {
         all.filter(|items| !items.is_empty()).collect()
     }
 
-    /// Of units that lie there those that are to be merged: end to end, none over another.
+    /// Selects from the units that lie there those that are to be merged: end to end, without
+    /// overlap.
     #[must_use]
     pub fn tiles(&self, have: &[Range<u32>]) -> Vec<Range<u32>> {
         tile(have.to_vec(), self.item_count()).0

@@ -1,4 +1,4 @@
-//! What is baked, and how, as plans carry it.
+//! Settings of a bake, as plans carry them.
 
 use crate::pvs::{PvsPreset, PvsSettings};
 use crate::sampled::{Granularity, RayTree, Region, SampledError, SampledSettings, ViewCells};
@@ -10,11 +10,12 @@ use serde::{Deserialize, Serialize};
 pub struct Settings {
     /// Seed of the sampled lines. Default: 1.
     pub seed: u64,
-    /// Of a file's cells: only floods through whole portals. Default: no.
+    /// Whether cells of a file are found only by floods through whole portals. Default: no.
     pub fast: bool,
-    /// Of a file's cells: width of a slit that counts as closed, as a share of the diagonal. Default: 1e-6.
+    /// Width of a slit that counts as closed in a file's cells, as a share of the diagonal.
+    /// Default: 1e-6.
     pub tolerance: f64,
-    /// Of view cells of a scene.
+    /// Settings of view cells of a scene.
     pub scene: SceneSettings,
 }
 
@@ -50,7 +51,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Those of the bake of a file's cells.
+    /// Returns the settings of the bake of a file's cells.
     #[must_use]
     pub fn of_cells(&self) -> PvsSettings {
         let preset = if self.fast { PvsPreset::Fast } else { PvsPreset::Full };
@@ -59,7 +60,7 @@ impl Settings {
         settings
     }
 
-    /// Those of the bake of view cells.
+    /// Returns the settings of the bake of view cells.
     #[must_use]
     pub fn sampled(&self) -> SampledSettings {
         let (default, scene) = (SampledSettings::default(), &self.scene);
@@ -110,7 +111,7 @@ impl Settings {
 const CELLS: u32 = 500;
 
 impl SceneSettings {
-    /// What sets tell apart.
+    /// Returns the kind of item that sets tell apart.
     #[must_use]
     pub fn granularity(&self) -> Granularity {
         if self.clusters { Granularity::Cluster } else { Granularity::Instance }

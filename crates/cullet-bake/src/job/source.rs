@@ -1,4 +1,4 @@
-//! What is baked: a portal graph, a map from which one is made, or a scene.
+//! Source of a bake: a portal graph, a map from which one is made, or a scene.
 
 use std::path::Path;
 
@@ -101,7 +101,8 @@ pub fn content_of(text: &str) -> Result<Option<u64>, LoadError> {
     bytes_of(Path::new(text)).map(|bytes| Some(hash(&bytes)))
 }
 
-/// As [`content_of`], with the files that it names as far as they are there: buffers of a glTF, materials of an OBJ. Of a tileset its JSON alone.
+/// Returns the same as [`content_of`], including the files that it names as far as they exist:
+/// buffers of a glTF, materials of an OBJ. Of a tileset its JSON alone.
 ///
 /// # Errors
 /// If it cannot be read.
@@ -128,7 +129,7 @@ fn bytes_of(path: &Path) -> Result<Vec<u8>, LoadError> {
     bytes.map_err(|error| LoadError { path: path.to_owned(), kind: ErrorKind::from(error) })
 }
 
-/// By its first bytes, else by its name.
+/// Tests whether a file is a map, by its first bytes, else by its name.
 fn is_map(path: &Path, bytes: &[u8]) -> bool {
     let quake = 29_i32.to_le_bytes();
     let begins = [&quake[..], b"BSP2", b"IBSP"].iter().any(|head| bytes.starts_with(head));

@@ -8,7 +8,7 @@ use super::error::LevelsError;
 use super::original::Original;
 use super::within::{Within, WithinOptions, check};
 
-/// Which levels a chain has.
+/// Options that decide the levels of a chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ChainOptions<'a> {
@@ -19,7 +19,7 @@ pub struct ChainOptions<'a> {
     pub first: f32,
     /// The bound of the last level before the sheets, in bounding radii. Default 0.25.
     pub last: f32,
-    /// What the bound grows by from level to level; above 1. Default 1.6.
+    /// Factor by which the bound grows from level to level; above 1. Default 1.6.
     pub growth: f32,
     /// How many of the triangles of the level before one may have at the most; others are not kept. Above 0, below 1.
     /// Default 0.7.

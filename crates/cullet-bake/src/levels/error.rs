@@ -21,7 +21,7 @@ pub enum LevelsError {
     /// A slice that must hold so much for each vertex, or for each cluster, does not.
     #[error("{what}: {count} values, not {expected}")]
     Length {
-        /// Of what.
+        /// The array with the wrong length.
         what: &'static str,
         /// How many there are.
         count: usize,
@@ -31,7 +31,7 @@ pub enum LevelsError {
     /// An option out of range.
     #[error("option {what} is {value}; it must be {allowed}")]
     Value {
-        /// Which option.
+        /// Name of the option.
         what: &'static str,
         /// Its value.
         value: f64,
@@ -41,9 +41,9 @@ pub enum LevelsError {
     /// An attribute of a vertex that is NaN or infinite.
     #[error("attribute {attribute} of vertex {vertex} is {value}")]
     Attribute {
-        /// Which vertex.
+        /// The vertex.
         vertex: usize,
-        /// Which attribute of it.
+        /// The attribute of that vertex.
         attribute: usize,
         /// Its value.
         value: f32,
@@ -54,7 +54,7 @@ pub enum LevelsError {
     /// Levels together have more triangles than 32-bit numbers hold.
     #[error("levels of {triangles} triangles may exceed the limit of {limit}; split the mesh")]
     TooMany {
-        /// Of the base mesh.
+        /// Triangles of the base mesh.
         triangles: usize,
         /// The most that are allowed.
         limit: usize,

@@ -21,7 +21,7 @@ pub(super) struct Pending {
     pub(super) carried: Carried,
     /// Around all that it stands for.
     pub(super) ball: Ball,
-    /// Of the group that it was made from.
+    /// Error of the group that it was made from.
     pub(super) error: f32,
     /// How often no group could simplify it.
     pub(super) stuck: u8,
@@ -38,7 +38,7 @@ pub(super) struct Surface<'a> {
     pub(super) original: &'a SurfaceTree,
 }
 
-/// What is the same for all groups of a level.
+/// Data that is the same for all groups of a level.
 pub(super) struct Level<'a> {
     pub(super) surface: &'a Surface<'a>,
     pub(super) options: &'a HierarchyOptions,
@@ -47,7 +47,7 @@ pub(super) struct Level<'a> {
     pub(super) seed: u64,
 }
 
-/// What became of a group.
+/// Result of simplifying a group.
 #[derive(Debug, Default)]
 pub(super) struct Made {
     /// Around what it stands for.
@@ -174,8 +174,8 @@ pub(super) fn make(
     Ok(Made { ball: Some(ball), error: measured.error, clusters })
 }
 
-/// What an attempt is worth: the share of triangles that it saves, over all octaves of distances from which it is drawn, up to
-/// where the whole group is as small as its error may be.
+/// Returns what an attempt is worth: the share of triangles that it saves, over all octaves of
+/// distances from which it is drawn, up to where the whole group is as small as its error may be.
 fn worth(left: f64, error: f32, radius: f32) -> f64 {
     let octaves = (f64::from(radius) / f64::from(error).max(f64::from(f32::MIN_POSITIVE))).log2();
     (1.0 - left) * octaves.clamp(1e-3, 100.0)

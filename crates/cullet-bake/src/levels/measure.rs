@@ -15,7 +15,7 @@ pub(super) struct Carried {
     pub(super) counts: Vec<u32>,
 }
 
-/// What is measured.
+/// Input of a measurement.
 pub(super) struct Task<'a> {
     /// Positions that both index lists refer to.
     pub(super) positions: &'a [[f32; 3]],
@@ -38,7 +38,7 @@ pub(super) struct Task<'a> {
     pub(super) seed: u64,
 }
 
-/// What was found.
+/// Result of a measurement.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Measured {
     pub(super) error: f32,

@@ -33,7 +33,7 @@ pub(super) struct PartSurface {
     weights: Vec<f32>,
     /// For each vertex the first at its position.
     position: Vec<u32>,
-    /// By the first vertex at a position: whether other parts have it.
+    /// Whether other parts share a position, by the first vertex at it.
     shared: Vec<bool>,
 }
 
@@ -194,7 +194,7 @@ struct Run<'a> {
     /// Clusters that are to be simplified, in the order in which they were made.
     pool: Vec<Pending>,
     levels: PartLevels,
-    /// By the first vertex at a position: whether it stays for good.
+    /// Whether a position stays for good, by the first vertex at it.
     fixed: Vec<bool>,
     /// Whether the last level had fewer triangles.
     gained: bool,
@@ -271,7 +271,8 @@ impl<'a> Run<'a> {
         partition(self.surface.positions, &indices, &counts, size)
     }
 
-    /// By the first vertex at a position: whether it stays, for good or because groups share it.
+    /// Returns whether a position stays, for good or because groups share it, by the first vertex
+    /// at it.
     fn locked(&self, groups: &[u32]) -> Vec<bool> {
         let mut locked = self.fixed.clone();
         let mut of = vec![u32::MAX; locked.len()];

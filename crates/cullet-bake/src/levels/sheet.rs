@@ -22,12 +22,13 @@ const DIRECTIONS: [[f32; 3]; 7] = [
     [1.0, -1.0, -1.0],
 ];
 
-/// By how many points of a part its sheets are compared.
+/// Number of points of a part by which its sheets are compared.
 const COMPARED: usize = 96;
 
 impl Original {
-    /// Of each part a sheet of one triangle, or of up to two, and how far all of it was measured to be off; nothing where it
-    /// has no triangles. One-sided parts have the sheet twice, once for each side.
+    /// Returns a sheet of one triangle, or of up to two, for each part, and the measured error of
+    /// the whole sheet; nothing for a part without triangles. One-sided parts have the sheet twice,
+    /// once for each side.
     ///
     /// The sheet is the best of those between some 14 corners of the part, by the farthest of a hundred points; its error is
     /// the largest distance of all points, those among them that confirm other levels.

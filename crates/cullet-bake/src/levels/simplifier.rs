@@ -32,7 +32,8 @@ impl Default for Target {
 pub struct Attributes<'a> {
     /// So many values a vertex as there are weights, vertex by vertex; finite.
     pub values: &'a [f32],
-    /// What a difference of 1 counts, in units of the mesh's extent; at least 0, at most 32 of them.
+    /// Weight of a difference of 1 in each attribute, in units of the mesh's extent; at least 0, at
+    /// most 32 of them.
     pub weights: &'a [f32],
 }
 

@@ -8,9 +8,9 @@ use super::simplifier::Attributes;
 /// but −0 is 0 as a coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Welded {
-    /// What decides which triangles meet.
+    /// Position number of each vertex; it decides which triangles meet.
     pub(super) position: Vec<u32>,
-    /// What triangles name: of two vertices with different attributes each stays.
+    /// Vertex that triangles name: of two vertices with different attributes each stays.
     pub(super) vertex: Vec<u32>,
 }
 

@@ -183,7 +183,7 @@ fn level_at(made: &Option<Made>, bound: f64) -> Option<([f64; 3], &Surface)> {
     within.map(|(surface, _)| (made.origin, surface))
 }
 
-/// What is drawn of a node within a bound, as one surface.
+/// Returns what is drawn of a node within a bound, as one surface.
 fn input_at(
     (scene, attributes): (&Scene, &[MeshAttributes<'_>]),
     nodes: &[Node],

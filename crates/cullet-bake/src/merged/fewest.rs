@@ -14,14 +14,15 @@ const ROUNDS: u32 = 6;
 /// The most points of a surface that are measured.
 const MOST_POINTS: usize = 1_000_000;
 
-/// What levels of a group are measured against.
+/// Reference that levels of a group are measured against.
 pub(super) struct Measure {
     tree: SurfaceTree,
     points: Vec<[f32; 3]>,
 }
 
 impl Measure {
-    /// Of all instances of a group: by their vertices, and as many points of their surface twice over.
+    /// Measures against all instances of a group: by their vertices, and twice as many points of
+    /// their surface.
     pub(super) fn new(original: &Surface) -> Self {
         let Surface { positions, indices, .. } = original;
         let count = (indices.len() / 3 * MEASURED.points as usize).clamp(10_000, MOST_POINTS);

@@ -45,7 +45,7 @@ impl<'a> Kept<'a> {
         Some(Self { keep, keys: keys(scene, input, options, nodes) })
     }
 
-    /// What was kept of a node: its levels, or that it has none.
+    /// Returns what was kept of a node: its levels, or that it has none.
     pub(super) fn read(&self, node: usize) -> Option<Option<Made>> {
         from_bytes(&self.keep.read(self.keys[node])?)
     }
@@ -83,7 +83,7 @@ fn keys(scene: &Scene, input: &MergeInput<'_>, options: &MergeOptions, nodes: &[
     keys
 }
 
-/// Of a mesh, its levels and its attributes.
+/// Returns the sum of a mesh, its levels and its attributes.
 fn sum_of(scene: &Scene, input: &MergeInput<'_>, mesh: MeshId) -> u64 {
     let mut sum = Sum::new(1);
     add_mesh(&scene.meshes()[mesh as usize], &mut sum);
@@ -134,7 +134,7 @@ fn part_of([first_triangle, triangle_count, material, kind]: [u32; 4]) -> Option
     Some(Part { first_triangle, triangle_count, material, two_sided: kind % 2 == 1, alpha })
 }
 
-/// As [`MergeOptions::levels`] allows.
+/// Most levels that [`MergeOptions::levels`] allows.
 const MOST_LEVELS: usize = 16;
 
 /// The name of a chunk of a level.
@@ -170,7 +170,7 @@ fn to_bytes(made: Option<&Made>) -> Vec<u8> {
     write_chunks(&chunks)
 }
 
-/// Of such bytes; `None` where they are damaged, or contradict themselves.
+/// Reads levels from such bytes; `None` where they are damaged, or contradict themselves.
 fn from_bytes(bytes: &[u8]) -> Option<Option<Made>> {
     let file = Container::open(bytes).ok()?;
     let head = file.chunk(*b"HEAD").ok()?;

@@ -32,11 +32,11 @@ pub struct MergedGroup {
     pub colors: Vec<[f32; 4]>,
     /// Where the mesh's origin is in the world.
     pub origin: [f64; 3],
-    /// What it stands for.
+    /// Members that it stands for.
     pub members: Vec<Member>,
 }
 
-/// What a group stands for.
+/// Member that a group stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Member {
     /// The instance of a slot of the scene.
@@ -61,7 +61,7 @@ pub struct PointsMeasured {
 pub const MEASURED: PointsMeasured =
     PointsMeasured { points: 2, reverse_points: 4, seed: 0x6d65_7267_6564 };
 
-/// What groups are made.
+/// Options that decide which groups are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MergeOptions {
@@ -98,7 +98,7 @@ impl Default for MergeOptions {
     }
 }
 
-/// What merging is given beside the scene.
+/// Input of merging beside the scene.
 #[derive(Clone, Copy, Default)]
 pub struct MergeInput<'a> {
     /// Attributes of the scene's meshes, by their numbers; meshes beyond the end have none.

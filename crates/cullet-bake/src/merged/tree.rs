@@ -1,4 +1,4 @@
-//! Which instances are grouped, and how.
+//! Choice of the instances that are grouped, and how.
 
 use std::collections::BTreeMap;
 

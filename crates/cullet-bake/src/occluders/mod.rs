@@ -169,7 +169,7 @@ pub struct OccluderReport {
     pub no_polygons: Option<NoOccluders>,
     /// Closed shells that can be proved to seal a space.
     pub shells: u32,
-    /// Of these, how many were skipped to bound the time.
+    /// Number of these shells that were skipped to bound the time.
     pub skipped_shells: u32,
     /// Triangles left out because they are blended or alpha-masked.
     pub transparent_triangles: u32,

@@ -150,7 +150,7 @@ pub(super) fn normal([a, b, c]: &[DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Which triangles meet at each edge, and how they run along it.
+/// Triangles that meet at each edge, and how they run along it.
 #[derive(Debug)]
 pub(super) struct Edges {
     pub(super) of_triangle: Vec<[u32; 3]>,
@@ -189,8 +189,8 @@ impl Edges {
         &self.list[self.first[e] as usize..self.first[e + 1] as usize]
     }
 
-    /// Which triangles are left once all with a free edge are taken away, again and again: fins and open
-    /// sheets go, what closes off a space stays.
+    /// Returns which triangles are left once all with a free edge are taken away, again and again:
+    /// fins and open sheets go, shells that enclose a space stay.
     fn without_open(&self, triangles: usize) -> Vec<bool> {
         let mut live = vec![true; triangles];
         let mut count: Vec<u32> = self.first.windows(2).map(|w| w[1] - w[0]).collect();

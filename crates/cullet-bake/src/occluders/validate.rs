@@ -14,27 +14,27 @@ use crate::sample::fibonacci;
 pub enum Escape {
     /// A ray from a box to infinity crosses nothing that is drawn from outside.
     Box {
-        /// Which box.
+        /// Number of the box.
         index: u32,
         /// From where.
         point: [f64; 3],
-        /// Which way.
+        /// Direction of the line.
         direction: [f64; 3],
     },
     /// A point of a polygon is off the surface.
     OccluderPolygon {
-        /// Which polygon.
+        /// Number of the polygon.
         index: u32,
-        /// Which point.
+        /// The point.
         point: [f64; 3],
         /// How far off, in units of the mesh.
         distance: f64,
     },
     /// A triangle is none of the mesh's, or blocks from a side from which that is not drawn.
     Triangle {
-        /// Which sheet; those for near eyes are counted after the others.
+        /// Number of the sheet; sheets for near eyes are counted after the others.
         sheet: u32,
-        /// Which of its triangles.
+        /// Number of the triangle in the sheet.
         index: u32,
         /// Its corners.
         corners: [[f32; 3]; 3],

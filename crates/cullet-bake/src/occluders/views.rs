@@ -79,7 +79,7 @@ fn box_triangles(b: &Aabb) -> impl Iterator<Item = [DVec3; 3]> {
         .map(move |t| t.map(|v| corners[v]))
 }
 
-/// Which points of a plane are covered, seen along a direction.
+/// Covered points of a plane, seen along a direction.
 #[derive(Clone, Debug)]
 struct Mask {
     right: DVec3,

@@ -28,7 +28,7 @@ const LEAST_CELLS: usize = 16;
 /// Rounds of the second side: few pairs are left.
 const SECOND_ROUNDS: usize = 2;
 
-/// What the cells of a round do.
+/// Work of the cells of a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Task {
     /// Lines through their own portals.
@@ -55,7 +55,7 @@ pub struct Bake {
     /// Where each cell is in that order.
     place: Vec<u32>,
     rounds: Vec<(Task, Range<u32>)>,
-    /// What the cells of each round are expected to cost, and what those of all rounds before.
+    /// Expected costs of the cells of each round, and of the cells of all rounds before.
     costs: Vec<Vec<f64>>,
     before: Vec<f64>,
     round: u32,
@@ -197,8 +197,9 @@ impl Rounds for Bake {
         self.costs.get(self.round as usize).cloned().unwrap_or_default()
     }
 
-    /// With a fifth of the time over, it says between 0.4 and 2.1 times what is left, on the five maps of `data/portals`
-    /// that take longest. Counting cells alone it said between a tenth and a hundredth, on four of them.
+    /// Estimates the share of the work that is done. After a fifth of the time, it says between 0.4
+    /// and 2.1 times what is left, on the five maps of `data/portals` that take longest. Counting
+    /// cells alone it said between a tenth and a hundredth, on four of them.
     fn share(&self, cost: f64) -> f64 {
         let all: f64 = self.costs.iter().flatten().sum();
         let before = self.before.get(self.round as usize).copied().unwrap_or(all);
@@ -243,8 +244,9 @@ impl Rounds for Bake {
     }
 }
 
-/// What a cell is expected to cost, at a place of the order of so many, that may see so many others. Cells that see much take nearly
-/// all of the time, and come last; the very last find most of their pairs decided. Fitted to the five maps of `data/portals` that take longest.
+/// Returns the expected cost of the cell at `place` in an order of `count`, that may see `seen`
+/// others. Cells that see much take nearly all of the time, and come last; the very last find most
+/// of their pairs decided. Fitted to the five maps of `data/portals` that take longest.
 fn expected(task: Task, place: u32, seen: u64, count: u32) -> f64 {
     let seen = seen as f64;
     let cost = seen.powf(2.5) * (1.0 - f64::from(place) / f64::from(count)).sqrt();

@@ -51,7 +51,7 @@ pub(super) struct Shaft {
 }
 
 impl Shaft {
-    /// As many of the planes as fit.
+    /// Keeps as many of the planes as fit.
     pub(super) fn new(planes: &HalfSpaces) -> Self {
         // A plane that everything is ahead of.
         let none = Four { normals: [Vec4::ZERO; 3], sizes: [Vec4::ZERO; 3], d: Vec4::MIN };
@@ -97,7 +97,7 @@ impl FloodScratch {
     }
 }
 
-/// What a flood through a shaft goes by.
+/// Input of a flood through a shaft.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FloodInput<'a> {
     pub(super) openings: &'a Openings,
@@ -108,7 +108,8 @@ pub(super) struct FloodInput<'a> {
     pub(super) shaft: &'a Shaft,
 }
 
-/// Which of `wanted` can be reached from a cell through a shaft, written to `reached`; whether any.
+/// Writes to `reached` those of `wanted` that can be reached from a cell through a shaft, and
+/// returns whether there are any.
 pub(super) fn flood(
     input: &FloodInput<'_>,
     from: u32,

@@ -44,7 +44,7 @@ pub(super) struct Flow<'a> {
     line: Vec<u32>,
     /// Cells of the chain, this one first.
     chain: Vec<u32>,
-    /// What is left of the portals of the chain between its first and what it reached.
+    /// Remainders of the portals of the chain between its first and what it reached.
     passes: Vec<Polygon>,
     /// Halves that a search has still to look at.
     split: Vec<[Polygon; 2]>,

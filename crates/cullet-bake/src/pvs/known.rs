@@ -1,4 +1,4 @@
-//! What is known of which cells see each other, before and between rounds.
+//! Knowledge of which cells see each other, before and between rounds.
 
 use super::flood::candidates;
 use super::lines::prove;
@@ -7,19 +7,19 @@ use super::unit::UnitResult;
 use crate::rows::{BitRows, clear, count, has, ones, set};
 use crate::threads;
 
-/// What is known when a round begins; nobody changes it meanwhile.
+/// Knowledge at the start of a round, constant during it.
 #[derive(Clone, Debug)]
 pub(super) struct Known {
-    /// Of each opening the cells that may be seen through it.
+    /// Cells that may be seen through each opening.
     pub(super) might: BitRows,
-    /// Of each cell those that it may see.
+    /// Cells that each cell may see.
     pub(super) possible: BitRows,
-    /// Of each cell those that a line proves visible.
+    /// Cells that a line proves visible from each cell.
     pub(super) visible: BitRows,
 }
 
 impl Known {
-    /// What floods through whole portals leave possible.
+    /// Returns what floods through whole portals leave possible.
     pub(super) fn new(openings: &Openings, threads: usize) -> Self {
         let cells = openings.cells();
         let mut known = Self {

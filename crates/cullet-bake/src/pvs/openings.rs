@@ -15,7 +15,7 @@ pub(super) struct Opening {
     pub(super) to: u32,
     /// The same portal in the other direction.
     pub(super) reverse: u32,
-    /// Which portal it is, and whether it is passed from the first of its cells to the second.
+    /// Number of its portal, and whether that is passed from the first of its cells to the second.
     pub(super) portal: u32,
     pub(super) forward: bool,
     /// Unit normal in the direction of passing; points ahead have n·x > d.
@@ -25,13 +25,13 @@ pub(super) struct Opening {
     edges: u32,
 }
 
-/// What floods read of an opening, half a line of the cache: where it leads, and a box around it, in f32 about the middle of
-/// the graph and wide enough for what was rounded.
+/// Part of an opening that floods read, half a cache line: where it leads, and a box around it, in
+/// f32 about the middle of the graph and wide enough for the rounding.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Bounds {
     pub(super) centre: Vec3,
     pub(super) half: Vec3,
-    /// As in [`Opening`].
+    /// Cell that it leads to, as in [`Opening`].
     pub(super) to: u32,
     pub(super) reverse: u32,
 }
@@ -225,5 +225,5 @@ impl Openings {
     }
 }
 
-/// What a distance in f32 may be wrong by, as a share of the diagonal: some ten roundings of 2⁻²⁴ each.
+/// Error bound of a distance in f32, as a share of the diagonal: some ten roundings of 2⁻²⁴ each.
 const ROUNDING: f64 = 6e-7;

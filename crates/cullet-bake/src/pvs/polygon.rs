@@ -79,7 +79,8 @@ impl Polygon {
         &self.corners[..self.len]
     }
 
-    /// What is left of it in a half-space. False, and undefined, where it reaches into it by no more than the tolerance.
+    /// Clips the polygon to a half-space. False, and undefined, where it reaches into it by no more
+    /// than the tolerance.
     #[inline]
     pub(super) fn clip(&mut self, normal: DVec3, d: f64, tolerance: f64) -> bool {
         let mut distances = [0.0; MOST];
@@ -121,7 +122,7 @@ impl Polygon {
         (self.len, self.corners) = (len, out);
     }
 
-    /// What is left of it in all of the half-spaces, as [`Self::clip`].
+    /// Clips the polygon to all of the half-spaces, as [`Self::clip`] does.
     #[inline]
     pub(super) fn clip_all(&mut self, planes: &HalfSpaces, tolerance: f64) -> bool {
         planes.all().iter().all(|p| self.clip(p.normal, p.d, tolerance))

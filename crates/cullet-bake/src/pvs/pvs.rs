@@ -34,7 +34,7 @@ pub enum PairState {
     Undecided,
 }
 
-/// Which cells see each other.
+/// Visible sets of cells.
 ///
 /// Conservative: whatever is not proven hidden is in the sets. [`Self::undecided`] is how much they may be too large by.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,13 +114,13 @@ impl Pvs {
         self.visible.count() - u64::from(self.cell_count())
     }
 
-    /// Those of them that a line proves.
+    /// Returns the number of visible pairs that a line proves.
     #[must_use]
     pub fn proven_pairs(&self) -> u64 {
         self.proven.count() - u64::from(self.cell_count())
     }
 
-    /// Those of them that are only kept.
+    /// Returns the number of visible pairs that are kept without proof.
     #[must_use]
     pub fn undecided(&self) -> u64 {
         self.visible_pairs() - self.proven_pairs()
@@ -151,7 +151,8 @@ impl Pvs {
         self.visible.to_exchange()
     }
 
-    /// What the witnesses prove when they are followed once more; equal to [`Self::proven`].
+    /// Returns what the witnesses prove when they are followed once more; equal to
+    /// [`Self::proven`].
     ///
     /// # Errors
     /// If the graph is not the one that was baked.

@@ -48,13 +48,13 @@ impl Default for PvsSettings {
 }
 
 impl PvsSettings {
-    /// With another seed.
+    /// Returns a copy with `seed`.
     #[must_use]
     pub fn with_seed(self, seed: u64) -> Self {
         Self { seed, ..self }
     }
 
-    /// With another preset.
+    /// Returns a copy with `preset`.
     #[must_use]
     pub fn with_preset(self, preset: PvsPreset) -> Self {
         Self { preset, ..self }

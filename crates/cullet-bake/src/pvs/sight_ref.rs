@@ -20,7 +20,7 @@ pub struct MissedSight {
     pub direction: [f64; 3],
 }
 
-/// What the lines of an oracle found.
+/// Findings of an oracle's lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SightCheck {
     /// How many lines were sampled.

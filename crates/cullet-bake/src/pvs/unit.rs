@@ -1,11 +1,12 @@
-//! What some cells found, as a value and as the bytes of a file.
+//! Findings of some cells, as a value and as the bytes of a file.
 
 use glam::DVec3;
 
 use super::lines::{Found, Line};
 use cullet_io::baked::hash;
 
-/// What some cells of a round of a [`Bake`](super::Bake) found: a pure function of graph, settings, round and cells.
+/// Findings of some cells of a round of a [`Bake`](super::Bake): a pure function of graph,
+/// settings, round and cells.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct UnitResult {
     /// Pairs of cells that are hidden from each other.

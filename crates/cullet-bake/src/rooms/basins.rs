@@ -6,14 +6,15 @@
 use super::options::{FindOptions, RoomsError};
 use super::voxels::{FREE, Grid};
 
-/// Of no basin.
+/// Label of a voxel in no basin.
 pub(super) const NONE: u32 = u32::MAX;
 /// Distances are kept in parts of a voxel.
 const PARTS: f32 = 16.0;
 
 /// Basins by voxel.
 pub(super) struct Basins {
-    /// Of each voxel; [`NONE`] of what is not free, and of small pockets. The first is around the scene.
+    /// Basin of each voxel; [`NONE`] for voxels that are not free, and for small pockets. The first
+    /// is around the scene.
     pub(super) labels: Vec<u32>,
     pub(super) count: u32,
 }
@@ -119,7 +120,7 @@ impl Basins {
     }
 }
 
-/// What a flood needs to know.
+/// Input of a flood.
 struct Flood<'a> {
     strides: [usize; 3],
     distances: &'a [u16],

@@ -11,7 +11,7 @@ use super::voxels::{FREE, Grid, SOLID, TOUCHED, Voxels, thickness, walls};
 use super::{regions, shapes};
 use crate::sampled::{Body, RayTree, RayTreeOptions};
 
-/// Of the surface of all walls, so much is of those that may be thinner than two voxels.
+/// Share of the surface of all walls that may belong to walls thinner than two voxels.
 const THIN: f64 = 0.05;
 /// Steps of the work.
 const STEPS: u32 = 5;

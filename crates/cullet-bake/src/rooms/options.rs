@@ -52,7 +52,7 @@ impl Default for FindOptions {
 pub struct FindStep {
     /// Steps that are done.
     pub done: u32,
-    /// Of so many.
+    /// Count of all steps.
     pub of: u32,
 }
 
@@ -98,7 +98,7 @@ pub enum RoomsError {
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What it may be.
+        /// Allowed range.
         range: &'static str,
     },
     /// Too many voxels.

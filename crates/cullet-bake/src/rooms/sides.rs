@@ -18,9 +18,9 @@ const MOST_LINES: usize = 20;
 /// Touched voxels of a job.
 const BLOCK: usize = 4096;
 
-/// Which sides are closed.
+/// Closed sides of voxels.
 pub(super) struct Sides {
-    /// By touched voxel, one bit for its high side along each axis.
+    /// Sides of each touched voxel, one bit for its high side along each axis.
     closed: Vec<u8>,
     /// Sides between two touched voxels, and how many are closed.
     pub(super) counts: [u64; 2],

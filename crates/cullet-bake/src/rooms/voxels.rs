@@ -94,7 +94,7 @@ impl Grid {
         })
     }
 
-    /// What rounding may move corners and borders by.
+    /// Returns the distance by which rounding may move corners and borders.
     pub(super) fn slack(&self) -> f64 {
         let far = (0..3).map(|a| self.low[a].abs().max(self.coordinate(a, self.counts[a]).abs()));
         self.size * 1e-3 + far.fold(0.0, f64::max) * 1e-12
@@ -105,7 +105,7 @@ impl Grid {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WallTriangle {
     pub(super) corners: [DVec3; 3],
-    /// Which wall.
+    /// Number of the wall.
     pub(super) wall: u32,
 }
 
@@ -169,7 +169,7 @@ pub(super) fn thickness(tree: &RayTree<'_>, body: &Body) -> [f64; 2] {
     [2.0 * f64::abs(volume) / area.max(1e-300), area]
 }
 
-/// What a job finds of a wall.
+/// Findings of a job about a wall.
 struct Filled {
     triangles: Vec<[DVec3; 3]>,
     /// Voxels, and which triangle touches each.
@@ -181,7 +181,8 @@ struct Filled {
 }
 
 impl<'a> Voxels<'a> {
-    /// Of walls that are at least four voxels wide along two axes: what is smaller closes nothing.
+    /// Fills voxels with walls that are at least four voxels wide along two axes: smaller ones
+    /// close nothing.
     pub(super) fn new(
         tree: &'a RayTree<'_>,
         walls: Vec<&'a Body>,

@@ -40,9 +40,9 @@ pub struct SampledBake<'a> {
     sweeps: Vec<Sweep>,
     waiting: Waiting,
     rays: u64,
-    /// What a line around which is looked took in the last round.
+    /// Rays that a line around which is looked took in the last round.
     rays_around: u64,
-    /// What a sweep took in the last round that had some.
+    /// Rays that a sweep took in the last round that had some.
     rays_swept: u64,
     /// The items of the round that is next; none once the settings are met.
     planned: Vec<Work>,
@@ -76,7 +76,7 @@ impl Looks {
     }
 }
 
-/// What some items of a round of a [`SampledBake`] found.
+/// Findings of some items of a round of a [`SampledBake`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SampledPart(Vec<Findings>);
 
@@ -256,8 +256,8 @@ impl<'a> SampledBake<'a> {
 impl Rounds for SampledBake<'_> {
     type Part = SampledPart;
 
-    /// Of scene, granularity, cells, seed and version. Not of the budget: who gives a larger one goes on from the units that
-    /// are there.
+    /// Hashes scene, granularity, cells, seed and version. The budget is left out: a bake with a
+    /// larger one continues from the units that are there.
     fn key(&self) -> u64 {
         let mut bytes = VERSION.to_le_bytes().to_vec();
         bytes.extend(scene_hash(self.tree.scene).to_le_bytes());

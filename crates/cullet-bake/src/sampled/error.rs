@@ -27,7 +27,7 @@ pub enum SampledError {
         "region {region} from {low:?} to {high:?} is no box: each low end must be a number below the high end"
     )]
     Region {
-        /// Which region, from 0.
+        /// Number of the region, from 0.
         region: usize,
         /// Its low ends.
         low: [f64; 3],

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::cells::{Stay, ViewCells};
 use super::tree::{Passed, RayTree};
 
-/// What an eye in a cell sees along a line.
+/// Target that an eye in a cell sees along a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sighting {
     pub(super) cell: u32,
@@ -16,7 +16,7 @@ pub(super) struct Sighting {
     pub(super) eye: DVec3,
 }
 
-/// What lines need again and again.
+/// Buffers that lines use again and again.
 #[derive(Debug, Default)]
 pub(super) struct Tracer {
     ahead: Vec<Passed>,
@@ -26,7 +26,7 @@ pub(super) struct Tracer {
     passed: Vec<(f64, u32, [bool; 2])>,
 }
 
-/// What is found along a line.
+/// Receiver of what is found along a line.
 pub(super) trait Finder {
     /// An eye in a cell looked along the line once, whether it saw anything or not.
     fn look(&mut self, cell: u32);

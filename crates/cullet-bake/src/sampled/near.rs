@@ -1,4 +1,4 @@
-//! Which targets stand near each other: what is seen from somewhere is most often next to something else that is.
+//! Targets that stand near each other: next to a visible target there is most often another one.
 
 use glam::DVec3;
 
@@ -10,7 +10,7 @@ const NEIGHBOURS: usize = 8;
 /// Targets in a leaf of the search.
 const LEAF: usize = 8;
 
-/// Of each target those whose middles are nearest to its own.
+/// Nearest targets of each target, by their middles.
 #[derive(Debug)]
 pub(super) struct NearTargets {
     /// [`NEIGHBOURS`] for each target, the nearest first; itself where there are no more.
@@ -21,7 +21,8 @@ pub(super) struct NearTargets {
 }
 
 impl NearTargets {
-    /// Of all targets that take part. O(n log n) for places that are spread out; of many at one place any are taken.
+    /// Finds the neighbours of all targets that take part. O(n log n) for places that are spread
+    /// out; of many at one place any are taken.
     pub(super) fn new(tree: &RayTree<'_>) -> Self {
         let count = tree.targets().count();
         let mut near: Vec<[u32; NEIGHBOURS]> = (0..count).map(|t| [t; NEIGHBOURS]).collect();
@@ -39,14 +40,15 @@ impl NearTargets {
         Self { near, places, cuts }
     }
 
-    /// Those whose middles are nearest to a point, the nearest first, with the squares of their distances. O(log n).
+    /// Returns the targets whose middles are nearest to a point, the nearest first, with the
+    /// squares of their distances. O(log n).
     pub(super) fn at(&self, place: DVec3) -> Vec<(f64, u32)> {
         let mut nearest = Nearest { of: None, place, found: Vec::with_capacity(NEIGHBOURS + 1) };
         nearest.search(&self.places, &self.cuts, 0);
         nearest.found
     }
 
-    /// Those near a target, the nearest first.
+    /// Returns the targets near a target, the nearest first.
     pub(super) fn of(&self, target: u32) -> impl Iterator<Item = u32> + '_ {
         self.near[target as usize].iter().copied().filter(move |&other| other != target)
     }

@@ -8,7 +8,7 @@ use crate::rows::{BitRows, ones};
 use crate::threads;
 use cullet_draw::Random;
 
-/// What pictures from random places say of sets.
+/// Check of sets by pictures from random places.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PictureCheck {
     /// Places from where a picture was made all around.
@@ -19,7 +19,7 @@ pub struct PictureCheck {
     pub wrong_pixels: u64,
     /// Different targets in the pictures, summed over the pictures.
     pub seen: u64,
-    /// Those of them that the cell's set lacks.
+    /// Pixels among them that show what the cell's set lacks.
     pub missing: u64,
     /// The picture with most wrong pixels: its cell, the eye, and how many are wrong.
     pub worst: Option<WorstPose>,

@@ -10,7 +10,8 @@ pub(super) const FOLLOWED: usize = 64;
 /// Rays that following one up takes, about; and those of a sweep of a cell that was never swept.
 const RAYS_FOLLOWED: u64 = 14;
 pub(super) const RAYS_SWEPT: u64 = 256;
-/// Those of a line around which is looked, where nothing is known: of itself, and to all that stands beside what it meets.
+/// Rays of a line around which is looked, where nothing is known: its own, and one to each target
+/// beside what it meets.
 pub(super) const RAYS_AROUND: u64 = 9;
 
 /// Rays of a round: so many at least, and this part of all before. Rounds know nothing of what is found meanwhile, so that
@@ -18,14 +19,15 @@ pub(super) const RAYS_AROUND: u64 = 9;
 const LEAST: u64 = 100_000;
 const GROWTH: u64 = 16;
 
-/// Of the rays of a round, in hundredths: those of lines without an aim, of lines to targets by lot, and of lines around
-/// what is met, at least; and those that follow up, at most. Sweeps get what is left.
+/// Shares of the rays of a round, in hundredths: at least these for lines without an aim, for lines
+/// to targets by lot, and for lines around what is met; at most this for those that follow up.
+/// Sweeps get what is left.
 const FREE: u64 = 8;
 const AIMED: u64 = 2;
 const AROUND: u64 = 55;
 const FOLLOWING: u64 = 20;
 
-/// What sweeps of a cell came to.
+/// Results of the sweeps of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sweep {
     /// How many there were.
@@ -41,12 +43,13 @@ impl Sweep {
         *self = Self { times: self.times + 1, rays, found };
     }
 
-    /// What the next is expected to cost.
+    /// Returns the expected cost of the next sweep.
     fn cost(&self) -> u64 {
         if self.times == 0 { RAYS_SWEPT } else { self.rays.max(1) }
     }
 
-    /// What it is expected to find, by ray: those that were never swept first.
+    /// Returns the expected yield of the next sweep per ray; cells that were never swept come
+    /// first.
     fn score(&self) -> f64 {
         match (self.times, self.rays) {
             (0, _) => f64::INFINITY,
@@ -85,7 +88,8 @@ impl Work {
     }
 }
 
-/// What was found and waits to be followed up: what matters more before what matters less, by the halves of its weight.
+/// Discoveries that wait to be followed up: those that matter more come first, by the halves of
+/// their weight.
 #[derive(Debug)]
 pub(super) struct Waiting {
     classes: [VecDeque<Discovery>; 16],

@@ -13,7 +13,7 @@ use cullet_io::baked::{hash, scene_hash};
 /// First bytes of [`ScenePvs::rows_bytes`].
 const MAGIC: &[u8; 8] = b"PVSROWS2";
 
-/// What can be seen from each view cell of a scene, as far as sampled lines found it.
+/// Targets that can be seen from each view cell of a scene, as far as sampled lines found them.
 ///
 /// Not conservative: what no line found is missing, unless a setting kept it. How much that is stands in
 /// [`missing`](Self::missing), and [`check_pictures`](super::check_pictures) measures it by other means.
@@ -23,18 +23,20 @@ pub struct ScenePvs {
     pub cells: Vec<Region>,
     /// A row of bits for each cell, a bit for each [target](Self::targets).
     pub visible: BitRows,
-    /// What the bits stand for.
+    /// Targets that the bits stand for.
     pub targets: Targets,
-    /// Of each cell, the share of looks from random points of it, in random directions, that is estimated to end on
-    /// something that its row lacks. By Good and Turing: the share of lines without an aim that hit what no other line
-    /// found before or since. Before what the settings keep besides; an estimate, not a bound. 1 where no line passed.
+    /// Estimated share, for each cell, of looks from random points of it, in random directions,
+    /// that end on something that its row lacks. By Good and Turing: the share of lines without an
+    /// aim that hit what no other line found before or since. Before what the settings keep
+    /// besides; an estimate, not a bound. 1 where no line passed.
     pub missing: Vec<f32>,
     /// Cells within something solid, as far as lines tell: whichever way one looks from them, the first that is met are backs
     /// of triangles. Their rows hold what would be seen, which need be of no use.
     pub buried: Vec<u32>,
     /// Rays that were traced.
     pub rays: u64,
-    /// As [`visible`](Self::visible), without what the settings kept besides: each bit is a line that was found.
+    /// Sets like [`visible`](Self::visible), without what the settings kept besides: each bit is a
+    /// line that was found.
     pub found: BitRows,
     /// Hash of the geometry and places that it was baked for; see [`scene_hash`].
     pub scene_hash: u64,
@@ -144,7 +146,7 @@ fn joined(cells: &ViewCells, radius: f64, visible: &BitRows) -> BitRows {
 }
 
 impl Granularity {
-    /// What the bits stand for, in words.
+    /// Returns the name of the items that the bits stand for.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -36,31 +36,31 @@ impl Default for SampledSettings {
 }
 
 impl SampledSettings {
-    /// With another seed.
+    /// Returns a copy with `seed`.
     #[must_use]
     pub fn with_seed(self, seed: u64) -> Self {
         Self { seed, ..self }
     }
 
-    /// With another number of rays.
+    /// Returns a copy with `rays`.
     #[must_use]
     pub fn with_rays(self, rays: u64) -> Self {
         Self { rays, ..self }
     }
 
-    /// With another share that may be missing.
+    /// Returns a copy with `missing`, the share that may be missing.
     #[must_use]
     pub fn with_missing(self, missing: f64) -> Self {
         Self { missing, ..self }
     }
 
-    /// With another angle from which on nothing is hidden.
+    /// Returns a copy with `keep_angle`, the angle from which on nothing is hidden.
     #[must_use]
     pub fn with_keep_angle(self, keep_angle: f64) -> Self {
         Self { keep_angle, ..self }
     }
 
-    /// With the sets of cells within a distance joined.
+    /// Returns a copy that joins the sets of cells within `union_radius`.
     #[must_use]
     pub fn with_union_radius(self, union_radius: Option<f64>) -> Self {
         Self { union_radius, ..self }

@@ -1,4 +1,4 @@
-//! What can be proven hidden: things behind voxels that are solid, whatever lines say.
+//! Proof that targets are hidden: things behind voxels that are solid, whatever lines say.
 //!
 //! A voxel is solid if it lies wholly within a closed mesh: no triangle of that mesh comes into it, and the mesh is wound
 //! around it. A line from outside of the mesh into the voxel then crosses a front of the mesh, which is drawn and hides. From
@@ -309,8 +309,9 @@ impl SolidVoxels {
         sum(x1, y1) + sum(x0, y0) - sum(x0, y1) - sum(x1, y0) == full
     }
 
-    /// Of each cell the targets that are proven hidden; O(cells · targets · voxels along a side). Conservative: what is not proven is not in it. Targets that take no
-    /// part are in no row.
+    /// Returns for each cell the targets that are proven hidden; O(cells · targets · voxels along a
+    /// side). Conservative: what is not proven is not in it. Targets that take no part are in no
+    /// row.
     #[must_use]
     pub fn hidden(&self, tree: &RayTree<'_>, cells: &ViewCells) -> BitRows {
         let targets = tree.targets().count();

@@ -13,7 +13,7 @@ use cullet_io::baked::Region;
 /// Rays that look around in a cell before it is cut.
 const LOOKS: u32 = 24;
 
-/// What an open cell weighs, of one whose every ray ends nearby.
+/// Weight of an open cell, relative to one whose every ray ends nearby.
 const OPEN: f64 = 0.02;
 
 impl ViewCells {

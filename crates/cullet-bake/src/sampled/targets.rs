@@ -1,11 +1,11 @@
-//! What is seen: instances or clusters, by number.
+//! Targets of sight: instances or clusters, by number.
 
 use cullet::Scene;
 use glam::DVec3;
 
 use super::SampledError;
 
-/// What the bits of a row stand for.
+/// Kind of item that the bits of a row stand for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Granularity {
     /// Instances, by the index of their handle.
@@ -19,7 +19,7 @@ pub enum Granularity {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Targets {
     granularity: Granularity,
-    /// By the index of an instance's handle: its first number, and one more at the end.
+    /// First number of each instance, by the index of its handle, and one more at the end.
     first: Vec<u32>,
 }
 
@@ -57,7 +57,7 @@ impl Targets {
         Ok(Self { granularity, first })
     }
 
-    /// What the numbers stand for.
+    /// Returns the kind of item that the numbers stand for.
     #[must_use]
     pub fn granularity(&self) -> Granularity {
         self.granularity

@@ -11,10 +11,10 @@ use super::crossing::{Crossing, crossing, inverse, reaches};
 use super::targets::{Ball, Granularity, Targets};
 use cullet_draw::Random;
 
-/// Which instances take part, and what rows are made of.
+/// Options that choose the instances that take part, and the items of rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RayTreeOptions {
-    /// What rows are made of. Default: instances.
+    /// Items of rows. Default: instances.
     pub granularity: Granularity,
     /// Instances in none of these layers hide nothing, and are kept in every row: sets are for views of just these
     /// layers. Default: all.
@@ -39,12 +39,12 @@ pub struct RayTree<'a> {
     pub(super) origin: DVec3,
     targets: Targets,
     bodies: Vec<Body>,
-    /// By mesh; none where no instance needs it.
+    /// One tree per mesh; none where no instance needs it.
     meshes: Vec<Option<MeshTree>>,
     /// Over the bodies, relative to the origin of the scene.
     top: BoxTree,
     kept: Vec<u32>,
-    /// By the index of a handle, the place of its body; `u32::MAX` for none.
+    /// Place of the body of each handle, by the handle's index; `u32::MAX` for none.
     by_index: Vec<u32>,
     /// Around each target; `None` for one that takes no part.
     balls: Vec<Option<Ball>>,
@@ -108,10 +108,10 @@ pub(super) struct Passed {
     pub(super) seen: [bool; 2],
 }
 
-/// What a ray meets.
+/// Result of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Cast {
-    /// What stops it.
+    /// Hit that stops the ray.
     pub(super) hit: Option<TreeHit>,
     /// The nearest triangle before that which is seen against the ray only: who looks back from beyond it sees that.
     pub(super) back: Option<TreeHit>,
@@ -270,9 +270,11 @@ impl<'a> RayTree<'a> {
         self.bodies.iter().map(of).sum()
     }
 
-    /// What stops a ray first that looks from a point along a direction, both in the world: opaque, and drawn on the side
-    /// that is looked at. Of several at one distance that of the lowest target and triangle. `None` where nothing does, or
-    /// where an argument is not finite or the direction has no length.
+    /// Returns the first hit that stops a ray from a point along a direction, both in the world: an
+    /// opaque triangle, drawn on the side that is looked at. Among several at one distance the
+    /// lowest target and triangle wins. Of several at one distance that of the lowest target and
+    /// triangle. `None` where nothing does, or where an argument is not finite or the direction has
+    /// no length.
     #[must_use]
     pub fn first_hit(&self, from: [f64; 3], direction: [f64; 3]) -> Option<TreeHit> {
         self.cast(from.into(), direction.into(), &mut Vec::new()).hit
@@ -287,7 +289,8 @@ impl<'a> RayTree<'a> {
         self.meshes[body.mesh as usize].as_ref().expect("a body's mesh has a tree")
     }
 
-    /// What a ray meets; what it passes that is seen through is left in `passed`, in order.
+    /// Returns what a ray meets, and leaves the transparent hits that it passes in `passed`, in
+    /// order.
     pub(super) fn cast(&self, from: DVec3, direction: DVec3, passed: &mut Vec<Passed>) -> Cast {
         passed.clear();
         let mut search = Search {

@@ -44,7 +44,7 @@ pub(super) struct Discovery {
     pub(super) eye: [u16; 3],
 }
 
-/// What a unit does.
+/// Work of a unit.
 #[derive(Clone, Debug)]
 pub(super) enum Work {
     /// Lines from random points of random cells, any way.
@@ -54,28 +54,28 @@ pub(super) enum Work {
     /// Lines from random points of random cells, any way; and from there to what stands beside that which they meet, and is
     /// not known to be seen.
     Around,
-    /// What was found before is followed up.
+    /// Follows up earlier discoveries.
     Follow(Vec<Discovery>),
     /// From a cell to all that it is not known to see, and cells beside it do, or it sees what is beside.
     Sweep(u32),
 }
 
-/// What is known while a round runs; nobody changes it meanwhile.
+/// Knowledge while a round runs, constant during it.
 #[derive(Debug)]
 pub(super) struct Known<'a> {
     pub(super) tree: &'a RayTree<'a>,
     pub(super) cells: &'a ViewCells,
-    /// Of each cell those that touch it.
+    /// Cells that touch each cell.
     pub(super) beside: &'a [Vec<u32>],
     pub(super) near: &'a NearTargets,
     pub(super) visible: &'a BitRows,
     pub(super) open: &'a [bool],
 }
 
-/// What a unit found.
+/// Findings of a unit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Findings {
-    /// What cells see that was not known; with how many lines without an aim saw it.
+    /// New discoveries of what cells see, each with the number of lines without an aim that saw it.
     pub(super) seen: Vec<(Discovery, u32)>,
     /// How often cells were looked from by lines without an aim; by cell, ascending.
     pub(super) looks: Vec<(u32, u32)>,
@@ -250,7 +250,8 @@ impl Known<'_> {
         }
     }
 
-    /// What a cell is not known to see, though cells beside it do, or it sees what stands near: a bit for each target.
+    /// Returns what a cell is not known to see, though cells beside it do, or it sees something
+    /// near it: a bit for each target.
     fn border(&self, cell: u32) -> Vec<u64> {
         let row = self.visible.row(cell);
         let mut border = vec![0; row.len()];

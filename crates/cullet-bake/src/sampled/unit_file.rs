@@ -1,4 +1,4 @@
-//! What units found, as the bytes of a file.
+//! Findings of units, as the bytes of a file.
 
 use super::unit::{Discovery, Findings};
 use cullet_io::baked::hash;

@@ -26,7 +26,7 @@ pub use split::{order_of_share, split, taper, tile};
 /// Each round is a list of items. All that is merged from the rounds before is known to every item, and what an item of
 /// the same round finds to none.
 pub trait Rounds: Sync {
-    /// What some items found.
+    /// Findings of some items.
     type Part;
 
     /// Hash of all that results depend on. Units of another key are of another work.
@@ -38,8 +38,8 @@ pub trait Rounds: Sync {
     /// Whether no other round follows the one that is next, as far as is known.
     fn is_last(&self) -> bool;
 
-    /// What each item of the round that is next is expected to cost, in any measure, to cut the round into even units;
-    /// empty once all is done.
+    /// Returns the expected cost of each item of the next round, in any measure, to cut the round
+    /// into even units; empty once all is done.
     fn costs(&self) -> Vec<f64>;
 
     /// The share of the whole work, 0 to 1, that is over once items of so much cost are done in the round that is next.

@@ -27,7 +27,7 @@ impl<F: Fn(u32) -> Option<Vec<u8>> + Sync> OneRound<F> {
         Self { key, costs, make, found: None }
     }
 
-    /// What each item made, in their order; `None` unless all is done.
+    /// Returns what each item made, in their order; `None` unless all is done.
     pub fn finish(self) -> Option<Vec<Vec<u8>>> {
         // Of nothing nothing is to be done.
         self.found.or_else(|| self.costs.is_empty().then(Vec::new))

@@ -164,8 +164,8 @@ impl<R: Rounds> Round<'_, R> {
     }
 }
 
-/// What is left to do, cut where units end: a share's own first, then, where others' are wanted too, those from the other end, for
-/// the others come from this one.
+/// Returns the work that is left, cut where units end: a share's own first, then, unless
+/// `only_own`, that of others from the far end, as the others start from the near one.
 fn missing(
     planned: &[Range<u32>],
     left: &[Range<u32>],

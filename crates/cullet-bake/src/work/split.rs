@@ -12,8 +12,9 @@ pub fn split(costs: &[f64], units: u32) -> Vec<Range<u32>> {
     cut(costs, units, |k, units| k / units)
 }
 
-/// As [`split`], but the first run costs eight times as much as the last, and those between less and less: for workers that take
-/// the next as they end one, so that the last is waited for only briefly and there are few for all that.
+/// Splits like [`split`], but the first run costs eight times as much as the last, and those
+/// between less and less: workers that take the next run as they end one then wait only briefly for
+/// the last, and the runs stay few.
 ///
 /// After T. H. Tzen and L. M. Ni, *Trapezoid self-scheduling*, 1993.
 #[must_use]
@@ -74,8 +75,8 @@ pub fn order_of_share(costs: &[f64], [share, shares]: [u32; 2], only_own: bool) 
     order
 }
 
-/// Of units that may overlap those that are laid end to end from the first item on, the longest first; and, in order, what
-/// is left between them.
+/// Returns, from units that may overlap, those that are laid end to end from the first item on, the
+/// longest first; and, in order, what is left between them.
 #[must_use]
 pub fn tile(mut have: Vec<Range<u32>>, count: u32) -> (Vec<Range<u32>>, Vec<Range<u32>>) {
     have.retain(|r| r.start < r.end && r.end <= count);

@@ -85,7 +85,7 @@ pub(crate) struct Deviation {
     pub(crate) samples: usize,
     pub(crate) over: usize,
     pub(crate) most: f64,
-    /// What 99.9 % do not exceed.
+    /// Bound that 99.9 % stay within.
     pub(crate) p999: f64,
 }
 
