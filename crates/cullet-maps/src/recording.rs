@@ -31,7 +31,7 @@ pub enum RecordingError {
     Damaged {
         /// Kind of the item that was being read.
         what: &'static str,
-        /// Which of these.
+        /// Number of the damaged item.
         number: u32,
         /// Where it begins.
         at: usize,
@@ -46,9 +46,9 @@ pub enum RecordingError {
     /// A shape that the recording does not have.
     #[error("call {call}: shape {shape}, but there are {count}")]
     Shape {
-        /// Which call.
+        /// Number of the call.
         call: u32,
-        /// Which shape.
+        /// Number of the shape.
         shape: u32,
         /// How many there are.
         count: usize,
@@ -56,7 +56,7 @@ pub enum RecordingError {
     /// A buffer that is not made.
     #[error("call {call}: {error}")]
     Buffer {
-        /// Which call.
+        /// Number of the call.
         call: u32,
         /// Why.
         error: OcclusionError,
@@ -64,7 +64,7 @@ pub enum RecordingError {
     /// More pixels than a recording may have.
     #[error("call {call}: a buffer of {0}x{1} pixels; recordings have at most {MOST_PIXELS}", size[0], size[1])]
     Pixels {
-        /// Which call.
+        /// Number of the call.
         call: u32,
         /// Columns and rows.
         size: [u32; 2],
@@ -97,7 +97,7 @@ pub struct Recording {
 /// A result that is another when a recording is played.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference {
-    /// Which call, from 0.
+    /// Number of the call, from 0.
     pub call: u32,
     /// The box that was tested.
     pub bounds: Aabb,
@@ -116,7 +116,7 @@ pub struct Differences {
     pub drawn: u64,
     /// Boxes tested.
     pub tested: u64,
-    /// Of those [hidden](Visibility::Hidden).
+    /// Differences among the [hidden](Visibility::Hidden) shapes.
     pub hidden: u64,
     /// The tests whose results are others than they were, in order.
     pub changed: Vec<Difference>,

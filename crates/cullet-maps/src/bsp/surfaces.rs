@@ -36,7 +36,7 @@ pub(crate) struct Surfaces {
     pub(crate) positions: Vec<[f32; 3]>,
     /// Three a triangle, counter-clockwise from the front.
     pub(crate) indices: Vec<u32>,
-    /// By the number of the face; `None` for one that is not drawn.
+    /// One entry per face; `None` for one that is not drawn.
     pub(crate) list: Vec<Option<Surface>>,
     /// Defects that do not stop a map from loading: how many faces, and what of them.
     pub(crate) notes: Vec<(u64, &'static str)>,

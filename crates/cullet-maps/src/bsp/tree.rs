@@ -5,7 +5,7 @@ use cullet::bounds::Plane;
 use super::lumps::{Records, float, invalid};
 use cullet_io::ErrorKind;
 
-/// What a node has on one side of its plane.
+/// Child of a node on one side of its plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Child {
     /// Another node.
@@ -15,7 +15,7 @@ pub enum Child {
 }
 
 impl Child {
-    /// As maps write it: a node from 0, or a leaf as −1 − leaf.
+    /// Decodes a child as maps write it: a node from 0, or a leaf as −1 − leaf.
     pub(crate) fn of(number: i64) -> Self {
         if number >= 0 { Self::Node(number as u32) } else { Self::Leaf((-1 - number) as u32) }
     }
@@ -26,7 +26,7 @@ impl Child {
 pub struct Node {
     /// Number of the plane.
     pub plane: u32,
-    /// What lies on the side to which the plane's normal points, and on the other.
+    /// Children on the side to which the plane's normal points, and on the other.
     pub children: [Child; 2],
 }
 

@@ -6,7 +6,7 @@ use super::{MeshRange, OccCamera, Occscn, Role};
 use cullet_io::{ErrorKind, MatrixView, Model};
 use cullet_scenes::Rng;
 
-/// Which boxes of a scene are tested.
+/// Boxes of a scene that are tested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Objects {
     /// The bounds of all instances that are no occluders.
@@ -26,7 +26,7 @@ pub struct MakeOptions {
     /// Meshes of at most so many triangles, cut from all occluders together (see [`Occscn::cluster`]);
     /// `None` leaves one mesh an instance. 128 is what published comparisons use.
     pub cluster: Option<u32>,
-    /// Which boxes are tested.
+    /// Boxes that are tested.
     pub objects: Objects,
     /// Another seed gives other random boxes.
     pub seed: u64,
@@ -125,7 +125,8 @@ impl From<&MatrixView> for OccCamera {
     }
 }
 
-/// Which slots hold the occluders that [`MakeOptions::occluders`] names, of all slots.
+/// Returns for each slot whether it holds one of the occluders that [`MakeOptions::occluders`]
+/// names.
 ///
 /// # Errors
 /// If a name matches no instance.

@@ -1,4 +1,4 @@
-//! What a tile shows: glTF, or glTF within b3dm.
+//! Content of a tile: glTF, or glTF within b3dm.
 
 use std::path::{Path, PathBuf};
 
@@ -64,7 +64,7 @@ fn content(path: &Path, mut bytes: Vec<u8>) -> Result<(Vec<u8>, DMat4), ErrorKin
 /// Bytes before the tables of a b3dm.
 const FIRST_TABLE: usize = 28;
 
-/// What of a b3dm lies before its glTF.
+/// Part of a b3dm before its glTF.
 struct Tables {
     /// Bytes of the first table.
     features: usize,

@@ -52,7 +52,7 @@ pub(super) struct Node {
     /// Around all that is in it and below it.
     pub(super) low: DVec3,
     pub(super) high: DVec3,
-    /// What it shows itself; of an inner tile that others replace nothing.
+    /// Items that the tile shows itself; none for an inner tile that others replace.
     pub(super) own: Vec<Item>,
     pub(super) children: Vec<Self>,
     /// The largest diagonal of what is not shown while nothing below it is.

@@ -128,7 +128,7 @@ impl Bits {
     }
 }
 
-/// What of a subtree is there.
+/// Availability bits of a subtree.
 #[derive(Clone, Debug)]
 pub(super) struct Subtree {
     tiles: Bits,

@@ -25,7 +25,8 @@ impl<'a> Joint<'a> {
         Self { options, model, triangles: 0, instances: 0, still: 0, keeps_levels: false }
     }
 
-    /// As [`new`](Self::new), with what was baked of the meshes of what is added first: their levels of detail and occluders.
+    /// Builds the same as [`new`](Self::new), with the levels of detail and occluders that were
+    /// baked of the meshes added first.
     pub(super) fn with_levels(name: &str, options: &'a LoadOptions) -> Self {
         Self { keeps_levels: true, ..Self::new(name, options) }
     }

@@ -47,7 +47,7 @@ from_json! {
 
     pub(super) struct Content {
         uri: Option<String> = get("uri"),
-        /// As before 1.0.
+        /// Address under the name used before 1.0.
         url: Option<String> = get("url"),
     }
 
@@ -92,7 +92,7 @@ impl FromJson<'_> for Scheme {
     }
 }
 
-/// What this crate has written of a tile. What others wrote here is of no concern.
+/// Fields that this crate has written to a tile. Fields that others wrote are ignored.
 #[derive(Debug, Default)]
 pub(super) struct Extras(pub(super) Option<OursJson>);
 
@@ -101,11 +101,11 @@ pub(super) struct OursJson {
     pub(super) size: TileSize,
     /// Its number in the rows of visible sets.
     pub(super) number: Option<u32>,
-    /// Of a root: the file of visible sets.
+    /// File of visible sets, in a root.
     pub(super) cells: Option<String>,
 }
 
-/// What a tile takes once it is loaded.
+/// Size of a tile once it is loaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TileSize {
     /// Its instances.
@@ -132,7 +132,7 @@ impl FromJson<'_> for Extras {
 }
 
 impl Content {
-    /// What it names.
+    /// Returns the address that it names.
     pub(super) fn text(&self) -> &str {
         self.uri.as_deref().or(self.url.as_deref()).unwrap_or_default()
     }
@@ -166,7 +166,7 @@ pub(super) fn of_bytes<'a, T: FromJson<'a>>(bytes: &'a [u8], item: &str) -> Resu
     read.map_err(|message| ErrorKind::invalid(item, message))
 }
 
-/// By how much a b3dm is moved: `RTC_CENTER` of its features, where it is there and finite.
+/// Returns the translation of a b3dm: `RTC_CENTER` of its features, where it is there and finite.
 pub(super) fn relative_to(features: &[u8]) -> DMat4 {
     let features: Option<Object<'_>> = of_bytes(features, "features").ok();
     let centre = features.and_then(|all| all.get::<[f64; 3]>("RTC_CENTER").ok()?);

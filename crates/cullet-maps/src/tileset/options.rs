@@ -37,25 +37,25 @@ pub struct TileStandIn {
 /// Makes a stand-in of the instances of some slots whose error is not below a number; `None` where there is none.
 pub type StandInOf<'a> = &'a dyn Fn(&[u32], f64) -> Option<TileStandIn>;
 
-/// What a tileset is given beside the instances of the model.
+/// Input of a tileset beside the instances of the model.
 #[derive(Clone, Copy, Default)]
 #[non_exhaustive]
 pub struct TileInput<'a> {
-    /// What makes stand-ins. With one, tiles replace those above them, and each tile that has some below it shows a stand-in of all of
-    /// their instances. Without, tiles add to those above them.
+    /// Maker of stand-ins. With one, tiles replace those above them, and each tile that has some
+    /// below it shows a stand-in of all of their instances. Without, tiles add to those above them.
     pub stand_in: Option<StandInOf<'a>>,
-    /// What is visible from where, to be written for each tile.
+    /// Visible sets, to be written for each tile.
     pub sets: Option<TileSets<'a>>,
 }
 
 impl<'a> TileInput<'a> {
-    /// With what makes stand-ins.
+    /// Returns a copy with `stand_in`, a maker of stand-ins.
     #[must_use]
     pub fn with_stand_ins(self, stand_in: StandInOf<'a>) -> Self {
         Self { stand_in: Some(stand_in), ..self }
     }
 
-    /// With visible sets.
+    /// Returns a copy with `sets`.
     #[must_use]
     pub fn with_sets(self, sets: TileSets<'a>) -> Self {
         Self { sets: Some(sets), ..self }
@@ -69,7 +69,7 @@ impl std::fmt::Debug for TileInput<'_> {
     }
 }
 
-/// What was written.
+/// Summary of the files that were written.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct TilesWritten {
@@ -85,6 +85,6 @@ pub struct TilesWritten {
     pub cells: u32,
     /// How often a tile is cut at the most.
     pub depth: u32,
-    /// Of all files.
+    /// Bytes of all files.
     pub bytes: u64,
 }

@@ -28,7 +28,7 @@ pub(super) fn matrix(transform: Option<&Vec<f64>>) -> Result<DMat4, ErrorKind> {
     Ok(matrix)
 }
 
-/// What turns glTF, y-up, to tiles, z-up.
+/// Returns the matrix that turns glTF, y-up, to tiles, z-up.
 pub(super) fn y_up_to_z_up() -> DMat4 {
     DMat4::from_cols(DVec4::X, DVec4::Z, -DVec4::Y, DVec4::W)
 }
@@ -86,7 +86,7 @@ pub(super) fn bounds(volume: &Volume, transform: &DMat4, frame: &DMat4) -> [[f64
     if is_sound { found } else { [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]] }
 }
 
-/// By how much a transform makes things longer at the most.
+/// Returns the largest factor by which a transform lengthens anything.
 pub(super) fn scale(transform: &DMat4) -> f64 {
     let columns = DMat3::from_mat4(*transform);
     [columns.x_axis, columns.y_axis, columns.z_axis]

@@ -1,4 +1,4 @@
-//! Which tiles can be seen from where: boxes, and a row of bits for each.
+//! Tiles that can be seen from each place: boxes, and a row of bits for each.
 
 use cullet_cells::cell::{CellGraph, CellLocator, CellPiece, CellShapes};
 use cullet_cells::pvs::{Targets, VisibleSets};
@@ -16,8 +16,8 @@ const BOX: usize = 48;
 /// The name of the file beside a `tileset.json`.
 pub(super) const FILE: &str = "sight.bin";
 
-/// What is visible from where in a scene: view cells as boxes in the world, low and high corner, and for each a set of instances by the
-/// indices of their handles.
+/// Visible sets of a scene: view cells as boxes in the world, low and high corner, and for each a
+/// set of instances by the indices of their handles.
 #[derive(Clone, Copy, Debug)]
 pub struct TileSets<'a> {
     /// The cells.
@@ -26,8 +26,9 @@ pub struct TileSets<'a> {
     pub sets: &'a VisibleSets<'a>,
 }
 
-/// Which tiles can be seen from where, as [`write_tiles_with`](super::write_tiles_with) wrote it: as right as the sets that it was made of, so
-/// that it is good for saying what to load first, and not for leaving anything out.
+/// Tiles that can be seen from each place, as [`write_tiles_with`](super::write_tiles_with) wrote
+/// them. It is as right as the sets that it was made of: use it to decide what to load first, never
+/// to leave anything out.
 #[derive(Clone, Debug)]
 pub struct TileSight {
     place: CellShapes,
@@ -60,7 +61,7 @@ impl TileSight {
         self.tiles.size() + self.cell_count() as usize * 512
     }
 
-    /// Of the bytes of a file.
+    /// Reads sights from the bytes of a file.
     ///
     /// # Errors
     /// If they are cut short or were changed, or are no boxes and rows.
@@ -105,7 +106,7 @@ impl TileSight {
 /// Tiles as they are written: whose children they are, and which instances they have.
 #[derive(Debug, Default)]
 pub(super) struct Numbered {
-    /// By the number of a tile: that of the one above it, lower than its own; the root's is its own.
+    /// Number of the tile above each tile, lower than its own; the root's is its own.
     pub(super) above: Vec<u32>,
     /// Indices of the handles of instances, and the number of the tile that each is in.
     pub(super) instances: Vec<(u32, u32)>,

@@ -22,7 +22,7 @@ const LOWEST: usize = 61;
 /// The most tiles of a tree.
 const MOST: usize = 1 << 24;
 
-/// What is known of a tile before it is loaded.
+/// Facts about a tile that are known before it is loaded.
 #[derive(Clone, Debug)]
 pub struct TileNode {
     /// A box around it and all below it, as its tileset states, in the space of the scene; infinite where it states none.
@@ -33,7 +33,7 @@ pub struct TileNode {
     pub adds: bool,
     /// The tiles below it.
     pub children: Vec<u32>,
-    /// What it takes, where the tileset was written by [`write_tiles`](super::write_tiles).
+    /// Size of the tile, where the tileset was written by [`write_tiles`](super::write_tiles).
     pub size: Option<TileSize>,
     /// Its number in the rows of [visible sets](TileTree::sight), where it has one.
     pub number: Option<u32>,
@@ -106,7 +106,7 @@ impl TileTree {
         Ok(Self { folder, tree, sight, options: options.clone() })
     }
 
-    /// Which tiles can be seen from where, if the tileset says that.
+    /// Returns which tiles can be seen from each place, if the tileset says that.
     #[must_use]
     pub fn sight(&self) -> Option<&TileSight> {
         self.sight.as_ref()
@@ -140,8 +140,9 @@ impl TileTree {
         contents.iter().map(size).sum()
     }
 
-    /// What a tile takes at the most: as its tileset states, else by the counts in the headers of its files, which are read for it and no
-    /// more of them. `None` where they do not tell: where meshes deform, or have levels of detail, or a file cannot be read.
+    /// Returns an upper bound of a tile's size: as its tileset states, else by the counts in the
+    /// headers of its files, which are all that is read. `None` where they do not tell: where
+    /// meshes deform, or have levels of detail, or a file cannot be read.
     #[must_use]
     pub fn counted(&self, tile: u32) -> Option<TileSize> {
         let node = self.tree.tiles.get(tile as usize)?;

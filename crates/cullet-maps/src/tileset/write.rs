@@ -28,7 +28,7 @@ pub fn write_tiles(
     write_tiles_with(model, folder, options, &TileInput::default(), step)
 }
 
-/// As [`write_tiles`], with stand-ins and visible sets.
+/// Writes tiles like [`write_tiles`], with stand-ins and visible sets.
 ///
 /// Where there is what makes stand-ins, tiles replace those above them. An instance is in one of the finest tiles, in full; each tile
 /// that is not one of those shows a stand-in of all instances below it, and its geometric error is that of the stand-in, never below one of a
