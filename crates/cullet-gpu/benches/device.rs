@@ -1,4 +1,4 @@
-//! What culling on the device takes and saves, in ratios of one run.
+//! Costs and savings of culling on the device, in ratios of one run.
 //!
 //! `cargo xtask bench-gpu`; `CULLET_DATA` names a folder with `intel-castle/intel-castle.glb`, else that row is left out.
 

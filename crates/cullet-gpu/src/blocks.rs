@@ -13,11 +13,13 @@ pub const BLOCK: usize = 256;
 /// Slots are in the hierarchy's order, so that the instances of a block lie near each other, and its grid is fine.
 #[derive(Clone, Debug, Default)]
 pub struct Blocks {
-    /// As many as there are slots, rounded up to blocks.
+    /// One box per slot, rounded up to blocks.
     boxes: Vec<GridBox>,
-    /// Of each block the grid, and the box around those of its instances that have a finite one; everything, where one has not.
+    /// Grid of each block, and the box around those of its instances that have a finite one;
+    /// everything, where one has not.
     grids: Vec<(Grid, Aabb)>,
-    /// Of each block the most that the size of one of its instances counts; infinite where that of one does not count.
+    /// Largest weight that an instance's size has in each block; infinite where the size of one
+    /// does not count.
     weights: Vec<f32>,
     slots: u32,
     /// Blocks that changed since they were uploaded, ascending.
@@ -83,13 +85,13 @@ impl Blocks {
         &self.boxes
     }
 
-    /// Of each block its grid, and a box around all of its instances.
+    /// Returns the grid of each block, and a box around all of its instances.
     #[must_use]
     pub fn grids(&self) -> &[(Grid, Aabb)] {
         &self.grids
     }
 
-    /// Of each block the most that the size of one of its instances counts.
+    /// Returns the largest weight that an instance's size has in each block.
     pub(crate) fn weights(&self) -> &[f32] {
         &self.weights
     }

@@ -37,7 +37,7 @@ pub(crate) fn buffer(
     checked(device, || device.create_buffer(&wanted))
 }
 
-/// What a shader sees of a buffer.
+/// Access of a shader to a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Access {
     Read,

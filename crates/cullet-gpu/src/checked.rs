@@ -1,12 +1,13 @@
-//! What a device makes, and whether it says that it could.
+//! Creation of objects on a device, with a check that it succeeded.
 
 use wgpu::{BufferDescriptor, BufferUsages, Device, Error, ErrorFilter, MapMode};
 
 use super::error::GpuError;
 use super::read_back::wait;
 
-/// What `make` makes, unless the device says that it is not valid or has no room for it. In a browser, where nobody may wait for
-/// that, the device says so later to whoever listens to its errors.
+/// Returns what `make` makes, or an error if the device says that it is not valid or has no room
+/// for it. In a browser, which does not allow waiting, the device reports that later to the
+/// listeners of its errors.
 pub(crate) fn checked<T>(device: &Device, make: impl FnOnce() -> T) -> Result<T, GpuError> {
     if cfg!(target_arch = "wasm32") {
         return Ok(make());
@@ -36,7 +37,7 @@ pub(crate) async fn checked_later<T>(
     })
 }
 
-/// What an error of wgpu is here.
+/// Converts an error of wgpu.
 pub(crate) fn refusal(error: &Error) -> GpuError {
     let why = innermost(error);
     match error {
@@ -60,7 +61,7 @@ async fn is_lost(device: &Device) -> bool {
     validation.await.is_some() && memory.await.is_none()
 }
 
-/// What `make` makes, valid or not: nobody is told.
+/// Returns what `make` makes, valid or not: errors are ignored.
 pub(crate) fn unchecked<T>(device: &Device, make: impl FnOnce() -> T) -> T {
     let internal = device.push_error_scope(ErrorFilter::Internal);
     let validation = device.push_error_scope(ErrorFilter::Validation);
@@ -71,7 +72,7 @@ pub(crate) fn unchecked<T>(device: &Device, make: impl FnOnce() -> T) -> T {
     made
 }
 
-/// What an error comes from.
+/// Returns the root cause of an error.
 fn innermost(error: &dyn std::error::Error) -> String {
     error.source().map_or_else(|| error.to_string(), innermost)
 }

@@ -17,7 +17,7 @@ const SIZE: u64 = size_of::<DrawArguments>() as u64;
 pub(crate) enum ClusterDraws {
     /// One for each, of which some have no instance.
     Each([ClusterArguments; 3]),
-    /// Those that are listed.
+    /// Clusters that are listed.
     Counted {
         all: Box<[CountedArguments; 3]>,
         /// Bytes of their lanes on the device.
@@ -68,7 +68,7 @@ impl ClusterDraws {
                 pass.multi_draw_indexed_indirect(arguments, first, most);
             }
             Self::Counted { all, .. } => {
-                /// Of how many instances, among arguments.
+                /// Offset of the instance count among arguments.
                 const COUNT: u64 = 4;
                 let own = &all[phase];
                 let count = call as u64 * SIZE + COUNT;

@@ -108,7 +108,7 @@ impl ClusterInstances {
         &self.levels
     }
 
-    /// Those that are drawn alike.
+    /// Returns the runs of clusters that are drawn alike.
     pub(crate) fn runs(&self) -> &[(Draw, Range<u32>)] {
         &self.runs
     }

@@ -36,15 +36,16 @@ struct Unit {
 #[derive(Clone, Debug, Default)]
 pub struct Cones {
     units: Vec<Unit>,
-    /// Of all meshes that have some, for those who cull backs, then for those who cull fronts; the first has nothing behind it.
+    /// Cones of all meshes that have some, for those who cull backs, then for those who cull
+    /// fronts; the first has nothing behind it.
     cones: Vec<GridCone>,
     /// Where those of the second side begin, if there are any.
     fronts: Option<u32>,
-    /// By mesh.
+    /// One grid per mesh.
     grids: Vec<Grid>,
     /// Units of one instance, with its slot.
     runs: Vec<(u32, Range<u32>)>,
-    /// By slot; those of blocks that are not in use are of some view before.
+    /// One eye per slot; the eyes of blocks that are not in use are left from an earlier view.
     eyes: Vec<ConeEye>,
     /// Where the cones of the view begin, if it has any.
     side: Option<u32>,
@@ -142,7 +143,8 @@ impl Cones {
         known.map_or_else(ConeEye::default, |e| ConeEye::new(e.homogeneous(), &self.grids[id]))
     }
 
-    /// Of the units of a list those that are not behind their cones: what the pass leaves, byte for byte. Slow and obvious.
+    /// Returns the units of a list that are not behind their cones: what the pass leaves, byte for
+    /// byte. Slow and obvious.
     #[must_use]
     pub fn keep_ref(&self, list: &[u32]) -> Vec<u32> {
         let Some(side) = self.side else { return list.to_vec() };
@@ -168,7 +170,7 @@ pub struct ConeBuffers {
     cones: Cones,
     eyes: Buffer,
     side: Buffer,
-    /// What that holds.
+    /// Side whose data the buffer holds.
     known_side: u32,
     group: BindGroup,
     bytes: u64,
@@ -252,7 +254,7 @@ impl ConeBuffers {
         self.cones.side = None;
     }
 
-    /// What was uploaded.
+    /// Returns the cones that were uploaded.
     #[must_use]
     pub fn cones(&self) -> &Cones {
         &self.cones

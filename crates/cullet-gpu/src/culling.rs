@@ -27,7 +27,7 @@ use super::units::{DrawMode, Phase, Units};
 /// Planes of a view at the most.
 const MOST_PLANES: usize = 32;
 
-/// Which stages run besides those that always do.
+/// Stages that run besides those that always do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Whether clusters are dropped that face away with all of their triangles, where the view culls such faces. They would show
@@ -37,9 +37,10 @@ pub struct Settings {
     /// which none is. Lossy: what is dropped may show that much. Default 0. Clusters are dropped by themselves with [`DrawMode::Clusters`],
     /// which leaves holes in what is made of clusters as small, as with [`Detail::clusters`](cullet::cull::detail::Detail).
     pub small_px: f32,
-    /// By how many pixels a surface may be off that is drawn by a [level of detail](Scene::add_levels), at the centre of the picture, as
-    /// with [`Lod::pixels`](cullet::lod::Lod); from 0, at which everything is drawn in full. Lossy. Default 0; only [`DrawMode::Clusters`]
-    /// has levels.
+    /// Largest error in pixels of a surface that is drawn by a [level of
+    /// detail](Scene::add_levels), at the centre of the picture, as with
+    /// [`Lod::pixels`](cullet::lod::Lod); from 0, at which everything is drawn in full. Lossy.
+    /// Default 0; only [`DrawMode::Clusters`] has levels.
     pub level_px: f32,
 }
 
@@ -296,7 +297,8 @@ impl Culling {
         self.units.draw(pass, phase, &mut prepare);
     }
 
-    /// Of vertices the position, at location 0; of instances the slot, a u32 at location 1.
+    /// Returns the layouts of the vertex position, at location 0, and of the instance's slot, a u32
+    /// at location 1.
     #[must_use]
     pub fn vertex_layouts() -> [VertexBufferLayout<'static>; 2] {
         let layout = |stride, step, attributes| VertexBufferLayout {
@@ -314,8 +316,8 @@ impl Culling {
         [layout(12, VertexStepMode::Vertex, &POSITION), layout(4, VertexStepMode::Instance, &SLOT)]
     }
 
-    /// What the stages before occlusion leave of the view that was set last, ascending: the bits that are set
-    /// [in view](Self::in_view), by the CPU. Slow and obvious.
+    /// Returns what the stages before occlusion leave of the view that was set last, ascending: the
+    /// bits that are set [in view](Self::in_view), by the CPU. Slow and obvious.
     #[must_use]
     pub fn in_view_ref(&self) -> Vec<u32> {
         let mut list = visible_ref(&self.blocks, &self.planes);

@@ -129,8 +129,8 @@ impl Gpu {
         self.lost.get().map_or(Ok(()), |why| Err(GpuError::Lost(why.clone())))
     }
 
-    /// What a buffer holds, when all work before is done; it must have been made to be copied from. Not in browsers: see
-    /// [`read_later`](Self::read_later).
+    /// Reads a buffer when all work before is done; it must have been made to be copied from. Not
+    /// in browsers: see [`read_later`](Self::read_later).
     ///
     /// # Errors
     /// If the device is lost, or has no memory left for a copy.

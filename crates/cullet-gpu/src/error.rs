@@ -1,10 +1,10 @@
-//! What can go wrong with a device.
+//! Errors of a device.
 
 use wgpu::Device;
 
 use super::tier::{Lack, Tier};
 
-/// What can go wrong with a device, and what can be done.
+/// Error of a device, and what can be done about it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
@@ -15,7 +15,7 @@ pub enum GpuError {
         tier: Tier,
         /// The adapters that were found, and what each lacks.
         found: String,
-        /// What to install or set.
+        /// Remedy: what to install or set.
         cure: String,
     },
     /// It cannot be opened.
@@ -23,7 +23,7 @@ pub enum GpuError {
     NoDevice {
         /// Its name.
         adapter: String,
-        /// What it says.
+        /// Reason that the device gives.
         why: String,
     },
     /// The device does not have the tier, or was opened with less.
@@ -34,7 +34,7 @@ pub enum GpuError {
     Tier {
         /// The tier.
         tier: Tier,
-        /// What is missing.
+        /// Capability that is missing.
         lack: Lack,
     },
     /// It has no memory left.
@@ -48,7 +48,7 @@ pub enum GpuError {
          (max_buffer_size, max_storage_buffer_binding_size), draw in parts, or let the CPU decide"
     )]
     TooLarge {
-        /// What it is.
+        /// The item that is too large.
         what: &'static str,
         /// How many bytes it takes.
         bytes: u64,

@@ -1,4 +1,5 @@
-//! Which triangles of an instance a view sees from behind: what the CPU prepares each frame.
+//! Tables by which triangles seen from behind are dropped, which the CPU prepares for each instance
+//! and frame.
 
 use bytemuck::{Pod, Zeroable};
 use cullet::bounds::Sphere;
@@ -10,7 +11,8 @@ use glam::{DVec3, DVec4};
 use super::masks::{NO_AREA, Shape, Triangles, ratio_of};
 use super::rounding::Rounding;
 
-/// What the doubt of a plane, shifted by the size of its triangle, stays below, so that sums fit 32 bits.
+/// Upper bound of the doubt of a plane, shifted by the size of its triangle, so that sums fit 32
+/// bits.
 const MOST_DOUBT: f64 = (1 << 26) as f64;
 /// The largest number of a quantised plane, over that of a unit normal at least, times the largest of a quantised eye.
 const UNIT: f64 = 127.0 * 1.732_050_81 * 8191.0;
@@ -18,10 +20,10 @@ const UNIT: f64 = 127.0 * 1.732_050_81 * 8191.0;
 /// How triangles are tested.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TriangleTest {
-    /// By the class of the normal: two bytes a triangle, one AND.
+    /// Test by the class of the normal: two bytes a triangle, one AND.
     #[default]
     Masks,
-    /// By the plane: five bytes a triangle, four products; culls nearly all that faces away.
+    /// Test by the plane: five bytes a triangle, four products; culls nearly all that faces away.
     Planes,
 }
 
@@ -29,19 +31,19 @@ pub enum TriangleTest {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PlaneUniform {
-    /// What a plane is multiplied by.
+    /// Factors of a plane.
     pub eye: [i32; 4],
-    /// By how much the product may be off by itself.
+    /// Error bound of the product itself.
     pub bound: i32,
-    /// By how much more for the largest triangle.
+    /// Additional error bound for the largest triangle.
     pub doubt: i32,
-    /// What is smaller, by the code of its size, is kept; −1 where everything is.
+    /// Smallest size code that is tested: smaller triangles are kept; −1 where everything is.
     pub smallest: i32,
     /// Nothing.
     pub padding: i32,
 }
 
-/// What a view tests the triangles of one instance with.
+/// Tables by which a view tests the triangles of one instance.
 #[derive(Clone, Debug, Default)]
 pub struct TriangleView {
     test: TriangleTest,
@@ -156,8 +158,9 @@ impl<'a> Seen<'a> {
         (facing != Facing::Edge).then_some(Self { shape, facing, eye, moved })
     }
 
-    /// What n·(eye − w·a) may be off by, in radians times the largest |eye − w·a|, for a triangle with an inscribed circle of radius 1;
-    /// for one of radius r it is so much over r. `None` where r is below 4ρ, for ρ = `moved`.
+    /// Returns the error bound of n·(eye − w·a), in radians times the largest |eye − w·a|, for a
+    /// triangle with an inscribed circle of radius 1; for one of radius r it is so much over r.
+    /// `None` where r is below 4ρ, for ρ = `moved`.
     ///
     /// With the normal as long as twice the area A it is the determinant of the three corners and the eye. One corner moved by ρ changes
     /// that by ρ times the opposite edge times Q = |eye − w·a| at most, and all three, with edges that add up to P, by

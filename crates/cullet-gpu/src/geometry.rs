@@ -39,12 +39,12 @@ pub struct Draw {
     pub two_sided: bool,
     /// Whether they are blended: drawn last, and hiding nothing.
     pub blended: bool,
-    /// What is drawn, but for how many instances.
+    /// Draw arguments, except for the instance count.
     pub arguments: DrawArguments,
 }
 
 impl Draw {
-    /// What a pipeline depends on.
+    /// Returns the properties that a pipeline depends on.
     pub(crate) fn way(&self) -> [bool; 3] {
         [self.blended, self.two_sided, self.kind.mirrored]
     }
@@ -83,7 +83,7 @@ pub struct GpuScene {
     vertices: Buffer,
     indices: Buffer,
     places: Buffer,
-    /// By slot, as they were uploaded.
+    /// Place of each slot, as uploaded.
     known: Vec<Place>,
     meshes: Vec<MeshPlace>,
     uploaded: u64,

@@ -17,7 +17,7 @@ const OFFSET: f64 = 1.3e9;
 pub struct GridPlane {
     /// The normal, outward.
     pub normal: [i32; 3],
-    /// What is added.
+    /// Constant that is added.
     pub offset: i32,
 }
 

@@ -80,7 +80,7 @@ pub struct IdPass {
     pipelines: HashMap<(Option<Face>, bool), RenderPipeline>,
 }
 
-/// What an [`IdPass`] draws into and with: for one scene and one size.
+/// Target of an [`IdPass`], for one scene and one size.
 #[derive(Debug)]
 pub struct IdTarget {
     ids: Texture,

@@ -1,4 +1,4 @@
-//! What of a scene is in a view, as one list: from the device, or from the CPU in its place.
+//! List of what of a scene is in a view: from the device, or from the CPU in its place.
 
 use cullet::Scene;
 use cullet::bounds::Plane;

@@ -50,7 +50,7 @@ impl InstancePass {
         to.record(encoder, &self.test, None, planes);
     }
 
-    /// What a pipeline needs to do the same and more.
+    /// Returns the layout for pipelines that do the same and more.
     pub(crate) fn layout(&self) -> &BindGroupLayout {
         &self.layout
     }

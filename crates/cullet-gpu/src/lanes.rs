@@ -20,9 +20,9 @@ pub struct Kind {
 /// Instances of one kind: some lanes, one after the other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bucket {
-    /// What they have in common.
+    /// Properties that its instances have in common.
     pub kind: Kind,
-    /// Which lanes.
+    /// Range of its lanes.
     pub lanes: Range<u32>,
 }
 

@@ -39,11 +39,11 @@ struct Unit {
 pub struct LevelChoice {
     units: Vec<Unit>,
     groups: Vec<GridGroup>,
-    /// By mesh.
+    /// One grid per mesh.
     grids: Vec<Option<Grid>>,
     /// Slots whose meshes have levels.
     slots: Vec<u32>,
-    /// By slot.
+    /// One eye per slot.
     eyes: Vec<GroupEye>,
 }
 
@@ -117,7 +117,8 @@ impl LevelChoice {
         }
     }
 
-    /// Of the units of a list those of the level of the view: what the pass leaves, byte for byte. Slow and obvious.
+    /// Returns the units of a list that are of the level of the view: what the pass leaves, byte
+    /// for byte. Slow and obvious.
     #[must_use]
     pub fn keep_ref(&self, list: &[u32]) -> Vec<u32> {
         let is_over = |group: u32, eye: &GroupEye| match group {
@@ -222,7 +223,7 @@ impl LevelBuffers {
         queue.write_buffer(&self.view, 0, bytemuck::cast_slice(&numbers));
     }
 
-    /// What was uploaded.
+    /// Returns the choice that was uploaded.
     #[must_use]
     pub fn choice(&self) -> &LevelChoice {
         &self.choice

@@ -27,11 +27,11 @@ pub struct ListPass {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Listed {
-    /// Those that are set.
+    /// All slots whose bit is set.
     All = 0,
-    /// Of these the ones that were seen before.
+    /// Set slots that were seen before.
     Seen = 1,
-    /// Of these the ones that were not.
+    /// Set slots that were not seen before.
     New = 2,
 }
 
@@ -45,7 +45,7 @@ pub struct DrawArguments {
     pub instance_count: u32,
     /// The first index.
     pub first_index: u32,
-    /// What is added to each.
+    /// Number that is added to each index.
     pub base_vertex: i32,
     /// Always 0, as not every device has it: a list begins where the bucket's first lane is.
     pub first_instance: u32,
@@ -73,14 +73,14 @@ pub struct SlotList {
     draws: u32,
 }
 
-/// What a list is made from.
+/// Source of a list.
 #[derive(Clone, Copy, Debug)]
 pub struct ListSource<'a> {
     /// A bit a slot.
     pub bits: &'a Buffer,
-    /// Which were seen before: a bit a slot.
+    /// Slots that were seen before: a bit a slot.
     pub seen: &'a Buffer,
-    /// Which of them are listed.
+    /// Slots among them that are listed.
     pub listed: Listed,
 }
 

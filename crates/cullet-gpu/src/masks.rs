@@ -21,7 +21,7 @@ const THINNER: f64 = 8.0;
 pub(crate) const NO_AREA: NormalMask = NormalMask { byte_offset: 254, bit_mask: 1 };
 /// The same as a plane: no other has a number as low.
 const NO_AREA_PLANE: [u8; 4] = [0; 4];
-/// Of what has no size that is certain: it is kept.
+/// Size code of triangles without a certain size: they are kept.
 const NO_SIZE: u8 = u8::MAX;
 
 /// A run of at most 256 triangles of one group: 16 bytes, as they lie on the device.

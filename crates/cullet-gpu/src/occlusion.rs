@@ -21,11 +21,11 @@ use super::tier::GROUP;
 #[derive(Debug)]
 pub struct OcclusionPass {
     layout: BindGroupLayout,
-    /// Of blocks and of what is in them, for depth of one sample a pixel and of several.
+    /// Pipelines for blocks and for their contents, for depth of one sample a pixel and of several.
     late: [[ComputePipeline; 2]; 2],
 }
 
-/// What one view sees: a bit a slot, and what the test of it needs.
+/// Visible bits of one view: a bit a slot, and what the test needs.
 #[derive(Debug)]
 pub struct VisibleBits {
     matrices: Buffer,

@@ -15,15 +15,15 @@ use super::units::{DrawMode, Phase};
 /// Its parts are for those who draw in another way: [`record`](Self::record) is how they are used.
 #[derive(Debug)]
 pub struct OffScreen {
-    /// What decides.
+    /// Passes that decide.
     pub passes: Passes,
     /// The scene.
     pub culling: Culling,
-    /// What draws.
+    /// Pass that draws.
     pub ids: IdPass,
-    /// What is drawn into.
+    /// Target that is drawn into.
     pub target: IdTarget,
-    /// Of the target's depth.
+    /// Pyramid of the target's depth.
     pub pyramid: Pyramid,
     size: [u32; 2],
 }
@@ -168,7 +168,7 @@ impl OffScreen {
     }
 }
 
-/// What a scene is drawn into.
+/// Makes the pictures that a scene is drawn into.
 fn pictures(
     device: &Device,
     (passes, ids, culling): (&Passes, &IdPass, &Culling),

@@ -50,9 +50,9 @@ const TOGETHER: usize = 3;
 /// Pipelines that make pyramids of depth of one sample a pixel, or of several.
 #[derive(Debug)]
 pub struct PyramidPass {
-    /// Of the levels that are made.
+    /// Layout of the levels that are made.
     made: BindGroupLayout,
-    /// Of one sample and of several.
+    /// Layouts of depth with one sample and with several.
     depths: [BindGroupLayout; 2],
     levels: BindGroupLayout,
     of_depth: [ComputePipeline; 2],
@@ -64,7 +64,7 @@ pub struct PyramidPass {
 #[derive(Debug)]
 pub struct Pyramid {
     texture: Texture,
-    /// Of the picture.
+    /// Size of the picture.
     size: [u32; 2],
     samples: u32,
     sizes: Vec<[u32; 2]>,

@@ -7,7 +7,7 @@ use std::task::{Context, Poll, Waker};
 
 use wgpu::{Buffer, BufferAsyncError, MapMode};
 
-/// What is known of a buffer that is being mapped, and who waits for it.
+/// State of a buffer that is being mapped, and who waits for it.
 #[derive(Default)]
 struct Mapping {
     answer: Option<Result<(), BufferAsyncError>>,

@@ -30,12 +30,12 @@ pub(crate) struct Rounding {
     moves: [f64; 3],
     /// The cosine of the angle between those for x and y.
     skew: f64,
-    /// Of w.
+    /// Rounding of w.
     snap: [f64; 2],
 }
 
 impl Rounding {
-    /// Of a view; `None` where it is not known.
+    /// Returns the rounding of a view; `None` where it is not known.
     pub(crate) fn new(view: &View) -> Option<Self> {
         let m = DMat4::from_cols_array(&view.clip_from_world());
         let EyeUniform { high, low, .. } = EyeUniform::new(view);

@@ -22,12 +22,12 @@ const OFFSET: f64 = 1.3e9;
 /// More than all that f64 rounds here and where the engine projects a box, as a share.
 const ROUNDING: f64 = 1e-6;
 
-/// What makes the rows of blocks in one view.
+/// Rule that makes the rows of blocks in one view.
 #[derive(Clone, Copy, Debug)]
 pub struct SizeRule {
-    /// Of x and y in pixels from the middle of the picture, and of w.
+    /// Rows of x and y in pixels from the middle of the picture, and of w.
     rows: [DVec4; 3],
-    /// What is beyond the near plane.
+    /// Near plane; what is beyond it can be drawn.
     near: Plane,
     /// How far the picture reaches from its middle.
     half: [f64; 2],

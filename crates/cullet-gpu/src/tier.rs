@@ -34,7 +34,7 @@ pub enum Tier {
     MultiDrawCount,
 }
 
-/// What a device lacks for a tier.
+/// Capability that a device lacks for a tier.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Lack {
@@ -59,7 +59,7 @@ pub enum Lack {
     Features(Features),
 }
 
-/// What tiers are derived from.
+/// Offers of a device, from which tiers are derived.
 struct Offered {
     backend: Backend,
     features: Features,
@@ -162,7 +162,7 @@ impl Offered {
         Tier::ALL.into_iter().filter(|t| *t <= tier).find_map(|t| self.own_lack(t))
     }
 
-    /// What is missing for a tier beside what the tiers before take.
+    /// Returns what is missing for a tier beyond the needs of the tiers before.
     fn own_lack(&self, tier: Tier) -> Option<Lack> {
         match tier {
             Tier::Draw => None,

@@ -1,4 +1,4 @@
-//! What is culled, instances or clusters of them, and how it is drawn.
+//! Units that are culled, instances or clusters of them, and how they are drawn.
 
 use cullet::{Scene, Visible};
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, RenderPass};
@@ -16,15 +16,16 @@ use super::tier::Tier;
 /// When something is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
-    /// What is in the view and was visible in the frame before: drawn first, so that the pyramid is made of it.
+    /// Units in the view that were visible in the frame before: drawn first, so that the pyramid is
+    /// made of them.
     Early,
-    /// What is visible and was not.
+    /// Units that are visible and were not before.
     Late,
-    /// What is blended, all of it: after the others, and hiding nothing.
+    /// All units that are blended: after the others, and hiding nothing.
     Blended,
 }
 
-/// What is culled, and how draws are handed in. The picture is the same.
+/// Kind of unit that is culled, and how draws are handed in. The picture is the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DrawMode {
     /// Instances; one draw after the other for each bucket of those that are alike.
@@ -57,7 +58,8 @@ impl DrawMode {
         self.tier() <= Tier::of(device)
     }
 
-    /// What suits a scene, of what a device can: clusters where there are at most 65,536 and eight or more to an instance.
+    /// Returns the mode that suits a scene, among those the device can do: clusters where there are
+    /// at most 65,536 and eight or more to an instance.
     #[must_use]
     pub fn of(device: &Device, scene: &Scene) -> Self {
         if !Self::Multi.is_offered(device) {
@@ -74,7 +76,7 @@ impl DrawMode {
     }
 }
 
-/// What is culled, and lists or arguments of it by phase.
+/// Units that are culled, and their lists or arguments by phase.
 #[derive(Debug)]
 pub(crate) enum Units {
     Instances {
@@ -92,7 +94,7 @@ pub(crate) enum Units {
     },
 }
 
-/// What of the bits of a phase is drawn.
+/// Bits that are drawn in each phase.
 const LISTED: [Listed; 3] = [Listed::Seen, Listed::New, Listed::All];
 
 impl Units {

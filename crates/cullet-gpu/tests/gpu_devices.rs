@@ -32,7 +32,7 @@ fn planes_of(view: &View, scene: &Scene) -> Vec<Plane> {
     view.frustum().relative_to(scene.origin()).planes().map(|(_, plane)| *plane).collect()
 }
 
-/// What the CPU lists of a view.
+/// Returns the slots that the CPU lists of a view.
 fn list_ref(scene: &Scene, view: &View) -> Vec<u32> {
     let blocks = Blocks::new(scene);
     let mut planes = BlockPlanes::default();

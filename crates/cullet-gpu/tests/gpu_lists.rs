@@ -108,7 +108,7 @@ fn words(bytes: Vec<u8>) -> Vec<u32> {
     bytemuck::pod_collect_to_vec(&bytes)
 }
 
-/// What makes lists of all slots of a scene.
+/// Lister of all slots of a scene.
 struct OnDevice {
     passes: Passes,
     bits: InstanceBits,
@@ -140,7 +140,7 @@ impl OnDevice {
     }
 }
 
-/// What the engine keeps of the frustum, by slot.
+/// Returns the slots that the engine's frustum stage keeps.
 fn kept(scene: &Scene, view: &View) -> Vec<u32> {
     let mut visible = Visible::default();
     let culler = Culler::default().only(Stage::Frustum);

@@ -18,7 +18,8 @@ use common::{gpu, texels};
 
 const SAMPLES: u32 = 4;
 
-/// As the numbers are drawn, but four bytes of a colour, for there may be several of these in a pixel.
+/// Shader that draws like that of the numbers, but with four bytes of a colour, as a pixel may have
+/// several of these.
 const COLOURS: &str = concat!(
     include_str!("../src/shaders/places.wgsl"),
     include_str!("../src/shaders/ids.wgsl"),
@@ -54,7 +55,7 @@ struct Sampled<'a> {
     read: ComputePipeline,
 }
 
-/// What tests are made against.
+/// Depth that tests are made against.
 #[derive(Clone, Copy, PartialEq)]
 enum Against {
     Nothing,

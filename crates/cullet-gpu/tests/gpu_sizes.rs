@@ -1,4 +1,5 @@
-//! What is small in the picture: dropped only where the engine drops it, most of that found, and the same by every device.
+//! Tests of instances that are small in the picture: dropped only where the engine drops them, most
+//! of them found, and the same by every device.
 
 use crate::common;
 

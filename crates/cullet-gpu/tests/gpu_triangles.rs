@@ -241,7 +241,7 @@ struct Stage<'a> {
     pass: TrianglePass,
     all: OffScreen,
     triangles: Triangles,
-    /// Of each slot.
+    /// Draw and list of each slot.
     lists: Vec<(Draw, TriangleList)>,
     slots: Buffer,
 }

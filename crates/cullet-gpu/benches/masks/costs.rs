@@ -1,5 +1,5 @@
-//! What tests and triangles cost on the device: the figures that clusters are made for, as `cullet calibrate` keeps them for the
-//! reference renderer.
+//! Costs of tests and triangles on the device: the figures that clusters are made for, as `cullet
+//! calibrate` keeps them for the reference renderer.
 
 use cullet::{Instance, Mesh, Scene, Transform, View};
 use cullet_gpu::{
@@ -393,7 +393,7 @@ impl DeviceCosts {
         }
     }
 
-    /// As `cullet calibrate` keeps costs, so that `--costs FILE` takes them.
+    /// Writes costs as `cullet calibrate` keeps them, so that `--costs FILE` takes them.
     pub(crate) fn json(&self, device: &str) -> Value {
         let spread = |s: &Spread| json!({"ns": s.ns, "low": s.low, "high": s.high});
         let named: serde_json::Map<_, _> =

@@ -65,7 +65,7 @@ impl State {
     }
 }
 
-/// What a frame does.
+/// Work of a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Way {
     /// Clears the picture.

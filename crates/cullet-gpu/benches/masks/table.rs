@@ -33,13 +33,13 @@ pub(crate) struct Row {
     groups: usize,
     pub(crate) culled_percent: f64,
     pub(crate) ms: f64,
-    /// Of it, for the lists.
+    /// Part of that time spent on the lists.
     lists_ms: f64,
     /// On the CPU, for masks or eyes.
     prepare_ms: f64,
 }
 
-/// What was found of one model.
+/// Measurements of one model.
 pub(crate) struct Table {
     pub(crate) name: &'static str,
     pub(crate) triangles: usize,

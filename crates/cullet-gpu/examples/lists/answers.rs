@@ -1,4 +1,4 @@
-//! What is listed of each scene and view, and whether the device says the same as the CPU.
+//! Lists of each scene and view, and whether the device agrees with the CPU.
 
 use cullet_gpu::{BLOCK, BlockPlanes, Blocks, Gpu, GpuError, Lanes, Passes, visible_ref};
 
@@ -6,7 +6,7 @@ use super::device::Listing;
 use super::lists::{difference, hash, lists_ref};
 use super::scenes::{Case, scenes};
 
-/// What is listed of one view, by the CPU.
+/// List of one view, by the CPU.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Answer {
     /// The scene's name.
@@ -15,9 +15,9 @@ pub(crate) struct Answer {
     pub instances: u32,
     /// How many are in the view.
     pub listed: usize,
-    /// Of bits and lists.
+    /// Hash of bits and lists.
     pub hash: u64,
-    /// What the device lists otherwise, in words, if one was asked.
+    /// Difference of the device's lists, in words, if one was asked.
     pub differs: Option<String>,
 }
 

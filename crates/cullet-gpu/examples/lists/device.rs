@@ -18,14 +18,14 @@ pub(crate) async fn least() -> Result<Gpu, GpuError> {
     Gpu::request(Tier::Compute, Features::empty(), Some(Limits::default())).await
 }
 
-/// What lists the instances of one scene on a device.
+/// Lister of the instances of one scene on a device.
 #[derive(Debug)]
 pub(crate) struct Listing<'g> {
     gpu: &'g Gpu,
     passes: &'g Passes,
     bits: InstanceBits,
     seen: wgpu::Buffer,
-    /// Of all, of those seen before, of those that are new.
+    /// Lists of all, of those seen before, and of those that are new.
     lists: [SlotList; 3],
     lanes: Lanes,
 }

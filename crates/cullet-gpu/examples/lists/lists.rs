@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use cullet_gpu::Lanes;
 
-/// What a view of a scene lists.
+/// Lists of a view of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Lists {
     /// A bit a slot, lowest first.
     pub(crate) bits: Vec<u32>,
-    /// Of all, of those seen before, of those that are new: of each bucket the slots.
+    /// Slots of each bucket, in three lists: of all, of those seen before, of those that are new.
     pub(crate) lists: [Vec<Vec<u32>>; 3],
 }
 
@@ -29,7 +29,7 @@ pub(crate) fn lists_ref(slots: &[u32], seen: &[u32], lanes: &Lanes) -> Lists {
     Lists { bits, lists }
 }
 
-/// What the device says otherwise, in words.
+/// Returns in words how the device's lists differ.
 pub(crate) fn difference(cpu: &Lists, device: &Lists) -> Option<String> {
     if cpu.bits != device.bits {
         let other = cpu.bits.iter().zip(&device.bits).filter(|(a, b)| a != b).count();

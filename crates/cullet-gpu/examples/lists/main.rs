@@ -1,4 +1,5 @@
-//! What the CPU lists of many scenes and views, and, where there is a device, that it lists the same.
+//! Lists of many scenes and views by the CPU and, where there is a device, a check that it lists
+//! the same.
 //!
 //! `cargo run --release -p cullet-gpu --example lists`; `WGPU_BACKEND=gl` asks OpenGL. With `CULLET_REQUIRE_GPU` set there must be a
 //! device.

@@ -11,7 +11,7 @@ const VIEWS: usize = 6;
 /// A scene, and what is looked at in it.
 #[derive(Debug)]
 pub(crate) struct Case {
-    /// What it has that others have not.
+    /// Feature that the other cases lack.
     pub(crate) name: &'static str,
     /// Ready to be looked at.
     pub(crate) scene: Scene,

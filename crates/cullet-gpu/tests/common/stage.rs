@@ -13,9 +13,9 @@ pub(crate) enum Way {
     /// Not by occlusion.
     All,
     TwoPhases,
-    /// What was visible in the frame before and nothing else: wrong.
+    /// Draws what was visible in the frame before and nothing else: wrong.
     EarlyAlone,
-    /// As the CPU decides.
+    /// Draws as the CPU decides.
     Cpu,
 }
 
@@ -25,7 +25,7 @@ pub(crate) struct Stage<'a> {
     pub(crate) all: OffScreen,
 }
 
-/// What a frame left.
+/// Contents of the targets after a frame.
 pub(crate) struct Frame {
     pub(crate) ids: Vec<u32>,
     pub(crate) depth: Vec<f32>,
@@ -66,7 +66,7 @@ impl<'a> Stage<'a> {
         self.frame(view.viewport())
     }
 
-    /// What was drawn last.
+    /// Returns what was drawn last.
     pub(crate) fn frame(&self, size: [u32; 2]) -> Frame {
         let target = &self.all.target;
         let ids = texels(self.gpu, target.ids(), 0, size);
