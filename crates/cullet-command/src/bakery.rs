@@ -1,4 +1,4 @@
-//! What the baker adds to the commands that it shares with `cullet`.
+//! Additions of the baker to the commands that it shares with `cullet`.
 //!
 //! Some options of commands that only read need what bakes: `--cells auto` finds rooms, `--occluders auto` makes occluders,
 //! `--units` keeps results to be joined. Their code is in `cullet-baker`, which runs all of `cullet`'s commands too, once it has

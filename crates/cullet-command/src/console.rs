@@ -176,7 +176,7 @@ pub fn count(n: u64, one: &str, many: &str) -> String {
     format!("{} {}", grouped(n), agree(n, one, many))
 }
 
-/// Those of the two that agree with a number.
+/// Returns the one of the two words that agrees with the number.
 pub fn agree<'a>(n: u64, one: &'a str, many: &'a str) -> &'a str {
     if n == 1 { one } else { many }
 }

@@ -21,7 +21,7 @@ pub fn load(args: &SceneArgs, console: &Console) -> Result<Model, Failure> {
     load_with(args, console, false)
 }
 
-/// As [`load`], and with all that a file written from it should have again.
+/// Loads like [`load`], including all that a file written from it should have again.
 pub fn load_to_save(args: &SceneArgs, console: &Console) -> Result<Model, Failure> {
     load_with(args, console, true)
 }

@@ -8,7 +8,7 @@ use crate::exit::Failure;
 
 /// Work whose items know nothing of each other.
 pub struct Items<'a> {
-    /// Which share of it this process does, and where units are kept.
+    /// Share of the work that this process does, and where units are kept.
     pub units: &'a UnitArgs,
     /// File that it is of: units are kept beside it where no folder is named.
     pub of: &'a Path,

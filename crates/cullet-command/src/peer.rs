@@ -17,11 +17,11 @@ pub struct Peer {
     pub what: &'static str,
     /// A value of it, as an example.
     pub example: &'static str,
-    /// What building it takes besides Rust.
+    /// Requirements of its build besides Rust.
     pub needs: &'static str,
     /// Whether its command lines begin with a command, as those of `cullet` do.
     pub has_commands: bool,
-    /// What cargo is told to build it.
+    /// Arguments with which cargo builds it.
     pub build: &'static [&'static str],
 }
 
@@ -63,8 +63,8 @@ impl Peer {
         }
     }
 
-    /// As [`run`](Self::run); where the program is missing and this one was built from its own source, by cargo, it is built
-    /// beside this one first.
+    /// Runs it like [`run`](Self::run). Where the program is missing and this one was built from
+    /// its own source, by cargo, it is built beside this one first.
     pub fn run_or_build(&self, args: &[OsString], quiet: bool) -> Outcome {
         self.be_there(quiet)?;
         self.run(args)
@@ -95,7 +95,8 @@ impl Peer {
         self.run_or_build(&args, quiet)
     }
 
-    /// As [`run_or_build`](Self::run_or_build), for a step of another command: only its errors are shown.
+    /// Runs it like [`run_or_build`](Self::run_or_build), for a step of another command: only its
+    /// errors are shown.
     pub fn work(&self, args: &[OsString], quiet: bool) -> Outcome {
         self.be_there(quiet)?;
         self.run_with(args, Stdio::null)

@@ -1,4 +1,4 @@
-//! What this process has taken so far.
+//! Resources that this process has taken so far.
 
 use std::time::Duration;
 

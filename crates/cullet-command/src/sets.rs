@@ -43,8 +43,8 @@ pub(crate) fn place(model: &mut Model, scene: &str, path: &Path) -> Result<(), F
     placed.set_visible_sets(sets).map_err(|error| failure(path, &error))
 }
 
-/// What the sets of a file say of their own error: mean over the cells of the share of looks that go to what is missing, and
-/// the most of a cell. `None` for sets that lack nothing.
+/// Returns the error that the sets of a file state: mean over the cells of the share of looks that
+/// go to what is missing, and the highest share of a cell. `None` for sets that lack nothing.
 ///
 /// # Errors
 /// If the file cannot be read or is damaged.

@@ -35,7 +35,7 @@ pub struct Spread {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stored {
     schema: u32,
-    /// Of the program that measured.
+    /// Version of the program that measured.
     version: String,
     /// The day, in universal time: `2026-03-09`.
     pub date: String,

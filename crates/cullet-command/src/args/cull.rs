@@ -1,4 +1,4 @@
-//! Which kinds of culling.
+//! Options that choose the kinds of culling.
 
 use clap::{Args, ValueEnum};
 use cullet::cull::detail::Measure;
@@ -7,7 +7,7 @@ use cullet::{Culler, Stage};
 
 use crate::parse;
 
-/// Which kinds of culling.
+/// Options that choose the kinds of culling.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Culling")]
 pub struct CullArgs {
@@ -78,7 +78,7 @@ pub struct CullArgs {
 }
 
 impl CullArgs {
-    /// Which levels of detail are drawn; none where all is drawn in full.
+    /// Returns the levels of detail that are drawn; none where all is drawn in full.
     #[must_use]
     pub fn levels(&self) -> Option<Lod> {
         let alone = self.only == Some(Stage::Lod);

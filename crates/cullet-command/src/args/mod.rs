@@ -15,13 +15,13 @@ use clap::Args;
 /// Inputs of culling: a scene, views of it, and the stages to run.
 #[derive(Clone, Debug, Args)]
 pub struct InputArgs {
-    /// Which scene.
+    /// The scene.
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Which views of it.
+    /// The views of it.
     #[command(flatten)]
     pub view: ViewArgs,
-    /// Which kinds of culling.
+    /// The kinds of culling.
     #[command(flatten)]
     pub cull: CullArgs,
 }

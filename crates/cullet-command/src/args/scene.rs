@@ -1,4 +1,4 @@
-//! Which scene, and how to read it.
+//! Options that choose the scene, and how to read it.
 
 use std::path::{Path, PathBuf};
 
@@ -7,13 +7,13 @@ use cullet_io::Up;
 
 use crate::parse;
 
-/// Which scene, and how to read it.
+/// Options that choose the scene, and how to read it.
 #[derive(Clone, Debug, Default, Args)]
 pub struct SceneArgs {
     /// A file (glb, gltf, obj, ply, stl, off, occscn, bsp), or a built-in scene: NAME or NAME:key=value,...
     #[arg(default_value = "city")]
     pub scene: String,
-    /// Which axis of the file points up [default: what the format says, else y]
+    /// Axis of the file that points up [default: what the format says, else y]
     #[arg(long, value_parser = parse::choice(AXES))]
     pub up: Option<Up>,
     /// Take every triangle for one-sided, whatever the file says

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-/// Which share of the work to do, and where units are kept.
+/// Options that choose the share of the work to do, and where units are kept.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "For work in units")]
 pub struct UnitArgs {
@@ -43,7 +43,7 @@ impl UnitArgs {
         self.are_kept().then(|| self.units.clone().unwrap_or_else(beside))
     }
 
-    /// What is said once a share is done: where it lies, and how it is joined.
+    /// Returns the message for the end of a share: where it lies, and how it is joined.
     #[must_use]
     pub fn done(&self, at: &Path) -> String {
         let [i, n] = self.unit.unwrap_or([1, 1]);

@@ -1,4 +1,4 @@
-//! Which views.
+//! Options that choose the views.
 
 use clap::Args;
 use cullet_scenes::paths;
@@ -6,7 +6,7 @@ use cullet_scenes::paths;
 use super::scene::SceneArgs;
 use crate::parse;
 
-/// Which views.
+/// Options that choose the views.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Views")]
 pub struct ViewArgs {
