@@ -20,7 +20,7 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// With what is prepared of its own meshes. Cost: that of preparing them.
+    /// Prepares a tile's content together with its own meshes.
     #[must_use]
     pub fn of(content: TileContent, preparation: Preparation) -> Self {
         let mut meshes: Vec<(Mesh, Prepared)> = content

@@ -1,4 +1,4 @@
-//! Which tiles matter.
+//! Choice of the tiles that matter.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -12,7 +12,7 @@ use crate::status::Want;
 pub struct Cut {
     /// Ascending.
     pub tiles: Vec<TileId>,
-    /// What it takes while it is in use and the next is built.
+    /// Bytes that it takes while it is in use and the next is built.
     pub bytes: u64,
     /// Whether the budget ended it before the error on the screen was small enough everywhere.
     pub is_cut_short: bool,

@@ -1,8 +1,8 @@
-//! What is wanted of a world.
+//! Settings of a world.
 
 use cullet::prepared::Preparation;
 
-/// What is wanted of a world.
+/// Settings of a world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Settings {
@@ -16,7 +16,7 @@ pub struct Settings {
     pub scale: f64,
     /// So many seconds ahead tiles are loaded that the motion of the eye leads to. Default: 2.
     pub ahead: f64,
-    /// What is prepared of meshes, for the culler that will be used. Default: the balanced one.
+    /// Preparation of meshes, for the culler that will be used. Default: the balanced one.
     pub preparation: Preparation,
 }
 
@@ -33,13 +33,14 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// With another budget in bytes.
+    /// Returns a copy with another budget, in bytes.
     #[must_use]
     pub fn with_budget(self, budget: u64) -> Self {
         Self { budget, ..self }
     }
 
-    /// With another error on the screen, in pixels; 0 wants everything that the budget allows.
+    /// Returns a copy with another error on the screen, in pixels; 0 wants everything that the
+    /// budget allows.
     #[must_use]
     pub fn with_pixels(self, pixels: f64) -> Self {
         Self { pixels, ..self }

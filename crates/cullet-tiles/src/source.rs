@@ -9,7 +9,7 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TileId(pub u64);
 
-/// What is known of a tile before it is loaded.
+/// Facts about a tile that are known before it is loaded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TileInfo {
     /// A box that contains all of its instances and those of all tiles below it, low and high corner, in the world.
@@ -24,7 +24,7 @@ pub struct TileInfo {
     pub adds: bool,
 }
 
-/// What a tile shows.
+/// Contents of a tile.
 #[derive(Clone, Debug, Default)]
 pub struct TileContent {
     /// Its instances; their meshes are numbers of [`TileSource::meshes`], and above those of `meshes`. What stands in for
@@ -40,7 +40,7 @@ pub struct TileContent {
 }
 
 impl TileContent {
-    /// What it takes.
+    /// Returns the size of the contents: instances, and vertices and triangles of the meshes.
     pub(crate) fn size(&self) -> (u32, [u64; 2]) {
         let instances = u32::try_from(self.instances.len()).unwrap_or(u32::MAX);
         let vertices = self.meshes.iter().map(|m| m.positions().len() as u64).sum();
@@ -64,9 +64,9 @@ pub enum TileError {
     /// The coarsest tiles alone exceed the budget.
     #[error("the coarsest tiles need {bytes} bytes, above the budget of {budget}: allow more")]
     Budget {
-        /// What they need.
+        /// Bytes that they need.
         bytes: u64,
-        /// What there is.
+        /// Bytes of the budget.
         budget: u64,
     },
     /// A mesh of the source cannot be used.
@@ -85,7 +85,7 @@ pub trait TileSource: Send + Sync + 'static {
     /// The coarsest tiles, which together are the whole world. They are always loaded.
     fn roots(&self) -> Vec<TileId>;
 
-    /// What is known of a tile.
+    /// Returns the facts that are known of a tile.
     fn info(&self, tile: TileId) -> TileInfo;
 
     /// Adds the tiles that together show the place of this one with less error; none for the finest.

@@ -9,7 +9,7 @@ use crate::source::{TileError, TileId};
 pub struct Want {
     /// Which.
     pub tile: TileId,
-    /// What it will take.
+    /// Bytes that it will take.
     pub bytes: u64,
     /// The error of what it shows, on the screen, in pixels; of finest tiles 0.
     pub pixels: f64,
@@ -19,7 +19,8 @@ pub struct Want {
 }
 
 impl Want {
-    /// Of two tiles the one that matters more is less: first what can be seen, then what is more pixels off, then by name.
+    /// Orders two tiles so that the one that matters more is less: first those that can be seen,
+    /// then those that are more pixels off, then by name.
     pub(crate) fn order(&self, other: &Self) -> Ordering {
         let seen = other.is_seen.cmp(&self.is_seen);
         seen.then(other.pixels.total_cmp(&self.pixels)).then(self.tile.cmp(&other.tile))
@@ -31,7 +32,8 @@ impl Want {
 pub struct Status {
     /// Tiles of the scene that is in use.
     pub tiles: usize,
-    /// What tiles and scenes take at the most, at any time until the next cut; never above the budget.
+    /// Upper bound of the bytes that tiles and scenes take at any time until the next cut; never
+    /// above the budget.
     pub bytes: u64,
     /// Tiles that are to be loaded next, in this order.
     pub wanted: Vec<Want>,

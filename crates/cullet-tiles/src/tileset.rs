@@ -13,8 +13,8 @@ use cullet_maps::TileTree;
 
 use crate::source::{TileContent, TileError, TileId, TileInfo, TileSource};
 
-/// Of a tile that says what it takes neither in its tileset nor in the headers of its files: so many bytes of those an instance, a vertex
-/// and a triangle at the least.
+/// Least bytes of a file for an instance, a vertex and a triangle, for a tile that states its size
+/// neither in its tileset nor in the headers of its files.
 const OF_A_FILE: [u64; 3] = [1024, 12, 6];
 
 /// A tileset in a folder, whose tiles are loaded when they matter: 3D Tiles 1.0 or 1.1, see [`TileTree`].
@@ -27,9 +27,9 @@ const OF_A_FILE: [u64; 3] = [1024, 12, 6];
 #[derive(Debug)]
 pub struct FolderTiles {
     tree: TileTree,
-    /// What is known of each tile, once that was asked for.
+    /// Facts about each tile, once they were asked for.
     infos: Vec<OnceLock<TileInfo>>,
-    /// Of the tree and of what is known.
+    /// Bytes of the tree and of the facts.
     bytes: u64,
     uses_sight: bool,
 }

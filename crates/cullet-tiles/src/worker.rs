@@ -20,7 +20,7 @@ pub(crate) struct Built {
     pub(crate) cut: Cut,
 }
 
-/// What the frame and the worker share. Held for moments only.
+/// State that the frame and the worker share. Held for moments only.
 #[derive(Debug, Default)]
 pub(crate) struct Desk {
     /// Where the eye is and is going to be; with a number that grows.
@@ -53,7 +53,7 @@ impl Shared {
 
 /// While so many tiles or more are missing, a coarser scene is shown first.
 const MANY: usize = 64;
-/// By how much coarser, in steps.
+/// Factors by which errors are coarser, in steps.
 const COARSER: [f64; 3] = [16.0, 4.0, 1.0];
 
 pub(crate) struct Worker<S> {

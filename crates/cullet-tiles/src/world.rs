@@ -133,7 +133,8 @@ impl World {
         self.shared.changed.notify_all();
     }
 
-    /// What is loaded now, as a scene; the same until [`look`](Self::look) says that it is another.
+    /// Returns the scene that is loaded now; it stays the same until [`look`](Self::look) reports
+    /// another one.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.current.scene

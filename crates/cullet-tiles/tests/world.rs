@@ -7,7 +7,7 @@ use cullet_tiles::{
     CityTiles, Settings, TileContent, TileError, TileId, TileInfo, TileSource, World, choose,
 };
 
-/// What a scene holds, in its order.
+/// Returns the contents of a scene, in its order.
 fn held(scene: &Scene) -> Vec<(u64, u32, [u64; 3])> {
     scene
         .slots()
