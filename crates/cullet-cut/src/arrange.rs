@@ -168,7 +168,7 @@ fn crossing([a, b]: [[f32; 2]; 2], [c, d]: [[f32; 2]; 2]) -> [f32; 2] {
     [0, 1].map(|i| (a[i] + u[i] * share) as f32 + 0.0)
 }
 
-/// Which links pass through which cells.
+/// Links that pass through each cell.
 struct Grid {
     cells: Vec<(u32, u32)>,
 }

@@ -13,7 +13,7 @@ pub struct CutParts {
     /// Ready for [`Mesh::new`]: the parts that still have triangles, and after them one with the caps.
     /// Empty if nothing is left.
     pub data: MeshData,
-    /// Which original triangle each triangle is of; [`NO_ORIGIN`] in caps.
+    /// Original triangle of each triangle; [`NO_ORIGIN`] in caps.
     pub origin: Vec<u32>,
     /// The cut before its triangles were sorted into parts, for its report and its caps.
     pub cut: CutMesh,

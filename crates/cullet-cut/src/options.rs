@@ -21,7 +21,7 @@ pub struct CutInput<'a> {
     pub stride: usize,
 }
 
-/// Which part is kept.
+/// Part that is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Keep {
     /// All that is inside of every plane.
@@ -34,7 +34,7 @@ pub enum Keep {
 /// How to cut.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CutOptions {
-    /// Which part is kept; the inside unless said otherwise.
+    /// Part that is kept; the inside unless said otherwise.
     pub keep: Keep,
     /// Whether to close the cut; `None` leaves it open.
     pub caps: Option<CapOptions>,

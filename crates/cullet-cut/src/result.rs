@@ -8,7 +8,7 @@ pub const NO_ORIGIN: u32 = u32::MAX;
 /// The part of a [`CutMesh`] that closes one plane.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cap {
-    /// Which plane.
+    /// Number of the plane.
     pub plane: usize,
     /// Its triangles.
     pub triangles: Range<usize>,
@@ -19,12 +19,12 @@ pub struct Cap {
 pub struct CutMesh {
     /// Vertex positions: those of the input that are kept, in their order, then new ones.
     pub positions: Vec<[f32; 3]>,
-    /// As many numbers a vertex as the input has.
+    /// Attributes of the vertices, as many numbers a vertex as the input has.
     pub attributes: Vec<f32>,
     /// Three indices a triangle: first the untouched ones in their order, then what is left of those
     /// that were cut, by origin, then the caps.
     pub indices: Vec<u32>,
-    /// Which triangle of the input each triangle is of; [`NO_ORIGIN`] in caps.
+    /// Input triangle of each triangle; [`NO_ORIGIN`] in caps.
     pub origin: Vec<u32>,
     /// How many of the triangles are untouched.
     pub untouched: usize,

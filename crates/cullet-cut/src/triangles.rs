@@ -41,7 +41,7 @@ struct Removed {
     on: On,
 }
 
-/// Which edges of what was cut off lie in the plane, so that later planes may divide them.
+/// Edges of what was cut off that lie in the plane, so that later planes may divide them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum On {
     None,

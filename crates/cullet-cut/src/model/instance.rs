@@ -14,7 +14,7 @@ use crate::options::CutOptions;
 /// The outlines of one instance at one plane, in world space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
-    /// Which of the planes.
+    /// Number of the plane.
     pub plane: usize,
     /// The material of the mesh's first part.
     pub material: u32,
@@ -28,12 +28,12 @@ pub(super) struct InstanceCut<'a> {
     /// Whether this one is closed.
     pub(super) cap: bool,
     pub(super) mesh: &'a Mesh,
-    /// Which of the scene's.
+    /// Number of the instance in the scene.
     pub(super) number: usize,
     pub(super) name: &'a str,
     pub(super) attributes: &'a Attributes,
     pub(super) transform: &'a Transform,
-    /// Which planes, in the space of the mesh.
+    /// Planes with their numbers, in the space of the mesh.
     pub(super) planes: &'a [(usize, Plane)],
 }
 
@@ -41,7 +41,7 @@ pub(super) struct InstanceCut<'a> {
 pub(super) struct Remainder {
     pub(super) mesh: Mesh,
     pub(super) attributes: Attributes,
-    /// Which original triangle each triangle is of.
+    /// Original triangle of each triangle.
     pub(super) origin: Vec<u32>,
 }
 

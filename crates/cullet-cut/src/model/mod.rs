@@ -34,7 +34,7 @@ pub struct CutModel {
     pub report: ModelReport,
     /// The outlines, where they are wanted.
     pub sections: Vec<Section>,
-    /// Which instance each of what is left is of, by the index of its handle.
+    /// Original instance of each remaining instance, by the index of its handle.
     pub origin: Vec<Handle>,
     /// For each mesh of what is left, which original triangle each of its triangles is of,
     /// [`NO_ORIGIN`](crate::NO_ORIGIN) in caps; empty where the mesh is whole.

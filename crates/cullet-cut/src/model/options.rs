@@ -9,7 +9,7 @@ use crate::options::Keep;
 pub struct ModelOptions<'a> {
     /// The planes, whose normals point out of the region: at most [`MAX_CUT_PLANES`](crate::MAX_CUT_PLANES).
     pub planes: &'a [Plane],
-    /// Which part is kept; the inside unless said otherwise.
+    /// Part that is kept; the inside unless said otherwise.
     pub keep: Keep,
     /// Whether the cut is closed, where it can be.
     pub caps: bool,

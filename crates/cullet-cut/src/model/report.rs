@@ -19,36 +19,36 @@ pub struct ModelReport {
     pub cap_area: f64,
     /// Instances before the cut.
     pub instances_before: u64,
-    /// Those that no plane touches and that are kept.
+    /// Instances that no plane touches and that are kept.
     pub instances_untouched: u64,
-    /// Those that were cut and of which something is left.
+    /// Instances that were cut and of which something is left.
     pub instances_cut: u64,
-    /// Those of which nothing is left.
+    /// Instances of which nothing is left.
     pub instances_dropped: u64,
-    /// As [`CutReport::duplicates`].
+    /// Sum of [`CutReport::duplicates`].
     pub duplicates_dropped: u64,
-    /// As [`CutReport::open_chains`].
+    /// Sum of [`CutReport::open_chains`].
     pub open_chains: u64,
-    /// As [`CutReport::open_edges`].
+    /// Sum of [`CutReport::open_edges`].
     pub open_edges: u64,
     /// The meshes with outlines that do not close.
     pub open_meshes: Vec<OpenMesh>,
-    /// As [`CutReport::welded`].
+    /// Sum of [`CutReport::welded`].
     pub welded: u64,
-    /// As [`CutReport::healed`].
+    /// Sum of [`CutReport::healed`].
     pub healed: u64,
-    /// As [`CutReport::even_odd`].
+    /// Sum of [`CutReport::even_odd`].
     pub even_odd_outlines: u64,
-    /// As [`CutReport::crossings`].
+    /// Sum of [`CutReport::crossings`].
     pub crossings: u64,
-    /// As [`CutReport::folded`].
+    /// Sum of [`CutReport::folded`].
     pub folded_caps: u64,
 }
 
 /// A mesh with outlines at the cut that do not close.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OpenMesh {
-    /// Which mesh of the scene.
+    /// Number of the mesh in the scene.
     pub mesh: usize,
     /// Its name.
     pub name: String,
