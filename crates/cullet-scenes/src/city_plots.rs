@@ -26,10 +26,10 @@ pub struct CityPlots {
     side: u32,
 }
 
-/// What stands somewhere.
+/// Mesh that stands somewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placed {
-    /// Which of [`CityPlots::meshes`].
+    /// Number of its mesh in [`CityPlots::meshes`].
     pub mesh: u32,
     /// Where.
     pub transform: Transform,

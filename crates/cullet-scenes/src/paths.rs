@@ -28,7 +28,7 @@ pub use file::to_json;
 
 use cullet_io::Model;
 
-/// Which path.
+/// Path of a camera.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub enum PathSpec {
     /// Around the model, at changing height, as near as shows all of it.
@@ -104,7 +104,7 @@ pub struct Overrides {
     pub near: Option<f64>,
     /// Distance of the far plane; may be infinite.
     pub far: Option<f64>,
-    /// Which clip depth is near.
+    /// Clip depth that is near.
     pub depth: Depth,
     /// Another seed gives other places of the same kind.
     pub seed: u64,
@@ -161,7 +161,7 @@ pub enum PathError {
     Item {
         /// The file.
         path: PathBuf,
-        /// Which camera.
+        /// Name of the camera.
         item: String,
         /// The defect.
         message: String,
@@ -171,7 +171,7 @@ pub enum PathError {
     NoCamera {
         /// The name that was given.
         name: String,
-        /// Which it has, in words.
+        /// Cameras that it has, in words.
         known: String,
     },
     /// The camera is nowhere: it has no key.
@@ -188,7 +188,7 @@ pub enum PathError {
     View {
         /// Which, from 0.
         index: usize,
-        /// Of which path.
+        /// Name of the path.
         path: String,
         /// The defect.
         error: ViewError,

@@ -149,7 +149,7 @@ struct Extents<'a> {
     scene: &'a Scene,
     centre: DVec3,
     half: DVec3,
-    /// Those that bound something, by slot.
+    /// Boxes that bound something, with their slots.
     boxes: Vec<(u32, Middled)>,
     /// Boxes around so many of those each: neighbours by slot mostly are ones in space.
     groups: Vec<Middled>,
