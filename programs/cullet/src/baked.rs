@@ -1,4 +1,4 @@
-//! What a file has baked, as `cullet info` tells it.
+//! Baked data of a file, as `cullet info` reports it.
 
 use std::path::Path;
 use std::time::Instant;
@@ -12,12 +12,12 @@ use serde::Serialize;
 
 use crate::names::mesh_name;
 
-/// What is baked of a model.
+/// Baked data of a model.
 #[derive(Debug, Serialize)]
 pub struct BakedRecord {
     version: u32,
     generator: String,
-    /// Of the tables of all meshes.
+    /// Bytes of the tables of all meshes.
     bytes: u64,
     /// Whether sums were held against the bytes.
     checked: bool,
@@ -72,7 +72,7 @@ struct BakedMeshRecord {
     levels: Vec<LevelsRecord>,
     #[serde(skip_serializing_if = "Option::is_none")]
     occluders: Option<OccludersRecord>,
-    /// Of a file as it lies; of a scene it is among the levels.
+    /// Impostor of the mesh in a file that is read as it lies; in a scene it is among the levels.
     #[serde(skip_serializing_if = "Option::is_none")]
     impostor: Option<ImpostorRecord>,
 }
@@ -87,7 +87,7 @@ struct ImpostorRecord {
     directions: u32,
 }
 
-/// What hides what is behind a mesh.
+/// Occluders of a mesh.
 #[derive(Debug, Serialize)]
 struct OccludersRecord {
     boxes: u64,
@@ -113,7 +113,7 @@ struct LevelsRecord {
     measured: MeasuredRecord,
 }
 
-/// What is baked, without what it is of.
+/// Baked data of a file, without the model.
 #[derive(Debug, Serialize)]
 pub struct FileRecord {
     schema: u32,
@@ -121,7 +121,7 @@ pub struct FileRecord {
     pub file_bytes: u64,
     /// Time to open it.
     pub open_seconds: f64,
-    /// What it has.
+    /// Baked data of the file.
     pub baked: BakedRecord,
 }
 
@@ -134,7 +134,7 @@ struct MeasuredRecord {
     seed: u64,
 }
 
-/// What is baked; `None` where the file has nothing of it.
+/// Returns the baked data of a model; `None` where the file has none.
 pub fn record(model: &Model) -> Option<BakedRecord> {
     let baked = model.baked.as_ref()?;
     let meshes: Vec<BakedMeshRecord> = baked.meshes.iter().map(|m| mesh(model, m)).collect();
@@ -171,7 +171,7 @@ fn groups_of(model: &Model) -> Option<GroupsRecord> {
     (sums.groups > 0).then_some(sums)
 }
 
-/// Those of a file as it lies.
+/// Returns the merged groups of a file that is read as it lies.
 fn groups_of_file(file: &BakedFile, check: bool) -> Result<Option<GroupsRecord>, BakedError> {
     let all = file.groups()?;
     let Some(of) = file.groups_measured() else { return Ok(None) };
@@ -262,7 +262,8 @@ fn measured(of: &Measured) -> MeasuredRecord {
     }
 }
 
-/// What is baked in a file, which is mapped: of it only JSON is read, and tables of clusters; with `check` all of them.
+/// Returns the baked data of a file, which is mapped: only JSON is read of it, and tables of
+/// clusters; with `check` all of them.
 ///
 /// # Errors
 /// If it cannot be opened, or nothing is baked in it.

@@ -45,7 +45,7 @@ struct InfoRecord<'a> {
     singular_instances: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     groups: Option<GroupsRecord>,
-    /// What the file has baked.
+    /// Baked data of the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     baked: Option<BakedRecord>,
     meshes: &'a [MeshRecord],

@@ -10,7 +10,7 @@ use cullet_command::peer::Peer;
 pub struct Elsewhere {
     /// Its name.
     pub name: &'static str,
-    /// What it does, in a sentence.
+    /// Sentence that says what it does.
     pub about: &'static str,
     /// The program that has it.
     pub program: &'static Peer,

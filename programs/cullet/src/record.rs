@@ -122,18 +122,18 @@ pub(crate) struct BackfaceRecord {
     pub(crate) views: u64,
     /// Instances with backs that can be culled.
     pub(crate) instances: u64,
-    /// Of them, those that only the test from the corners is fine enough for.
+    /// Instances among them for which only the test from the corners is fine enough.
     pub(crate) exact_instances: u64,
     /// Triangles with a back.
     pub(crate) one_sided: u64,
-    /// Of them, those that face away.
+    /// Triangles among them that face away.
     pub(crate) facing_away: u64,
-    /// Those in clusters of which every triangle faces away: what a perfect bound takes.
+    /// Triangles in clusters of which every triangle faces away: what a perfect bound takes.
     pub(crate) ideal_by_cluster: u64,
-    /// Those in clusters that are culled.
+    /// Triangles in clusters that are culled.
     pub(crate) by_cluster: u64,
-    /// Those that are culled with their cluster or by their plane; the others that face away go by the test
-    /// from their corners.
+    /// Triangles that are culled with their cluster or by their plane; the others that face away go
+    /// by the test from their corners.
     pub(crate) by_plane: u64,
 }
 
@@ -215,7 +215,8 @@ pub(crate) struct Summary {
 pub(crate) struct WholeRecord {
     /// Instances, and the triangles of all of them, that are in the frustum.
     pub(crate) in_frustum: [u64; 2],
-    /// Those that are not hidden either, nor dropped by any stage before.
+    /// Instances in the frustum, and their triangles, that are neither hidden nor dropped by any
+    /// stage before.
     pub(crate) not_hidden: [u64; 2],
     /// How many occluders could have been drawn, and how many were.
     pub(crate) occluders: [u64; 2],
@@ -235,7 +236,7 @@ impl WholeRecord {
 /// A suggestion, with the figures it rests on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Advice {
-    /// Which kind of advice; stable, for scripts.
+    /// Kind of advice; stable, for scripts.
     pub(crate) kind: &'static str,
     /// The finding, in a line.
     pub(crate) title: String,
@@ -268,7 +269,7 @@ pub(crate) struct MeshRecord {
     pub(crate) views_seen: u32,
     /// Triangles drawn over all views.
     pub(crate) drawn: u64,
-    /// Of them, those that own a pixel.
+    /// Triangles among them that own a pixel.
     pub(crate) visible: u64,
     /// Triangles drawn though they face away, because both their sides are drawn.
     pub(crate) facing_away: u64,

@@ -66,9 +66,9 @@ pub(crate) struct Survey {
     bounds: Option<BoundsTest>,
     backfaces: BackfaceTest,
     count_backfaces: bool,
-    /// Of the last view.
+    /// State of the last view.
     pub(crate) state: ViewState,
-    /// Of the last view without levels of detail, where those are on.
+    /// State of the last view without levels of detail, where those are on.
     pub(crate) full_state: ViewState,
     ladder: Option<Ladder>,
 }
@@ -93,7 +93,7 @@ impl Seen {
         Self { result, verification: Some(verification), full: None }
     }
 
-    /// What was seen without levels of detail.
+    /// Returns what was seen without levels of detail.
     pub(crate) fn in_full(&self) -> &Self {
         self.full.as_deref().unwrap_or(self)
     }
@@ -151,7 +151,7 @@ impl Survey {
         self.add_as(self.views.len(), view, verify)
     }
 
-    /// As [`add`](Self::add), of the view with that number, which need not be the next.
+    /// Adds the view with that number like [`add`](Self::add); it need not be the next.
     pub(crate) fn add_as(
         &mut self,
         index: usize,

@@ -84,7 +84,7 @@ struct VerifyRecord<'a> {
     complete: bool,
 }
 
-/// What sampled sets say of their own error, and what was found.
+/// Error that sampled sets state, and the error that was found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 struct Stated {
     /// Share of looks that are estimated to go to what is missing: mean of the cells, and the worst.
@@ -93,12 +93,13 @@ struct Stated {
     /// Pixels of all views, and those that show what only the sets dropped.
     pixels: u64,
     wrong_pixels: u64,
-    /// What the sets dropped and is visible: triangles, and instances that only the samples see.
+    /// Visible triangles that the sets dropped, and instances that only the samples see.
     losses: u64,
 }
 
 impl Stated {
-    /// What is stated by the sets that a scene is to be given; `None` for those that lack nothing.
+    /// Returns what is stated by the sets that a scene is to be given; `None` for those that lack
+    /// nothing.
     fn of(args: &VerifyArgs) -> Result<Option<Self>, Failure> {
         let Some(path) = &args.input.scene.pvs else { return Ok(None) };
         let stated = sets::stated_error(path)?;
@@ -149,7 +150,7 @@ impl Stated {
     }
 }
 
-/// What was found of a view.
+/// Findings of a view.
 #[derive(Debug, Deserialize, Serialize)]
 struct Found {
     view: ViewRecord,
@@ -157,7 +158,7 @@ struct Found {
     stated: Option<Stated>,
 }
 
-/// What is verified; views are taken one at a time, for each uses all threads.
+/// Work of a verification; views are taken one at a time, as each uses all threads.
 #[derive(Debug)]
 struct Work {
     survey: Survey,
@@ -207,7 +208,7 @@ pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
     tell(args, &ended, stated, console)
 }
 
-/// What came of all views, or of those that were done.
+/// Result of all views, or of those that were done.
 struct Ended {
     name: String,
     views: Vec<ViewRecord>,

@@ -1,4 +1,5 @@
-//! What `examples/cluster` gives to Slurm and Kubernetes, run as those run it: with a number in the environment.
+//! Tests of the scripts that `examples/cluster` gives to Slurm and Kubernetes, run with a number in
+//! the environment as those run them.
 
 #![cfg(unix)]
 

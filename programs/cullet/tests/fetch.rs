@@ -27,7 +27,7 @@ fn said(out: &Output) -> String {
     String::from_utf8_lossy(&all).replace('\u{202f}', " ")
 }
 
-/// What a command said that ended with this code.
+/// Runs a command, asserts its exit code, and returns its output.
 fn ends(code: i32, args: &[&str]) -> String {
     let out = cullet(args);
     assert_eq!(out.status.code(), Some(code), "{args:?}: {}", said(&out));

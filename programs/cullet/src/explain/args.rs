@@ -31,7 +31,7 @@ Examples
 pub struct ExplainArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
-    /// Which view of the path, from 0
+    /// View of the path, from 0
     #[arg(long = "view", value_name = "INDEX", default_value_t = 0)]
     pub(crate) index: u32,
     /// Explain what owns this pixel, counted from the top left corner, and what lies behind it

@@ -25,7 +25,7 @@ const LETTERS: usize = 116;
 /// A value, or the range of one, on a scale with a limit.
 #[derive(Clone, Debug)]
 pub(super) struct Gauge {
-    /// What it is, and its number in words.
+    /// Name of the gauge, and its number in words.
     pub(super) label: String,
     pub(super) number: String,
     /// From where to where it reaches.

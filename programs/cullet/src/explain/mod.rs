@@ -93,7 +93,7 @@ pub(crate) fn run(args: &ExplainArgs, console: &Console) -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// What is drawn, by the ending of the file.
+/// Kind of drawing, chosen by the ending of the file.
 #[derive(Clone, Copy, Debug)]
 enum Form {
     /// The instance in its view, as PNG.
@@ -132,7 +132,7 @@ fn view(args: &ExplainArgs, model: &mut Model, console: &Console) -> Result<View
     Ok(views.swap_remove(args.index as usize))
 }
 
-/// What is at a pixel and behind it.
+/// Returns what is at a pixel and behind it.
 fn pixel_record(
     model: &Model,
     view: &View,

@@ -18,7 +18,7 @@ pub(super) struct ExplainRecord {
     pub(super) instance: Option<InstanceRecord>,
 }
 
-/// Which view it was.
+/// The view that was drawn.
 #[derive(Debug, Serialize)]
 pub(super) struct ViewPlace {
     pub(super) index: u32,
@@ -63,7 +63,7 @@ pub(super) struct InstanceRecord {
     pub(super) drawn_triangles: u64,
     pub(super) owned_pixels: u64,
     pub(super) kept: bool,
-    /// Which stage dropped it, and why in words.
+    /// Stage that dropped it, and why in words.
     pub(super) stage: Option<Stage>,
     pub(super) reason: Option<String>,
     pub(super) steps: Vec<StepRecord>,
@@ -88,7 +88,7 @@ pub(super) struct StepRecord {
     /// In the words of the engine.
     pub(super) finding: String,
     pub(super) evidence: Evidence,
-    /// What the measured size is held against, in pixels or their squares.
+    /// Limit that the measured size is compared to, in pixels or their squares.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) limit: Option<f64>,
 }
@@ -97,7 +97,8 @@ pub(super) struct StepRecord {
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct LevelRecord {
     pub(super) level: u32,
-    /// By how many pixels the worst of its clusters may be off from here, and by how many any was allowed to be.
+    /// Pixels by which the worst of its clusters may be off from here, and by which any was allowed
+    /// to be.
     pub(super) error_px: f64,
     pub(super) allowed_px: f64,
 }

@@ -102,7 +102,7 @@ fn draw_planes(sheet: &mut Sheet, tests: &[PlaneTest], tint: [u8; 3]) {
     sheet.note(PLANES_NOTE);
 }
 
-/// What a stage held against a limit, and how to read it; none where it is no number that was measured.
+/// Returns what a stage compared to a limit, and how to read it; none where no number was measured.
 fn gauge(
     step: &StepRecord,
     instance: &InstanceRecord,

@@ -1,4 +1,4 @@
-//! Which instance is to be explained, by its name or by a pixel, and what lies behind a pixel.
+//! Selection of the instance to explain, by its name or by a pixel, and what lies behind a pixel.
 
 use cullet::{Scene, Stage, View, Visible, draw::TriangleRange};
 use cullet_command::console::count;

@@ -33,7 +33,7 @@ pub(super) fn lines(record: &ExplainRecord, view: &View) -> Vec<String> {
     lines
 }
 
-/// What owns the pixel that was asked for.
+/// Returns the owner of the pixel that was asked for.
 fn owner(record: &ExplainRecord) -> Option<String> {
     let pixel = record.pixel.as_ref()?;
     let [x, y] = pixel.at;
@@ -46,7 +46,8 @@ fn owner(record: &ExplainRecord) -> Option<String> {
     Some(format!("pixel {x},{y}: {owner}"))
 }
 
-/// What stands beneath the name of an instance: its mesh, its view, and what owns the pixel.
+/// Returns the lines beneath the name of an instance: its mesh, its view, and the owner of the
+/// pixel.
 pub(super) fn about(record: &ExplainRecord) -> Vec<String> {
     let view = format!("view {} of {}", record.view.index, record.scene);
     let mesh = record.instance.as_ref().map(mesh);

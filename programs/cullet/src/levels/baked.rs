@@ -16,7 +16,7 @@ use cullet_io::Model;
 use super::cache;
 use crate::neighbours::BAKER;
 
-/// What a scene is loaded with.
+/// Parts that a scene is loaded with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
     /// Levels of its meshes.
@@ -164,7 +164,7 @@ fn give(scene: &mut Scene, baked: &Scene) -> u64 {
     given
 }
 
-/// Of the corners of all triangles in their original order, however vertices are shared.
+/// Hashes the corners of all triangles in their original order, however vertices are shared.
 fn fingerprint(mesh: &Mesh) -> u64 {
     let mut hasher = DefaultHasher::new();
     let data = mesh.to_data();

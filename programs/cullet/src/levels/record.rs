@@ -13,10 +13,12 @@ pub(crate) struct LevelsRecord {
     pub(crate) ladder: LadderRecord,
     /// Triangles that are drawn of each level, by how often they were simplified; the first in full.
     pub(crate) drawn: Vec<u64>,
-    /// Which of these are no triangles of a mesh, but boxes of impostors; left out where there are none.
+    /// Level that holds boxes of impostors instead of triangles of a mesh; left out where there is
+    /// none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) impostor_level: Option<u32>,
-    /// As many as there would be without any other stage. Empty in a view that was not verified.
+    /// Triangles of each level that would be drawn without any other stage. Empty in a view that
+    /// was not verified.
     pub(crate) chosen: Vec<u64>,
     /// How the picture differs from that in full; null in a view that was not verified.
     pub(crate) pixels: Option<PixelRecord>,
@@ -45,9 +47,10 @@ pub(crate) struct PixelRecord {
     pub(crate) all: u64,
     /// They show another instance, or none, or one where there was none.
     pub(crate) differ: u64,
-    /// Of these, those where only one of the two pictures shows anything.
+    /// Differing pixels where only one of the two pictures shows anything.
     pub(crate) silhouette: u64,
-    /// What was dropped for its size or for the eye's cell shows there, since what is before it is drawn coarser.
+    /// Pixels that show something dropped for its size or for the eye's cell, since what is before
+    /// it is drawn coarser.
     pub(crate) uncovered: u64,
 }
 
@@ -59,7 +62,8 @@ pub(crate) struct DeviationRecord {
     /// Whether that is held in the image's corners, too.
     pub(crate) at_corners: bool,
     pub(crate) max_px: f64,
-    /// What 99.9 % of the random points do not exceed, of the original and of what is drawn: the larger of both.
+    /// Bound that 99.9 % of the random points stay within, of the original and of what is drawn:
+    /// the larger of both.
     pub(crate) p999_px: f64,
     pub(crate) points: u64,
     /// Instances that were measured, and those that are drawn at a level.
@@ -71,7 +75,7 @@ pub(crate) struct DeviationRecord {
 }
 
 impl DeviationRecord {
-    /// Of what was measured, with the verdict on it.
+    /// Returns the record of a measurement, with the verdict on it.
     pub(crate) fn of(found: &Measured, worst: Option<String>, lod: &Lod) -> Self {
         let &Measured { max_px, p999_px, points, instances, .. } = found;
         Self {
@@ -128,7 +132,7 @@ pub(crate) struct LevelsSummary {
 }
 
 impl LevelsSummary {
-    /// Of the views of a run; `None` where levels are off.
+    /// Summarises the views of a run; `None` where levels are off.
     pub(crate) fn of<'a>(views: impl Iterator<Item = &'a LevelsRecord>) -> Option<Self> {
         let mut sum: Option<Self> = None;
         let mut verified = [0, 0];
@@ -171,7 +175,7 @@ impl LevelsSummary {
         self.deviation.as_ref().is_some_and(|d| !d.kept)
     }
 
-    /// What the triangles of a level are called.
+    /// Returns the name for the triangles of a level.
     pub(crate) fn name(&self, level: u32) -> String {
         match level {
             0 => "in full".to_owned(),

@@ -53,7 +53,7 @@ pub struct PictureArgs {
     pub(crate) kind: PictureKind,
     #[command(flatten)]
     pub(crate) input: InputArgs,
-    /// Which view of the path, from 0
+    /// View of the path, from 0
     #[arg(long = "view", value_name = "INDEX", default_value_t = 0)]
     pub(crate) index: u32,
     /// The PNG to write [default: KIND.png]
@@ -84,7 +84,7 @@ pub(crate) enum PictureKind {
     Occluders,
     /// The occluded instances, as ghosts
     Hidden,
-    /// What is seen of each portal, one through the other
+    /// View through each portal, one through the other
     Portals,
     /// The cells from above, and which are reached
     Cells,

@@ -19,12 +19,12 @@ use super::record::Record;
 use super::scene::of_scene;
 use crate::record::{Counts, SCHEMA};
 
-/// What came of a file.
+/// Result of a file.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 struct Row {
     /// Below the folder that was given, with `/` between its parts.
     file: String,
-    /// Of its report, below the folder of reports.
+    /// Address of its report, below the folder of reports.
     page: Option<String>,
     /// Why there is none.
     error: Option<String>,
@@ -83,11 +83,11 @@ impl Row {
     }
 }
 
-/// What is written as `index.json`.
+/// Contents of `index.json`.
 #[derive(Debug, Serialize)]
 struct Index<'a> {
     schema: u32,
-    /// Those that waste the most first; what cannot be read last.
+    /// Rows by waste, the most wasteful first; files that cannot be read last.
     files: &'a [Row],
     complete: bool,
 }

@@ -79,7 +79,7 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
     Ok(if crossed.is_empty() { Exit::Fine } else { Exit::FailIf })
 }
 
-/// Of a city that is larger than memory: of a flight through it.
+/// Reports on a flight through a city that is larger than memory.
 fn in_tiles(args: &ReportArgs, console: &Console) -> Outcome {
     let scene = args.input.scene.scene.as_str();
     if args.json.is_some()

@@ -18,7 +18,7 @@ pub(crate) struct OpenedArgs {
     /// be given several times
     #[arg(long, value_name = "PLANE|BOX", value_parser = shape::shape, allow_hyphen_values = true)]
     cut: Vec<Shape>,
-    /// With --cut: which part is kept, what is inside of all planes, or the rest
+    /// Part that --cut keeps: the inside of all planes, or the rest
     #[arg(long, action = ArgAction::Set, value_parser = parse::choice(KEPT), default_value = "inside", requires = "cut")]
     cut_keep: bool,
 }

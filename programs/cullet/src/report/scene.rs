@@ -232,7 +232,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// What levels of detail take and save, where they are on.
+    /// Returns what levels of detail take and save, where they are on.
     fn levels_cost(&self, summary: &Summary) -> Option<LevelsCost> {
         let levels = summary.levels.as_ref()?;
         let views = summary.views.max(1) as f64;
