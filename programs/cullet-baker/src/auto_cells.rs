@@ -12,7 +12,7 @@ use cullet_io::{Cell, CellGraph, LoadOptions, Model, Portal};
 use cullet_command::console::{Console, count, digits, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure};
 
-/// What `--cells` says for cells that are found.
+/// Value of `--cells` for cells that are found.
 pub(crate) const AUTO: &str = "auto";
 
 /// Gives a model the cells of `--cells`: those found in it, or those that volumes of rooms make.

@@ -54,7 +54,7 @@ Examples
 /// Arguments of `cullet bake`.
 #[derive(Clone, Debug, Args)]
 pub struct BakeArgs {
-    /// Which scene.
+    /// The scene.
     #[command(flatten)]
     pub scene: SceneArgs,
     /// The file to write: a .glb
@@ -81,7 +81,8 @@ pub struct BakeArgs {
     /// Write each impostor as PNGs and as a glTF of cards too, into this folder
     #[arg(long, value_name = "PATH", requires = "impostors")]
     pub impostor_sheets: Option<PathBuf>,
-    /// What of the work to do, and where what is finished is kept: a file for each mesh and kind, and each merged group.
+    /// Share of the work to do, and where finished work is kept: a file for each mesh and kind, and
+    /// each merged group.
     #[command(flatten)]
     pub units: UnitArgs,
     /// How many threads [default: as many as there are cores]

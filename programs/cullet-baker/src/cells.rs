@@ -53,7 +53,7 @@ struct CellsRecord {
     one_way: usize,
     closed: usize,
     mirrors: usize,
-    /// Of all pieces, in cubic units.
+    /// Volume of all pieces, in cubic units.
     volume: f64,
     /// Cells that no portal leads to.
     without_portals: usize,

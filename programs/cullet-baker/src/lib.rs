@@ -22,7 +22,7 @@ use cullet_command::bakery::Bakery;
 
 pub use args::Command;
 
-/// What this program adds to the commands of `cullet`.
+/// Returns what this program adds to the commands of `cullet`.
 #[must_use]
 pub fn bakery() -> Bakery {
     Bakery { cells: auto_cells::give, occluders: baked_occluders::give, units: units::run_items }

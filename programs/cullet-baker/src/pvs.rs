@@ -105,7 +105,7 @@ fn tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What is written as JSON. Pairs are ordered, and a cell with itself is none.
+/// Contents of the JSON. Pairs are ordered, and a cell with itself is none.
 #[derive(Debug, Serialize)]
 struct Record {
     schema: u32,
@@ -123,7 +123,7 @@ struct Record {
     check: Option<CheckRecord>,
 }
 
-/// What the sampled lines found.
+/// Findings of the sampled lines.
 #[derive(Debug, Serialize)]
 struct CheckRecord {
     lines: u64,
@@ -214,13 +214,13 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
     Ok(if missed { Exit::FalseCull } else { Exit::Fine })
 }
 
-/// What is baked, and how.
+/// Returns the settings of the bake.
 fn settings(args: &PvsArgs) -> Settings {
     let fast = args.preset == PvsPreset::Fast;
     Settings { seed: args.seed, fast, tolerance: args.tolerance, scene: args.scene.settings() }
 }
 
-/// What ends the command where a file cannot be loaded.
+/// Returns the failure that ends the command where a file cannot be loaded.
 pub fn failure(error: LoadError) -> Failure {
     let over = matches!(error.kind, ErrorKind::OverLimit { .. });
     Failure { exit: if over { Exit::Limit } else { Exit::Input }, message: error.to_string() }

@@ -55,7 +55,7 @@ pub(crate) struct PvsSceneArgs {
     solid: Option<u32>,
 }
 
-/// What `cullet pvs` says beyond that.
+/// Options and inputs that `cullet pvs` has beyond those of a scene.
 #[derive(Debug)]
 pub(crate) struct Common<'a> {
     pub(crate) file: &'a Path,
@@ -74,7 +74,7 @@ pub(crate) struct Common<'a> {
 const SIDE: u32 = 64;
 
 impl PvsSceneArgs {
-    /// As plans carry them.
+    /// Returns the settings as plans carry them.
     pub(crate) fn settings(&self) -> SceneSettings {
         SceneSettings {
             view_cells: self.view_cells,
@@ -137,17 +137,17 @@ fn share(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What is written as JSON.
+/// Contents of the JSON.
 #[derive(Debug, Serialize)]
 struct Record {
     schema: u32,
     cells: u32,
-    /// What the bits of a row stand for, and how many a row has.
+    /// Kind of item that the bits of a row stand for, and how many bits a row has.
     granularity: &'static str,
     targets: u32,
     triangles: u64,
     visible_pairs: u64,
-    /// Those of them that a line found; the rest is kept by settings.
+    /// Pairs among them that a line found; the rest is kept by settings.
     found_pairs: u64,
     /// Mean over the cells, and the worst.
     missing_estimate: f64,
@@ -166,7 +166,7 @@ struct Record {
     check: Option<PictureRecord>,
 }
 
-/// What voxels proved.
+/// Findings of the voxels.
 #[derive(Debug, Serialize)]
 struct SolidRecord {
     voxels: u64,
@@ -176,7 +176,7 @@ struct SolidRecord {
     contradicted: u64,
 }
 
-/// What pictures from random places found.
+/// Findings of pictures from random places.
 #[derive(Debug, Serialize)]
 struct PictureRecord {
     poses: u32,

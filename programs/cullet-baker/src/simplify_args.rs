@@ -36,7 +36,7 @@ Examples
 /// Arguments of `cullet simplify`.
 #[derive(Clone, Debug, Args)]
 pub struct SimplifyArgs {
-    /// Which scene.
+    /// The scene.
     #[command(flatten)]
     pub scene: SceneArgs,
     /// How far the result may deviate, as a share of the bounding radius

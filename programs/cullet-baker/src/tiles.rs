@@ -80,7 +80,8 @@ struct Record {
     /// Tiles, and those of them that show something.
     tiles: u32,
     tiles_with_content: u32,
-    /// Those that show a stand-in, with the triangles of all of these and the largest error of one, in units of the scene.
+    /// Tiles that show a stand-in, with the triangles of all of these and the largest error of one,
+    /// in units of the scene.
     stand_ins: u32,
     stand_in_triangles: u64,
     stand_in_error: f64,

@@ -19,7 +19,7 @@ pub struct Units<'a> {
 }
 
 impl<'a> Units<'a> {
-    /// Those of a file, in a folder that is made where it is not there.
+    /// Opens the units of a file, in a folder that is made where it does not exist.
     ///
     /// # Errors
     /// If it cannot be made.
@@ -56,7 +56,7 @@ impl<'a> Units<'a> {
         end.map_err(|e| Failure::write(self.folder().unwrap_or(Path::new("")), &e))
     }
 
-    /// As [`run`](Self::run) of a [`OneRound`], each of whose items is kept as soon as it is made.
+    /// Runs a [`OneRound`] like [`run`](Self::run), keeping each item as soon as it is made.
     ///
     /// # Errors
     /// As of [`run`](Self::run).

@@ -92,7 +92,7 @@ impl Folder {
         Occluders::from_bytes(&self.read_one(key, OCCLUDERS)?).ok()
     }
 
-    /// As [`write`](Self::write).
+    /// Writes occluders like [`write`](Self::write).
     pub(super) fn write_occluders(&self, key: u64, made: &Occluders) -> Result<(), Failure> {
         self.write_one(key, OCCLUDERS, &made.to_bytes())
     }
@@ -102,12 +102,12 @@ impl Folder {
         impostor_from_bytes(&self.read_one(key, IMPOSTOR)?).ok()
     }
 
-    /// As [`write`](Self::write).
+    /// Writes an impostor like [`write`](Self::write).
     pub(super) fn write_impostor(&self, key: u64, made: &Impostor) -> Result<(), Failure> {
         self.write_one(key, IMPOSTOR, &impostor_to_bytes(made))
     }
 
-    /// What a file of one chunk has.
+    /// Reads the chunk of a file of one chunk.
     fn read_one(&self, key: u64, (ending, tag): (&str, Tag)) -> Option<Vec<u8>> {
         let bytes = std::fs::read(self.place(key, ending)).ok()?;
         Some(Container::open(&bytes).ok()?.chunk(tag).ok()?.to_vec())
@@ -125,7 +125,8 @@ impl Folder {
         self.place(key, "levels")
     }
 
-    /// What lies there under a key: the levels, or that there are none. A file that is damaged counts for nothing.
+    /// Reads what lies there under a key: the levels, or that there are none. A file that is
+    /// damaged counts for nothing.
     pub(super) fn read(&self, key: u64) -> Option<Option<LevelTables>> {
         let bytes = std::fs::read(self.file(key)).ok()?;
         let file = Container::open(&bytes).ok()?;

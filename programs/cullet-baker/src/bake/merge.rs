@@ -14,10 +14,10 @@ use cullet_io::{Attributes, Model};
 use super::chunk::{Folder, Groups, stopped};
 use super::{resumes, threads};
 
-/// What came of it.
+/// Result of merging.
 pub(super) struct Merged {
     pub(super) groups: u64,
-    /// Of all their levels.
+    /// Triangles of all levels of the groups.
     pub(super) triangles: u64,
     /// How many groups were there before.
     pub(super) resumed: u64,

@@ -54,7 +54,8 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// Of a mesh: as it stands, without the triangles that have no area and that no level draws.
+    /// Prepares a mesh as it stands, without the triangles that have no area and that no level
+    /// draws.
     pub(super) fn new(mesh: &Mesh, attributes: Option<&Attributes>) -> Self {
         let mut data = MeshData { deformable: false, polygons: 0, ..mesh.to_data() };
         if mesh.is_deformable() {
@@ -165,7 +166,8 @@ fn without_degenerate(data: &mut MeshData, mesh: &Mesh) {
     }
 }
 
-/// As tables: triangles in the order of the clusters, clusters in that of the parts.
+/// Converts levels to tables: triangles in the order of the clusters, clusters in that of the
+/// parts.
 fn tables(levels: &LevelsData) -> LevelTables {
     let clusters = &levels.clustering.clusters;
     let mut order: Vec<u32> = (0..clusters.len() as u32).collect();

@@ -55,7 +55,7 @@ struct Record {
     merged_triangles: u64,
     /// How many chains, hierarchies, impostors, merged groups and meshes with occluders were taken from finished ones.
     resumed: u64,
-    /// Of the file.
+    /// Bytes of the file.
     bytes: u64,
     /// Sum of its bytes.
     bytes_hash: String,
@@ -74,14 +74,14 @@ struct Job {
     triangles: u32,
 }
 
-/// What came of it: levels, if it has any, and whether they were there before.
+/// Result of a mesh: levels, if it has any, and whether they were there before.
 type Made = Result<(Option<LevelTables>, bool), Problem>;
 
 /// Why a job came to nothing.
 enum Problem {
     /// The mesh is not for it, which others need not suffer for.
     Levels(LevelsError),
-    /// What was made cannot be kept.
+    /// The result cannot be kept.
     Failure(Failure),
 }
 
@@ -340,7 +340,7 @@ fn threads(args: &BakeArgs) -> usize {
     args.threads.map_or(cores, |n| n as usize)
 }
 
-/// Which meshes an instance draws.
+/// Returns for each mesh whether an instance draws it.
 fn used(scene: &Scene) -> Vec<bool> {
     let mut used = vec![false; scene.meshes().len()];
     scene.slots().for_each(|s| used[scene.mesh_id(s) as usize] = true);

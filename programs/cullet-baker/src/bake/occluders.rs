@@ -67,7 +67,7 @@ pub(super) fn make(
     Ok((all, resumed))
 }
 
-/// Those of a mesh, and whether they were there before.
+/// Returns the occluders of a mesh, and whether they were there before.
 fn one(mesh: &Mesh, folder: Option<&Folder>, resume: bool) -> Result<(Occluders, bool), Failure> {
     let options = OccluderOptions::default();
     let key = folder.map(|folder| (folder, key(mesh, &options)));

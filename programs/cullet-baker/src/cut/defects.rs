@@ -1,4 +1,4 @@
-//! Which meshes have outlines that do not close, and what to try.
+//! Report on meshes with outlines that do not close, and what to try.
 
 use cullet_command::console::{agree, count, grouped};
 use cullet_cut::OpenMesh;

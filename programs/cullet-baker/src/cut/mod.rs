@@ -53,16 +53,16 @@ pub struct CutArgs {
     /// Cut at the six planes of this box
     #[arg(long = "box", value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = shape::bounds, allow_hyphen_values = true)]
     cut_box: Option<[f64; 6]>,
-    /// Which part is kept: what is inside of all planes, or the rest
+    /// Part that is kept: the inside of all planes, or the rest
     #[arg(long, value_parser = parse::choice(KEPT), default_value = "inside")]
     keep: Keep,
     /// Close the cut
     #[arg(long)]
     cap: bool,
-    /// With --cap and --section: join ends of an open outline up to this far apart, in world units
+    /// Distance up to which --cap and --section join ends of an open outline, in world units
     #[arg(long, value_name = "DISTANCE", value_parser = parse::distance)]
     heal: Option<f64>,
-    /// With --cap and --section: move vertices of a mesh up to this far apart to one position before the
+    /// Distance up to which --cap and --section move vertices of a mesh to one position before the
     /// cut, in world units
     #[arg(long, value_name = "DISTANCE", value_parser = parse::distance)]
     weld: Option<f64>,
@@ -82,7 +82,7 @@ pub struct CutArgs {
     pub(crate) json: Option<PathBuf>,
 }
 
-/// Which part is kept, by its name on the command line.
+/// Parts that may be kept, by their names on the command line.
 const KEPT: &[(&str, Keep, &str)] = &[
     ("inside", Keep::Inside, "What is inside of all planes"),
     ("outside", Keep::Outside, "What is outside of any"),

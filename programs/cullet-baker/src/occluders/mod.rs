@@ -100,7 +100,7 @@ pub struct CompareArgs {
     pub reference: u32,
 }
 
-/// What came of a comparison.
+/// Result of a comparison.
 #[derive(Debug)]
 pub struct Compared {
     /// Its figures, for the JSON.

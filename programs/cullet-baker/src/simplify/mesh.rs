@@ -29,7 +29,7 @@ pub(super) struct Settings<'a> {
 pub(super) enum Goal<'a> {
     /// So far in its own units, everywhere.
     Bound(f64),
-    /// As all these eyes allow it.
+    /// Error that all these eyes allow.
     Seen(&'a [LevelEye]),
 }
 

@@ -23,16 +23,16 @@ const SCHEMA: u32 = 1;
 #[derive(Debug, Default, Serialize)]
 struct Record {
     schema: u32,
-    /// Of the result.
+    /// Triangles of the result.
     triangles: u64,
     /// The largest deviation that was measured while it was made: at most 1.08 of what was asked for where that is one bound
     /// for all. Of the hierarchy of clusters, the largest error that it states of what is drawn.
     error: f64,
     /// The largest deviation of independent points.
     error_measured_max: f64,
-    /// What 99.9 % of the independent points of every mesh do not exceed.
+    /// Bound that 99.9 % of the independent points of every mesh stay within.
     error_measured_p999: f64,
-    /// Of the result, by positions.
+    /// Open edges of the result, by positions.
     open_edges: u64,
     triangles_before: u64,
     open_edges_before: u64,

@@ -2,7 +2,7 @@
 
 use cullet::{Mesh, Scene};
 
-/// What a scene draws.
+/// Drawn meshes of a scene, and how large they are drawn.
 #[derive(Debug)]
 pub(super) struct Uses {
     /// Distance of the farthest vertex from the middle, in world units.

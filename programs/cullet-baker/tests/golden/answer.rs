@@ -1,4 +1,4 @@
-//! What the engine answers, in the form that is written.
+//! Answers of the engine, in the form that is written.
 
 use std::error::Error;
 use std::path::Path;

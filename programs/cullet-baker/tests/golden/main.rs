@@ -1,4 +1,4 @@
-//! What the engine answers on five baked files: what every host is held against, bit for bit.
+//! Answers of the engine on five baked files, with which every host is compared, bit for bit.
 //!
 //! The files and the answers in full, `golden.json`, are written to the folder that `CULLET_GOLDEN` names, else to one of this
 //! test, so that hosts can read them. `answers.txt` has a line for each view, so that a change of an answer is seen where
