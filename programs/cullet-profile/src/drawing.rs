@@ -1,4 +1,4 @@
-//! What frames of a scene are drawn with, and into.
+//! Pipelines and targets that frames of a scene are drawn with.
 
 use std::collections::HashMap;
 
@@ -35,7 +35,7 @@ pub(crate) struct Drawing {
     pub(crate) group: BindGroup,
     pub(crate) layout: BindGroupLayout,
     pub(crate) module: ShaderModule,
-    /// As large as it is, and of twice the area: colour and depth.
+    /// Targets of the given size, and of twice the area: colour and depth.
     targets: [[TextureView; 2]; 2],
     /// The frame's slots, and where they are written once more.
     slots: [Buffer; 2],

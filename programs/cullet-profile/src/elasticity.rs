@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::link::Link;
 
-/// By how much of itself a frame takes longer when the work of one link is doubled.
+/// Relative increase of a frame's time when the work of one link is doubled.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Elasticity {
     /// The median of all rounds.
@@ -17,8 +17,9 @@ pub struct Elasticity {
 pub const NAMED: f64 = 0.4;
 
 impl Elasticity {
-    /// Of rounds in which a frame took `base`, and one with a link doubled took `doubled`, in any unit. Rounds without a positive time
-    /// are left out; of none left it is 0, and may be anything.
+    /// Computes the elasticity from rounds in which a frame took `base`, and one with a link
+    /// doubled took `doubled`, in any unit. Rounds without a positive time are left out; of none
+    /// left it is 0, and may be anything.
     #[must_use]
     pub fn of(rounds: &[[f64; 2]]) -> Self {
         let share = |[base, doubled]: &[f64; 2]| (doubled - base) / base;

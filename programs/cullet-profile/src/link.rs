@@ -35,16 +35,17 @@ impl Link {
 /// A way to make a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
-    /// As it is.
+    /// The plain frame.
     Plain,
-    /// With the work of a link doubled.
+    /// The frame with the work of a link doubled.
     Doubled(Link),
-    /// With each draw again, of no instance: what recording and handing in the draws of a doubled
-    /// [transform](Link::Transform) takes, which is none of its work.
+    /// The frame with each draw again, of no instance: the cost of recording and handing in the
+    /// draws of a doubled [transform](Link::Transform), which is not its own work.
     EmptyDraws,
-    /// With each draw again into a single pixel: of a doubled transform the vertices alone.
+    /// The frame with each draw again into a single pixel: the vertices alone of a doubled
+    /// transform.
     VerticesAgain,
-    /// With another culler, by its number.
+    /// The frame with another culler, by its number.
     Culled(usize),
 }
 

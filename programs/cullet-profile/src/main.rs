@@ -109,7 +109,7 @@ fn of_scene(gpu: &Gpu, args: &ProfileArgs, console: &Console) -> Result<Profile,
     Ok(profile)
 }
 
-/// What frames are culled by: first plain ones, then each stage besides, then all of them.
+/// Returns the cullers of the frames: first plain ones, then each stage besides, then all of them.
 fn cullers(
     all: &Culler,
     already: Already,

@@ -105,13 +105,14 @@ impl Times {
         })
     }
 
-    /// Of the elasticity of the transform what is of triangles that reach the screen, and not of vertices.
+    /// Returns the share of the transform's elasticity that is due to triangles that reach the
+    /// screen, and not to vertices.
     #[must_use]
     pub fn set_up(&self) -> Elasticity {
         self.change(Way::VerticesAgain, Way::Doubled(Link::Transform))
     }
 
-    /// By how much of a plain frame one way takes longer than another.
+    /// Returns the share of a plain frame by which one way takes longer than another.
     #[must_use]
     pub fn change(&self, from: Way, to: Way) -> Elasticity {
         let at = |way| self.ways.iter().position(|w| *w == way);

@@ -16,7 +16,7 @@ const STAGES: [(&str, &str, &[Link]); 3] = [
 ];
 
 const WIDTH: f64 = 760.0;
-/// Of a stage, and between two.
+/// Widths of a stage and of the gap between two.
 const BOX: f64 = 224.0;
 const GAP: f64 = 24.0;
 const LEFT: f64 = 20.0;
@@ -92,7 +92,7 @@ fn stage(
     }
 }
 
-/// What each kind of culling gives, predicted and measured.
+/// Writes the predicted and measured gains of each kind of culling.
 fn reliefs(out: &mut String, profile: &Profile, top: f64) {
     if profile.relief.is_empty() {
         return;

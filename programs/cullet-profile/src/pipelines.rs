@@ -2,7 +2,7 @@
 
 use wgpu::*;
 
-/// What sets one pipeline apart from the others.
+/// Properties that set one pipeline apart from the others.
 pub(crate) struct Wanted<'a> {
     pub(crate) module: &'a ShaderModule,
     pub(crate) layouts: &'a [&'a BindGroupLayout],

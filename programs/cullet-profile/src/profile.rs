@@ -1,4 +1,4 @@
-//! What a profile says, for people and for programs.
+//! Contents of a profile, for people and for programs.
 
 use std::fmt::Write as _;
 
@@ -17,7 +17,7 @@ const SCHEMA: u32 = 1;
 pub struct Profile {
     /// The version of this form.
     pub schema: u32,
-    /// What was drawn.
+    /// Name of the scene that was drawn.
     pub scene: String,
     /// The device.
     pub adapter: String,
@@ -29,11 +29,11 @@ pub struct Profile {
     pub frame_ms: f64,
     /// How often each way was timed.
     pub rounds: usize,
-    /// By link.
+    /// Elasticity of each link.
     pub elasticity: ByLink<f64>,
     /// Intervals of these.
     pub interval: ByLink<[f64; 2]>,
-    /// By stage of culling.
+    /// Relief by each stage of culling.
     pub relief: Vec<Relief>,
 }
 
@@ -52,7 +52,7 @@ impl<T: Copy> ByLink<T> {
         Self { fill, transform, bus, cpu }
     }
 
-    /// That of one link.
+    /// Returns the value of one link.
     #[must_use]
     pub fn of(&self, link: Link) -> T {
         match link {
@@ -65,7 +65,7 @@ impl<T: Copy> ByLink<T> {
 }
 
 impl Profile {
-    /// Of what was measured of a scene on a device; relief is still to come.
+    /// Builds the profile of what was measured of a scene on a device; relief is still to come.
     #[must_use]
     pub fn new(scene: &str, adapter: &wgpu::AdapterInfo, times: &Times) -> Self {
         let elasticity: [Elasticity; 4] = times.elasticities();
@@ -90,7 +90,7 @@ impl Profile {
         self.limit != "mixed"
     }
 
-    /// What it comes to, in a sentence.
+    /// Returns the verdict in a sentence.
     #[must_use]
     pub fn verdict(&self) -> String {
         let mut out = if self.is_named() {
@@ -148,7 +148,7 @@ impl Profile {
         out
     }
 
-    /// What cannot be told here.
+    /// Returns what cannot be measured here.
     #[must_use]
     pub fn cautions(&self) -> Vec<String> {
         let mut all = Vec::new();

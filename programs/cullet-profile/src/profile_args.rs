@@ -39,10 +39,10 @@ Examples
 #[derive(Clone, Debug, Args)]
 #[command(mut_arg("views", |arg| arg.default_value("4")))]
 pub(crate) struct ProfileArgs {
-    /// Which scene, views and culling.
+    /// The scene, views and culling.
     #[command(flatten)]
     pub input: InputArgs,
-    /// What the frames that others are held against are culled by already
+    /// Stages that cull the frames of the baseline already
     #[arg(long, value_parser = parse::choice(ALREADY), default_value = "none", value_name = "STAGE")]
     pub already: Already,
     /// How often each way is timed; fewer than 30 name a link less often
@@ -56,7 +56,7 @@ pub(crate) struct ProfileArgs {
     pub json: Option<PathBuf>,
 }
 
-/// What a program culls by already.
+/// Culling that a program does already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Already {
     /// Nothing.

@@ -71,7 +71,7 @@ pub struct Proof {
     /// Where no pixel passes the depth test.
     unseen: RenderPipeline,
     loops: BindGroup,
-    /// As large as it is, and of twice the area.
+    /// Targets of the given size, and of twice the area.
     targets: [[TextureView; 2]; 2],
     uploads: [Buffer; 2],
     data: Vec<u8>,

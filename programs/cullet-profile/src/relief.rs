@@ -1,4 +1,4 @@
-//! What a kind of culling gives back, as predicted and as found. Pure computation.
+//! Gain of a kind of culling, as predicted and as found. Pure computation.
 
 use serde::Serialize;
 
@@ -6,21 +6,23 @@ use super::elasticity::Elasticity;
 use super::link::Way;
 use super::measure::Times;
 
-/// What a kind of culling gives back of a frame, in percent of it; below 0 where it costs more than it saves.
+/// Gain of a kind of culling, in percent of a frame; below 0 where it costs more than it saves.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Relief {
     /// The stage, or `all`.
     pub stage: String,
-    /// By the elasticities, and the share of each link's work that it takes away.
+    /// Percent predicted from the elasticities, and from the share of each link's work that it
+    /// takes away.
     pub predicted_percent: f64,
-    /// By frames with and without it.
+    /// Percent measured by frames with and without it.
     pub measured_percent: f64,
     /// Where the measured value lies in 95 of 100 draws of the rounds.
     pub interval_percent: [f64; 2],
 }
 
 impl Relief {
-    /// Of a stage, from what frames wait for without it, the work without and with it, and by how much of a frame it changed the time.
+    /// Computes the relief of a stage from what frames wait for without it, the work without and
+    /// with it, and the relative change of a frame's time.
     #[must_use]
     pub fn new(
         stage: &str,
@@ -38,7 +40,7 @@ impl Relief {
         }
     }
 
-    /// By how many times frames are made faster, as measured.
+    /// Returns the measured factor by which frames become faster.
     #[must_use]
     pub fn factor(&self) -> f64 {
         1.0 / (1.0 - self.measured_percent / 100.0).max(1e-3)
@@ -93,18 +95,18 @@ pub struct Waits {
     pub seconds: f64,
     /// The elasticity of filling.
     pub fill: f64,
-    /// That of setting up triangles that reach the screen.
+    /// Share of setting up triangles that reach the screen.
     pub set_up: f64,
-    /// That of transforming vertices, without it.
+    /// Share of transforming vertices, without the set-up.
     pub vertices: f64,
-    /// That of uploads.
+    /// Share of uploads.
     pub bus: f64,
-    /// That of the program.
+    /// Share of the program.
     pub cpu: f64,
 }
 
 impl Waits {
-    /// As measured.
+    /// Returns the waits as measured.
     #[must_use]
     pub fn of(times: &Times) -> Self {
         let [fill, transform, bus, cpu] = times.elasticities().map(|e| e.value);

@@ -39,7 +39,8 @@ fn what_a_frame_waits_for_is_named() {
     }
 }
 
-/// By hand, on a quiet machine: `cargo test --release -p cullet-profile -- --ignored --nocapture`.
+/// Runs by hand, on a quiet machine: `cargo test --release -p cullet-profile -- --ignored
+/// --nocapture`.
 #[test]
 #[ignore = "takes ten minutes, and a machine that does nothing else"]
 fn what_a_frame_waits_for_is_named_in_twenty_of_twenty_runs() {
