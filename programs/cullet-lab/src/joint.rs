@@ -158,7 +158,7 @@ impl JointHierarchy {
         tests
     }
 
-    /// As [`visit`](Self::visit), but tests every cluster by itself.
+    /// Visits like [`visit`](Self::visit), but tests every cluster by itself.
     pub fn flat(&self, eye: [f64; 4], mut visit: impl FnMut(&[u32], ClusterFacing)) -> usize {
         for (at, node) in self.nodes.iter().enumerate().filter(|(at, n)| n.is_leaf(*at)) {
             debug_assert_eq!(node.skip as usize, at + 1);

@@ -1,5 +1,6 @@
-//! What `cullet` is measured and taught with: benches, figures of published work measured again, lectures held against the
-//! engine, pictures that teach, and [other methods](methods) of the literature.
+//! Measurements and teaching for `cullet`: benches, figures of published work measured again,
+//! lectures compared with the engine, pictures that teach, and [other methods](methods) of the
+//! literature.
 //!
 //! Not published. `cullet` starts the program for the commands that it has.
 #![forbid(unsafe_code)]

@@ -7,7 +7,7 @@ use clap::Parser;
 use cullet_command::{bakery, program};
 use cullet_lab::Command;
 
-/// What cullet is measured and taught with
+/// Measures and teaches cullet
 #[derive(Debug, Parser)]
 #[command(name = "cullet-lab", version, arg_required_else_help = true)]
 struct Cli {

@@ -63,7 +63,7 @@ impl<'a> Finder<'a> {
         Self { indices, width, last, before }
     }
 
-    /// Of the three indices from a place on.
+    /// Returns the hash of the three indices from a place on.
     fn hash(&self, at: usize) -> Option<usize> {
         let [a, b, c] = *self.indices.get(at..)?.first_chunk::<SHORTEST>()?;
         let key = u32::from_le_bytes([a, b, c, 0]);
@@ -118,7 +118,7 @@ impl<'a> Finder<'a> {
 mod tests {
     use super::*;
 
-    /// What tokens say.
+    /// Returns the text that tokens stand for.
     fn joined(tokens: &[Token]) -> Vec<u8> {
         let mut all: Vec<u8> = Vec::new();
         for token in tokens {

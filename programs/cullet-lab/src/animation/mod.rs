@@ -29,11 +29,11 @@ pub(crate) enum AnimationError {
     /// A picture of another size than the first.
     #[error("frame {frame} is {size:?} pixels large, but the first is {first:?}")]
     Size {
-        /// Which frame, from 0.
+        /// Number of the frame, from 0.
         frame: usize,
         /// Its width and height.
         size: [u32; 2],
-        /// Those of the first.
+        /// Size of the first frame.
         first: [u32; 2],
     },
     /// Pictures without pixels, or too large.
@@ -53,7 +53,7 @@ pub(crate) struct Animation {
     size: [u32; 2],
     fps: u32,
     palette: Vec<[u8; 3]>,
-    /// Of each frame an index of the palette per pixel, row by row from the top.
+    /// Palette index of each pixel of each frame, row by row from the top.
     frames: Vec<Vec<Index>>,
 }
 

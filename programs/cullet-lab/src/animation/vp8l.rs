@@ -11,7 +11,8 @@ use super::prefix::PrefixCode;
 const LENGTHS_FROM: usize = 256;
 const GREENS: usize = LENGTHS_FROM + 24;
 const DISTANCES: usize = 40;
-/// With fewer colours several indices would share a byte, which saves nothing once they are coded.
+/// Least number of colours: with fewer, several indices would share a byte, which saves nothing
+/// once they are coded.
 const LEAST_COLORS: usize = 17;
 /// Distances up to this number are codes of places around a pixel.
 const NEAR: usize = 120;

@@ -209,8 +209,8 @@ fn view(eye: DVec3, target: DVec3, near: f64) -> Result<View, cullet::view::View
 /// Loads a scene with levels of detail.
 type Load<'a> = &'a dyn Fn(&SceneArgs, Wanted, &Console) -> Result<Model, Failure>;
 
-/// What the engine's own preset leaves with levels, over the triangles that own a pixel where all is drawn in full; and what is left
-/// of it where small objects go as well.
+/// Measures what the engine's own preset leaves with levels, relative to the triangles that own a
+/// pixel where all is drawn in full; and what is left of it where small objects go as well.
 fn over_visible(
     scene: &str,
     path: &PathSpec,

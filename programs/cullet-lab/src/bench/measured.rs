@@ -52,20 +52,21 @@ pub enum Yardstick {
 /// A row of the table but for its times.
 #[derive(Clone, Debug)]
 pub(super) struct Workload {
-    /// As [`Measured::name`].
+    /// Value of [`Measured::name`].
     pub(super) name: String,
-    /// As [`Measured::level`].
+    /// Value of [`Measured::level`].
     pub(super) level: &'static str,
-    /// As [`Measured::items`].
+    /// Value of [`Measured::items`].
     pub(super) items: usize,
-    /// As [`Measured::visible`].
+    /// Value of [`Measured::visible`].
     pub(super) visible: usize,
-    /// As [`Measured::checked`].
+    /// Value of [`Measured::checked`].
     pub(super) checked: bool,
 }
 
 impl Workload {
-    /// With the time of reading `bytes` for each item and that of the workload, in nanoseconds for all items.
+    /// Compares the workload's time with the time of reading `bytes` for each item, in nanoseconds
+    /// for all items.
     pub(super) fn streaming(self, bytes: usize, [limit, time]: [f64; 2]) -> Measured {
         let yardstick = Yardstick::Streaming {
             bytes_per_item: bytes,
@@ -75,7 +76,7 @@ impl Workload {
         self.measured(time, yardstick)
     }
 
-    /// With the time of another way and that of the workload, in nanoseconds for all items.
+    /// Compares the workload's time with the time of another way, in nanoseconds for all items.
     pub(super) fn against(self, [other, time]: [f64; 2], ratio_to: &str) -> Measured {
         let yardstick = Yardstick::Other { ratio_to: ratio_to.to_owned(), ratio: time / other };
         self.measured(time, yardstick)

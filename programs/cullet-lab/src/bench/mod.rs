@@ -72,7 +72,7 @@ enum BenchOf {
     /// Levels of detail beside those of errors that are believed
     #[command(after_help = levels::args::LOD_BENCH_HELP)]
     Lod(levels::args::LodBenchArgs),
-    /// What cells and portals cost, and what they save
+    /// Costs and savings of cells and portals
     #[command(after_help = portal::HELP)]
     Portal(portal::PortalArgs),
     /// Sets of cells of portal graphs, beside the tool that level builders use

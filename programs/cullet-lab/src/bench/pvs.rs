@@ -84,7 +84,7 @@ struct Graph {
     undecided: u64,
     cpu_seconds: f64,
     wall_seconds: f64,
-    /// What the engine holds; the process has more.
+    /// Bytes that the engine holds; the process has more.
     bytes: u64,
     peak_bytes: Option<u64>,
     /// Whether another number of threads gave the same bytes.
@@ -94,7 +94,7 @@ struct Graph {
     vis: Option<Vis>,
 }
 
-/// What the tool found and took.
+/// Results and time of the tool.
 #[derive(Debug, Serialize)]
 struct Vis {
     /// Ordered pairs that it has in both directions, and in either.
@@ -250,7 +250,7 @@ fn measure(file: &Path, args: &PvsArgs) -> Result<Graph, Failure> {
     })
 }
 
-/// What the files beside a graph say of vis.
+/// Reads the results of vis from the files beside a graph.
 fn vis(file: &Path, pvs: &Pvs) -> Option<Vis> {
     let rows = BitRows::from_exchange(&std::fs::read(file.with_extension("pvs")).ok()?)?;
     let cells = pvs.cell_count();

@@ -78,7 +78,7 @@ struct Baked {
     rays: u64,
     cpu_seconds: f64,
     wall_seconds: f64,
-    /// Of which for the trees of rays and the cells.
+    /// Seconds of these spent on the trees of rays and the cells.
     tree_seconds: f64,
     poses: u32,
     pixel_error: f64,
@@ -150,7 +150,7 @@ pub(super) fn run(
     })
 }
 
-/// What does not fit in a row.
+/// Prints what does not fit in a row.
 fn more(b: &Baked, console: &Console) {
     if let Some(t) = &b.threads {
         console.line(format!(

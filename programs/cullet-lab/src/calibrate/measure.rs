@@ -209,7 +209,7 @@ fn slope(points: &[[f64; 2]]) -> f64 {
     xy / xx
 }
 
-/// Which side of the sheet the viewer sees.
+/// Side of the sheet that the viewer sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Seen {
     Front,

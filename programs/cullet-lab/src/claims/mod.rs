@@ -26,7 +26,7 @@ pub use scene::SceneOccluders;
 use sample::{Patterns, Strip};
 use triangle::{ObjectRows, ScreenRows, Triangle};
 
-/// What an occlusion buffer claims: a nearness for each pixel, 0 where it claims nothing.
+/// Claims of an occlusion buffer: a nearness for each pixel, 0 where it claims nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Claims {
     size: [u32; 2],
@@ -121,9 +121,9 @@ pub struct WrongClaim {
 pub struct ClaimCheck {
     /// Pixels of the buffer.
     pub pixels: u64,
-    /// Those that claim something.
+    /// Pixels that claim something.
     pub claimed: u64,
-    /// Those of them whose claim is wrong.
+    /// Pixels among them whose claim is wrong.
     pub wrong: u64,
     /// The first wrong ones, row by row.
     pub first: Vec<WrongClaim>,

@@ -35,7 +35,7 @@ fn mix(mut z: u64) -> u64 {
 }
 
 impl Patterns {
-    /// Those of `side` × `side` cells from number 64 × `pass` on.
+    /// Makes the patterns of `side` × `side` cells from number 64 × `pass` on.
     pub(super) fn new(side: u32, pass: u32, seed: u64) -> Self {
         let cells = side * side;
         let first = pass * SAMPLES as u32;

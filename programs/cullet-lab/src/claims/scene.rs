@@ -44,8 +44,8 @@ pub struct SceneOccluders<'a> {
 }
 
 impl<'a> SceneOccluders<'a> {
-    /// Of every mesh of a scene. Occluders that were given to the scene ([`Scene::set_occluder`]) play no part: they need not be made
-    /// of the mesh's triangles.
+    /// Collects the occluders of every mesh of a scene. Occluders that were given to the scene
+    /// ([`Scene::set_occluder`]) play no part: they need not be made of the mesh's triangles.
     ///
     /// Cost: that of [`Occluder::of_mesh`] for each mesh.
     #[must_use]

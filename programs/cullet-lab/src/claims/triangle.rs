@@ -222,7 +222,7 @@ pub(super) struct Affine {
 }
 
 impl Affine {
-    /// Of exact coordinates of at most `reach`.
+    /// Builds the function with the error bound for exact coordinates of at most `reach`.
     fn new([a, b, c]: [Number; 3], reach: [f64; 2]) -> Self {
         let size = a.value.abs() * reach[0] + b.value.abs() * reach[1] + c.value.abs();
         let error = a.error * reach[0] + b.error * reach[1] + c.error;

@@ -85,7 +85,7 @@ pub(crate) fn run(args: &FetchArgs, console: &Console) -> Outcome {
     tell(&kept, console)
 }
 
-/// What one may do with it.
+/// Prints what one may do with the file.
 fn tell(kept: &Path, console: &Console) -> Outcome {
     console.line(format!("try: cullet report {}", kept.display()));
     Ok(Exit::Fine)

@@ -6,11 +6,11 @@ const MEGABYTE: u64 = 1_000_000;
 /// A model that many papers and lectures use.
 #[derive(Debug)]
 pub(super) struct Known {
-    /// What it is asked for by.
+    /// Name by which it is asked for.
     pub(super) name: &'static str,
     /// Other names of it.
     pub(super) also: &'static [&'static str],
-    /// What it is.
+    /// Title of the model.
     pub(super) title: &'static str,
     /// The file that is kept.
     pub(super) file: &'static str,
@@ -33,7 +33,8 @@ pub(super) struct Terms {
     pub(super) word: &'static str,
     /// Whether whoever fetches it has to accept them: whether they bind.
     pub(super) bind: bool,
-    /// What they say, line by line. Never in place of the terms themselves, which are at `address`.
+    /// Text of the terms, line by line. Never in place of the terms themselves, which are at
+    /// `address`.
     pub(super) lines: &'static [&'static str],
     /// Where they stand in full.
     pub(super) address: &'static str,

@@ -37,7 +37,7 @@ pub(super) fn unpack(from: &Path, known: &Known, out: &mut impl Write) -> Result
     Archive { name: from.display().to_string(), bytes: bytes.take(most), most }.write(known, out)
 }
 
-/// What is in the file, unpacked on the way.
+/// File that is unpacked while it is read.
 struct Archive {
     name: String,
     bytes: std::io::Take<Box<dyn Read>>,
@@ -165,7 +165,7 @@ fn is_same(name: &str, wanted: &str) -> bool {
     last(name) == last(wanted)
 }
 
-/// What a record of a tar says of the file behind it.
+/// Header that a record of a tar has for the file behind it.
 struct Header {
     name: String,
     size: u64,

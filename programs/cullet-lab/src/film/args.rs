@@ -29,7 +29,7 @@ Examples
 pub struct FilmArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
-    /// What happens in it
+    /// Subject of the film
     #[arg(long, value_enum, value_name = "SUBJECT")]
     pub(crate) of: Subject,
     /// The file to write, .webp or .png, or a folder for single frames [default: SUBJECT.webp]
@@ -71,7 +71,7 @@ impl FilmArgs {
     }
 }
 
-/// What happens in a film.
+/// Subject of a film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Subject {
     /// Culling freezes, and the eye flies out

@@ -107,7 +107,7 @@ impl<'a> Freeze<'a> {
     }
 }
 
-/// As wide as pictures from outside are.
+/// Field of view of pictures from outside.
 const OUTSIDE_FOV: f64 = 48.0 * std::f64::consts::PI / 180.0;
 
 impl Script for Freeze<'_> {

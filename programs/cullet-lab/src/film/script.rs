@@ -1,4 +1,4 @@
-//! What every film is: frames by their place in it.
+//! Script of every film: frames by their place in it.
 
 use cullet_command::console::grouped;
 use cullet_command::exit::Failure;

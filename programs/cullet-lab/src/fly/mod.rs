@@ -79,7 +79,7 @@ const CHECKS: u32 = 9;
 /// Frames a second.
 const RATE: f64 = 60.0;
 const SIZE: [u32; 2] = [1920, 1080];
-/// Of the pictures that check.
+/// Size of the pictures that check.
 const SMALL: [u32; 2] = [320, 180];
 
 /// Runs the command.
@@ -179,7 +179,7 @@ fn fly(
     (frames, record)
 }
 
-/// What culling loses of what is loaded, by a picture of a place.
+/// Counts what culling loses of what is loaded, by a picture of a place.
 fn false_culls(world: &World, culler: &Culler, [eye, target]: [[f64; 3]; 2], near: f64) -> u64 {
     let Some(small) = view(eye, target, SMALL, near) else { return 0 };
     let options = VerifyOptions::default();

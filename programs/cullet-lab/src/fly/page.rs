@@ -11,7 +11,7 @@ const WIDTH: f64 = 960.0;
 const HEIGHT: f64 = 150.0;
 const LEFT: f64 = 70.0;
 
-/// What is drawn of a frame.
+/// Value of a frame that is drawn.
 type Value = fn(&Frame) -> f64;
 
 /// The page.

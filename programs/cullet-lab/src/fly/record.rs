@@ -12,11 +12,11 @@ pub(super) struct Frame {
     /// Whether it is of the second half of the way.
     pub(super) high: bool,
     pub(super) cull_ms: f64,
-    /// What the frame took to say where the eye is and to take in what was loaded.
+    /// Time that the frame took to say where the eye is and to take in what was loaded.
     pub(super) look_ms: f64,
     pub(super) instances: u32,
     pub(super) visible: u64,
-    /// Of what is visible, at its levels of detail.
+    /// Triangles that are visible, at their levels of detail.
     pub(super) triangles: u64,
     pub(super) tiles: usize,
     /// Tiles that are wanted and not there.
@@ -39,7 +39,7 @@ pub(super) struct Half {
 pub(super) struct Record {
     pub(super) schema: u32,
     pub(super) world: String,
-    /// Of all of the world.
+    /// Instances of the whole world.
     pub(super) instances: u64,
     /// View cells whose rows say what is loaded first.
     pub(super) cells: u32,

@@ -25,7 +25,7 @@ pub(super) struct Route {
     speed: Option<f64>,
     length: f64,
     pub(super) near: f64,
-    /// Of the whole world.
+    /// Instances of the whole world.
     pub(super) instances: u64,
     /// View cells whose rows say what is loaded first.
     pub(super) cells: u32,

@@ -15,12 +15,12 @@ use serde_json::{Value, json};
 use super::formula::{value, written};
 use super::{Item, held};
 
-/// What a check found.
+/// Result of a check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// What was measured here, in a sentence with its numbers.
+    /// Sentence that says what was measured here, with its numbers.
     pub measured: String,
-    /// What follows.
+    /// Outcome of the measurement.
     pub outcome: Outcome,
     /// Figures that are not those of the book, though these should be the same on every machine.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -158,7 +158,7 @@ struct Line<C: clap::Subcommand> {
     command: C,
 }
 
-/// What runs a command line, in this process.
+/// Returns a closure that runs a command line, in this process.
 fn parsed(args: &[String]) -> Result<Box<dyn FnOnce() -> exit::Outcome>, String> {
     fn line<C: clap::Subcommand>(args: &[String]) -> Result<C, String> {
         Ok(Line::try_parse_from(args).map_err(|e| e.to_string())?.command)
@@ -196,7 +196,7 @@ const OPERATORS: [(&str, Comparison); 6] = [
     (" < ", |a, b| a < b),
 ];
 
-/// What the JSON of an item's commands says of it.
+/// Judges an item by the JSON of its commands.
 fn judged(item: &Item, runs: &[&Value]) -> Result<Finding, String> {
     let (mut figures, mut others) = (Vec::new(), Vec::new());
     for figure in &item.figures {

@@ -53,7 +53,7 @@ pub struct LectureArgs {
     pub(crate) json: Option<PathBuf>,
 }
 
-/// What the words on the command line choose.
+/// Choice made by the words on the command line.
 #[derive(Debug)]
 struct Choice {
     text: Option<&'static Text>,

@@ -80,7 +80,7 @@ fn pointed(word: &str, runs: &[&Value]) -> Result<f64, String> {
     Ok(numbers.ok_or(format!("{word} is no number"))?.iter().sum())
 }
 
-/// What a segment of a pointer leads to.
+/// Returns the values that a segment of a pointer leads to.
 fn step<'a>(value: &'a Value, segment: &str) -> Vec<&'a Value> {
     let Value::Array(list) = value else { return value.get(segment).into_iter().collect() };
     if let Ok(index) = segment.parse::<usize>() {

@@ -1,4 +1,5 @@
-//! What three lectures and a paper say of culling, item by item, each with what shows it: `docs/lectures.json`.
+//! Statements of three lectures and a paper about culling, item by item, each with what shows it:
+//! `docs/lectures.json`.
 //!
 //! An [`Item`] is a claim, a formula, a method, a picture or a table, in words of our own, with where it [stands](Place),
 //! what is measured of it, the command and the viewer's state that show it, and a [`Check`]: commands whose figures are
@@ -55,12 +56,12 @@ pub struct Item {
     pub title: String,
     /// Places in the texts.
     pub places: Vec<Place>,
-    /// What is said, in words of our own.
+    /// Statement of the item, in our own words.
     pub claim: String,
     /// The number or the formula that a text gives, if it gives one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub said: Option<String>,
-    /// What is measured of it here: a sentence with a `{}` for each of the figures.
+    /// Sentence about what is measured here, with a `{}` for each of the figures.
     pub measured: String,
     /// The figures of the sentence as they are in the book: `1,234`, or `1,234 = FORMULA` of the commands of the check.
     /// One with a `~` behind it varies from machine to machine.
@@ -79,7 +80,7 @@ pub struct Item {
     pub live: Option<Live>,
     /// Where the book explains it: a file of `docs/src`, and a heading of it.
     pub chapter: String,
-    /// What shows it.
+    /// Check that shows it.
     pub check: Check,
 }
 
@@ -103,14 +104,15 @@ pub struct Live {
     pub state: String,
 }
 
-/// What shows a claim: commands and comparisons of the figures that they write, tests, or both.
+/// Check that shows a claim: commands and comparisons of the figures that they write, tests, or
+/// both.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Check {
     /// Command lines of `cullet`, without its name and without `--json -`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub run: Vec<String>,
-    /// What must hold of their JSON: two formulas with `<`, `<=`, `>`, `>=`, `==` or `!=` between them.
+    /// Conditions on their JSON: two formulas with `<`, `<=`, `>`, `>=`, `==` or `!=` between them.
     ///
     /// A command that ends with another exit code than 0 fails the item, unless a comparison is of `/exit`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -168,7 +170,7 @@ impl Item {
 }
 
 impl Check {
-    /// What a shell is told to run the tests.
+    /// Returns the shell commands that run the tests.
     fn commands(&self) -> impl Iterator<Item = String> {
         self.test.iter().map(|test| {
             let (file, name) = test.split_once("::").unwrap_or((test, ""));

@@ -1,4 +1,4 @@
-//! What `cullet lecture` prints.
+//! Output of `cullet lecture`.
 
 use cullet_command::console::{Console, count};
 

@@ -107,7 +107,7 @@ impl Groups {
         self.ranges.is_empty()
     }
 
-    /// Which of the caller's triangles is at each place of the groups' order.
+    /// Returns the caller's number of the triangle at each place of the groups' order.
     #[must_use]
     pub fn order(&self) -> &[u32] {
         &self.order

@@ -68,7 +68,7 @@ pub enum PatchError {
     /// A control point with a NaN or infinite coordinate.
     #[error("control point {point} is not finite: {position:?}")]
     NotFinite {
-        /// Which point.
+        /// Number of the point.
         point: usize,
         /// Where it is.
         position: [f32; 3],

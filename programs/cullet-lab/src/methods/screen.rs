@@ -20,7 +20,7 @@ pub fn ndc_normal_z(ndc: &[[f64; 2]; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Which side of a triangle is seen, from its corners in clip space.
+/// Returns the side of a triangle that is seen, from its corners in clip space.
 ///
 /// The determinant of (x, y, w) of the corners decides: it is [`ndc_normal_z`] times all three w where
 /// those are positive, and it stays right where some corner is beside or behind the eye (Olano & Greer,

@@ -51,7 +51,7 @@ pub struct PictureArgs {
     pub(crate) cluster: Option<u32>,
     #[command(flatten)]
     pub(crate) clusters: ClusterArgs,
-    /// Which view of the path, from 0
+    /// View of the path, from 0
     #[arg(long = "view", value_name = "INDEX", default_value_t = 0)]
     pub(crate) index: u32,
     /// The PNG to write [default: KIND.png]
@@ -66,7 +66,7 @@ pub(crate) enum PictureKind {
     Impostor,
     /// When a pixel counts as covered
     Coverage,
-    /// Which cells see each other
+    /// Cells that see each other
     PvsMatrix,
     /// The cube of directions and its classes that face away
     NormalMask,

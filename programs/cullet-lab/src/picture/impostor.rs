@@ -10,7 +10,8 @@ use super::PictureArgs;
 use cullet_cli::levels;
 use cullet_cli::names::mesh_name;
 
-/// Of the largest mesh that has an impostor; where none has, of the largest mesh, with one that is made now.
+/// Draws the impostor of the largest mesh that has one; where none has, of the largest mesh, with
+/// one that is made now.
 pub(super) fn draw(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     let model = inputs::load(&args.input.scene, console)?;
     let scene = &model.scene;

@@ -10,7 +10,7 @@ pub struct Exercise {
     pub id: &'static str,
     /// The file of `docs/src` that poses it.
     pub chapter: &'static str,
-    /// What the chapter says before its exercises, such as the camera that all of them are about.
+    /// Introduction of the chapter to its exercises, such as the camera that all of them are about.
     pub context: String,
     /// The question, with its numbers.
     pub question: String,
@@ -46,7 +46,7 @@ pub enum NoAnswer {
     Choice(String, String),
 }
 
-/// What an answer is.
+/// Verdict on an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Judged {
     /// The answer.

@@ -43,7 +43,7 @@ pub(crate) struct MeshReductionArgs {
     /// How many pixels the sphere around the model is across, one for each picture
     #[arg(long, value_name = "PX,...", value_delimiter = ',', default_values_t = [400, 200, 100, 50, 25], value_parser = clap::value_parser!(u32).range(2..=1080))]
     sizes: Vec<u32>,
-    /// By how many pixels what is drawn may be off
+    /// Pixels by which what is drawn may be off
     #[arg(long, value_name = "PX", default_value_t = 1.0, value_parser = parse::lod_pixels, allow_hyphen_values = true)]
     pixels: f64,
     /// From where the model is seen: a direction from its middle
@@ -80,7 +80,7 @@ struct Row {
     /// How far the eye is from its middle, in radii of that sphere.
     distance_radii: f64,
     triangles: u64,
-    /// What was measured.
+    /// Measured deviation.
     max_px: f64,
     p999_px: f64,
     points: u64,

@@ -17,7 +17,7 @@ use cullet_command::exit::Outcome;
 /// `cullet reproduce`
 #[derive(Debug, Args)]
 pub struct ReproduceArgs {
-    /// Which work.
+    /// Work to reproduce.
     #[command(subcommand)]
     which: Which,
 }

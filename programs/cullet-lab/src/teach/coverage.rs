@@ -27,7 +27,7 @@ struct Counts {
     strict: u32,
     shared: u32,
     open: u32,
-    /// Of the open ones, those whose middle lies on a face.
+    /// Open pixels whose middle lies on a face.
     sampled: u32,
 }
 

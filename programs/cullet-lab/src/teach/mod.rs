@@ -27,5 +27,5 @@ pub use volume::{CullingVolume, VolumeFigure, culling_volume};
 pub(super) const BACK: [u8; 3] = reason_color(Some(Stage::Backface));
 /// Instances and triangles outside, as in every picture.
 pub(super) const OUTSIDE: [u8; 3] = reason_color(Some(Stage::Frustum));
-/// Those that are kept, so dark that they show on paper.
+/// Colour of what is kept, so dark that it shows on paper.
 pub(super) const KEPT: [u8; 3] = [0xE8, 0xE4, 0xDA];

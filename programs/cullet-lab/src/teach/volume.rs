@@ -22,7 +22,7 @@ const LEAST_SHARE: f64 = 0.02;
 /// Figures of a picture of a culling volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeFigure {
-    /// Which cluster of the mesh.
+    /// Number of the cluster in the mesh.
     pub cluster: u32,
     /// The share of the box from which every triangle faces away.
     pub ideal: f64,
@@ -45,8 +45,9 @@ pub struct CullingVolume<'a> {
 }
 
 impl<'a> CullingVolume<'a> {
-    /// Of a cluster of the mesh in `slot`; without a number, of that whose normals spread the most of those that still have at
-    /// least 2 % of the box both ways. `None` if the slot or cluster does not exist, or the cluster has no region.
+    /// Builds the volume of a cluster of the mesh in `slot`; without a number, of the cluster whose
+    /// normals spread the most among those that still have at least 2 % of the box both ways.
+    /// `None` if the slot or cluster does not exist, or the cluster has no region.
     #[must_use]
     pub fn new(scene: &'a Scene, slot: u32, cluster: Option<u32>) -> Option<Self> {
         let mesh = (slot < scene.slot_count()).then(|| scene.mesh(slot))?;

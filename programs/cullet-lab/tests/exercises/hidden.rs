@@ -1,4 +1,5 @@
-//! What lies behind doors and walls, what casts a shadow, and what is known of cells beforehand.
+//! Exercises on what lies behind doors and walls, what casts a shadow, and what is known of cells
+//! beforehand.
 
 use cullet::bounds::{Aabb, Side};
 use cullet::cull::frustum::batch::Planes;

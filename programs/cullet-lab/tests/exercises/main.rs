@@ -22,7 +22,7 @@ type Computed = Result<String, Box<dyn Error>>;
 /// An exercise by its name, and what computes its answer.
 type Entry = (&'static str, fn() -> Computed);
 
-/// Of every exercise.
+/// Returns the entries of every exercise.
 fn table() -> Vec<Entry> {
     let before = [subject::ENTRIES, geometry::ENTRIES, sides::ENTRIES, sizes::ENTRIES].concat();
     [&before, hidden::ENTRIES, regions::ENTRIES, shapes::ENTRIES].concat()

@@ -1,4 +1,4 @@
-//! What occluders, queries, sets of scenes and the device's pyramid call hidden.
+//! Exercises on what occluders, queries, sets of scenes and the device's pyramid call hidden.
 
 use std::error::Error;
 

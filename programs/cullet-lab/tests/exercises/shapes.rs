@@ -85,7 +85,8 @@ fn bytes_of_shape() -> Computed {
     number(size_of_val(Impostor::new(size, place, 0.1, texels.clone(), texels)?.shape()) as f64)
 }
 
-/// Of a mesh whose radius is 1, at the least distance at which its impostor's error is within two pixels.
+/// Computes the radius in pixels of a mesh whose radius is 1, at the least distance at which its
+/// impostor's error is within two pixels.
 fn radius_of_an_impostor() -> Computed {
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 1.0, 0.1, 1e4, [1920, 1080])?;
     let (lod, scale) = (Lod::default().with_pixels(2.0), PixelScale::of(&view, false));

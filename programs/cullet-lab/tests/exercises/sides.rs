@@ -39,7 +39,7 @@ fn normal_z() -> f64 {
     ndc_normal_z(&TRIANGLE.map(|[x, y, _]| [f64::from(x), f64::from(y)]))
 }
 
-/// Which side a homogeneous eye sees of it.
+/// Returns the side that a homogeneous eye sees.
 fn facing(eye: [f64; 4]) -> Facing {
     let (front, cull) = (FrontFace::CounterClockwise, CullFace::Back);
     ObjectEye::new(eye, &Transform::IDENTITY, front, cull).facing(&TRIANGLE)
@@ -90,7 +90,7 @@ fn farthest_normal() -> Computed {
     number(bound.half_spaces().into_iter().map(|(n, _)| height(n)).fold(f64::MIN, f64::max))
 }
 
-/// What is left of the axis within all half-spaces of the volume.
+/// Computes what is left of the axis within all half-spaces of the volume.
 fn culling_volume() -> Computed {
     let sides = normal_box(-0.1).half_spaces().map(|(n, d)| HalfSpace::new(n, d));
     let volume = Region::new(sides.into_iter().collect::<Result<Vec<_>, _>>()?)?;

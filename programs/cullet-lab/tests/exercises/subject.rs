@@ -29,7 +29,8 @@ fn tightness() -> Computed {
     number(12_000.0 / 5_000.0)
 }
 
-/// As `cullet verify knobs --views 8 --samples 1` has it: the preset `balanced`, with occlusion looked for whatever it costs, and the scene's own path.
+/// Computes the tightness that `cullet verify knobs --views 8 --samples 1` prints: with the preset
+/// `balanced`, with occlusion looked for whatever it costs, and the scene's own path.
 fn tightness_of_knobs() -> Computed {
     let mut culler = Culler::balanced();
     culler.occlusion = culler.occlusion.map(|own| own.with_risk(None));

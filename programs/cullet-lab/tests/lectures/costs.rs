@@ -1,4 +1,4 @@
-//! What a cluster is expected to cost, and when two are merged.
+//! Tests of a cluster's expected cost, and of when two are merged.
 
 use std::ops::ControlFlow;
 

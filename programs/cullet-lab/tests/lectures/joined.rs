@@ -6,7 +6,8 @@ use cullet_lab::methods::cluster::{Bound, ClusterFacing, NormalBox, NormalBoxAtO
 use crate::bounds::Body;
 use crate::tools::{fibonacci, percent, told};
 
-/// What the slides make of two bounds: the box around both boxes of normals, and the smaller d.
+/// Returns what the slides make of two bounds: the box around both boxes of normals, and the
+/// smaller d.
 fn joined(a: &NormalBox, b: &NormalBox, origin: [f32; 3]) -> NormalBox {
     NormalBox {
         largest: std::array::from_fn(|k| a.largest[k].max(b.largest[k])),

@@ -1,4 +1,5 @@
-//! What tests of several subjects share: scenes, views and pictures, and the figures of the book.
+//! Helpers that tests of several subjects share: scenes, views and pictures, and the figures of the
+//! book.
 
 use std::collections::BTreeSet;
 

@@ -16,7 +16,7 @@ use super::super::options::BenchOptions;
 use super::ball::EYE;
 use crate::shapes::bumpy_ball;
 
-/// As many triangles as the bunny has, in whole clusters.
+/// Triangle count of the bunny, in whole clusters.
 const TRIANGLES: usize = 69_440;
 /// Triangles a cluster.
 const CLUSTER: usize = 64;

@@ -24,7 +24,7 @@ use ball::EYE;
 
 /// Distinct clusters to fit; more are repetitions, for fitting takes longer than all the rest.
 const DISTINCT: usize = 256;
-/// As many clusters as a large scene shows, in the second cache.
+/// Cluster count of a large scene; its clusters lie in the second cache.
 const CLUSTERS: usize = 16_384;
 
 pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {

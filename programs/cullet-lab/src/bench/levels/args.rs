@@ -29,7 +29,8 @@ pub(crate) struct LodBenchArgs {
     /// A model, a file or a built-in scene; may be given many times [default: four of `CULLET_DATA`]
     #[arg(long, value_name = "SCENE")]
     pub scene: Vec<String>,
-    /// What levels and small-object culling leave of scenes, in place of what they make of models
+    /// Rows for scenes, with what levels and small-object culling leave of them, in place of those
+    /// for models
     #[arg(long, conflicts_with_all = ["scene", "points"])]
     pub scenes: bool,
     /// Points from which levels are measured, at each distance

@@ -17,7 +17,7 @@ pub(super) const BOUNDS: [f64; 3] = [0.001, 0.003, 0.01];
 pub(super) struct ChainRow {
     /// In bounding radii.
     pub(super) bound: f64,
-    /// What [`simplify_within`] leaves.
+    /// Triangles that [`simplify_within`] leaves.
     pub(super) triangles: usize,
     /// The fewest of a plain chain whose level is no farther off, as measured.
     pub(super) plain: usize,

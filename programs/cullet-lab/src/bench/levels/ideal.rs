@@ -28,9 +28,9 @@ const LEAST: usize = 50;
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct IdealRow {
     pub(super) radii: f64,
-    /// By the errors of levels, in the mean of the eyes.
+    /// Triangles by the errors of levels, in the mean of the eyes.
     pub(super) triangles: f64,
-    /// By the errors of each level's triangles.
+    /// Triangles by the errors of each level's triangles.
     pub(super) by_place: f64,
 }
 
@@ -48,7 +48,7 @@ struct Level {
     triangle: Vec<u32>,
     /// How far it is off at most.
     whole: f32,
-    /// Of each triangle how far its points are off, and the points of which it is the nearest.
+    /// Largest distance of the points of each triangle, and the points of which it is the nearest.
     error: Vec<f32>,
     /// How many of those there are.
     points: Vec<u32>,

@@ -19,13 +19,13 @@ use super::peer::PeerLevels;
 pub(super) const RADII: [f64; 6] = [1.1, 2.0, 5.0, 10.0, 20.0, 50.0];
 /// Eyes at each distance.
 pub(super) const EYES: u32 = 8;
-/// What errors of the peer are multiplied by, until a pixel is a pixel.
+/// Factors for the errors of the peer, until a pixel is a pixel.
 const FACTORS: [f32; 18] = [
     1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0, 28.0, 40.0, 56.0, 80.0, 110.0,
     160.0,
 ];
 
-/// What is drawn at one pixel from one distance, and how far off it is.
+/// Drawn triangles at one pixel from one distance, and their deviation.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Kept {
     pub(super) radii: f64,
@@ -33,7 +33,7 @@ pub(super) struct Kept {
     pub(super) triangles: f64,
     /// The largest deviation of all points, in pixels.
     pub(super) most: f64,
-    /// What 99.9 % of the points of any eye do not exceed.
+    /// Bound that 99.9 % of the points of any eye stay within.
     pub(super) p999: f64,
     /// Independent points, of both surfaces.
     pub(super) points: u64,
@@ -52,7 +52,7 @@ impl Kept {
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Cuts {
     pub(super) levels: &'static str,
-    /// What its errors are multiplied by.
+    /// Factor for its errors.
     pub(super) factor: f32,
     pub(super) rows: Vec<Kept>,
 }

@@ -33,7 +33,7 @@ const DRAWN: &str = "drawn";
 /// Points of which the factor of the peer is found.
 const FEWER_POINTS: u32 = 160_000;
 
-/// What one model showed.
+/// Results of one model.
 #[derive(Debug, Serialize)]
 struct OfModel {
     model: String,
@@ -41,10 +41,11 @@ struct OfModel {
     /// Cuts at one pixel: of the hierarchy of measured errors, the smaller of that and a chain, which is what is drawn, of the
     /// hierarchy by returned errors, and of the peer.
     cuts: Vec<Cuts>,
-    /// What is drawn over the peer's with the least factor that keeps a pixel, from 2 to 20 radii, in the geometric mean;
-    /// where no factor does, over the whole model, which the peer comes to in the end.
+    /// Triangles drawn, relative to the peer's with the least factor that keeps a pixel, from 2 to
+    /// 20 radii, in the geometric mean; where no factor does, relative to the whole model, which
+    /// the peer draws in the end.
     ratio: f64,
-    /// What whole levels could do, were each place drawn at its own.
+    /// Best possible results of whole levels, each place drawn at its own.
     ideal: Vec<IdealRow>,
     chain: Vec<ChainRow>,
     steady: Vec<Steady>,

@@ -34,7 +34,7 @@ impl Whole {
         Self::of(name, positions, &corners)
     }
 
-    /// Of triangles, in one space.
+    /// Builds the whole from triangles in one space.
     pub(super) fn of(name: String, positions: Vec<[f32; 3]>, corners: &[u32]) -> Self {
         let same = weld(&positions);
         let mut indices = Vec::with_capacity(corners.len());

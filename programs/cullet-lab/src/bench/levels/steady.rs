@@ -1,4 +1,4 @@
-//! What flips while the eye trembles, and what it costs that nothing does.
+//! Measurement of what flips while the eye trembles, and of the cost of keeping everything still.
 
 use cullet::lod::{LevelEye, Levels, Lod, PixelScale, Selection};
 use cullet::view::EyeBall;
@@ -15,7 +15,7 @@ const PLACES: u32 = 16;
 /// How far it trembles, as a share of its distance from the model.
 const SHARE: f64 = 0.02;
 
-/// What an eye that trembles sees of a model at one pixel.
+/// View of a model at one pixel by an eye that trembles.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Steady {
     pub(super) radii: f64,

@@ -43,16 +43,16 @@ pub(super) struct ObjectTests {
     pub(super) all_ms: f64,
     /// Objects in the frustum.
     pub(super) in_frustum: f64,
-    /// Those of them that are proved hidden.
+    /// Objects among them that are proved hidden.
     pub(super) culled: f64,
-    /// Those of them that are not.
+    /// Objects among them that are not proved hidden.
     pub(super) visible: f64,
 }
 
 /// Results of a measurement.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
-    /// By [`MODES`].
+    /// One entry for each of [`MODES`].
     pub(super) modes: [Mode; 3],
     /// The tests.
     pub(super) test: ObjectTests,

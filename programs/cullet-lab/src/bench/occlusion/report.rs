@@ -65,7 +65,8 @@ fn bytes_a_triangle(prepared: &Prepared) -> usize {
     12 + 12 * scene.vertices.len() / scene.triangles.len().max(1)
 }
 
-/// As entries of the benchmark's list: an item is a triangle handed over, or an object in the frustum.
+/// Returns the results as entries of the benchmark's list: an item is a triangle handed over, or an
+/// object in the frustum.
 pub(super) fn measured(
     scene: &str,
     level: &'static str,

@@ -29,7 +29,7 @@ pub(super) struct Prepared {
     pub(super) scene: Occscn,
     /// The boxes of the file's meshes.
     mesh_boxes: Boxes,
-    /// What is drawn one by one: those meshes, unless a rasteriser cuts them itself.
+    /// Pieces that are drawn one by one: those meshes, unless a rasteriser cuts them itself.
     pub(super) pieces: Pieces,
     /// The boxes that are tested.
     pub(super) objects: Vec<Aabb>,

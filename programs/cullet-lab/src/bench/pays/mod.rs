@@ -84,7 +84,7 @@ impl PaysArgs {
         self.json.as_deref()
     }
 
-    /// What is measured: first without occlusion, then with.
+    /// Returns the cullers to measure: first without occlusion, then with.
     fn cullers(&self) -> Result<Vec<(&'static str, Culler)>, Failure> {
         let on: Vec<(&str, Culler)> = if self.presets {
             PRESETS.iter().map(|(name, preset, _)| (*name, preset.culler())).collect()

@@ -51,7 +51,7 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// Of a scene's views; a draw costs as much as so many triangles.
+    /// Builds the row of a scene's views; a draw costs as much as `triangles_a_draw` triangles.
     pub(super) fn new(
         scene: &str,
         off: &Arm,

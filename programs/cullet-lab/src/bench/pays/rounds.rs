@@ -47,7 +47,7 @@ impl OneView {
         self.cull() + self.draw_ns
     }
 
-    /// By how much the halves differ, as a part of it all.
+    /// Returns the difference of the halves, as a share of the whole.
     pub(super) fn noise(&self) -> f64 {
         (self.cull_ns[0] - self.cull_ns[1]).abs() / self.all()
     }
@@ -60,7 +60,7 @@ impl OneView {
 /// A view with the stage over the same view without.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ratio {
-    /// Of the fastest culls.
+    /// Ratio of the fastest culls.
     pub(super) ratio: f64,
     /// The lower one of the two halves': above 1 only where each of them found it slower.
     pub(super) sure: f64,
@@ -80,7 +80,7 @@ impl Arm {
     }
 }
 
-/// What became of a measurement.
+/// Timing of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Timing {
     pub(super) rounds: usize,
@@ -138,7 +138,7 @@ pub(super) fn measure(
 }
 
 impl OneView {
-    /// What is left to draw, not timed yet.
+    /// Returns what is left to draw, not timed yet.
     fn drawn(scene: &Scene, result: &Visible, costs: &Costs) -> Self {
         let draws = result.draws(scene).expect("the scene stands as it was culled");
         let (triangles, draws) = (result.triangle_count, draws.len() as u64);

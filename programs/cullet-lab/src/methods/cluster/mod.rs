@@ -114,7 +114,7 @@ pub trait Batch<B>: Clone + Debug + Default {
     fn cull_words(&self, simd: Simd, eye: &ClusterEye, first: usize, culled: &mut [u64]);
 }
 
-/// Which sides of a cluster's triangles the eye sees.
+/// Sides of a cluster's triangles that the eye sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ClusterFacing {
     /// All of them from behind.

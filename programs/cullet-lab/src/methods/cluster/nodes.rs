@@ -23,8 +23,8 @@ use super::{Bound, ClusterBounds};
 /// [`blocks_tested`](ClusterCut::blocks_tested).
 #[derive(Clone, Debug)]
 pub struct ClusterNodes<B: Bound> {
-    /// Of the clusters, then of each level of nodes up to one of at most sixteen: where all is seen from
-    /// behind, and from the front.
+    /// Regions from which all is seen from behind, and from the front: of the clusters, then of
+    /// each level of nodes up to one of at most sixteen.
     levels: Vec<[ClusterBounds<B>; 2]>,
 }
 
@@ -38,7 +38,7 @@ pub struct ClusterCut {
 }
 
 impl ClusterCut {
-    /// Of no cluster.
+    /// Returns a cut without clusters.
     #[must_use]
     pub fn new() -> Self {
         Self::default()

@@ -167,7 +167,7 @@ fn farthest(largest: [f32; 3], smallest: [f32; 3], v: [f32; 3]) -> f32 {
 impl Bound for NormalBox {
     type Batch = Blocks<Self>;
 
-    /// With its origin in the middle of the cluster's box.
+    /// Fits with the origin in the middle of the cluster's box.
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
         Self::fit_at(planes, planes.centre())
     }
@@ -193,7 +193,7 @@ impl Bound for NormalBoxAtOrigin {
 impl Bound for NormalBoxTurned {
     type Batch = Blocks<Self>;
 
-    /// With its origin at the apex of the cones, its axes along the ellipse of the normals.
+    /// Fits with the origin at the apex of the cones, the axes along the ellipse of the normals.
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
         let apex = planes.apex(0.0)?;
         // The longer half-axis of the ellipse.

@@ -118,7 +118,8 @@ impl NormalConeCentre {
 impl Bound for NormalConeCentre {
     type Batch = Blocks<Self>;
 
-    /// With the sphere around the cluster's box; [`NormalConeCentre::new`] takes a smaller one.
+    /// Fits with the sphere around the cluster's box; [`NormalConeCentre::new`] takes a smaller
+    /// one.
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
         let cone = NormalCone::fit(planes)?;
         // The middle is rounded, and so is the radius.

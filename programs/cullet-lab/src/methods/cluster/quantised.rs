@@ -14,7 +14,7 @@ use super::{Blocks, Bound, dot};
 pub struct EllipticConeQuantised {
     /// A point behind every plane.
     pub apex: [f32; 3],
-    /// As in [`EllipticCone`], all three on one scale.
+    /// Axis as in [`EllipticCone`], all three numbers on one scale.
     pub axis: [i8; 3],
     /// One half-axis.
     pub s: [i8; 3],

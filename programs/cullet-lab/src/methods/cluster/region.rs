@@ -19,7 +19,7 @@ const ON_PLANE: f64 = 1e-12;
 pub struct RegionFace {
     /// Its corners, counter-clockwise seen from outside; numbers of [`CullingRegion::vertices`].
     pub vertices: Vec<u32>,
-    /// Which half-space bounds it; `None` for a side of the box.
+    /// Half-space that bounds it; `None` for a side of the box.
     pub half_space: Option<u32>,
 }
 

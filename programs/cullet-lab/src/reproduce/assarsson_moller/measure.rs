@@ -70,7 +70,7 @@ impl Cost {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Walk {
     pub(super) frames: u32,
-    /// By how much it turns from frame to frame.
+    /// Angle by which it turns from frame to frame.
     pub(super) degrees: f64,
     /// How far it goes from frame to frame; a ten-thousandth of the scene where not said.
     pub(super) stride: Option<f64>,

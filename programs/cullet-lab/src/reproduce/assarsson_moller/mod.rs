@@ -47,7 +47,7 @@ pub(crate) struct AssarssonMollerArgs {
     /// How many frames the path has
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     frames: u32,
-    /// By how much the view turns from frame to frame, in degrees
+    /// Angle by which the view turns from frame to frame, in degrees
     #[arg(long, value_name = "ANGLE", default_value_t = 1.2, value_parser = degrees)]
     degrees: f64,
     /// How far it goes from frame to frame, in the scene's units [default: a ten-thousandth of the scene]

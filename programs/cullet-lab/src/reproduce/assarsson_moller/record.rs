@@ -14,7 +14,7 @@ pub(super) struct AssarssonMollerRecord {
     pub(super) degrees: f64,
     pub(super) stride: f64,
     pub(super) fov_degrees: f64,
-    /// Of all boxes, mean over the frames.
+    /// Percent of all boxes, mean over the frames.
     pub(super) visible_percent: f64,
     pub(super) machine: Machine,
     /// The scalar binary tree, in f64: plain, each trick alone, all together.

@@ -7,7 +7,7 @@ use glam::DVec3;
 #[derive(Debug)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
-    /// Which box is where, so that a node is a range of them.
+    /// Number of the box at each place, so that a node is a range of them.
     order: Vec<u32>,
 }
 
@@ -25,11 +25,11 @@ struct Node {
     radius: f64,
 }
 
-/// Which of the paper's tricks are used.
+/// Tricks of the paper that are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Tricks {
-    /// Of two opposite planes, the one on the other side of the middle is not tested where the box is too
-    /// small to reach it.
+    /// Octant test: of two opposite planes, the one on the other side of the middle is not tested
+    /// where the box is too small to reach it.
     pub(super) octant: bool,
     /// A plane that a node is inside of is not tested below.
     pub(super) masking: bool,
@@ -70,11 +70,11 @@ pub(super) fn sides(frustum: &Frustum) -> Option<Sides> {
 /// State kept from frame to frame.
 #[derive(Clone, Debug)]
 pub(super) struct State {
-    /// By node, the plane that rejected it last.
+    /// Plane that rejected each node last.
     last: Vec<u8>,
-    /// By node, how far that plane may go in all until the node must be tested again.
+    /// Total distance that this plane may move until the node must be tested again, for each node.
     due: Vec<f64>,
-    /// By plane, how far it went in all: so much, and so much more for each unit from the origin.
+    /// Total movement of each plane: a constant, and an addition for each unit from the origin.
     gone: [(f64, f64); 6],
     before: Option<Sides>,
     stack: Vec<(u32, u8)>,

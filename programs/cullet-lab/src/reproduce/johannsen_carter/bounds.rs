@@ -21,10 +21,10 @@ use crate::shapes::fibonacci;
 
 /// Distances of the views, in radii.
 pub(super) const DISTANCES: [f64; 5] = [1.1, 1.5, 3.0, 6.0, 20.0];
-/// Which of them the tables are of.
+/// Index of the distance that the tables are for.
 pub(super) const MAIN: usize = 2;
 
-/// As many clusters as a large scene shows, in the second cache.
+/// Cluster count of a large scene; its clusters lie in the second cache.
 const TIMED: usize = 16_384;
 /// Eyes that a timed pass looks from.
 const TIMED_EYES: usize = 8;
@@ -39,7 +39,7 @@ pub(super) struct BoundRow {
     pub(super) name: &'static str,
     /// Description for people.
     pub(super) what: &'static str,
-    /// Of one cluster; where clusters differ, in the mean.
+    /// Bytes of one cluster; where clusters differ, in the mean.
     pub(super) bytes: u64,
     pub(super) ns_per_cluster: f64,
     pub(super) culled_percent: f64,
@@ -67,7 +67,7 @@ struct Seen {
 
 /// The eyes at all distances.
 pub(super) struct Views {
-    /// By distance.
+    /// Views at each distance.
     seen: Vec<Vec<Seen>>,
     /// Shares of all triangles, by distance.
     pub(super) exact_percent: Vec<f64>,

@@ -20,7 +20,7 @@ pub(super) const NEAR_DIAGONALS: f64 = 4.0;
 /// Clusters, and what making them took.
 pub(super) struct Made {
     pub(super) mesh: Mesh,
-    /// Of our own clusters.
+    /// Report on our own clusters.
     pub(super) report: Option<Report>,
     pub(super) seconds: f64,
 }

@@ -31,13 +31,13 @@ pub(super) struct JohannsenCarterRecord {
     pub(super) clustering_seconds: f64,
     /// Views at each distance.
     pub(super) directions: u32,
-    /// Of the shares, in radii of the model's sphere, where no other is named.
+    /// Distance of the shares, in radii of the model's sphere, where no other is named.
     pub(super) distance_radii: f64,
     pub(super) clusters: usize,
     pub(super) triangles_per_cluster: f64,
     /// Clusters of ours that are culled too seldom to pay for a test.
     pub(super) never_culled: Option<u32>,
-    /// Of ours, in triangles drawn for each triangle of the model.
+    /// Expected cost of our clusters, in triangles drawn for each triangle of the model.
     pub(super) expected_cost: Option<f64>,
     pub(super) exact_percent: f64,
     pub(super) ideal_percent: f64,
@@ -49,7 +49,7 @@ pub(super) struct JohannsenCarterRecord {
     pub(super) exact_percent_by_distance: Vec<f64>,
     pub(super) ideal_percent_by_distance: Vec<f64>,
     pub(super) hierarchy: Option<HierarchyRow>,
-    /// Of greedy merging alone.
+    /// Probabilities of greedy merging alone.
     pub(super) probabilities: Vec<ProbabilityRow>,
     pub(super) materials: Option<MaterialRow>,
     pub(super) against_meshopt: Option<MeshoptRow>,
@@ -62,7 +62,7 @@ pub(super) struct JohannsenCarterRecord {
 #[derive(Debug, Serialize)]
 pub(super) struct ModelRecord {
     pub(super) name: String,
-    /// Those that have an area.
+    /// Triangles that have an area.
     pub(super) triangles: u64,
     /// Materials of all instances.
     pub(super) parts: usize,

@@ -41,7 +41,7 @@ pub struct CullingFound {
 }
 
 impl Grids {
-    /// Of a model.
+    /// Builds the grids of a model.
     #[must_use]
     pub fn new(subject: &Subject) -> Self {
         let mesh = &subject.mesh;

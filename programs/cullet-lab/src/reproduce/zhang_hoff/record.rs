@@ -42,7 +42,7 @@ pub(super) struct ZhangHoffRecord {
     pub(super) images_agree: bool,
     /// A frame without masks: the renderer finds the back faces itself.
     pub(super) baseline_ms: Option<f64>,
-    /// Of it, what a frame of no triangle takes: no culling saves that.
+    /// Time of a frame without triangles, a part of the whole that no culling saves.
     pub(super) empty_ms: Option<f64>,
     pub(super) rows: Vec<TableRow>,
     /// The engine's own test of triangles at the same views, for comparison.
@@ -134,9 +134,9 @@ pub(super) struct SectorRow {
     pub(super) distance_copy_radii: f64,
     pub(super) k: usize,
     pub(super) culled_percent: f64,
-    /// With one mask, of the cone around the window's corners.
+    /// Percent with one mask, by the cone around the window's corners.
     pub(super) frustum_cone_percent: f64,
-    /// With one mask, of the cone around the model's sphere.
+    /// Percent with one mask, by the cone around the model's sphere.
     pub(super) sphere_cone_percent: f64,
     pub(super) exact_percent: f64,
     /// Microseconds a frame, for the masks of all sectors, finding the sectors of each cluster, and all
