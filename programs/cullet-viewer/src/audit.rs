@@ -12,7 +12,7 @@ use crate::world::World;
 /// The audit of a scene, made once for each.
 #[derive(Debug, Default)]
 pub struct Audit {
-    /// Of which scene.
+    /// Scene that is audited.
     of: Option<Arc<World>>,
     task: Option<Task<Result<Vec<BoundsViolation>, String>>>,
     found: Option<Vec<BoundsViolation>>,

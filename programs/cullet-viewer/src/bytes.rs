@@ -94,7 +94,7 @@ impl<'a> Reader<'a> {
         Ok(values)
     }
 
-    /// As [`pods`](Self::pods), in place of what a list holds.
+    /// Reads like [`pods`](Self::pods), replacing the contents of a list.
     pub(crate) fn pods_into<T: AnyBitPattern>(&mut self, values: &mut Vec<T>) -> Unpacked<()> {
         let count = self.count(size_of::<T>())?;
         let bytes = self.take(count * size_of::<T>())?;

@@ -236,7 +236,7 @@ pub struct Chase {
 }
 
 impl Chase {
-    /// What lies a share of the way from this one to another.
+    /// Returns the camera a share of the way from this one to another.
     #[must_use]
     pub fn towards(&self, to: &Self, share: f64) -> Self {
         let between = |a: f64, b: f64| a + (b - a) * share;

@@ -21,7 +21,7 @@ pub const IN_SET: [u8; 3] = [0x4C, 0x9B, 0xF2];
 /// The walk through portals from the eye that culls.
 #[derive(Clone, Debug)]
 pub struct Chain {
-    /// Of which decision.
+    /// Number of the decision that it belongs to.
     pub(crate) decided: u64,
     /// The cell of the eye.
     pub cell: Option<u32>,
@@ -29,7 +29,7 @@ pub struct Chain {
     pub reached: Option<Vec<u32>>,
     /// The portals that are seen through, depth first.
     pub steps: Vec<ShownPortal>,
-    /// Those that are shut.
+    /// Doors that are shut.
     pub doors: Vec<DoorInView>,
 }
 
@@ -64,7 +64,8 @@ impl Chain {
         }
     }
 
-    /// Those of the steps that are shown where `step` is chosen, 0 being all; the last of them is the chosen one.
+    /// Returns the steps that are shown where `step` is chosen, 0 being all; the last of them is
+    /// the chosen one.
     #[must_use]
     pub fn shown(&self, step: u32) -> &[ShownPortal] {
         let count = if step == 0 { self.steps.len() } else { self.steps.len().min(step as usize) };
@@ -72,7 +73,7 @@ impl Chain {
     }
 }
 
-/// Which cells can see each other, and an order of them in which neighbours stand together.
+/// Cells that can see each other, and an order of them in which neighbours stand together.
 #[derive(Debug)]
 pub struct CellSets {
     /// The sets.
@@ -102,7 +103,7 @@ impl CellSets {
     }
 }
 
-/// What is known of the cells of a session's scene.
+/// Knowledge about the cells of a session's scene.
 #[derive(Debug, Default)]
 pub struct Cells {
     /// The walk of the newest decision, while it is shown.
@@ -114,7 +115,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Which cells can see each other, once that was baked.
+    /// Returns the cells that can see each other, once that was baked.
     #[must_use]
     pub fn sets(&self) -> Option<&CellSets> {
         self.sets.as_ref()

@@ -37,7 +37,7 @@ pub enum Role {
 enum Content {
     /// The visible set of the culler.
     Kept,
-    /// What the graphics device finds visible.
+    /// Instances that the graphics device finds visible.
     OnDevice,
     /// That, and ghosts as they are.
     WithGhosts,

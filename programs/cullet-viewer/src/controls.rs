@@ -50,7 +50,7 @@ fn node(update: &TreeUpdate, id: NodeId) -> Option<&Node> {
     update.nodes.iter().find(|(other, _)| *other == id).map(|(_, node)| node)
 }
 
-/// What a node is made of in the page; of panes and the like nothing is.
+/// Returns the element that a node becomes in the page; none for panes and the like.
 fn kind(node: &Node) -> Option<&'static str> {
     match node.role() {
         Role::Label => Some("text"),
@@ -73,7 +73,7 @@ fn name(update: &TreeUpdate, node: &Node) -> String {
     words.join(" ")
 }
 
-/// What is asked of a control: `NUMBER` clicks it, `NUMBER VALUE` sets it.
+/// Parses a request to a control: `NUMBER` clicks it, `NUMBER VALUE` sets it.
 #[must_use]
 pub fn request(order: &str) -> Option<ActionRequest> {
     let (id, value) = order.split_once(' ').map_or((order, None), |(id, value)| (id, Some(value)));

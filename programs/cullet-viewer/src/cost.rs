@@ -17,7 +17,7 @@ pub const MOST: usize = 600;
 /// Culling cost of one camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
-    /// Which camera of the path.
+    /// Camera of the path.
     pub camera: usize,
     /// Where its eye is.
     pub eye: [f64; 3],
@@ -36,7 +36,7 @@ pub struct Costs {
     pub most: u64,
     /// The fewest.
     pub least: u64,
-    /// With which settings.
+    /// Settings of the measurement.
     pub stages: Stages,
 }
 

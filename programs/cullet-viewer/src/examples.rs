@@ -36,7 +36,8 @@ pub fn build(text: &str) -> Option<Result<Model, String>> {
     }))
 }
 
-/// What is said of one that cannot be made, which tests make: a page has no room to tell the kinds of faults apart.
+/// Returns the message for a scene that cannot be made, which tests make: a page has no room to
+/// tell the kinds of faults apart.
 fn fault<E>(_: E) -> String {
     "An example scene of the tour cannot be made: a fault of cullet".to_owned()
 }

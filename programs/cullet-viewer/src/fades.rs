@@ -47,7 +47,8 @@ pub struct Fades {
 }
 
 impl Cut<'_> {
-    /// What is drawn of a slot, as far as levels decide that; `None` where another stage dropped it.
+    /// Returns the shape that is drawn of a slot, as far as levels decide that; `None` where
+    /// another stage dropped it.
     fn shape(&self, scene: &Scene, slot: u32) -> Option<Shape> {
         let reason = self.visible.reasons.get(slot as usize).copied().flatten();
         let ranges = if scene.is_stand_in(slot) {
@@ -151,7 +152,8 @@ impl Fades {
         self.slots.len()
     }
 
-    /// What goes: to be drawn in the pixels that the [shares](Self::shares) leave.
+    /// Returns the instances that fade out: to be drawn in the pixels that the
+    /// [shares](Self::shares) leave.
     #[must_use]
     pub fn going(&self) -> &Visible {
         &self.going
@@ -175,7 +177,7 @@ impl Fades {
     }
 }
 
-/// By which share of its pixels an instance is drawn for its size.
+/// Returns the share of its pixels in which an instance is drawn because of its size.
 #[must_use]
 pub fn share_by_size(scene: &Scene, view: &View, detail: &Detail, slot: u32) -> f64 {
     let rect = view.project_box(&scene.bounds(slot), scene.origin());

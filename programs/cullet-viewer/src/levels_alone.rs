@@ -1,4 +1,5 @@
-//! What levels of detail alone draw of a scene: who changed from one view to the next, whatever else was culled.
+//! Instances that levels of detail alone draw of a scene: who changed from one view to the next,
+//! whatever else was culled.
 
 use cullet::{Culler, Output, Reason, Scene, Stage, View, ViewState, Visible, draw::DrawRange};
 

@@ -55,9 +55,9 @@ pub fn from_text(text: &str) -> Result<State, LinkError> {
     Ok(state)
 }
 
-/// As many portals as a walk may pass.
+/// Most portals that a walk may pass.
 const MOST_STEPS: u32 = 4096;
-/// Of a link of more parts none is sought out.
+/// Most parts of a link among which the wrong one is looked for.
 const MOST_TRIED: usize = 64;
 
 fn shortened(part: &str) -> String {

@@ -23,7 +23,7 @@ struct PictureKey {
     decided: u64,
     inspected: Option<Inspected>,
     proved: bool,
-    /// Of which measurement the path's colours are.
+    /// Measurement that the path's colours are of.
     measured: Option<usize>,
     chase: crate::camera::Chase,
 }
@@ -245,7 +245,7 @@ impl Painter {
     }
 }
 
-/// What the device is to decide of a view.
+/// Returns what the device is to decide of a view.
 fn device_view<'a>(session: &Session, view: &'a View) -> DeviceView<'a> {
     let State { stages, look, device, layout, .. } = &session.state;
     let [width, height] = session.size;

@@ -1,4 +1,5 @@
-//! What pops: what the lossy stages drew otherwise in the last picture than in the one before.
+//! Pops: instances that the lossy stages drew differently in the last picture than in the one
+//! before.
 
 use cullet::{Culler, Scene, Stage, View, Visible};
 
@@ -7,13 +8,13 @@ use crate::levels_alone::levels_alone;
 /// Instances that changed from one decision to the next for no other reason than their size on the screen; ascending.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pops {
-    /// Those that were too small before.
+    /// Instances that were too small before.
     pub came: Vec<u32>,
-    /// Those that are too small now.
+    /// Instances that are too small now.
     pub went: Vec<u32>,
-    /// Those of which other levels of detail are drawn.
+    /// Instances that are drawn at other levels of detail.
     pub changed: Vec<u32>,
-    /// What levels alone draw of the scene, the last time that was found out.
+    /// Result of levels alone on the scene, as of the last time it was computed.
     cut: Option<Box<Visible>>,
 }
 

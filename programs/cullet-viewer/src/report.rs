@@ -21,9 +21,9 @@ pub struct ReportOrder {
     pub views: usize,
     /// Pixels of a view.
     pub size: [u32; 2],
-    /// With which settings.
+    /// Settings of the report.
     pub stages: Stages,
-    /// With which sides of its triangles.
+    /// Sides of the scene's triangles in the report.
     pub sides: Sides,
 }
 

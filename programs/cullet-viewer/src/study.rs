@@ -24,7 +24,7 @@ pub struct Cube {
     pub cone: ViewCone,
     /// The cells.
     pub grid: MaskGrid,
-    /// Which of them face away from all of the lines of sight.
+    /// Mask of the triangles that face away from all of the lines of sight.
     pub mask: BackfaceMask,
     /// How many those are.
     pub away: u32,
@@ -215,9 +215,9 @@ impl Seen<'_> {
 pub struct Figures {
     /// Triangles of the mesh.
     pub triangles: u32,
-    /// Of these, those that are seen from behind.
+    /// Triangles among these that are seen from behind.
     pub away: u32,
-    /// Of those, the ones that the bound proves, in the mesh's order.
+    /// Triangles among those that the bound proves, in the mesh's order.
     pub proved: Vec<u32>,
     /// Whether the mesh is too large to be studied; all else is then zero.
     pub too_large: bool,

@@ -64,7 +64,7 @@ pub struct TiledScene {
     pub(crate) stored: Vec<bool>,
 }
 
-/// What came of a look.
+/// Result of a look.
 #[derive(Debug)]
 pub struct Arrival {
     /// The scene, if it is another one.
@@ -78,13 +78,13 @@ pub struct Arrival {
 pub struct TileFigures {
     /// Tiles of the scene.
     pub tiles: usize,
-    /// What tiles and scenes take at the most.
+    /// Upper bound of the bytes of tiles and scenes.
     pub bytes: u64,
-    /// What they may take.
+    /// Bytes that they may take.
     pub budget: u64,
     /// Tiles that are to be loaded next.
     pub wanted: usize,
-    /// What those will take.
+    /// Bytes that the wanted tiles will take.
     pub wanted_bytes: u64,
     /// Whether the budget ended before the error was small enough everywhere.
     pub is_cut_short: bool,
@@ -113,7 +113,7 @@ impl Tiles {
         let _ = self.looks.send(look);
     }
 
-    /// What came since the last call, one at a time. Never waits.
+    /// Returns what came since the last call, one at a time. Never waits.
     pub fn poll(&self) -> Progress<Arrival> {
         match lock(&self.arrivals).try_recv() {
             Ok(arrival) => Progress::Done(arrival),
@@ -129,14 +129,14 @@ impl Tiles {
     }
 }
 
-/// What one flies about in, for the camera and the map.
+/// Space that one flies about in, for the camera and the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Place {
     /// The world as a whole, low and high corner.
     Whole([[f64; 3]; 2]),
-    /// What is around the eye, in a city that ends so far from the middle.
+    /// Surroundings of the eye, in a city that ends at this distance from the middle.
     Around(f64),
-    /// What is loaded: a world that does not say how large it is.
+    /// Loaded tiles: a world that does not say how large it is.
     Loaded,
 }
 
@@ -154,7 +154,7 @@ impl Place {
     }
 }
 
-/// What all scenes of a world have in common.
+/// Data that all scenes of a world have in common.
 #[derive(Debug)]
 struct Common {
     name: String,
@@ -332,7 +332,7 @@ impl Follower {
         is_news
     }
 
-    /// What is loaded, to be shown around an eye. Costs a copy of all of it.
+    /// Returns the loaded tiles as a scene, to be shown around an eye. Costs a copy of all of it.
     fn scene(&self, eye: [f64; 3], sides: Sides) -> TiledScene {
         let Common { name, mesh_names, materials, place } = &self.common;
         let mut model = Model {

@@ -85,7 +85,7 @@ pub struct World {
     pub half: [f64; 3],
     /// The triangles that back-face culling cannot test, and why.
     pub kept_backs: KeptBacks,
-    /// Which sides its triangles are taken to have.
+    /// Sides that its triangles are taken to have.
     pub sides: Sides,
     /// Portals, ascending, that are shut though the file has them open, or the other way around.
     pub doors: Vec<u32>,

@@ -149,7 +149,8 @@ fn group() -> Scene {
     scene
 }
 
-/// What is decided for an eye that looks along the line to the group or away from it, and what levels alone draw.
+/// Decides for an eye that looks along the line to the group or away from it, and returns that with
+/// what levels alone draw.
 fn decided(scene: &Scene, distance: f64, away: bool) -> [Visible; 2] {
     let target = [0.0, 0.0, if away { distance * 2.0 } else { 0.0 }];
     let view = View::perspective([0.0, 0.0, distance], target, 1.0, 0.1, 1e5, SIZE).unwrap();

@@ -43,7 +43,7 @@ fn settle_in(session: &mut Session, size: [u32; 2]) {
     }
 }
 
-/// Of all triangles, the share that is left to draw.
+/// Returns the share of all triangles that is left to draw.
 fn left(session: &Session) -> f64 {
     let all = session.world.as_ref().expect("loaded").counts.triangles;
     session.decision.as_ref().expect("decided").visible.triangle_count as f64 / all as f64

@@ -16,7 +16,7 @@ use shown::{Panels, SIZE};
 /// A phone, held upright, as narrow as they come.
 const PHONE: egui::Vec2 = egui::vec2(360.0, 740.0);
 
-/// What the tour is at, once it is there.
+/// Returns the stop that the tour is at, once it is there.
 fn stop(panels: &mut Panels) -> &'static Stop {
     panels.settle();
     (0..4).for_each(|_| panels.frame(Vec::new()));
@@ -114,7 +114,8 @@ fn every_stop_is_reached_and_its_answer_is_the_engines() {
     assert_eq!(panels.session.state.layout, Layout::Wipe);
 }
 
-/// What is exact leaves every picture of the tour as it is, and what is lossy does not: by the proof that draws both.
+/// Exact stages leave every picture of the tour as it is, and lossy ones do not: by the proof that
+/// draws both.
 #[test]
 fn only_lossy_stops_change_what_is_seen() {
     let mut panels = Panels::open("example:balls", "");

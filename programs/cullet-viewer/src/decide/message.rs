@@ -29,8 +29,8 @@ impl Request {
         out.bytes
     }
 
-    /// Which sides the scene of a packed request has: those that the other side's must have before it is
-    /// [unpacked](Self::unpack) and decided.
+    /// Reads the sides that the scene of a packed request has: the other side's scene must have
+    /// them before it is [unpacked](Self::unpack) and decided.
     ///
     /// # Errors
     /// As [`unpack`](Self::unpack).
@@ -38,7 +38,8 @@ impl Request {
         Reader::new(bytes, 0).value()
     }
 
-    /// Which doors the scene of a packed request has otherwise than its file, likewise.
+    /// Reads the doors that differ between the scene of a packed request and its file; the other
+    /// side's scene must have them likewise.
     ///
     /// # Errors
     /// As [`unpack`](Self::unpack).

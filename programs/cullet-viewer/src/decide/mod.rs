@@ -29,11 +29,11 @@ use crate::world::World;
 /// A request to cull a view.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// Of which scene.
+    /// Scene of the request.
     pub world: Arc<World>,
     /// The view that culls.
     pub view: View,
-    /// With which settings.
+    /// Settings of the request.
     pub culler: Culler,
     /// Whether the occlusion buffer is wanted too: copying it takes a tenth of a millisecond or so.
     pub buffer: bool,

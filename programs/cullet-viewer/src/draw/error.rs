@@ -12,7 +12,7 @@ pub enum DrawError {
          ({side}×{side}) holds; try a native window, or a part of the scene"
     )]
     Texture {
-        /// Of what there are too many.
+        /// The kind of item of which there are too many.
         what: &'static str,
         /// How many.
         count: u64,
@@ -40,7 +40,7 @@ pub enum DrawError {
         /// The device's limit that stands in the way.
         cause: &'static str,
     },
-    /// What the device would decide with does not fit, or it cannot run the passes.
+    /// The device lacks memory for the decision, or it cannot run the passes.
     #[error("the device cannot decide what is drawn: {0}")]
     Device(String),
 }

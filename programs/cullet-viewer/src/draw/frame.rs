@@ -54,20 +54,21 @@ pub struct DeviceView<'a> {
     pub frustum: bool,
     /// Whether what lies behind something is.
     pub occlusion: bool,
-    /// As [`Style::cull_face`] of the panes that draw it: what the hardware drops hides nothing.
+    /// Faces that the hardware drops, as [`Style::cull_face`] of the panes that draw it: such faces
+    /// hide nothing.
     pub faces: CullFace,
     /// Where in the target a level of the depth pyramid is shown, and which: 0 is half as wide as the picture.
     pub pyramid: Option<([u32; 4], u32)>,
 }
 
-/// What a device decided, in figures.
+/// Figures of a device's decision.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeviceFigures {
-    /// Of which frame: they rise by one with each; 0 before any is known.
+    /// Number of the frame: it rises by one with each; 0 before any is known.
     pub frame: u64,
     /// Instances in the view.
     pub in_view: u32,
-    /// Of these the ones that are not hidden.
+    /// Instances among them that are not hidden.
     pub visible: u32,
     /// Triangles of the visible ones.
     pub triangles: u64,
@@ -75,7 +76,7 @@ pub struct DeviceFigures {
     pub early_triangles: u64,
     /// Draws that are handed in.
     pub draws: u32,
-    /// Of these the ones with an instance.
+    /// Draws among them with an instance.
     pub draws_in_use: u32,
     /// Times, where the device has a clock.
     pub times: Option<DeviceTimes>,
@@ -137,9 +138,9 @@ pub struct Style {
     pub fill: bool,
     /// Whether edges of triangles are drawn.
     pub wireframe: bool,
-    /// Which faces the graphics hardware drops, of every mesh. Besides these it drops those of one-sided
-    /// parts that the view does not draw (its own [`cull_face`](View::cull_face)), so that what is drawn
-    /// without culling is what a culler may assume.
+    /// Faces that the graphics hardware drops, of every mesh. Besides these it drops those of
+    /// one-sided parts that the view does not draw (its own [`cull_face`](View::cull_face)), so
+    /// that what is drawn without culling is what a culler may assume.
     pub cull_face: CullFace,
     /// Whether faces that are clockwise on the screen are the front ones; they are, too, where the view's
     /// own [`front_face`](View::front_face) says so.

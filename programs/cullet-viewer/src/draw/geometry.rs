@@ -122,7 +122,7 @@ pub(super) struct Geometry {
     /// Linear colour of every part of every mesh, and its alpha and twice the number of its level of detail. A part that has
     /// triangles of several levels has one entry for each, one after the other.
     pub(super) parts: Vec<[f32; 4]>,
-    /// What is drawn in place of the meshes that are boxes of impostors.
+    /// Impostors that are drawn in place of the meshes that are their boxes.
     pub(super) impostors: Impostors,
 }
 

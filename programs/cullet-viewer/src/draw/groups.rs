@@ -29,11 +29,11 @@ pub(super) const NO_GROUP: u32 = u32::MAX;
 /// The instances of a scene, grouped.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Instances {
-    /// By slot: its group, or [`NO_GROUP`].
+    /// Group of each slot, or [`NO_GROUP`].
     pub(super) group: Vec<u32>,
-    /// By slot.
+    /// Layers of each slot.
     pub(super) layers: Vec<u32>,
-    /// Those of instances in full; then those of levels of detail.
+    /// Groups of instances in full; then groups of levels of detail.
     pub(super) groups: Vec<Group>,
     /// For each group of instances in full, the first of the groups of its levels, and how many there are.
     levels: Vec<[u32; 2]>,
@@ -61,7 +61,7 @@ impl Instances {
 /// The instances of a scene while they are grouped.
 #[derive(Debug)]
 pub(super) struct Grouping {
-    /// With the number of its kind in place of a group's.
+    /// Instances with the numbers of their kinds in place of a group's.
     all: Instances,
     /// How many there are of each kind.
     counts: Vec<u32>,

@@ -12,15 +12,16 @@ use super::frame::LEVELS;
 const HEAD: u32 = 4;
 /// Entries of a frame.
 const FRAME: u32 = 3;
-/// By how many texels a point may lie before the surface and still be of it, as `cullet-draw` has it.
+/// Distance in texels that a point may lie in front of the surface and still be of it, as in
+/// `cullet-draw`.
 const TOLERANCE: f64 = 0.5;
 /// The heading of what is no box.
 const NONE: u32 = u32::MAX;
 
-/// Which meshes are boxes of impostors, and how much all impostors need.
+/// Meshes that are boxes of impostors, and how much all impostors need.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Boxes {
-    /// By mesh, as far as there are boxes; else [`NONE`].
+    /// Heading of each mesh, as far as there are boxes; else [`NONE`].
     headings: Vec<u32>,
     entries: u64,
     texels: u64,
@@ -30,12 +31,13 @@ pub(super) struct Boxes {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Impostors {
     boxes: Boxes,
-    /// Of each: the middle of its box, with frames along a side of its grid; half its size, with texels along a side of a
-    /// frame; its first texel as low and high 16 bits, its mesh's first entry in the list of parts, and how many entries a part
-    /// has; the number of its colour among levels. Then, of each frame, rows that take an offset from the middle to the
-    /// frame, with a texel's difference of depth, the tolerance of depths, and nothing.
+    /// Entries of each impostor: the middle of its box, with frames along a side of its grid; half
+    /// its size, with texels along a side of a frame; its first texel as low and high 16 bits, its
+    /// mesh's first entry in the list of parts, and how many entries a part has; the number of its
+    /// colour among levels. Then, for each frame, rows that take an offset from the middle to the
+    /// frame, with a texel's difference of depth, the tolerance of depths, and a zero.
     pub(super) table: Vec<[f32; 4]>,
-    /// Of each texel the word of its shape, and above it that of its normal.
+    /// Words of each texel: that of its shape, and above it that of its normal.
     pub(super) texels: Vec<u32>,
 }
 
@@ -112,7 +114,7 @@ impl Impostors {
     }
 }
 
-/// What the table has of a frame.
+/// Returns the entries of a frame in the table.
 fn entries_of(frame: &ImpostorFrame, across: u32) -> [[f32; 4]; FRAME as usize] {
     let half = frame.half;
     // Of the finer side, as far as both are of some size.

@@ -425,7 +425,7 @@ mod tests {
         assert!(seen[0] > 0 && seen[1] > 0, "{seen:?}");
     }
 
-    /// As [`expand_ref`], with the mesh that each triangle is of.
+    /// Expands like [`expand_ref`], with the mesh of each triangle.
     fn expand_levels_ref(scene: &Scene, visible: &Visible) -> Vec<(u32, u32, u32)> {
         let mut all = Vec::new();
         for r in &visible.triangle_ranges {

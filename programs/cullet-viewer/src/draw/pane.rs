@@ -185,7 +185,7 @@ impl PaneState {
     }
 }
 
-/// Which kinds of picked triangles a style draws.
+/// Returns the kinds of picked triangles that a style draws.
 fn needed(style: &Style) -> [Option<Picks>; 2] {
     let filled = style.fill || style.wireframe;
     let triangles = if is_pulled(style) { Picks::Corners } else { Picks::Indices };

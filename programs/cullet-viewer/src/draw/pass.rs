@@ -18,7 +18,7 @@ pub(super) struct PaneDraw<'a> {
     pub(super) pipelines: &'a mut Pipelines,
     pub(super) pane: &'a Pane<'a>,
     pub(super) samples: u32,
-    /// What the device decided, where that is drawn.
+    /// The device's decision, where that is drawn.
     pub(super) on_device: Option<&'a DeviceCulling>,
     /// Whether some colours of instances are translucent.
     pub(super) translucent: bool,

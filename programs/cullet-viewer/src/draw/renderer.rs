@@ -33,7 +33,7 @@ pub struct Renderer {
     scene: Option<Uploaded>,
     /// The next scene, while it is uploaded.
     coming: Option<Upload>,
-    /// What the device decides with, where it does.
+    /// Culling on the device, where the device decides.
     culling: Option<DeviceCulling>,
     /// Stands in for a scene's textures where there is none.
     empty: ListTexture,
@@ -168,7 +168,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// What the device decided, of the newest frame that is known; all 0 before any is, and where it decides nothing.
+    /// Returns the figures of the device's newest decision that is known; all 0 before any is, and
+    /// where it decides nothing.
     #[must_use]
     pub fn device_figures(&self) -> DeviceFigures {
         self.culling.as_ref().map_or_else(DeviceFigures::default, DeviceCulling::figures)
@@ -180,8 +181,9 @@ impl Renderer {
         self.culling.as_ref().map_or(0, DeviceCulling::frames)
     }
 
-    /// As [`draw`](Self::draw); but if it was [made ready](Self::prepare_culling), the device decides `by` a view what is drawn in the panes
-    /// that are [on the device](Pane::on_device). Where it cannot, they draw what is visible.
+    /// Draws like [`draw`](Self::draw), but if it was [made ready](Self::prepare_culling), the
+    /// device decides `by` a view what is drawn in the panes that are [on the
+    /// device](Pane::on_device). Where it cannot, they draw what is visible.
     pub fn draw_by(
         &mut self,
         device: &Device,

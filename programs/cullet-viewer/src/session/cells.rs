@@ -1,4 +1,4 @@
-//! What a session shows of cells and portals: doors, steps along the chain, sets that are baked.
+//! Cells and portals that a session shows: doors, steps along the chain, sets that are baked.
 
 use super::Session;
 use crate::cells::{CellSets, Cells, Chain, cell_boxes};

@@ -10,10 +10,10 @@ use crate::remaking::Remaking;
 use crate::task::Progress;
 use crate::tiles::{Look, TileFigures};
 
-/// What the tiles of a scene know of the eye.
+/// State of the tiles that follow the eye.
 #[derive(Debug, Default)]
 pub(super) struct Following {
-    /// What they were told last.
+    /// Look that they were told last.
     told: Option<Look>,
     /// The eye for which all of them are there that matter.
     settled: Option<[f64; 3]>,

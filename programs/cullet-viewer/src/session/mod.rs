@@ -113,7 +113,7 @@ pub struct Session {
     remaking: Remaking,
     /// Counts of the back faces of the inspected instance that bounds prove.
     pub figures: Option<Figures>,
-    /// What is shown of cells and portals.
+    /// Cells and portals that are shown.
     pub cells: Cells,
     /// The camera path.
     pub journey: Journey,
@@ -156,11 +156,11 @@ pub struct Session {
     requests: u64,
     /// The eyes that levels of detail were last chosen for.
     ball: Option<EyeBall>,
-    /// What popped with the last decision, where that is shown.
+    /// Pops of the last decision, where they are shown.
     pub pops: Pops,
-    /// What fades from one level of detail to the next.
+    /// Fades from one level of detail to the next.
     pub fades: Fades,
-    /// What levels alone draw in the view of the decision, where they fade.
+    /// Result of levels alone in the view of the decision, where they fade.
     alone: Option<Box<Visible>>,
     /// The camera as it was last fitted, and to a pane of which size.
     fitted: Option<(Rig, [u32; 2])>,
@@ -172,7 +172,7 @@ pub struct Session {
     pub uploading: bool,
     /// Whether nothing is settled before all tiles that matter are there: for pictures and tests.
     pub settles: bool,
-    /// What the tiles of the scene know of the eye.
+    /// State of the scene's tiles that follow the eye.
     #[cfg(not(target_arch = "wasm32"))]
     following: following::Following,
     pub(crate) ctx: egui::Context,
@@ -365,7 +365,7 @@ impl Session {
         self.follow_cells();
     }
 
-    /// What is wanted of the scene otherwise than its file has it.
+    /// Returns how the wanted scene differs from its file.
     fn alteration(&self) -> Alteration {
         let graph = self.whole().and_then(|w| w.model.in_cells().graph());
         let portals = graph.map_or(0, |graph| graph.portals().len());

@@ -3,7 +3,7 @@
 use super::Session;
 use crate::draw::DeviceFigures;
 
-/// What is known of it.
+/// State of the device's decision.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DeviceStatus {
     /// Why it cannot decide, if it cannot.
@@ -12,7 +12,7 @@ pub struct DeviceStatus {
     pub ready: bool,
     /// Whether figures of the picture are still on their way.
     pub awaited: bool,
-    /// What it decided, of the newest frame that is known.
+    /// Figures of its newest decision that is known.
     pub figures: DeviceFigures,
 }
 

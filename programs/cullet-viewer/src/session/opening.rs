@@ -81,7 +81,7 @@ impl Session {
         }
     }
 
-    /// Which of the files is the model; where several could be, says that one is opened.
+    /// Returns which of the files is the model; where several could be, says that one is opened.
     pub fn choose_model<'a>(&mut self, names: impl IntoIterator<Item = &'a str> + Clone) -> usize {
         let (model, more) = model_of(names.clone());
         if let (true, Some(name)) = (more > 0, names.into_iter().nth(model)) {

@@ -1,4 +1,5 @@
-//! What the engine found of the scene that a stop of the tour shows: its answers are taken from here.
+//! Facts that the engine found about the scene that a stop of the tour shows: its answers are taken
+//! from here.
 
 use cullet::cull::occlusion::Occlusion;
 use cullet::{Culler, Output, Reason, Scene, Stage, View, ViewState, Visible, funnel::Unit};
@@ -19,7 +20,8 @@ pub(super) struct Facts<'a> {
 }
 
 impl<'a> Facts<'a> {
-    /// Those of the newest decision, with figures of the first of some stages; `None` before any decision.
+    /// Returns the facts of the newest decision, with figures of the first of some stages; `None`
+    /// before any decision.
     pub(super) fn of(session: &'a Session, stages: &'static [Stage]) -> Option<Self> {
         let decision = session.decision.as_ref()?;
         let (visible, request) = (&decision.visible, &decision.request);
@@ -66,7 +68,7 @@ impl<'a> Facts<'a> {
         bounds.iter().filter(|bound| share > **bound).count()
     }
 
-    /// Which of some numbers a share is nearest to.
+    /// Returns the index of the number in `to` that a share is nearest to.
     pub(super) fn nearest(&self, share: f64, to: &[f64]) -> usize {
         let apart = |i: &usize| (share - to[*i]).abs();
         (0..to.len()).min_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap_or(0)
@@ -149,7 +151,7 @@ impl<'a> Facts<'a> {
         }
     }
 
-    /// Which of the stages dropped the most.
+    /// Returns the index of the stage that dropped the most.
     pub(super) fn greediest(&self) -> usize {
         let most = self.stages.iter().map(|&stage| self.dropped_by(stage)).max();
         let at = self.stages.iter().position(|&stage| Some(self.dropped_by(stage)) == most);

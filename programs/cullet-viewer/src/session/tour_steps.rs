@@ -19,9 +19,9 @@ pub struct Stop {
     pub state: &'static str,
     /// Where the camera outside stands: by how many degrees around from where it follows, and how much nearer.
     pub(super) outside: (f64, f64),
-    /// What is done once the scene is there.
+    /// Action once the scene is there.
     pub(super) order: fn(&mut Session),
-    /// What is asked.
+    /// Question that is asked.
     pub question: &'static str,
     /// Two or three answers, of which one is right.
     pub choices: &'static [&'static str],

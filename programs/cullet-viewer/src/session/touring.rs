@@ -42,7 +42,7 @@ enum Phase {
 pub struct Given {
     /// The number of the choice.
     pub choice: usize,
-    /// That of the right one.
+    /// Index of the right one.
     pub right: usize,
     /// Why, in a sentence.
     pub because: String,
@@ -56,7 +56,7 @@ impl Given {
     }
 }
 
-/// What there was when the tour began.
+/// State when the tour began.
 #[derive(Debug)]
 struct Before {
     state: Box<State>,

@@ -17,7 +17,7 @@ pub enum Shape {
     Box,
 }
 
-/// Which part is shown.
+/// Part of a cut scene that is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Part {
@@ -34,7 +34,7 @@ pub enum Part {
 pub struct CutAway {
     /// Whether it is.
     pub on: bool,
-    /// By what.
+    /// Shape that cuts.
     pub shape: Shape,
     /// The plane's normal, of any length but 0.
     pub normal: [f64; 3],
@@ -44,7 +44,7 @@ pub struct CutAway {
     pub low: [f64; 3],
     /// The box's high corner.
     pub high: [f64; 3],
-    /// Which part is shown.
+    /// Part that is shown.
     pub part: Part,
     /// Whether the cut is closed, where it can be.
     pub caps: bool,

@@ -12,7 +12,7 @@ pub enum Colour {
     Material,
     /// Why their instance was dropped.
     Reason,
-    /// Which side is seen.
+    /// Colour of the side that is seen.
     Sides,
     /// Their cluster.
     Clusters,
@@ -65,7 +65,7 @@ pub struct Look {
     pub fill: bool,
     /// Their edges.
     pub wireframe: bool,
-    /// Which faces of one-sided meshes are culled.
+    /// Faces of one-sided meshes that are culled.
     pub cull: CullFace,
     /// Whether the graphics hardware drops those faces too, of every mesh, two-sided ones not excepted.
     pub hardware: bool,
@@ -96,7 +96,7 @@ impl Default for Look {
 }
 
 impl Look {
-    /// Which winding a view takes for front.
+    /// Returns the winding that a view takes for front.
     #[must_use]
     pub fn front_face(&self) -> FrontFace {
         if self.clockwise { FrontFace::Clockwise } else { FrontFace::CounterClockwise }
@@ -110,9 +110,9 @@ pub enum GhostForm {
     /// Not at all.
     #[default]
     Off,
-    /// As boxes.
+    /// Boxes.
     Boxes,
-    /// As it is, in the colour of the reason.
+    /// Solid instances, in the colour of the reason.
     Solid,
 }
 

@@ -39,7 +39,7 @@ pub struct State {
     pub stages: Stages,
     /// Who decides.
     pub device: OnDevice,
-    /// Which sides the scene's triangles are taken to have.
+    /// Sides that the scene's triangles are taken to have.
     pub sides: Sides,
     /// Portals that are shut though the scene has them open, or the other way around.
     pub doors: Vec<u32>,
@@ -112,7 +112,7 @@ impl Default for Manner {
 }
 
 impl Manner {
-    /// That of a state.
+    /// Returns the manner of a state.
     #[must_use]
     pub fn of(state: &State) -> Self {
         let State { layout, map, stages, look, .. } = state;
@@ -162,7 +162,7 @@ pub struct Structure {
     pub cones: bool,
     /// The occlusion buffer over the picture of the camera that it was made for.
     pub buffer: bool,
-    /// Of the buffer its coarser level: the farthest of each tile of 8 × 8 pixels.
+    /// Coarser level of the occlusion buffer: the farthest of each tile of 8 × 8 pixels.
     pub tiles: bool,
     /// Only the instances of which something was drawn into the buffer are drawn.
     pub occluders: bool,
@@ -174,7 +174,7 @@ pub struct Structure {
     pub audit: bool,
     /// Outlines of the scene's cells, from outside.
     pub cells: bool,
-    /// What is seen of each portal, in the order of the walk.
+    /// View through each portal, in the order of the walk.
     pub portals: bool,
     /// How many of those are shown, the last of them stronger; 0 is all.
     pub step: u32,

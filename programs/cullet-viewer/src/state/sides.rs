@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Which sides of its triangles a scene is taken to have.
+/// Sides that a scene's triangles are taken to have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sides {
-    /// Those that the file declares; where its format says nothing, solids have one and all else has two.
+    /// Sides that the file declares; where its format says nothing, solids have one and all else
+    /// has two.
     #[default]
     Automatic,
     /// One, whatever the file says: a back that is in sight is then dropped.
@@ -47,10 +48,10 @@ impl Sides {
     }
 }
 
-/// What of a scene is not as its file has it.
+/// Differences of a scene from its file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Alteration {
-    /// Which sides its triangles are taken to have.
+    /// Sides that its triangles are taken to have.
     pub sides: Sides,
     /// Portals, ascending, that are shut though the file has them open, or the other way around.
     pub doors: Vec<u32>,

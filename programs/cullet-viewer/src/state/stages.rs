@@ -28,7 +28,7 @@ pub struct Stages {
     pub detail_by: Measure,
     /// How much above that size what is left begins to fade, as a share of it; 0 fades nothing. See [`Detail::fade`].
     pub detail_fade: f64,
-    /// By how many pixels levels of detail may be off; 0 draws all in full. See [`Culler::lod`].
+    /// Pixels by which levels of detail may be off; 0 draws all in full. See [`Culler::lod`].
     pub lod_px: f64,
     /// Whether that holds in the image's corners too.
     pub lod_corners: bool,

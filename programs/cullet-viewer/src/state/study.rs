@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// The most groups of triangles with a mask each.
 pub const MOST_GROUPS: u32 = 1_024;
 
-/// Which bound culls back faces.
+/// Bound that culls back faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum By {
@@ -63,7 +63,7 @@ pub struct Study {
     pub cells: u32,
     /// Into how many groups the triangles of the inspected instance are put for masks.
     pub groups: u32,
-    /// By which bound.
+    /// Bound that is studied.
     pub by: By,
 }
 

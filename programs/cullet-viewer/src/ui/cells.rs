@@ -155,7 +155,7 @@ fn chain(ui: &mut egui::Ui, session: &mut Session) {
     }
 }
 
-/// Which cells can see each other.
+/// Shows the cells that can see each other.
 fn sets(ui: &mut egui::Ui, session: &mut Session) {
     if session.cells.is_baking() {
         ui.horizontal(|ui| {

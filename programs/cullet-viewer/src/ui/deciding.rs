@@ -36,7 +36,7 @@ pub(super) fn who(ui: &mut egui::Ui, session: &mut Session) {
     }
 }
 
-/// What belongs to the division of the picture.
+/// Shows the controls of the division of the picture.
 pub(super) fn beside(ui: &mut egui::Ui, session: &mut Session) {
     if !session.by_device() {
         return;

@@ -10,14 +10,14 @@ use crate::numbers::grouped;
 use crate::session::Session;
 use crate::state::{Colour, Stages};
 
-/// What these switches say of the session.
+/// Facts of the session that these switches show.
 pub(super) struct Found {
     has_levels: bool,
     /// How many impostors are drawn, where the scene has any.
     impostors: Option<usize>,
     /// How many instances fade from one level to the next.
     fading: usize,
-    /// By how many pixels what is drawn may be off.
+    /// Pixels by which what is drawn may be off.
     decided: Option<f64>,
     pops: Option<String>,
 }

@@ -130,7 +130,7 @@ struct Painting {
     key: Key,
     wide: f64,
     image: egui::ColorImage,
-    /// By pixel: whether it shows what is kept, which lies over what was dropped.
+    /// Whether each pixel shows what is kept, which lies over what was dropped.
     kept: Vec<bool>,
     /// The first slot that is not painted yet.
     slot: u32,

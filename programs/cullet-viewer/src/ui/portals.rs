@@ -29,7 +29,7 @@ fn places(rect: Rect, ratio: f32, session: &Session, made: &Composition) -> Vec<
     .collect()
 }
 
-/// What can be clicked: where, and which portal it opens or shuts.
+/// Badge that can be clicked: its place, and the portal that it opens or shuts.
 struct Badge {
     at: Rect,
     portal: u32,

@@ -1,4 +1,5 @@
-//! Which scene: the title with its counts, the list, the path, what is being loaded, and messages.
+//! Panel of the scene: the title with its counts, the list, the path, what is being loaded, and
+//! messages.
 use eframe::egui;
 
 use super::words::{FINGER, button};
@@ -153,7 +154,7 @@ pub(super) fn choose(ui: &mut egui::Ui, session: &mut Session) {
     }
 }
 
-/// What is loaded of a world in tiles, and what is to be.
+/// Shows what is loaded of a world in tiles, and what will be.
 #[cfg(not(target_arch = "wasm32"))]
 fn tiles(ui: &mut egui::Ui, f: &TileFigures) {
     let mebibytes = |bytes: u64| grouped(bytes.div_ceil(1 << 20));

@@ -12,7 +12,7 @@ use crate::structure;
 pub enum Act {
     /// Once, when it is pressed.
     Press(fn(&mut Session)),
-    /// As long as it is held: this axis of the camera's movement, this way.
+    /// Movement of the camera along an axis, one way, as long as the key is held.
     Hold(Axis, f64),
 }
 

@@ -68,7 +68,7 @@ fn invite(ctx: &egui::Context, rect: egui::Rect, session: &mut Session) {
     }
 }
 
-/// What was pressed on the card.
+/// Button that was pressed on the card.
 enum Pressed {
     On,
     Back,

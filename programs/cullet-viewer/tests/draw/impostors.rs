@@ -71,7 +71,7 @@ fn views() -> Vec<(&'static str, View)> {
     ]
 }
 
-/// What a cut of nothing but impostors draws.
+/// Returns what is drawn by a cut of nothing but impostors.
 fn impostors(scene: &Scene, view: &View, output: Output) -> Visible {
     // A threshold that nothing exceeds.
     let lod = Some(Lod::default().with_pixels(1e6));
@@ -87,7 +87,7 @@ fn renderer(gpu: &Gpu, model: &Model) -> Renderer {
     renderer
 }
 
-/// What the viewer paints of a texel of the reference's picture.
+/// Returns the colour that the viewer paints for a texel of the reference's picture.
 fn expected(model: &Model, impostor: &Impostor, view: &View, frame: &Frame, at: usize) -> [u8; 3] {
     let id = frame.ids[at];
     let texel = impostor.texel(id.triangle as usize);

@@ -1,4 +1,5 @@
-//! What the device decides is drawn as everything is: the same pixels, whatever was seen before.
+//! Tests that the device's decision is drawn as everything is: the same pixels, whatever was seen
+//! before.
 
 use cullet::{Culler, InstanceFlags, Scene, View, ViewState, Visible, view::CullFace};
 use cullet_io::Model;

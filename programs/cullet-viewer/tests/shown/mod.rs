@@ -26,7 +26,7 @@ pub(crate) struct Panels {
     pub(crate) texts: Vec<(String, Pos2)>,
     /// The same with all of where they are, of those that are shown in full.
     pub(crate) places: Vec<(String, egui::Rect)>,
-    /// What readers of a screen are told, once `ctx` was asked to.
+    /// Tree that screen readers are told, once `ctx` was asked to make it.
     pub(crate) tree: Option<TreeUpdate>,
 }
 

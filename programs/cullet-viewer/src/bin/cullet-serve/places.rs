@@ -35,7 +35,7 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// Of a connection that was accepted just now.
+    /// Starts the progress of a connection that was accepted just now.
     pub(crate) fn new() -> Self {
         let moved = Cell::new(Instant::now());
         Self { answered: Cell::new(false), moved, blocked: Cell::new(None) }

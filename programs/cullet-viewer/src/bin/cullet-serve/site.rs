@@ -76,7 +76,7 @@ pub(crate) enum SiteError {
     /// Something cannot be read.
     #[error("{}: cannot be read: {error}", .path.display())]
     Read {
-        /// Which file or folder.
+        /// File or folder that cannot be read.
         path: PathBuf,
         /// Why.
         error: io::Error,
@@ -105,7 +105,7 @@ pub(crate) struct SceneFile {
 #[derive(Debug)]
 pub(crate) struct Site {
     pub(crate) page: BTreeMap<String, PageFile>,
-    /// By their names in the address, not encoded.
+    /// Files of the scene by their names in the address, not encoded.
     pub(crate) scene: BTreeMap<String, SceneFile>,
     warnings: Vec<String>,
     fragment: String,

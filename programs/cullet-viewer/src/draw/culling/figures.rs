@@ -1,4 +1,5 @@
-//! What the device decided, in figures: read back when it is done, some frames later, so that nobody waits for it.
+//! Figures of the device's decision: read back when it is done, some frames later, so that nobody
+//! waits for it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};

@@ -1,5 +1,5 @@
-//! What of the scene is drawn, decided on the graphics device: two phases of culling by compute passes, and draws whose
-//! numbers of instances these write.
+//! Decision of what is drawn of the scene, made on the graphics device: two phases of culling by
+//! compute passes, and draws whose numbers of instances these write.
 //!
 //! ```text
 //!  in the view? ──► seen before ──► depth alone ──► pyramid ──► boxes against it ──► list ──► panes

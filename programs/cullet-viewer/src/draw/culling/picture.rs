@@ -53,7 +53,7 @@ impl Shown {
 pub(super) struct Picture {
     module: ShaderModule,
     layout: BindGroupLayout,
-    /// By samples a pixel of what is drawn into.
+    /// Pipelines by the samples a pixel of their target.
     pipelines: HashMap<u32, RenderPipeline>,
     shown: Buffer,
     group: Option<BindGroup>,
