@@ -164,7 +164,7 @@ fn wall(two_sided: bool, alpha: Alpha) -> Mesh {
     of_parts((p, vec![0, 1, 2, 0, 2, 3]), vec![part])
 }
 
-/// What makes an instance another.
+/// Change that makes an instance another.
 type Change = fn(&mut Instance);
 
 fn alone(mesh: Mesh, change: impl FnOnce(&mut Instance)) -> Scene {

@@ -33,8 +33,9 @@ fn cube(centre: [f64; 3], half: f64) -> Aabb {
     Aabb::new(centre.map(|v| (v - half) as f32), centre.map(|v| (v + half) as f32))
 }
 
-/// What is called hidden is blocked for every line tried, by a triangle of the very instance that was named, and by the
-/// oracle that knows neither. Bodies of all kinds, turned, sheared, mirrored, flattened, in the middle of all and at 1e7.
+/// Every line between two boxes that are called hidden is blocked by a triangle of the very
+/// instance that was named, and by the oracle that knows neither. Bodies of all kinds, turned,
+/// sheared, mirrored, flattened, in the middle of all and at 1e7.
 #[test]
 fn between_boxes_that_are_hidden_every_line_is_blocked() {
     let mut rng = Rng(0xB0C5);
@@ -128,7 +129,7 @@ impl Pair {
     }
 }
 
-/// What makes an instance another.
+/// Change that makes an instance another.
 type Change = fn(&mut Instance);
 
 fn body() -> Mesh {
