@@ -8,7 +8,8 @@ use crate::Rng;
 /// A building, turned and moved as a whole.
 #[derive(Debug)]
 pub struct Building {
-    /// Which cells there are, and what joins them; some portals are shut, some one-way, and there are mirrors.
+    /// Cells, and the portals that join them; some portals are shut, some one-way, and there are
+    /// mirrors.
     pub graph: CellGraph,
     /// Where they are.
     pub shapes: CellShapes,

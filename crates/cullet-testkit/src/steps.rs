@@ -27,7 +27,7 @@ pub struct Strip {
 }
 
 impl Strip {
-    /// With errors that grow by random steps, some of them none.
+    /// Makes a strip with errors that grow by random steps, some of them none.
     #[must_use]
     pub fn random(rng: &mut Rng, depth: u32, one_sided: bool) -> Self {
         let (mut spans, mut made_from, mut replaced_by) = (Vec::new(), Vec::new(), Vec::new());

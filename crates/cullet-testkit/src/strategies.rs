@@ -26,7 +26,7 @@ pub fn vector(reach: f64) -> impl Strategy<Value = DVec3> {
     [-reach..reach, -reach..reach, -reach..reach].prop_map(DVec3::from)
 }
 
-/// Of unit length.
+/// Generates directions of unit length.
 pub fn direction() -> impl Strategy<Value = DVec3> {
     vector(1.0).prop_filter_map("no direction", |v| {
         (v.length() > 0.1 && v.length() < 1.0).then(|| v.normalize())
