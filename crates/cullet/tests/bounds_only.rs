@@ -18,7 +18,7 @@ fn random_box(rng: &mut Rng) -> Aabb {
     Aabb::new(corner(-1.0), corner(1.0))
 }
 
-/// What the culler says of boxes is what it says of instances with a mesh and these boxes as their bounds.
+/// The culler says the same of boxes as of instances with a mesh and these boxes as their bounds.
 #[test]
 fn boxes_are_culled_as_meshes_in_them_are() {
     let mut rng = Rng(5);

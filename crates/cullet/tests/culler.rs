@@ -44,7 +44,7 @@ fn nothing_visible_is_dropped() {
     assert!(kept * 100 < all * 45, "{kept} of {all} kept, {needed} needed");
 }
 
-/// What a preset leaves, the default leaves too; and none has a stage that is lossy.
+/// The default leaves all that a preset leaves, and no preset has a lossy stage.
 #[test]
 fn presets_drop_more_than_the_default_and_none_is_lossy() {
     let mut rng = Rng(7);

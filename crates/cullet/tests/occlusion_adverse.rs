@@ -94,7 +94,7 @@ fn patch(positions: &[[f32; 3]], indices: &[u32], two_sided: bool) -> Vec<Patch>
 enum As {
     Convex,
     Patch,
-    /// As a box of which the transform is the wall, mirrored in x where the wall is not.
+    /// A box of which the transform is the wall, mirrored in x where the wall is not.
     Mirrored,
 }
 

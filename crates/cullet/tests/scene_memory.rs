@@ -7,8 +7,9 @@ use cullet_testkit::{Rng, meshes};
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Of an instance that has nothing of its own but a mesh and a transform: lists of numbers, a part of its transform, and its share
-/// of the nodes, which stay.
+/// Most bytes that sorting takes at its peak for an instance that has nothing of its own but a mesh
+/// and a transform: lists of numbers, a part of its transform, and its share of the nodes, which
+/// stay.
 const MOST_BYTES: usize = 40;
 
 // One test: what another thread holds would be counted too.

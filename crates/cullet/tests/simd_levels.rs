@@ -84,7 +84,7 @@ fn box_answers(frustum: &Frustum, items: &[Aabb]) -> Vec<(Side, u8)> {
     lone.into_iter().zip(reasons).collect()
 }
 
-/// Which spheres are rejected, one by one and listed at every level, which must agree.
+/// Returns whether each sphere is rejected, one by one and listed at every level, which must agree.
 fn rejected_spheres(frustum: &Frustum, items: &[Sphere]) -> Vec<bool> {
     let planes = SpherePlanes::new(frustum);
     let batch = Spheres::from_slice(items);
