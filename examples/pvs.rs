@@ -1,4 +1,4 @@
-//! Which rooms see each other: a graph of cells and portals, its sets, and what proves them.
+//! Rooms that see each other: a graph of cells and portals, its sets, and what proves them.
 
 use cullet_bake::pvs::{PairState, PvsSettings, bake};
 use cullet_cells::cell::{CellGraph, Portal};

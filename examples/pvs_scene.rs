@@ -1,4 +1,4 @@
-//! What can be seen from where, in a scene without rooms: view cells, sampled lines, and how wrong the answer is.
+//! Visible sets of a scene without rooms: view cells, sampled lines, and how wrong the answer is.
 
 use cullet_bake::sampled::{
     RayTree, RayTreeOptions, SampledSettings, ViewCells, bake_sampled, check_pictures,

@@ -1,4 +1,4 @@
-//! What may be seen from anywhere in a box of eyes, and what will be needed along a way.
+//! Visibility from anywhere in a box of eyes, and what will be needed along a way.
 
 use cullet::{Instance, Mesh, MeshData, Scene, Transform};
 use cullet_cells::query::{EyeBox, Motion, MotionQuery, RegionCuller, RegionState, RegionVisible};
