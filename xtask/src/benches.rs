@@ -10,7 +10,8 @@ pub(crate) fn all() -> Done {
     cargo(&["bench", "--workspace", "--benches"])
 }
 
-/// What each stage of culling saves the viewer's renderer, of a scene; of the city and of the office where none is named.
+/// Measures what each stage of culling saves the viewer's renderer in a scene; in the city and in
+/// the office where none is named.
 pub(crate) fn viewer(scene: Option<&str>) -> Done {
     let scenes = scene.map_or(vec!["city", "office"], |s| vec![s]);
     scenes.into_iter().try_for_each(|scene| {

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use crate::runner::{End, Ended, Step};
 use crate::tools::{cache, cargo_program, is_set, output};
 
-/// What a step depends on: packages, with all that they are built from, and files beside them, by how their paths begin or, after
-/// `*`, end.
+/// Dependencies of a step: packages, with all that they are built from, and files beside them, by
+/// how their paths begin or, after `*`, end.
 struct Inputs {
     step: &'static str,
     packages: &'static [&'static str],
@@ -39,7 +39,7 @@ const INPUTS: &[Inputs] = &[
     },
 ];
 
-/// What all of them depend on.
+/// Files that all steps depend on.
 const COMMON: &[&str] = &["xtask/", ".ci/", ".cargo/", "Cargo.toml", "Cargo.lock"];
 
 /// Runs a step, unless nothing has changed; remembers where it passed.

@@ -1,5 +1,6 @@
-//! What CI runs: the README's two commands as a stranger meets them, in a fresh checkout with a fresh target folder, no data beside
-//! it, nothing installed but Rust and compilers of C and C++; then in the same checkout everything else, with nothing left out.
+//! Steps of CI: the README's two commands as a stranger meets them, in a fresh checkout with a
+//! fresh target folder, no data beside it, nothing installed but Rust and compilers of C and C++;
+//! then in the same checkout everything else, with nothing left out.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -55,7 +56,7 @@ pub(crate) fn all() -> Done {
     }
 }
 
-/// What `test` has beyond the README's second command, which ran just now.
+/// Runs what `test` has beyond the README's second command, which ran just now.
 pub(crate) fn rest() -> Done {
     let but_plain: Vec<_> = steps::all().into_iter().filter(|step| step.name != "plain").collect();
     runner::run_by(&but_plain, "", changed::run)

@@ -17,7 +17,7 @@ pub(crate) const DEBIAN: &[&str] = &[
     "libxrandr2",
 ];
 
-/// What a machine has of graphics. One that has all is any of them by its [environment](Self::environment).
+/// Graphics of a machine. One that has all is any of them by its [environment](Self::environment).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Machine {
     Nothing,
@@ -39,7 +39,7 @@ impl Machine {
         [("WGPU_BACKEND", backends), ("CULLET_REQUIRE_GPU", required)]
     }
 
-    /// What it has, for people.
+    /// Returns the graphics that it has, for people.
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Nothing => "no graphics device",

@@ -57,7 +57,8 @@ fn dead<'a>(
     links(text).filter_map(move |link| dead_link(name, link, pages, src))
 }
 
-/// What is wrong with a link of a page; `None` where nothing is, or it leads out of the book.
+/// Returns the fault of a link of a page; `None` where nothing is wrong, or it leads out of the
+/// book.
 fn dead_link(
     page: &str,
     link: &str,

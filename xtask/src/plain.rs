@@ -13,7 +13,7 @@ use crate::tools::{
     root, run, target,
 };
 
-/// What the README has.
+/// Arguments of cargo in the README.
 pub(crate) const TEST: [&str; 2] = ["test", "--release"];
 
 /// Where tests say that they were skipped: `cullet_testkit::skip` knows it.
@@ -91,8 +91,8 @@ pub(crate) fn program(name: &str) -> Result<PathBuf, String> {
     Ok(target().join("release").join(name))
 }
 
-/// Those that measure what they are given (the first is run by the step `host-c`, the second beside `bench/border.py`), and those
-/// that are run as each machine.
+/// Examples that are not run alone: some measure what they are given (the first is run by the step
+/// `host-c`, the second beside `bench/border.py`), and some are run as each machine.
 const NOT_ALONE: &[&str] = &["border", "python_border", "own_program", "lists"];
 
 /// Runs the examples of packages that `is_chosen` to their end, from a folder.

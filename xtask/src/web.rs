@@ -24,7 +24,7 @@ const MAX_COMPRESSED: u64 = 4 << 20;
 /// Sources of the page, from the root; what is in `tests` is none of it.
 const SOURCES: &str = "programs/cullet-viewer/web";
 
-/// What the page of lectures shows, from the root.
+/// Data that the page of lectures shows, from the root.
 const LECTURES: &str = "docs/lectures.json";
 
 /// Where the page is built, and where `cullet-serve` finds it.

@@ -11,10 +11,10 @@ use crate::tools::{
     target,
 };
 
-/// As it is published.
+/// Profile in which it is published.
 const PROFILE: &str = "release";
 const WARNINGS: &[&str] = &["-Wall", "-Wextra", "-Werror", "-pedantic", "-g", "-O1"];
-/// What a static library of Rust needs beside it.
+/// Libraries that a static library of Rust needs beside it.
 const STATIC: &[&str] = &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl"];
 /// Programs that are not needed to build, with the Debian package of each.
 const TOOLS: &[(&str, &str)] = &[
@@ -110,7 +110,8 @@ impl Host {
         run(command)
     }
 
-    /// What a reader types first, as the README has it; and the other examples, one against the static library.
+    /// Runs what a reader types first, as the README has it; and the other examples, one against
+    /// the static library.
     fn examples(&self) -> Done {
         let read = |name: &str| {
             let path = self.source.join(name);

@@ -12,9 +12,10 @@ use crate::tools::{
     Done, cache, command, data, install, install_words, is_ci, output, root, run, target,
 };
 
-/// What builds and checks a wheel.
+/// Packages that build and check a wheel.
 const BUILDING: &[&str] = &["maturin==1.16.*", "twine"];
-/// What its tests take: the packages that it works with, clusters on one machine, and what reads types and notebooks.
+/// Packages of its tests: those that it works with, clusters on one machine, and readers of types
+/// and notebooks.
 const TESTING: &[&str] = &[
     "distributed",
     "ipykernel",
@@ -27,7 +28,7 @@ const TESTING: &[&str] = &[
     "rtree",
     "trimesh",
 ];
-/// What VTK, which pyvista draws with, takes of the system.
+/// System packages that VTK, which pyvista draws with, needs.
 const SYSTEM: &[&str] = &["python3-venv", "libgl1", "libxrender1"];
 /// The oldest interpreter that the wheel is for.
 const OLDEST: &str = "import sys; raise SystemExit(sys.version_info < (3, 10))";

@@ -50,7 +50,7 @@ fn gather(folder: &Path, prefix: &str, site: &mut Site) -> Done {
     Ok(())
 }
 
-/// What is wrong with the links of a site, a line each.
+/// Returns the faults of a site's links, a line each.
 fn dead(site: &Site) -> Vec<String> {
     let pages = site.iter().filter_map(|(name, page)| Some((name, page.as_ref()?)));
     pages
@@ -109,7 +109,7 @@ fn scheme(link: &str) -> Option<(&str, &str)> {
     is_one.then_some((scheme, rest))
 }
 
-/// What is wrong with the form of a link that leads out; nobody is asked whether it is alive.
+/// Returns the fault in the form of a link that leads out; whether it is alive is not checked.
 fn external(scheme: &str, rest: &str) -> Option<String> {
     let fits = match scheme {
         "https" | "http" => {

@@ -172,7 +172,8 @@ fn split(text: &str) -> (Vec<&str>, Vec<Block<'_>>) {
     (lines, blocks)
 }
 
-/// What a chapter lacks, but for the parts that it is to be `without`, or has in another order.
+/// Returns the parts that a chapter lacks, but for those that it is to be `without`, or has in
+/// another order.
 fn faults(text: &str, without: &[&str]) -> Vec<String> {
     let (lines, blocks) = split(text);
     let is_heading = |line: &&str| line.starts_with("##");

@@ -29,7 +29,7 @@ pub(super) fn all_sound() -> Done {
     if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n       ")) }
 }
 
-/// What is wrong with a drawing.
+/// Returns the fault of a drawing.
 fn fault(text: &str) -> Option<String> {
     let document = match Document::parse(text) {
         Ok(document) => document,

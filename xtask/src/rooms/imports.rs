@@ -1,4 +1,5 @@
-//! Which file of a crate names which: `use` trees and paths that begin at `crate`, `super`, `self` or a module beside.
+//! Imports between the files of a crate: `use` trees and paths that begin at `crate`, `super`,
+//! `self` or a module beside.
 //!
 //! It reads text, not Rust: what a macro makes is not seen. What a parent hands on by `pub use` is taken from the file
 //! that defines it. Modules for tests are left out; they stand last in their file.

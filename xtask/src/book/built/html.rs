@@ -1,4 +1,5 @@
-//! What a page of HTML links to, and the places in it that can be linked to: its tags, read one after another.
+//! Links of a page of HTML, and the places in it that can be linked to: its tags, read one after
+//! another.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +8,7 @@ use std::collections::BTreeSet;
 pub(super) struct Html {
     /// Names that a link may have after `#`.
     pub(super) ids: BTreeSet<String>,
-    /// What it links to, shows or runs.
+    /// Addresses that it links to, shows or runs.
     pub(super) links: Vec<String>,
 }
 
@@ -86,7 +87,7 @@ impl Html {
     }
 }
 
-/// What stands before the first character that `ends` it, and the rest.
+/// Splits the text before the first character that `ends` it.
 fn cut(text: &str, ends: impl Fn(char) -> bool) -> (&str, &str) {
     text.split_at(text.find(ends).unwrap_or(text.len()))
 }
