@@ -1,5 +1,6 @@
-//! What the page does, natively: 100,000 boxes and as many instances, culled from a camera that turns and read back.
-//! `web_native [LEVEL]` prints, for `test/cost.mjs`, how many were listed in all and the least and median microseconds.
+//! Native version of the page's work: 100,000 boxes and as many instances, culled from a camera
+//! that turns and read back. `web_native [LEVEL]` prints, for `test/cost.mjs`, how many were listed
+//! in all and the least and median microseconds.
 
 use std::time::Instant;
 

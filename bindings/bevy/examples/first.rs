@@ -7,7 +7,7 @@ fn main() {
     App::new().add_plugins((DefaultPlugins, CulletPlugin)).add_systems(Startup, setup).run();
 }
 
-/// What the app spawns, with occlusion for its camera.
+/// Spawns the app's entities, with occlusion for its camera.
 pub fn setup(mut commands: Commands) {
     commands.spawn((Camera3d::default(), CulletOcclusion::default()));
     // And the meshes and lights that the app has anyway.

@@ -1,5 +1,6 @@
-//! What a frame of the city costs without the plugin, with it, and with occlusion, drawn without a window:
-//! `cargo run --release --example frames`. With a folder it writes pictures of the overlay there, and measures nothing.
+//! Cost of a frame of the city without the plugin, with it, and with occlusion, drawn without a
+//! window: `cargo run --release --example frames`. With a folder it writes pictures of the overlay
+//! there, and measures nothing.
 
 #[path = "../tests/common/picture.rs"]
 mod picture;

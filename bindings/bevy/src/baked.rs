@@ -30,10 +30,10 @@ pub enum CulletBakedError {
     Read {
         /// The asset's path.
         path: String,
-        /// What the asset source says.
+        /// Error of the asset source.
         error: std::io::Error,
     },
-    /// What is in the file.
+    /// The contents of the file cannot be loaded.
     #[error(transparent)]
     Load(#[from] LoadError),
 }

@@ -5,7 +5,7 @@ pub(crate) fn slots(words: &[u64]) -> impl Iterator<Item = u32> + '_ {
     words.iter().enumerate().flat_map(|(word, &bits)| slots_of(word, bits))
 }
 
-/// Those of one word.
+/// Returns the slots of one word.
 pub(crate) fn slots_of(word: usize, mut bits: u64) -> impl Iterator<Item = u32> {
     std::iter::from_fn(move || {
         (bits != 0).then(|| {

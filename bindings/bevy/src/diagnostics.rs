@@ -16,11 +16,11 @@ pub struct CulletDiagnosticsPlugin;
 impl CulletDiagnosticsPlugin {
     /// Entities with a mesh.
     pub const ENTITIES: DiagnosticPath = DiagnosticPath::const_new("cullet/entities");
-    /// Those of them in layers and frustum.
+    /// Entities among them in layers and frustum.
     pub const IN_FRUSTUM: DiagnosticPath = DiagnosticPath::const_new("cullet/in_frustum");
-    /// Those of them in their visibility range.
+    /// Entities among them in their visibility range.
     pub const IN_RANGE: DiagnosticPath = DiagnosticPath::const_new("cullet/in_range");
-    /// Those of them that are not behind others.
+    /// Entities among them that are not behind others.
     pub const VISIBLE: DiagnosticPath = DiagnosticPath::const_new("cullet/visible");
 }
 

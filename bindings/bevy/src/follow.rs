@@ -47,7 +47,7 @@ impl Gone<'_, '_> {
     }
 }
 
-/// What an entity's place in the scene follows from: any of these changed.
+/// Components that an entity's place in the scene follows from: any of these changed.
 type Rows = (
     Entity,
     (Ref<'static, GlobalTransform>, Option<Ref<'static, Aabb>>),
@@ -72,7 +72,7 @@ fn ask(
     (entities, (transforms, boxes), others): <Rows as ContiguousQueryData>::Contiguous<'_, '_>,
 ) {
     let (inherited, class, layers, sphere, culling, range, skin, morphs, weights) = others;
-    /// Of a component that an entity may be without.
+    /// Returns the ticks of a component that an entity may lack.
     fn changed<'w, T>(of: &Option<ContiguousRef<'w, T>>) -> Option<&'w [Tick]> {
         of.as_ref().map(ContiguousRef::changed_ticks_slice)
     }

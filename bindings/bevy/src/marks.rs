@@ -19,7 +19,7 @@ use bevy_ecs::schedule::{InternedSystemSet, ScheduleCleanupPolicy};
 use crate::bits::slots_of;
 use crate::ticks::{MANY, ROWS};
 
-/// What cameras list.
+/// Entities that cameras list.
 #[derive(Debug, Resource)]
 pub(crate) struct Marks {
     /// One bit an index of an entity: an active camera lists it.
@@ -29,7 +29,7 @@ pub(crate) struct Marks {
     /// Entities that were seen in the last frame, and not yet in this one.
     leaving: Vec<Entity>,
     scratch: Vec<u64>,
-    /// What Bevy makes of the mark of a visible entity when a frame begins.
+    /// Mark that Bevy gives a visible entity when a frame begins.
     was_visible: ViewVisibility,
 }
 

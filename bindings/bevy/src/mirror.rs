@@ -54,13 +54,13 @@ const NOT_PLAIN: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moved {
     slot: u32,
-    /// Of the entity, where it is not known yet that it moves often; else `u32::MAX`.
+    /// Index of the entity, where it is not known yet that it moves often; else `u32::MAX`.
     index: u32,
     bounds: Aabb,
 }
 
-/// What a part of a table has of change. Its memory is used again in each frame: fresh pages cost more than what is
-/// written to them.
+/// Changes in a part of a table. Its memory is used again in each frame: fresh pages cost more than
+/// what is written to them.
 #[derive(Debug, Default)]
 pub(crate) struct Found {
     /// Moved, and nothing else.
@@ -177,8 +177,8 @@ impl CulletScene {
         slots(&self.touched).map(|word| word as usize)
     }
 
-    /// What is to be written of an entity that moved and changed in nothing else since it was taken over; `None` where more
-    /// follows from it.
+    /// Returns what is to be written for an entity that moved and changed in nothing else since it
+    /// was taken over; `None` where more follows from it.
     #[inline]
     pub(crate) fn moved(&self, index: u32, bounds: Aabb) -> Option<Moved> {
         let plain = self.plain.get(index as usize).copied().filter(|&plain| plain != NOT_PLAIN)?;

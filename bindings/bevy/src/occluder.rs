@@ -36,7 +36,7 @@ pub enum CulletPrepare {
     AtOnce,
 }
 
-/// What became of a mesh.
+/// State of a mesh.
 #[derive(Debug)]
 enum Made {
     Soon(Task<Option<(engine::Mesh, Prepared)>>),

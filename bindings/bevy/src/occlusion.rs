@@ -21,7 +21,8 @@ pub struct CulletOcclusion {
     /// Pixels across the occlusion buffer, from 1 to 4,096, never more than the camera has. More finds more, at a cost
     /// that grows by its square. Default: 640.
     pub width: u32,
-    /// What drawing occluders may cost, in microseconds by a model, not a clock: from 0, which draws none. Default: 200.
+    /// Budget for drawing occluders, in microseconds by a model, not a clock: from 0, which draws
+    /// none. Default: 200.
     pub budget: f32,
 }
 
@@ -48,7 +49,7 @@ impl CulletOcclusion {
     }
 }
 
-/// What a camera with occlusion keeps.
+/// State that a camera with occlusion keeps.
 #[derive(Debug, Default)]
 pub(crate) struct Hidden {
     state: ViewState,

@@ -29,7 +29,7 @@ use crate::view::{half_spaces, is_outside};
 /// Height of the text's capitals, in pixels.
 const TEXT_PX: f32 = 12.0;
 
-/// What became of an entity with a mesh, for one camera in one frame.
+/// Fate of an entity with a mesh, for one camera in one frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum CulletFate {
@@ -156,7 +156,7 @@ fn read_keys(keys: Option<Res<ButtonInput<KeyCode>>>, mut overlay: ResMut<Cullet
     }
 }
 
-/// What a camera saw when it was frozen.
+/// View of a camera when it was frozen.
 #[derive(Component, Debug)]
 struct Frozen {
     frustum: Frustum,

@@ -9,7 +9,7 @@ use bevy_render::render_resource::Face;
 
 use crate::{CulletOccluder, CulletOcclusion, NoCulletOccluder};
 
-/// Which entities got their [`CulletOccluder`] here.
+/// Marker of entities that got their [`CulletOccluder`] here.
 #[derive(Component)]
 pub(crate) struct ByMaterial;
 

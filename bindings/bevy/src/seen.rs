@@ -1,4 +1,4 @@
-//! What of an entity its visibility depends on.
+//! Components of an entity that its visibility depends on.
 
 use std::any::TypeId;
 

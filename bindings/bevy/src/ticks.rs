@@ -1,4 +1,4 @@
-//! What changed since a system ran last, asked of many rows of a table at once.
+//! Changes since a system ran last, asked of many rows of a table at once.
 
 use bevy_ecs::change_detection::{MAX_CHANGE_AGE, Tick};
 use bevy_ecs::system::SystemChangeTick;

@@ -1,4 +1,4 @@
-//! What is kept of a camera from frame to frame, and what is told of it.
+//! State of a camera from frame to frame, and what is reported of it.
 
 use bevy_camera::primitives::Frustum;
 use bevy_ecs::change_detection::Tick;
@@ -19,11 +19,12 @@ use crate::mirror::CulletScene;
 pub struct CulletFunnel {
     /// All that are culled on the CPU.
     pub entities: u64,
-    /// Those that are not outside the frustum, are not hidden by their `Visibility` and share a layer with the camera.
+    /// Entities that are not outside the frustum, are not hidden by their `Visibility` and share a
+    /// layer with the camera.
     pub in_frustum: u64,
-    /// Those of them that are in their visibility range too: what Bevy itself would list.
+    /// Entities among them that are in their visibility range too: what Bevy itself would list.
     pub in_range: u64,
-    /// Those of them that are not behind others: what is drawn.
+    /// Entities among them that are not behind others: what is drawn.
     pub visible: u64,
 }
 
@@ -40,7 +41,7 @@ pub struct CulletView {
     pub(crate) next: Vec<u64>,
     /// The entities of `seen`, sorted.
     pub(crate) list: Vec<Entity>,
-    /// What `seen` was found from.
+    /// Inputs that `seen` was found from.
     pub(crate) known: Option<Known>,
     pub(crate) scratch: Vec<Entity>,
     pub(crate) hidden: crate::occlusion::Hidden,
@@ -48,11 +49,11 @@ pub struct CulletView {
     pub(crate) written: Option<Tick>,
     /// Whether its list of meshes is `list` still.
     pub(crate) is_listed: bool,
-    /// What is listed among the meshes and is none any more.
+    /// Entities that are listed among the meshes and are none any more.
     pub(crate) strays: Vec<Entity>,
 }
 
-/// What the answer depends on: where it is the same as in the last frame, so is the answer.
+/// Inputs of the answer: where they are the same as in the last frame, so is the answer.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Known {
     pub(crate) scene: u64,
@@ -102,7 +103,8 @@ pub(crate) fn is_outside(
 }
 
 impl Known {
-    /// By how many steps of the scene what was found in the frustum is behind; `None` where it is found anew.
+    /// Returns the number of scene steps by which the frustum's result is behind; `None` where it
+    /// is found anew.
     fn behind(&self, now: &Self) -> Option<u64> {
         let view = |known: &Self| (known.scene, known.order, known.planes, known.layers);
         // NaN equals nothing, and so is found anew.
@@ -241,7 +243,7 @@ fn decide(
     kept
 }
 
-/// What is in exactly one of two sorted lists.
+/// Writes the entities that are in exactly one of two sorted lists.
 fn merge(a: &[Entity], b: &[Entity], out: &mut Vec<Entity>) {
     out.clear();
     out.reserve(a.len() + b.len());

@@ -142,7 +142,8 @@ fn play(world: &mut World, entities: &[Entity], random: &mut Random) {
     }
 }
 
-/// By how much a box is inside (or outside, below zero) of the half-space that it is farthest from, relative to the sizes.
+/// Returns the distance by which a box is inside (or outside, below zero) of the half-space that it
+/// is farthest from, relative to the sizes.
 fn margin(frustum: &Frustum, aabb: &Aabb, at: &Affine3A) -> f64 {
     let m = at.matrix3.as_dmat3();
     let center = m * aabb.center.as_dvec3() + at.translation.as_dvec3();
@@ -158,7 +159,7 @@ fn margin(frustum: &Frustum, aabb: &Aabb, at: &Affine3A) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// What others than cameras do with marks, and what is heard of changes.
+/// Marks that systems other than cameras set, and the changes that are noticed.
 #[derive(Resource, Default)]
 struct Ear {
     casters: Vec<Entity>,
@@ -200,7 +201,7 @@ fn listen(app: &mut Headless) {
     );
 }
 
-/// What Bevy and the plugin say of an entity's marks.
+/// Returns what Bevy and the plugin say of an entity's marks.
 fn marks(app: &Headless, entity: Entity) -> Option<[bool; 4]> {
     let world = app.app.world();
     let ear = world.resource::<Ear>();

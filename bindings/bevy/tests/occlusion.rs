@@ -1,4 +1,4 @@
-//! What lies behind others is not listed, and only that.
+//! Tests that entities behind others, and only those, are not listed.
 mod common;
 
 use bevy::camera::RenderTargetInfo;
@@ -17,7 +17,7 @@ fn app() -> (Headless, Entity) {
     (app, camera)
 }
 
-/// What Bevy's renderer does, which is not here: tells a camera the size of its target.
+/// Tells a camera the size of its target, as Bevy's renderer would, which is not here.
 fn size(app: &mut Headless, camera: Entity, is_known: bool) {
     let mut camera = app.world().get_mut::<Camera>(camera).unwrap();
     let physical_size = UVec2::new(640, 640);

@@ -1,4 +1,5 @@
-//! What the border costs: a frame by the C interface beside the same in Rust, in one process, turn by turn.
+//! Cost of the border: a frame by the C interface beside the same in Rust, in one process, turn by
+//! turn.
 //!
 //! `cargo run --release -p cullet-c --example border -- libborder.so`, of `tests/border.c`; `cargo xtask bindings c` makes it.
 

@@ -179,7 +179,7 @@ typedef enum {
 } cullet_status;
 
 /**
- * Which bounds an instance has.
+ * Bounds of an instance.
  */
 typedef enum {
   /**
@@ -205,15 +205,15 @@ typedef enum {
  */
 typedef enum {
   /**
-   * As much as can be proved, for tools and for renderers to which a triangle costs much.
+   * Everything that can be proved, for tools and for renderers to which a triangle costs much.
    */
   CULLET_PRESET_EXACT = 0,
   /**
-   * What pays in most frames: the default.
+   * Stages that pay in most frames: the default.
    */
   CULLET_PRESET_BALANCED = 1,
   /**
-   * What is found soonest.
+   * Stages that are fastest to run.
    */
   CULLET_PRESET_FAST = 2,
 } cullet_preset;
@@ -259,7 +259,7 @@ typedef enum {
  */
 typedef enum {
   /**
-   * Of no stage: visible.
+   * No stage: visible.
    */
   CULLET_STAGE_VISIBLE = 0,
   /**
@@ -301,7 +301,7 @@ typedef enum {
 } cullet_stage;
 
 /**
- * What a test of an occlusion buffer found.
+ * Result of a test of an occlusion buffer.
  */
 typedef enum {
   /**
@@ -361,7 +361,8 @@ typedef struct {
    */
   const float *clip_from_model;
   /**
-   * What is culled by its winding on a screen with y upward: 0 nothing, 1 clockwise, 2 counter-clockwise.
+   * Winding that is culled on a screen with y upward: 0 nothing, 1 clockwise, 2
+   * counter-clockwise.
    */
   uint32_t cull_winding;
   /**
@@ -475,7 +476,7 @@ typedef struct {
    */
   uint32_t occlusion_width;
   /**
-   * What drawing occluders may cost, in microseconds of a cost model, from 0.
+   * Budget for drawing occluders, in microseconds of a cost model, from 0.
    */
   float occlusion_budget;
   /**
@@ -680,7 +681,7 @@ typedef struct {
    */
   uint32_t stage;
   /**
-   * What it tested: 0 instances, 1 clusters, 2 triangles.
+   * Unit that it tested: 0 instances, 1 clusters, 2 triangles.
    */
   uint32_t unit;
   /**
@@ -734,7 +735,7 @@ typedef struct {
 } cullet_draw_command;
 
 /**
- * What a draw command draws: the same for all its instances.
+ * Properties of a draw command: the same for all its instances.
  */
 typedef struct {
   /**
@@ -1090,7 +1091,8 @@ cullet_status cullet_visible_slots(cullet_state state,
                                    size_t *count);
 
 /**
- * As `cullet_visible_slots`, but handles, in the order of the slots. The scene must be as it was culled.
+ * Returns the same as `cullet_visible_slots`, but handles, in the order of the slots. The scene
+ * must be as it was culled.
  */
 cullet_status cullet_visible_handles(cullet_state state,
                                      cullet_scene scene,
@@ -1099,8 +1101,8 @@ cullet_status cullet_visible_handles(cullet_state state,
                                      size_t *count);
 
 /**
- * As `cullet_visible_slots`, but the callers' numbers (`cullet_instance.user`), in the order of the slots. The scene must
- * be as it was culled.
+ * Returns the same as `cullet_visible_slots`, but the callers' numbers (`cullet_instance.user`),
+ * in the order of the slots. The scene must be as it was culled.
  */
 cullet_status cullet_visible_users(cullet_state state,
                                    cullet_scene scene,

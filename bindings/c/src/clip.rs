@@ -26,7 +26,8 @@ pub struct ClipTriangles {
     pub triangle_count: usize,
     /// 16 floats, column-major, that take x, y, z, 1 to clip space; NULL where vertices are x, y, w of clip space.
     pub clip_from_model: *const f32,
-    /// What is culled by its winding on a screen with y upward: 0 nothing, 1 clockwise, 2 counter-clockwise.
+    /// Winding that is culled on a screen with y upward: 0 nothing, 1 clockwise, 2
+    /// counter-clockwise.
     pub cull_winding: u32,
     /// 0.
     pub reserved: u32,

@@ -21,7 +21,7 @@ pub struct State {
     pub id: u64,
 }
 
-/// What stands behind the handle.
+/// State behind the handle.
 #[derive(Debug, Default)]
 pub(crate) struct Frame {
     view: ViewState,

@@ -23,7 +23,7 @@ pub struct Occlusion {
     pub id: u64,
 }
 
-/// What stands behind the handle.
+/// State behind the handle.
 #[derive(Debug)]
 pub(crate) struct Buffer {
     pub(crate) buffer: OcclusionBuffer,
@@ -32,7 +32,7 @@ pub(crate) struct Buffer {
     /// Memory of tests.
     boxes: Boxes,
     words: [Vec<u64>; 3],
-    /// What triangles in clip space need.
+    /// State for triangles in clip space.
     pub(crate) clip: Clip,
 }
 
@@ -46,7 +46,7 @@ impl Buffer {
     }
 }
 
-/// What a test of an occlusion buffer found.
+/// Result of a test of an occlusion buffer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub enum Found {

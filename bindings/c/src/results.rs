@@ -33,7 +33,7 @@ impl Reason {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub enum Stage {
-    /// Of no stage: visible.
+    /// No stage: visible.
     Visible = 0,
     /// Layers that view and instance do not share.
     Layer = 1,
@@ -73,7 +73,7 @@ pub struct Counts {
 pub struct FunnelRow {
     /// A `cullet_stage`.
     pub stage: u32,
-    /// What it tested: 0 instances, 1 clusters, 2 triangles.
+    /// Unit that it tested: 0 instances, 1 clusters, 2 triangles.
     pub unit: u32,
     /// Counts in.
     pub entered: Counts,
@@ -106,7 +106,7 @@ pub const CULLET_DRAW_MASKED: u32 = 4;
 /// The material is blended: draws want an order from back to front. Bit of `cullet_draw_key.state`.
 pub const CULLET_DRAW_BLENDED: u32 = 8;
 
-/// What a draw command draws: the same for all its instances.
+/// Properties of a draw command: the same for all its instances.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct DrawKey {
@@ -229,7 +229,8 @@ pub unsafe extern "C" fn cullet_visible_slots(
     unsafe { read_state("cullet_visible_slots", state, array, count, body) }
 }
 
-/// As `cullet_visible_slots`, but handles, in the order of the slots. The scene must be as it was culled.
+/// Returns the same as `cullet_visible_slots`, but handles, in the order of the slots. The scene
+/// must be as it was culled.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_visible_handles(
     state: State,
@@ -249,8 +250,8 @@ pub unsafe extern "C" fn cullet_visible_handles(
     unsafe { read_state("cullet_visible_handles", state, array, count, body) }
 }
 
-/// As `cullet_visible_slots`, but the callers' numbers (`cullet_instance.user`), in the order of the slots. The scene must
-/// be as it was culled.
+/// Returns the same as `cullet_visible_slots`, but the callers' numbers (`cullet_instance.user`),
+/// in the order of the slots. The scene must be as it was culled.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_visible_users(
     state: State,

@@ -161,7 +161,7 @@ pub struct SceneInfo {
     pub max: [f32; 3],
 }
 
-/// Which bounds an instance has.
+/// Bounds of an instance.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub enum Bounds {

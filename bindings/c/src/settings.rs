@@ -12,11 +12,11 @@ use crate::status::{Error, Result, Status, call};
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub enum Preset {
-    /// As much as can be proved, for tools and for renderers to which a triangle costs much.
+    /// Everything that can be proved, for tools and for renderers to which a triangle costs much.
     Exact = 0,
-    /// What pays in most frames: the default.
+    /// Stages that pay in most frames: the default.
     Balanced = 1,
-    /// What is found soonest.
+    /// Stages that are fastest to run.
     Fast = 2,
 }
 
@@ -66,7 +66,7 @@ pub struct Settings {
     pub occlusion: u32,
     /// Pixels across the occlusion buffer, 1 to 4096, at most the viewport's. More sees smaller gaps, and costs its square.
     pub occlusion_width: u32,
-    /// What drawing occluders may cost, in microseconds of a cost model, from 0.
+    /// Budget for drawing occluders, in microseconds of a cost model, from 0.
     pub occlusion_budget: f32,
     /// Share of the cost of drawing what is left that may be spent where nothing is found, from 0; below 0 for no limit.
     pub occlusion_risk: f32,

@@ -1,4 +1,4 @@
-//! What `scene.cull(camera).visible` does, without Python: for `border.py`, which talks to it.
+//! Times `scene.cull(camera).visible` without Python: for `border.py`, which talks to it.
 //!
 //! `python_border SCENE WIDTH HEIGHT M00 ... M33` (the matrix from world to clip space, column-major, reversed depth) reads
 //! numbers of runs from its input, a line each, and answers with the median of their times in nanoseconds, how many

@@ -171,7 +171,7 @@ impl PyCamera {
         self.view.layers
     }
 
-    /// Which clip depth is near: 0 in the standard, 1 where it is reversed, as `look_at` makes it.
+    /// Clip depth that is near: 0 in the standard, 1 where it is reversed, as `look_at` makes it.
     #[getter]
     fn depth(&self) -> &'static str {
         match self.view.depth() {
@@ -228,7 +228,8 @@ impl PyCamera {
 
 #[pymethods]
 impl PyCameras {
-    /// As `Camera.look_at`, of ``eyes`` (n, 3) and ``targets`` (n, 3), or one target for all.
+    /// Returns cameras like `Camera.look_at`, for ``eyes`` (n, 3) and ``targets`` (n, 3), or one
+    /// target for all.
     #[staticmethod]
     #[pyo3(signature = (eyes, targets, *, size=None, fov_y=60.0, near=0.1, far=f64::INFINITY, up=None, layers=u32::MAX))]
     #[expect(
@@ -257,7 +258,7 @@ impl PyCameras {
         Ok(Self { views })
     }
 
-    /// As `Camera.from_matrix`, of matrices (n, 4, 4).
+    /// Returns cameras like `Camera.from_matrix`, for matrices (n, 4, 4).
     #[staticmethod]
     #[pyo3(signature = (clip_from_world, *, size, depth="standard", layers=u32::MAX))]
     fn from_matrices(

@@ -8,7 +8,7 @@ use crate::{camera, culler};
 
 #[pymethods]
 impl PyScene {
-    /// What a camera, or each of many, may see.
+    /// Returns what a camera, or each of many, may see.
     ///
     /// Conservative: nothing visible is missing. Many cameras are spread over ``threads`` threads, 0 for as many as
     /// there are processors; the answers are the same. Other threads of Python go on meanwhile, and may cull the same

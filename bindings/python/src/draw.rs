@@ -64,7 +64,8 @@ fn image(this: &PyScene, view: &View, visible: Option<&Visible>) -> Image {
     }
 }
 
-/// What a camera sees, and the scene from outside by kinds of culling: the bytes of PNG files.
+/// Draws what a camera sees, and the scene from outside by kinds of culling: the bytes of PNG
+/// files.
 pub(crate) fn pictures<'py>(
     py: Python<'py>,
     this: &PyScene,

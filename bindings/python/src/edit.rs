@@ -204,8 +204,8 @@ impl PyScene {
         ))
     }
 
-    /// What is left of every instance, in world space: vertices, triangles, and of each triangle the instance and
-    /// whether it closes the cut.
+    /// Returns what is left of every instance, in world space: vertices, triangles, and for each
+    /// triangle the instance and whether it closes the cut.
     #[pyo3(signature = (planes, *, cap=true, keep="inside"))]
     fn _cut<'py>(
         &self,

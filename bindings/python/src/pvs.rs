@@ -17,13 +17,13 @@ use crate::jobs::interruptible;
 use crate::scene::{NO_ID, PyScene};
 use crate::{FileError, value_error};
 
-/// What may be seen from each of some cells, which are boxes that an eye may be in.
+/// Visible sets of some cells, which are boxes that an eye may be in.
 ///
 /// Found by sampled lines, so not conservative: `missing` says how much is likely to be missing.
 #[pyclass(frozen, module = "cullet", name = "Pvs")]
 pub(crate) struct PyPvs {
     sets: SceneSets,
-    /// By the index of a handle: the id it had.
+    /// Id of each handle, by the handle's index.
     ids: Vec<u32>,
     count: usize,
     rays: u64,

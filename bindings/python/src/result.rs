@@ -1,4 +1,4 @@
-//! What is visible: of one camera, and of many.
+//! Visible instances of one camera, and of many.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -57,7 +57,7 @@ pub(crate) struct Answer {
     partial: Vec<[u32; 4]>,
     /// Instance and original triangle.
     triangles: Vec<[u32; 2]>,
-    /// By id: stage and detail; no stage for what is visible.
+    /// Stage and detail of each id; no stage for a visible instance.
     reasons: Vec<[u8; 2]>,
     funnel: Vec<Row>,
     triangle_count: u64,
@@ -148,7 +148,8 @@ pub(crate) fn many(
     interruptible(py, |stop| work(stop))
 }
 
-/// What one camera may see: never less than what it does see. In a notebook it shows both pictures and the funnel.
+/// Visible instances of one camera: everything it sees is among them. In a notebook it shows both
+/// pictures and the funnel.
 #[pyclass(frozen, module = "cullet", name = "Result")]
 pub(crate) struct PyResultOne {
     scene: Py<PyScene>,
@@ -230,8 +231,9 @@ impl PyResultOne {
         structured(py, &self.answer.triangles, "TRIANGLES")
     }
 
-    /// By id: the number of the ``stage`` in `cullet.STAGES` that dropped it, from 1, and a ``detail`` (for the
-    /// frustum, which plane); 0 for what is visible. Raises `AttributeError` unless the culler keeps ``reasons``.
+    /// Number of the ``stage`` in `cullet.STAGES` that dropped each id, from 1, and a ``detail``
+    /// (for the frustum, which plane); 0 for a visible instance. Raises `AttributeError` unless the
+    /// culler keeps ``reasons``.
     #[getter]
     fn reasons<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         if !self.culler.reasons {
@@ -300,7 +302,7 @@ impl PyResultOne {
     }
 }
 
-/// What many cameras may see. ``results[i]`` has the ids of camera i, ascending.
+/// Visible instances of many cameras. ``results[i]`` has the ids of camera i, ascending.
 #[pyclass(frozen, module = "cullet", name = "Results")]
 pub(crate) struct PyResults {
     answers: Vec<Answer>,
@@ -345,7 +347,7 @@ impl PyResults {
         PyArray1::from_vec(py, self.answers.iter().map(|a| a.triangle_count).collect())
     }
 
-    /// As `Result.funnel`, of all cameras, with the number of the ``camera``.
+    /// Funnels of all cameras like `Result.funnel`, with the number of the ``camera``.
     #[getter]
     fn funnel<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let rows: Vec<&[Row]> = self.answers.iter().map(|a| &a.funnel[..]).collect();

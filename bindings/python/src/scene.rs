@@ -15,16 +15,16 @@ use crate::{FileError, value_error};
 /// The id of no instance.
 pub(crate) const NO_ID: u32 = u32::MAX;
 
-/// What `cullet.Scene` is made of.
+/// Native part of `cullet.Scene`.
 #[pyclass(subclass, module = "cullet", name = "Scene")]
 #[derive(Default)]
 pub(crate) struct PyScene {
     pub(crate) model: Model,
-    /// By id: none where the instance was removed.
+    /// Handle of each id: none where the instance was removed.
     pub(crate) handles: Vec<Option<Handle>>,
-    /// By the index of a handle: the id.
+    /// Id of each handle, by the handle's index.
     pub(crate) id_of: Vec<u32>,
-    /// What views remember, for whoever culls next: an answer never depends on it.
+    /// States of views, for whoever culls next: an answer never depends on them.
     states: Mutex<Vec<ViewState>>,
 }
 

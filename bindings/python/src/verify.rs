@@ -12,7 +12,7 @@ use crate::jobs::{interruptible, on_threads};
 use crate::scene::{NO_ID, PyScene};
 use crate::{camera, culler};
 
-/// What is visible and was dropped, as `cullet._dtypes` describes it.
+/// Visible triangle that was dropped, as `cullet._dtypes` describes it.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct FalseCull {

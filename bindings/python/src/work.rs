@@ -111,7 +111,7 @@ impl PyUnitFolder {
     }
 }
 
-/// What was made.
+/// Result of a job.
 #[pyclass(frozen, module = "cullet", name = "Made")]
 pub(crate) struct PyMade(Made);
 
@@ -218,7 +218,7 @@ impl PyJob {
         Ok(missing.into_iter().map(|r| (r.start, r.end)).collect())
     }
 
-    /// Of units that there are those that lie end to end.
+    /// Returns the units that lie end to end, of those that there are.
     fn tiles(&self, py: Python<'_>, have: Vec<Items>) -> PyResult<Vec<Items>> {
         let tiles = self.with(py, |job| Ok(job.tiles(&ranges(&have))))?;
         Ok(tiles.into_iter().map(|r| (r.start, r.end)).collect())

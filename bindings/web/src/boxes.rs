@@ -14,9 +14,10 @@ use crate::listing::Ascending;
 #[derive(Debug)]
 pub struct BoxSet {
     simd: Simd,
-    /// What the page writes: least and greatest corner.
+    /// Boxes that the page writes: least and greatest corner.
     boxes: Vec<[f32; 6]>,
-    /// What the page writes where boxes are of objects' own spaces; as many as boxes once they are wanted.
+    /// Matrices that the page writes where boxes are of objects' own spaces; as many as boxes once
+    /// they are wanted.
     matrices: Vec<[f32; 16]>,
     hierarchy: Hierarchy,
     slot_of: Vec<u32>,
@@ -188,7 +189,7 @@ impl BoxSet {
         true
     }
 
-    /// What the last cull of a view listed; nothing before.
+    /// Returns what the last cull of a view listed; nothing before.
     pub fn visible(&self, view: usize) -> &[u32] {
         self.views.get(view).map_or(&[], |v| v.visible.list())
     }

@@ -1,4 +1,4 @@
-//! What the page calls. Objects go by number; an address only ever goes out.
+//! Functions that the page calls. Objects go by number; an address only ever goes out.
 #![allow(
     unsafe_code,
     reason = "names are exported by an attribute that counts as unsafe: no two of one name may be"
@@ -36,7 +36,8 @@ impl<T> Slab<T> {
 
 thread_local! {
     static BOXES: RefCell<Slab<BoxSet>> = const { RefCell::new(Slab(Vec::new())) };
-    /// What the page writes arguments into. Of f64, so that it is aligned for all that it is read as.
+    /// Buffer that the page writes arguments into. Of f64, so that it is aligned for all that it is
+    /// read as.
     static SCRATCH: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
     /// Address and length of the last answer.
     static ANSWER: RefCell<[usize; 2]> = const { RefCell::new([0; 2]) };
@@ -361,7 +362,7 @@ mod scenes {
         of_view(view, scene, SceneView::fill_draws)
     }
 
-    /// Which of the filled arrays is the answer: 0 commands, 1 keys, 2 instances, 3 indices.
+    /// Returns a filled array: 0 commands, 1 keys, 2 instances, 3 indices.
     #[unsafe(no_mangle)]
     extern "C" fn view_draws_of(view: u32, which: u32) {
         VIEWS.with_borrow_mut(|all| {

@@ -1,4 +1,4 @@
-//! What may be wrong of a call.
+//! Kinds of faults in a call.
 
 /// Kind of a fault: the number that crosses to the page, which knows the name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! What scenes are built with: boxes, walls, lights and cameras.
+//! Parts that scenes are built with: boxes, walls, lights and cameras.
 
 use bevy::camera::RenderTarget;
 use bevy::camera::visibility::RenderLayers;

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use crate::kit::{Kit, Probe};
 
-/// What moves, and how far in each step.
+/// Entity that moves, and how far in each step.
 #[derive(Component)]
 struct Moves(Vec3);
 

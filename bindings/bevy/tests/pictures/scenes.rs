@@ -128,7 +128,8 @@ pub(crate) fn transparent(kit: &mut Kit) {
     kit.eye();
 }
 
-/// What may be done to a box beside turning it: mirrored, flat, huge, hidden with its parent, never tested.
+/// Builds boxes with everything that may be done to them beside turning: mirrored, flat, huge,
+/// hidden with their parent, never tested.
 pub(crate) fn odd(kit: &mut Kit) {
     let walls = kit.yard();
     kit.probe();

@@ -67,7 +67,7 @@ enum Motion {
 impl Motion {
     const ALL: [Self; 3] = [Self::Standing, Self::TenthMoving, Self::CameraTurning];
 
-    /// What a person types for it, and what the table says.
+    /// Returns the word that a person types for it, and the one that the table prints.
     fn words(self) -> [&'static str; 2] {
         match self {
             Self::Standing => ["standing", "standing"],

@@ -90,7 +90,7 @@ class Camera:
 
     @property
     def depth(self) -> Literal["standard", "reversed"]:
-        """Which clip depth is near: 0 in the standard, 1 where it is reversed, as `look_at` makes it."""
+        """Clip depth that is near: 0 in the standard, 1 where it is reversed, as `look_at` makes it."""
 
     @property
     def is_orthographic(self) -> bool:
@@ -118,7 +118,7 @@ class Cameras:
         up: _Point | None = None,
         layers: int = 0xFFFFFFFF,
     ) -> Cameras:
-        """As `Camera.look_at`, of ``eyes`` (n, 3) and ``targets`` (n, 3), or one target for all."""
+        """Returns cameras like `Camera.look_at`, for ``eyes`` (n, 3) and ``targets`` (n, 3), or one target for all."""
 
     @staticmethod
     def from_matrices(
@@ -128,7 +128,7 @@ class Cameras:
         depth: Literal["standard", "reversed"] = "standard",
         layers: int = 0xFFFFFFFF,
     ) -> Cameras:
-        """As `Camera.from_matrix`, of matrices (n, 4, 4)."""
+        """Returns cameras like `Camera.from_matrix`, for matrices (n, 4, 4)."""
 
     @staticmethod
     def along(
@@ -186,7 +186,8 @@ class Culler:
         """The stages that run, in their order; in scenes without cells, ``pvs`` and ``portal`` do nothing."""
 
 class Result:
-    """What one camera may see: never less than what it does see. In a notebook it shows both pictures and the funnel."""
+    """Visible instances of one camera: everything it sees is among them. In a notebook it shows both
+    pictures and the funnel."""
 
     @property
     def visible(self) -> npt.NDArray[np.uint32]:
@@ -211,8 +212,9 @@ class Result:
 
     @property
     def reasons(self) -> npt.NDArray[Any]:
-        """By id: the number of the ``stage`` in `cullet.STAGES` that dropped it, from 1, and a ``detail`` (for the
-        frustum, which plane); 0 for what is visible. Raises `AttributeError` unless the culler keeps ``reasons``."""
+        """Number of the ``stage`` in `cullet.STAGES` that dropped each id, from 1, and a ``detail``
+        (for the frustum, which plane); 0 for a visible instance. Raises `AttributeError` unless the
+        culler keeps ``reasons``."""
 
     @property
     def funnel(self) -> npt.NDArray[Any]:
@@ -240,7 +242,7 @@ class Result:
         """How many instances are visible."""
 
 class Results:
-    """What many cameras may see. ``results[i]`` has the ids of camera i, ascending."""
+    """Visible instances of many cameras. ``results[i]`` has the ids of camera i, ascending."""
 
     @property
     def ids(self) -> npt.NDArray[np.uint32]:
@@ -260,7 +262,7 @@ class Results:
 
     @property
     def funnel(self) -> npt.NDArray[Any]:
-        """As `Result.funnel`, of all cameras, with the number of the ``camera``."""
+        """Funnels of all cameras like `Result.funnel`, with the number of the ``camera``."""
 
     def mask(self, out: npt.NDArray[np.bool_] | None = None) -> npt.NDArray[np.bool_]:
         """(cameras, ids): whether each camera sees each id; written into ``out`` where it is given."""
@@ -269,7 +271,7 @@ class Results:
     def __getitem__(self, at: int) -> npt.NDArray[np.uint32]: ...
 
 class Pvs:
-    """What may be seen from each of some cells, which are boxes that an eye may be in.
+    """Visible sets of some cells, which are boxes that an eye may be in.
 
     Found by sampled lines, so not conservative: `missing` says how much is likely to be missing.
     """
@@ -302,7 +304,7 @@ class Pvs:
     def __len__(self) -> int: ...
 
 class Scene:
-    """What `cullet.Scene` is made of."""
+    """Native part of `cullet.Scene`."""
 
     def __init__(self) -> None: ...
     title: str
@@ -378,7 +380,7 @@ class Scene:
     def cull(self, camera: Camera, culler: _Settings | None = None, *, threads: int = 0) -> Result: ...
     @overload
     def cull(self, camera: Cameras, culler: _Settings | None = None, *, threads: int = 0) -> Results:
-        """What a camera, or each of many, may see.
+        """Returns what a camera, or each of many, may see.
 
         Conservative: nothing visible is missing. Many cameras are spread over ``threads`` threads, 0 for as many as
         there are processors; the answers are the same. Other threads of Python go on meanwhile, and may cull the same
@@ -474,7 +476,7 @@ class UnitFolder:
         """Keeps a unit: all of it or nothing. Raises `OSError` where that fails."""
 
 class Made:
-    """What was made."""
+    """Result of a job."""
 
     @property
     def sets(self) -> bytes:
@@ -503,11 +505,11 @@ class Job:
     def __init__(self, plan: str, scene: str, threads: int = 1) -> None: ...
     @property
     def product(self) -> Literal["cells", "view-cells"]:
-        """What is baked: sets of a file's cells, or of view cells of a scene."""
+        """Product of the bake: sets of a file's cells, or of view cells of a scene."""
 
     @property
     def key(self) -> int:
-        """What its units are named by."""
+        """Key that names its units."""
 
     @property
     def round(self) -> int:
@@ -525,7 +527,7 @@ class Job:
         """The units that the round lacks beside those that there are, of even cost, so many at the most."""
 
     def tiles(self, have: Sequence[_Items]) -> list[_Items]:
-        """Of units that there are those that lie end to end."""
+        """Returns the units that lie end to end, of those that there are."""
 
     def is_whole(self, items: _Items, bytes: bytes) -> bool:
         """Whether bytes are a whole unit of these items of the round that is next."""
