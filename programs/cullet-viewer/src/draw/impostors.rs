@@ -35,7 +35,7 @@ pub(super) struct Impostors {
     /// its size, with texels along a side of a frame; its first texel as low and high 16 bits, its
     /// mesh's first entry in the list of parts, and how many entries a part has; the number of its
     /// colour among levels. Then, for each frame, rows that take an offset from the middle to the
-    /// frame, with a texel's difference of depth, the tolerance of depths, and a zero.
+    /// frame, with a texel's difference of depth, the tolerance of depths, and padding.
     pub(super) table: Vec<[f32; 4]>,
     /// Words of each texel: that of its shape, and above it that of its normal.
     pub(super) texels: Vec<u32>,
