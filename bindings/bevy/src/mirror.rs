@@ -59,8 +59,8 @@ pub(crate) struct Moved {
     bounds: Aabb,
 }
 
-/// Changes in a part of a table. Its memory is used again in each frame: fresh pages cost more than
-/// what is written to them.
+/// Changes in a part of a table. Its memory is reused in each frame: fresh pages cost more than
+/// writing to them.
 #[derive(Debug, Default)]
 pub(crate) struct Found {
     /// Moved, and nothing else.

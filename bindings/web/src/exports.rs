@@ -1,4 +1,4 @@
-//! Functions that the page calls. Objects go by number; an address only ever goes out.
+//! Functions that the page calls. Objects are passed by number; addresses only go out.
 #![allow(
     unsafe_code,
     reason = "names are exported by an attribute that counts as unsafe: no two of one name may be"
@@ -36,8 +36,8 @@ impl<T> Slab<T> {
 
 thread_local! {
     static BOXES: RefCell<Slab<BoxSet>> = const { RefCell::new(Slab(Vec::new())) };
-    /// Buffer that the page writes arguments into. Of f64, so that it is aligned for all that it is
-    /// read as.
+    /// Buffer that the page writes arguments into. Its f64 elements align it for every type that is
+    /// read from it.
     static SCRATCH: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
     /// Address and length of the last answer.
     static ANSWER: RefCell<[usize; 2]> = const { RefCell::new([0; 2]) };

@@ -46,7 +46,7 @@ pub(crate) fn run<S, T: Send>(
 }
 
 /// Runs jobs like [`run`]; `step` is called after each job, by its thread, and says whether to go
-/// on. `None` where it once did not.
+/// on. `None` where it once said no.
 pub(crate) fn run_while<S, T: Send>(
     threads: usize,
     count: usize,

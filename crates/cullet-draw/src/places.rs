@@ -15,7 +15,7 @@ pub(crate) struct Places {
 }
 
 impl Places {
-    /// Finds the places of a visible set. O(slots) where somebody stands for others.
+    /// Finds the places of a visible set. O(slots) where the scene has stand-ins.
     pub(crate) fn of(scene: &Scene, visible: &Visible) -> Self {
         if scene.stand_in_slots().next().is_none() {
             return Self::default();

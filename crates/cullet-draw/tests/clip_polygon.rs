@@ -84,7 +84,7 @@ proptest! {
     }
 
     /// Both triangles of a shared edge keep the same of it, bit for bit: a point on it has a weight
-    /// of exactly 0 for the third corner. Each is wound its own way round, starting anywhere.
+    /// of exactly 0 for the third corner. Each has its own winding and starts at any corner.
     #[test]
     fn neighbours_agree_about_their_edge(
         [a, b, c, d] in prop::array::uniform4(point::<3>()),

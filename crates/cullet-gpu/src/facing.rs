@@ -159,8 +159,8 @@ impl<'a> Seen<'a> {
     }
 
     /// Returns the error bound of n·(eye − w·a), in radians times the largest |eye − w·a|, for a
-    /// triangle with an inscribed circle of radius 1; for one of radius r it is so much over r.
-    /// `None` where r is below 4ρ, for ρ = `moved`.
+    /// triangle with an inscribed circle of radius 1; for one of radius r, divide it by r. `None`
+    /// where r is below 4ρ, for ρ = `moved`.
     ///
     /// With the normal as long as twice the area A it is the determinant of the three corners and the eye. One corner moved by ρ changes
     /// that by ρ times the opposite edge times Q = |eye − w·a| at most, and all three, with edges that add up to P, by

@@ -102,7 +102,7 @@ pub fn content_of(text: &str) -> Result<Option<u64>, LoadError> {
 }
 
 /// Returns the same as [`content_of`], including the files that it names as far as they exist:
-/// buffers of a glTF, materials of an OBJ. Of a tileset its JSON alone.
+/// buffers of a glTF, materials of an OBJ. For a tileset only its JSON counts.
 ///
 /// # Errors
 /// If it cannot be read.

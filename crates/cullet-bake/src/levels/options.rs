@@ -29,7 +29,8 @@ pub struct HierarchyOptions {
     /// The share of points that may deviate by more than the error (default 0.001, 0 to 0.5).
     pub share_over: f64,
     /// Factor by which the error may be exceeded at most by any measured point (default 1: by
-    /// none). Others may exceed it by a little, in the test models by up to a fifth.
+    /// none). Points that were not measured may exceed it a little, in the test models by up to a
+    /// fifth.
     pub most_over: f32,
     /// Vertices of a group's triangles that come to be off by more than so many times the simplifier's estimate are locked
     /// (default 2, above 0). At 1.5 armadillo and buddha have a seventh fewer triangles at 5 radii and the castle a quarter more.

@@ -27,11 +27,12 @@ const COMPARED: usize = 96;
 
 impl Original {
     /// Returns a sheet of one triangle, or of up to two, for each part, and the measured error of
-    /// the whole sheet; nothing for a part without triangles. One-sided parts have the sheet twice,
+    /// the whole sheet; nothing for a part without triangles. A one-sided part has the sheet twice,
     /// once for each side.
     ///
-    /// The sheet is the best of those between some 14 corners of the part, by the farthest of a hundred points; its error is
-    /// the largest distance of all points, those among them that confirm other levels.
+    /// The sheet is the best of those between some 14 corners of the part, by the farthest of a
+    /// hundred points; its error is the largest distance of all points, including those that
+    /// confirm other levels.
     pub(super) fn sheets(&self, triangles: usize) -> Option<Found> {
         let mut indices = Vec::new();
         for (number, part) in (0..).zip(&self.parts) {

@@ -150,7 +150,7 @@ pub(super) fn normal([a, b, c]: &[DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Triangles that meet at each edge, and how they run along it.
+/// Triangles that meet at each edge, and their directions along it.
 #[derive(Debug)]
 pub(super) struct Edges {
     pub(super) of_triangle: Vec<[u32; 3]>,

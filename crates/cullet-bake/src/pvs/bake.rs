@@ -199,7 +199,7 @@ impl Rounds for Bake {
 
     /// Estimates the share of the work that is done. After a fifth of the time, it says between 0.4
     /// and 2.1 times what is left, on the five maps of `data/portals` that take longest. Counting
-    /// cells alone it said between a tenth and a hundredth, on four of them.
+    /// only cells, it said between a tenth and a hundredth on four of these maps.
     fn share(&self, cost: f64) -> f64 {
         let all: f64 = self.costs.iter().flatten().sum();
         let before = self.before.get(self.round as usize).copied().unwrap_or(all);

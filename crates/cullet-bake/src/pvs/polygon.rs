@@ -79,8 +79,8 @@ impl Polygon {
         &self.corners[..self.len]
     }
 
-    /// Clips the polygon to a half-space. False, and undefined, where it reaches into it by no more
-    /// than the tolerance.
+    /// Clips the polygon to a half-space. Returns false, and leaves the polygon undefined, where it
+    /// reaches into the half-space by no more than the tolerance.
     #[inline]
     pub(super) fn clip(&mut self, normal: DVec3, d: f64, tolerance: f64) -> bool {
         let mut distances = [0.0; MOST];

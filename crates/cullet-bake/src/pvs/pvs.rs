@@ -36,7 +36,8 @@ pub enum PairState {
 
 /// Visible sets of cells.
 ///
-/// Conservative: whatever is not proven hidden is in the sets. [`Self::undecided`] is how much they may be too large by.
+/// Conservative: whatever is not proven hidden is in the sets. [`Self::undecided`] is the number of
+/// pairs by which they may be too large.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pvs {
     graph: u64,

@@ -14,7 +14,7 @@ const PARTS: f32 = 16.0;
 /// Basins by voxel.
 pub(super) struct Basins {
     /// Basin of each voxel; [`NONE`] for voxels that are not free, and for small pockets. The first
-    /// is around the scene.
+    /// basin surrounds the scene.
     pub(super) labels: Vec<u32>,
     pub(super) count: u32,
 }

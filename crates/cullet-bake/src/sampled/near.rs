@@ -22,7 +22,7 @@ pub(super) struct NearTargets {
 
 impl NearTargets {
     /// Finds the neighbours of all targets that take part. O(n log n) for places that are spread
-    /// out; of many at one place any are taken.
+    /// out; of many at one place an arbitrary few are taken.
     pub(super) fn new(tree: &RayTree<'_>) -> Self {
         let count = tree.targets().count();
         let mut near: Vec<[u32; NEIGHBOURS]> = (0..count).map(|t| [t; NEIGHBOURS]).collect();

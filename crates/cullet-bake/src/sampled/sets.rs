@@ -15,8 +15,9 @@ const MAGIC: &[u8; 8] = b"PVSROWS2";
 
 /// Targets that can be seen from each view cell of a scene, as far as sampled lines found them.
 ///
-/// Not conservative: what no line found is missing, unless a setting kept it. How much that is stands in
-/// [`missing`](Self::missing), and [`check_pictures`](super::check_pictures) measures it by other means.
+/// Not conservative: what no line found is missing, unless a setting kept it.
+/// [`missing`](Self::missing) estimates how much that is, and
+/// [`check_pictures`](super::check_pictures) measures it by other means.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScenePvs {
     /// The cells, as boxes in the world.
@@ -27,8 +28,8 @@ pub struct ScenePvs {
     pub targets: Targets,
     /// Estimated share, for each cell, of looks from random points of it, in random directions,
     /// that end on something that its row lacks. By Good and Turing: the share of lines without an
-    /// aim that hit what no other line found before or since. Before what the settings keep
-    /// besides; an estimate, not a bound. 1 where no line passed.
+    /// aim that hit what no other line found before or since. It leaves out what the settings keep
+    /// besides. It is an estimate, not a bound; 1 where no line passed.
     pub missing: Vec<f32>,
     /// Cells within something solid, as far as lines tell: whichever way one looks from them, the first that is met are backs
     /// of triangles. Their rows hold what would be seen, which need be of no use.

@@ -310,8 +310,7 @@ impl SolidVoxels {
     }
 
     /// Returns for each cell the targets that are proven hidden; O(cells · targets · voxels along a
-    /// side). Conservative: what is not proven is not in it. Targets that take no part are in no
-    /// row.
+    /// side). Conservative: rows hold only proven targets. Targets that take no part are in no row.
     #[must_use]
     pub fn hidden(&self, tree: &RayTree<'_>, cells: &ViewCells) -> BitRows {
         let targets = tree.targets().count();

@@ -273,8 +273,8 @@ impl<'a> RayTree<'a> {
     /// Returns the first hit that stops a ray from a point along a direction, both in the world: an
     /// opaque triangle, drawn on the side that is looked at. Among several at one distance the
     /// lowest target and triangle wins. Of several at one distance that of the lowest target and
-    /// triangle. `None` where nothing does, or where an argument is not finite or the direction has
-    /// no length.
+    /// triangle. `None` where nothing stops it, or where an argument is not finite or the direction
+    /// has no length.
     #[must_use]
     pub fn first_hit(&self, from: [f64; 3], direction: [f64; 3]) -> Option<TreeHit> {
         self.cast(from.into(), direction.into(), &mut Vec::new()).hit

@@ -21,7 +21,7 @@ const GAP: u32 = 8;
 const SAME: u8 = 3;
 
 /// Draws what a culler left of a scene, each triangle in the colour of its level of detail: how
-/// often it was simplified. Below it a legend with how many triangles are drawn of each. `visible`
+/// often it was simplified. A legend below it counts the drawn triangles of each level. `visible`
 /// must have its triangles.
 ///
 /// Cost: a frame of four times the view's pixels, and 0.3 µs for each of those.

@@ -44,8 +44,8 @@ impl Occluders {
         bytes
     }
 
-    /// Reads occluders from such bytes. Counts are held against the bytes that there are before
-    /// anything is made of them.
+    /// Reads occluders from such bytes. Counts are checked against the number of bytes before
+    /// anything is allocated.
     ///
     /// # Errors
     /// If they are not as [`to_bytes`](Self::to_bytes) writes them, or a number is not finite.

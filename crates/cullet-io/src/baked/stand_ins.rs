@@ -61,9 +61,9 @@ fn in_order(scene: &Scene) -> Vec<Handle> {
 
 impl StandInTables {
     /// Returns the stand-ins of a scene that are switched on; `written` says which instances are
-    /// written, and the stand-ins are in the order of their handles. One of which an instance is
-    /// not written is left out, with all above it, and so is one with a part that is drawn like
-    /// none of those that it stands for. `attributes` are of the scene's meshes, by their numbers.
+    /// written; they are written in the order of their handles. A stand-in is left out, with all
+    /// above it, if one of its instances is not written, or if it has a part that is drawn like no
+    /// part of what it stands for. `attributes` holds those of the scene's meshes, by mesh number.
     pub(crate) fn all_of(
         scene: &Scene,
         attributes: &[Attributes],

@@ -160,7 +160,7 @@ pub(super) fn head(raw: Json<'_>) -> Result<(String, HashMap<u64, [u64; 2]>), Ba
     Ok((generator, rows.into_iter().map(|[mesh, bytes, sum]| (mesh, [bytes, sum])).collect()))
 }
 
-/// Reads the baked data of a mesh. `left` is how many bytes may yet be taken for tables.
+/// Reads the baked data of a mesh. `left` is the number of bytes that tables may still take.
 fn mesh(
     raw: Json<'_>,
     [bytes, expected]: [u64; 2],

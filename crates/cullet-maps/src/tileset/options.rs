@@ -41,8 +41,9 @@ pub type StandInOf<'a> = &'a dyn Fn(&[u32], f64) -> Option<TileStandIn>;
 #[derive(Clone, Copy, Default)]
 #[non_exhaustive]
 pub struct TileInput<'a> {
-    /// Maker of stand-ins. With one, tiles replace those above them, and each tile that has some
-    /// below it shows a stand-in of all of their instances. Without, tiles add to those above them.
+    /// Maker of stand-ins. With it, tiles replace those above them, and each tile that has others
+    /// below it shows a stand-in of all of their instances. Without it, tiles add to those above
+    /// them.
     pub stand_in: Option<StandInOf<'a>>,
     /// Visible sets, to be written for each tile.
     pub sets: Option<TileSets<'a>>,

@@ -30,10 +30,11 @@ pub fn write_tiles(
 
 /// Writes tiles like [`write_tiles`], with stand-ins and visible sets.
 ///
-/// Where there is what makes stand-ins, tiles replace those above them. An instance is in one of the finest tiles, in full; each tile
-/// that is not one of those shows a stand-in of all instances below it, and its geometric error is that of the stand-in, never below one of a
-/// tile below it. Instances that are large beside their box are a tile of their own there. A stand-in of nothing is left out, and the error is
-/// the diagonal of the largest instance below.
+/// With a maker of stand-ins, tiles replace those above them. An instance is in one of the finest
+/// tiles, in full; each tile that is not one of those shows a stand-in of all instances below it,
+/// and its geometric error is that of the stand-in, never below one of a tile below it. Instances
+/// that are large beside their box are a tile of their own there. A stand-in of nothing is left
+/// out, and the error is the diagonal of the largest instance below.
 ///
 /// Visible sets are written as `sight.bin`, named by the tileset's root: for each cell a row of bits, one for each tile.
 ///
