@@ -20,7 +20,7 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Prepares a tile's content together with its own meshes.
+    /// Prepares a tile's content together with its own meshes. Cost: that of preparing the meshes.
     #[must_use]
     pub fn of(content: TileContent, preparation: Preparation) -> Self {
         let mut meshes: Vec<(Mesh, Prepared)> = content

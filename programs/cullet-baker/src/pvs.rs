@@ -105,7 +105,7 @@ fn tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Contents of the JSON. Pairs are ordered, and a cell with itself is none.
+/// Contents of the JSON. Pairs are ordered; a cell with itself is not counted.
 #[derive(Debug, Serialize)]
 struct Record {
     schema: u32,

@@ -18,7 +18,7 @@ pub const NAMED: f64 = 0.4;
 
 impl Elasticity {
     /// Computes the elasticity from rounds in which a frame took `base`, and one with a link
-    /// doubled took `doubled`, in any unit. Rounds without a positive time are left out; of none
+    /// doubled took `doubled`, in any unit. Rounds without a positive time are left out; if none is
     /// left it is 0, and may be anything.
     #[must_use]
     pub fn of(rounds: &[[f64; 2]]) -> Self {

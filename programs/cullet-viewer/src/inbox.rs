@@ -9,7 +9,7 @@ use eframe::egui;
 pub type Read = Result<Vec<(String, Vec<u8>)>, (String, String)>;
 
 /// Returns which of several files is the model, and how many more models there are; the others may
-/// be files that it names. The first where none has the ending of a model.
+/// be files that it names. The first is taken where none has the ending of a model.
 #[must_use]
 pub fn model_of<'a>(names: impl IntoIterator<Item = &'a str>) -> (usize, usize) {
     let models: Vec<usize> = names

@@ -332,7 +332,7 @@ impl Follower {
         is_news
     }
 
-    /// Returns the loaded tiles as a scene, to be shown around an eye. Costs a copy of all of it.
+    /// Returns the loaded tiles as a scene, to be shown around an eye. Copies all of them.
     fn scene(&self, eye: [f64; 3], sides: Sides) -> TiledScene {
         let Common { name, mesh_names, materials, place } = &self.common;
         let mut model = Model {

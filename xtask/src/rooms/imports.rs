@@ -1,8 +1,9 @@
 //! Imports between the files of a crate: `use` trees and paths that begin at `crate`, `super`,
 //! `self` or a module beside.
 //!
-//! It reads text, not Rust: what a macro makes is not seen. What a parent hands on by `pub use` is taken from the file
-//! that defines it. Modules for tests are left out; they stand last in their file.
+//! It reads text, not Rust: items made by macros are not seen. An item that a parent re-exports by
+//! `pub use` is taken from the file that defines it. Modules for tests are left out; they stand
+//! last in their file.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

@@ -87,7 +87,7 @@ impl Folder {
         Ok(Self(path.to_owned()))
     }
 
-    /// Occluders that lie there under a key. A file that is damaged counts for nothing.
+    /// Occluders that lie there under a key. A damaged file counts as missing.
     pub(super) fn read_occluders(&self, key: u64) -> Option<Occluders> {
         Occluders::from_bytes(&self.read_one(key, OCCLUDERS)?).ok()
     }

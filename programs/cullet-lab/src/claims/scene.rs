@@ -45,7 +45,7 @@ pub struct SceneOccluders<'a> {
 
 impl<'a> SceneOccluders<'a> {
     /// Collects the occluders of every mesh of a scene. Occluders that were given to the scene
-    /// ([`Scene::set_occluder`]) play no part: they need not be made of the mesh's triangles.
+    /// ([`Scene::set_occluder`]) are ignored: they may be made of other triangles than the mesh's.
     ///
     /// Cost: that of [`Occluder::of_mesh`] for each mesh.
     #[must_use]

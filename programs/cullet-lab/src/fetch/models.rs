@@ -33,7 +33,7 @@ pub(super) struct Terms {
     pub(super) word: &'static str,
     /// Whether whoever fetches it has to accept them: whether they bind.
     pub(super) bind: bool,
-    /// Text of the terms, line by line. Never in place of the terms themselves, which are at
+    /// Text of the terms, line by line. They do not replace the terms themselves, which are at
     /// `address`.
     pub(super) lines: &'static [&'static str],
     /// Where they stand in full.

@@ -22,10 +22,11 @@ pub fn ndc_normal_z(ndc: &[[f64; 2]; 3]) -> f64 {
 
 /// Returns the side of a triangle that is seen, from its corners in clip space.
 ///
-/// The determinant of (x, y, w) of the corners decides: it is [`ndc_normal_z`] times all three w where
-/// those are positive, and it stays right where some corner is beside or behind the eye (Olano & Greer,
-/// *Triangle Scan Conversion using 2D Homogeneous Coordinates*, 1997). `flipped` comes from
-/// [`flips_winding`]. What is within rounding of edge-on, or not finite, is [`Facing::Edge`].
+/// The determinant of (x, y, w) of the corners decides: it is [`ndc_normal_z`] times all three w
+/// where those are positive, and it stays right where some corner is beside or behind the eye
+/// (Olano & Greer, *Triangle Scan Conversion using 2D Homogeneous Coordinates*, 1997). `flipped`
+/// comes from [`flips_winding`]. A triangle within rounding of edge-on, or not finite, is
+/// [`Facing::Edge`].
 #[must_use]
 pub fn screen_facing(clip: &[[f64; 4]; 3], flipped: bool, front_face: FrontFace) -> Facing {
     let [a, b, c] = clip.map(|p| DVec3::new(p[0], p[1], p[3]));

@@ -85,8 +85,8 @@ pub(super) struct Pipelines {
     made: HashMap<PipelineKey, RenderPipeline>,
 }
 
-/// Shaders that a scene may need. A page reads no impostors, and need not load and check the shader
-/// for them.
+/// Shaders that a scene may need. A page has no impostors, so it does not load and check their
+/// shader.
 #[cfg(not(target_arch = "wasm32"))]
 const SHADERS: &str = concat!(include_str!("scene.wgsl"), include_str!("impostor.wgsl"));
 #[cfg(target_arch = "wasm32")]

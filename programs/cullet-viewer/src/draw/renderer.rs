@@ -183,7 +183,7 @@ impl Renderer {
 
     /// Draws like [`draw`](Self::draw), but if it was [made ready](Self::prepare_culling), the
     /// device decides `by` a view what is drawn in the panes that are [on the
-    /// device](Pane::on_device). Where it cannot, they draw what is visible.
+    /// device](Pane::on_device). Where the device cannot decide, these panes draw what is visible.
     pub fn draw_by(
         &mut self,
         device: &Device,
