@@ -40,7 +40,7 @@ pub enum DrawError {
         /// The device's limit that stands in the way.
         cause: &'static str,
     },
-    /// The device lacks memory for the decision, or it cannot run the passes.
+    /// The buffers of the device's decision do not fit, or it cannot run the passes.
     #[error("the device cannot decide what is drawn: {0}")]
     Device(String),
 }
