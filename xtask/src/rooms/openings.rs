@@ -1,19 +1,26 @@
-//! Doc comments of the engine open with a noun or a verb, not with a word that leans on what stands before it.
+//! Check that doc comments of crates, programs, bindings, examples and xtask open with a noun or a
+//! verb, and not with a word that needs another one before it.
 
 use std::fs;
-use std::path::Path;
 
-use crate::tools::{Done, root};
+use crate::tools::{Done, output, root};
 
 /// Words that open a sentence without its noun.
 const LEANING: [&str; 8] = ["Of ", "That of ", "Those ", "With ", "By ", "As ", "What ", "Which "];
 
-/// Returns an error that names each doc comment of the engine that opens with one.
+/// Folders whose Rust files are checked.
+const CHECKED: [&str; 5] = ["bindings/", "crates/", "examples/", "programs/", "xtask/"];
+
+/// Returns an error that names each doc comment in the checked folders that opens with one.
 pub(crate) fn check() -> Done {
+    let listed = output("git", &["-C", &root().to_string_lossy(), "ls-files"])
+        .ok_or("git ls-files cannot be run")?;
     let mut found = Vec::new();
-    let source = root().join("crates/cullet/src");
-    visit(&source, &mut found)?;
-    found.sort();
+    for name in listed.lines().filter(|name| is_checked(name)) {
+        // A file that was just removed is still listed.
+        let text = fs::read_to_string(root().join(name)).unwrap_or_default();
+        found.extend(leaning(&text).map(|(line, doc)| format!("{name}:{line}: {doc}")));
+    }
     if found.is_empty() {
         return Ok(());
     }
@@ -23,20 +30,9 @@ pub(crate) fn check() -> Done {
     ))
 }
 
-fn visit(folder: &Path, found: &mut Vec<String>) -> Done {
-    let fail = |e: std::io::Error| format!("{}: {e}", folder.display());
-    for entry in fs::read_dir(folder).map_err(fail)? {
-        let path = entry.map_err(fail)?.path();
-        if path.is_dir() {
-            visit(&path, found)?;
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            let text = fs::read_to_string(&path).map_err(fail)?;
-            let lines =
-                leaning(&text).map(|(line, doc)| format!("{}:{line}: {doc}", path.display()));
-            found.extend(lines);
-        }
-    }
-    Ok(())
+/// Tests whether a file of the tree, named from the root, is checked.
+fn is_checked(name: &str) -> bool {
+    name.ends_with(".rs") && CHECKED.iter().any(|folder| name.starts_with(folder))
 }
 
 /// First lines of doc comments that lean, with their numbers.
@@ -60,5 +56,14 @@ mod tests {
     fn only_the_first_line_of_a_doc_comment_counts() {
         let text = "/// Of a view.\nfn a() {}\n    /// The cell\n    /// Of a view.\n// Of a view.\n/// Offers.\n";
         assert_eq!(leaning(text).collect::<Vec<_>>(), [(1, "/// Of a view.")]);
+    }
+
+    #[test]
+    fn rust_files_of_crates_programs_and_bindings_are_checked() {
+        let names = ["crates/a/src/lib.rs", "programs/b/tests/c.rs", "bindings/d/src/e.rs"];
+        assert!(names.into_iter().all(is_checked));
+        assert!(
+            !["crates/a/README.md", "fuzz/f.rs", "docs/crates/g.rs"].into_iter().any(is_checked)
+        );
     }
 }
