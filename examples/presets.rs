@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let at = [f64::from(i % 40) * 3.0 - 60.0, 0.0, f64::from(i / 40) * -6.0 - 6.0];
         scene.add(Instance::new(house, Transform::from_translation(at)))?;
     }
-    scene.prepare(&Culler::exact());
+    scene.commit(&Culler::exact());
 
     let narrow = Occlusion::default().with_width(64);
     let narrow = Culler::balanced().with_occlusion(narrow);

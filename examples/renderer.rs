@@ -3,6 +3,7 @@
 //! `cargo run --example renderer -p cullet`; the book's chapter *Put it into your renderer* goes through it.
 
 use cullet::cull::shadow::Light;
+use cullet::costs::Costs;
 use cullet::lod::Lod;
 use cullet::mesh::Part;
 use cullet::{
@@ -48,7 +49,9 @@ fn main() -> Result<()> {
         let at = Transform::from_translation([f64::from(i), 5.0, -10.0]);
         movers.push(scene.add(Instance { flags, ..Instance::new(pillar, at) })?);
     }
-    let culler = Culler::default().with_lod(Lod::default());
+    // What a draw and a triangle cost decides how far occlusion pays: give your renderer's.
+    let costs = Costs { draw_ns: 2000.0, ..Costs::default() };
+    let culler = Culler::default().with_lod(Lod::default()).with_costs(costs);
     scene.commit(&culler);
     upload_transforms(&scene);
 

@@ -17,7 +17,8 @@ fuzz_target!(|bytes: &[u8]| {
             let Ok(tables) = file.levels(at, levels) else { continue };
             let triangles: u64 = tables.parts.iter().map(|&n| u64::from(n)).sum();
             assert_eq!(triangles, tables.indices.len() as u64);
-            taken += tables.indices.len() * 12 + tables.clusters.len() * 16 + tables.groups.len() * 20;
+            taken +=
+                tables.indices.len() * 12 + tables.clusters.len() * 16 + tables.groups.len() * 20;
             assert!(tables.to_tables().is_ok());
         }
     }

@@ -2,8 +2,8 @@
 //! reading again.
 #![no_main]
 
-use cullet_maps::bsp::{Bsp, ClusterRows, clusters_of_leafs, with_visibility};
 use cullet_io::LoadOptions;
+use cullet_maps::bsp::{Bsp, ClusterRows, clusters_of_leafs, with_visibility};
 use cullet_maps::load_bytes;
 use libfuzzer_sys::fuzz_target;
 

@@ -2,8 +2,8 @@
 #![no_main]
 
 use cullet::bounds::Plane;
-use cullet_mesh::Topology;
 use cullet_cut::{CapOptions, CutInput, CutOptions, Keep, cut};
+use cullet_mesh::Topology;
 use libfuzzer_sys::fuzz_target;
 
 /// Coordinates on a coarse grid meet planes, edges and each other; the rest are any bits.

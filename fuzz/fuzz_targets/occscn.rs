@@ -1,9 +1,9 @@
 //! Any bytes as `OCCSCN01`: an error, or a scene that is the same after writing and reading again.
 #![no_main]
 
-use cullet_maps::occscn::Occscn;
 use cullet_io::LoadOptions;
 use cullet_maps::load_bytes;
+use cullet_maps::occscn::Occscn;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -1,10 +1,10 @@
 //! Any bytes as a tileset, with a tile beside it, and as its visible sets: an error or a model, never a panic.
 #![no_main]
 
-use cullet_io::baked::hash;
 use cullet_io::LoadOptions;
-use cullet_maps::load_bytes_with;
+use cullet_io::baked::hash;
 use cullet_maps::TileSight;
+use cullet_maps::load_bytes_with;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -8,9 +8,9 @@ use cullet::cull::Indices;
 use cullet::cull::backface::{Facing, ObjectEye, Planes8};
 use cullet_mesh::{MaskGrid, NormalMasks, ViewCone};
 use cullet_testkit::at_every_level;
+use cullet_testkit::oracles::triangles::facing_ref;
 use cullet_testkit::soups::bumpy_ball;
 use cullet_testkit::views::look;
-use cullet_testkit::oracles::triangles::facing_ref;
 
 const EYE: [f64; 3] = [0.5, 1.0, 3.0];
 

@@ -3,8 +3,8 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::Transform;
 use cullet::cull::degenerate::Flattening;
-use cullet_testkit::soups::terrain;
 use cullet_testkit::oracles::triangles::flattens_ref;
+use cullet_testkit::soups::terrain;
 
 fn bench(c: &mut Criterion) {
     let (positions, mut indices) = terrain(100);

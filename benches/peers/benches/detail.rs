@@ -12,8 +12,7 @@ const ITEMS: usize = 10_000;
 fn bench(c: &mut Criterion) {
     let boxes = boxes(&mut Rng(1), ITEMS, 300.0, 10.0);
     let view = look([0.0, 20.0, 500.0], [0.0; 3], [1280, 720]);
-    let detail =
-        Detail::default().with_measure(Measure::WidthAndHeight).with_threshold_px(4.0);
+    let detail = Detail::default().with_measure(Measure::WidthAndHeight).with_threshold_px(4.0);
     let is_small = |b: &Aabb| detail.is_small(view.project_box(b, [0.0; 3]).as_ref());
     let mut group = c.benchmark_group("detail");
     group.throughput(Throughput::Elements(ITEMS as u64));

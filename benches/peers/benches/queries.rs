@@ -7,11 +7,11 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::Occlusion;
 use cullet::cull::shadow::Light;
+use cullet::{Culler, Scene, ViewState, Visible};
 use cullet_cells::query::{
     BlockingSides, BoxSight, Find, LightAnswer, LightOptions, Segment, Sight, SightOptions,
     VolumeOptions, box_to_box, cull_lights, lines_of_sight,
 };
-use cullet::{Culler, Scene, ViewState, Visible};
 use cullet_testkit::Rng;
 use cullet_testkit::oracles::sight::sight_ref;
 use cullet_testkit::scenes::city;

@@ -5,7 +5,10 @@ use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 use bevy_math::Vec3A;
 use engine::bounds::Aabb;
-use engine::{Handle, Instance, InstanceFlags, Mesh, MeshData, MeshId, Scene, Transform, scene::BoundsOverride, prepared::Prepared};
+use engine::{
+    Handle, Instance, InstanceFlags, Mesh, MeshData, MeshId, Scene, Transform, prepared::Prepared,
+    scene::BoundsOverride,
+};
 
 use crate::bits::{slots, slots_of};
 use crate::seen::SeenItem;
@@ -298,7 +301,9 @@ impl CulletScene {
         let transform = if mesh == 0 { Transform::IDENTITY } else { seen.transform() };
         let (layers, flags, user_data) = (record.layers, record.flags, entity.to_bits());
         let instance = Instance::new(mesh, transform);
-        if let Ok(handle) = self.scene.add(Instance { bounds, layers, flags, user_data, ..instance }) {
+        if let Ok(handle) =
+            self.scene.add(Instance { bounds, layers, flags, user_data, ..instance })
+        {
             self.touch_handle(handle);
             self.touch_handle(record.handle);
             let _ = self.scene.remove(record.handle);

@@ -5,7 +5,10 @@ use bevy_ecs::prelude::*;
 use bevy_mesh::{Indices, Mesh, Mesh3d, PrimitiveTopology, VertexAttributeValues};
 use bevy_tasks::{AsyncComputeTaskPool, Task, block_on, futures_lite::future};
 use engine::mesh::Part;
-use engine::{MeshData, MeshId, prepared::{Preparation, Prepared}};
+use engine::{
+    MeshData, MeshId,
+    prepared::{Preparation, Prepared},
+};
 use std::collections::HashMap;
 
 use crate::mirror::CulletScene;

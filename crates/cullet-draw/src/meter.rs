@@ -221,7 +221,8 @@ impl Task<'_> {
         all
     }
 
-    /// By pictures of both from where the eye is: an impostor is what it looks like, and has no surface elsewhere.
+    /// Compares pictures of the mesh and its impostor from where the eye is: an impostor is only
+    /// what it looks like, and has no surface elsewhere.
     fn of_impostor(&self, slot: u32, mesh: &Mesh, impostor: &Impostor) -> [Distances; 2] {
         let transform = self.scene.transform(slot);
         let to_world = DMat4::from_cols_array(&transform.to_matrix());

@@ -43,7 +43,7 @@ impl Preparation {
 }
 
 impl From<&Culler> for Preparation {
-    /// What the stages of a culler use, for views that cull back faces.
+    /// Takes what the stages of a culler use, for views that cull back faces.
     fn from(culler: &Culler) -> Self {
         let backfaces = culler.backface == Backface::Fast;
         Self { backfaces, frontfaces: false, occluder: culler.occlusion.is_some() }

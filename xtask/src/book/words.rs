@@ -11,7 +11,7 @@ use crate::tools::{Done, cache, command, install, install_words, is_ci, output, 
 
 /// Packages of the environment.
 const TOOLS: &[&str] = &["typos==1.52.*"];
-/// Packages of the system that an environment takes.
+/// System packages that an environment needs.
 const SYSTEM: &[&str] = &["python3-venv"];
 /// Texts whose spelling is checked, as git lists them: those for readers, and the comments of all Rust.
 const SPELLED: &[&str] = &["*.md", "*.rs"];
