@@ -2,8 +2,8 @@
 //! indirect draws. Calls of the graphics interface stand as comments where they belong; all else runs.
 //! `cargo run --example renderer -p cullet`; the book's chapter *Put it into your renderer* goes through it.
 
-use cullet::cull::shadow::Light;
 use cullet::costs::Costs;
+use cullet::cull::shadow::Light;
 use cullet::lod::Lod;
 use cullet::mesh::Part;
 use cullet::{

@@ -49,6 +49,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("who sees room 5: {:?}", sets.seeing(5).collect::<Vec<_>>());
     println!("to fetch on the way from 0 to 1: {:?}", sets.arriving(0, 1).collect::<Vec<_>>());
     let ways = cells.graph().ways_from(0, [1.0, 2.0, 1.5], 12.0);
-    println!("heard from there, by the length of the way: {:.1?}", ways);
+    println!("heard from there, by the length of the way: {ways:.1?}");
     Ok(())
 }

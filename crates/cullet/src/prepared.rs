@@ -7,7 +7,6 @@
 
 use crate::cull::backface::{Backfaces, ClusterCones, Facing};
 use crate::cull::occlusion::{Occluder, Shape};
-use crate::culler::{Backface, Culler};
 use crate::mesh::{Cluster, Mesh};
 
 /// The kinds of prepared data.
@@ -39,14 +38,6 @@ impl Preparation {
             frontfaces: self.frontfaces || other.frontfaces,
             occluder: self.occluder || other.occluder,
         }
-    }
-}
-
-impl From<&Culler> for Preparation {
-    /// Takes what the stages of a culler use, for views that cull back faces.
-    fn from(culler: &Culler) -> Self {
-        let backfaces = culler.backface == Backface::Fast;
-        Self { backfaces, frontfaces: false, occluder: culler.occlusion.is_some() }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Settings of a culler, one at a time.
+//! Settings of a culler, one at a time, and what they need of meshes.
 
 use super::{Backface, Culler, Output};
 use crate::Simd;
@@ -6,6 +6,7 @@ use crate::costs::Costs;
 use crate::cull::detail::Detail;
 use crate::cull::occlusion::Occlusion;
 use crate::lod::Lod;
+use crate::prepared::Preparation;
 
 /// New fields may come, so that a culler is made of a preset and these.
 ///
@@ -106,5 +107,13 @@ impl Culler {
     #[must_use]
     pub fn with_clock(self, clock: Option<fn() -> u64>) -> Self {
         Self { clock, ..self }
+    }
+}
+
+impl From<&Culler> for Preparation {
+    /// Takes what the stages of a culler use, for views that cull back faces.
+    fn from(culler: &Culler) -> Self {
+        let backfaces = culler.backface == Backface::Fast;
+        Self { backfaces, frontfaces: false, occluder: culler.occlusion.is_some() }
     }
 }
