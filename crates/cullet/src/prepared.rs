@@ -13,7 +13,7 @@ use crate::mesh::{Cluster, Mesh};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Preparation {
     /// Planes of triangles and cones of clusters, for views that cull back faces by
-    /// [`Backface::Fast`]. Some 5 bytes per triangle, and the most expensive to make: as long as
+    /// [`Backface::Fast`](crate::Backface::Fast). Some 5 bytes per triangle, and the most expensive to make: as long as
     /// drawing the mesh some hundred times.
     pub backfaces: bool,
     /// The same cones for views that cull what is wound counter-clockwise: because they draw the backs alone, as
