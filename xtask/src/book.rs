@@ -1,5 +1,5 @@
-//! The book: its chapters checked, built without a warning or a dead link, and published with the viewer's page in it,
-//! where its chapters link to.
+//! The book: its chapters checked, built without a warning or a dead link, and published with the
+//! viewer's page in it, where its chapters link to.
 
 mod built;
 mod parts;

@@ -1,5 +1,5 @@
-//! Steps of CI that need not run again: nothing that they depend on has changed since they passed. The commit at which each passed
-//! is kept in the cache.
+//! Steps of CI that need not run again: nothing that they depend on has changed since they passed.
+//! The commit at which each passed is kept in the cache.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -101,7 +101,8 @@ fn is_input(file: &str, inputs: &Inputs, folders: &BTreeSet<String>) -> bool {
     COMMON.iter().chain(inputs.files).any(fits) || folders.iter().any(|f| file.starts_with(f))
 }
 
-/// The folders of packages of the workspace and of those that they depend on, from its root and ending with `/`.
+/// The folders of packages of the workspace and of those that they depend on, from its root and
+/// ending with `/`.
 fn folders(metadata: &serde_json::Value, packages: &[&str]) -> BTreeSet<String> {
     let root = metadata["workspace_root"].as_str().unwrap_or_default();
     let inside = |path: &str| Some(format!("{}/", path.strip_prefix(root)?.strip_prefix('/')?));

@@ -1,9 +1,10 @@
-//! The second build: with assertions and checks of overflow on. The engine is tested in it once more, and what the README's
-//! second command leaves out.
+//! The second build: with assertions and checks of overflow on. The engine is tested in it once
+//! more, and what the README's second command leaves out.
 //!
-//! With `CULLET_ALL=1` the scalar SIMD level stands beside those of the machine, whose answers must not differ. It is left out
-//! otherwise, for it makes the engine ten times as long to compile: kernels of 16 lanes are unrolled into thousands of numbers
-//! each, `BatchSizes::decide` among them, and the compiler spends minutes in the largest.
+//! With `CULLET_ALL=1` the scalar SIMD level stands beside those of the machine, whose answers must
+//! not differ. It is left out otherwise, for it makes the engine ten times as long to compile:
+//! kernels of 16 lanes are unrolled into thousands of numbers each, `BatchSizes::decide` among
+//! them, and the compiler spends minutes in the largest.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -38,11 +39,13 @@ const PACKAGES: &[&str] = &[
     VIEWER,
 ];
 
-/// All that has tests, the libraries among it whose units `cargo test` leaves out, so that it need not compile them twice.
-/// Examples are built apart: named here they would be built as tests, and not as programs.
+/// All that has tests, the libraries among it whose units `cargo test` leaves out, so that it need
+/// not compile them twice. Examples are built apart: named here they would be built as tests, and
+/// not as programs.
 const TARGETS: [&str; 3] = ["--lib", "--bins", "--tests"];
 
-/// Filter of cargo-nextest: leaves out the programs of tests that the README's second command runs, but for the engine's.
+/// Filter of cargo-nextest: leaves out the programs of tests that the README's second command runs,
+/// but for the engine's.
 const ANEW: &str = "not (kind(test) & (package(cullet-bake) | package(cullet-cut) | package(cullet-lab) | \
                     (package(cullet-testkit) & not binary(/^(cells|cullet)/))))";
 
@@ -89,7 +92,8 @@ pub(crate) fn build() -> Ended {
     Ok(End::Partly(vec![Skip::new("the viewer and its tests", cure)]))
 }
 
-/// The step that runs all its tests, whichever fail. Where there is Vulkan, and CI runs this, those that need a device must find it.
+/// The step that runs all its tests, whichever fail. Where there is Vulkan, and CI runs this, those
+/// that need a device must find it.
 pub(crate) fn tests() -> Ended {
     let mut all = test(&TARGETS)?;
     if has_nextest()? {
@@ -111,7 +115,8 @@ pub(crate) const MACHINES: &[Step] = &[
     Step { name: "both", run: || tests_on(Machine::Both) },
 ];
 
-/// The step of a machine that has less than this one, or more backends at once, than the step `tests` takes.
+/// The step of a machine that has less than this one, or more backends at once, than the step
+/// `tests` takes.
 pub(crate) fn beside(machine: Machine) -> Ended {
     if graphics::is_there() && graphics::has_opengl() {
         return tests_on(machine);
@@ -120,8 +125,9 @@ pub(crate) fn beside(machine: Machine) -> Ended {
     Ok(End::Skipped(Skip::new(what, install_words(graphics::DEBIAN))))
 }
 
-/// Runs the tests and examples that use a graphics device as a machine would that has less than this one. Of two backends the better
-/// is taken, by which all tests have run: there only what chooses is run again.
+/// Runs the tests and examples that use a graphics device as a machine would that has less than
+/// this one. Of two backends the better is taken, by which all tests have run: there only what
+/// chooses is run again.
 pub(crate) fn tests_on(machine: Machine) -> Ended {
     let chooses = machine == Machine::Both;
     let passes = if chooses { "gpu_devices" } else { "gpu_" };

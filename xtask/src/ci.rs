@@ -29,8 +29,8 @@ pub(crate) fn bare() -> Done {
     done
 }
 
-/// All of it. The clone is kept for the next run, so that what has not changed keeps its time and is not built again; only what
-/// the README's commands build is built each time.
+/// All of it. The clone is kept for the next run, so that what has not changed keeps its time and
+/// is not built again; only what the README's commands build is built each time.
 pub(crate) fn all() -> Done {
     let cache = cache();
     lay_out(&cache)?;
@@ -43,7 +43,8 @@ pub(crate) fn all() -> Done {
     // It takes the folder of its checkout from there.
     rest.arg("rest").current_dir(&clone).env("CARGO_MANIFEST_DIR", clone.join("xtask"));
     rest.env_remove("CARGO_TARGET_DIR").env("CI", "true");
-    // The test data lies beside this checkout, not beside the clone; without it tests would be skipped, and here they must not.
+    // The test data lies beside this checkout, not beside the clone; without it tests would be
+    // skipped, and here they must not.
     rest.envs(data().map(|folder| ("CULLET_DATA", folder)));
     if std::env::var_os("CULLET_REQUIRE_DATA").is_none() {
         rest.env("CULLET_REQUIRE_DATA", "1");
@@ -62,7 +63,8 @@ pub(crate) fn rest() -> Done {
     runner::run_by(&but_plain, "", changed::run)
 }
 
-/// Empties a cache of another layout, but for tools and the folder that this program runs from, and says so.
+/// Empties a cache of another layout, but for tools and the folder that this program runs from, and
+/// says so.
 fn lay_out(cache: &Path) -> Done {
     let fail = |e: std::io::Error| {
         format!("{}: {e}; CULLET_CACHE names a folder that can be written", cache.display())
@@ -86,8 +88,8 @@ fn lay_out(cache: &Path) -> Done {
     fs::write(stamp, LAYOUT).map_err(fail)
 }
 
-/// Puts what is committed into a folder, and nothing else. What is there already is brought up to date, so that files that are the
-/// same keep their time; where that fails it is made anew.
+/// Puts what is committed into a folder, and nothing else. What is there already is brought up to
+/// date, so that files that are the same keep their time; where that fails it is made anew.
 fn check_out(clone: &Path) -> Done {
     let at = clone.to_string_lossy().into_owned();
     let from = root().to_string_lossy().into_owned();

@@ -1,5 +1,5 @@
-//! Compilers for other machines than this one: rustup's, and where it cannot fetch their standard library, Debian's
-//! compiler and the library's source.
+//! Compilers for other machines than this one: rustup's, and where it cannot fetch their standard
+//! library, Debian's compiler and the library's source.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -43,13 +43,15 @@ impl Compiler {
         Self::installed(target).ok_or_else(missing)
     }
 
-    /// The one for a target that is there, or that CI can get; `None` where nobody is to install anything.
+    /// The one for a target that is there, or that CI can get; `None` where nobody is to install
+    /// anything.
     pub(crate) fn find(target: &str) -> Result<Option<Self>, String> {
         if is_ci() { Self::get(target).map(Some) } else { Ok(Self::installed(target)) }
     }
 
-    /// A command of cargo for a target, in a folder of its own below the target folder: with another compiler at
-    /// work in the native one, all build scripts and macros would be built anew at each turn.
+    /// A command of cargo for a target, in a folder of its own below the target folder: with
+    /// another compiler at work in the native one, all build scripts and macros would be built anew
+    /// at each turn.
     pub(crate) fn cargo(&self, args: &[&str], target: &str, folder: &Path) -> Command {
         let mut cargo = match self {
             Self::Rustup => command(&cargo_program(), args),

@@ -1,7 +1,8 @@
-//! The figures of README and docs that a command of `cullet` gives: run again, and held against the text.
+//! The figures of README and docs that a command of `cullet` gives: run again, and held against the
+//! text.
 //!
-//! `docs/figures.json` names each once. What is compared is what would be written, so that the last digit of the text
-//! is the tolerance: a count has none.
+//! `docs/figures.json` names each once. What is compared is what would be written, so that the last
+//! digit of the text is the tolerance: a count has none.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -51,8 +52,8 @@ enum Ran {
     Failed(String),
 }
 
-/// Runs the commands of the figures whose file or command contains `filter`, prints what stands in the text and what
-/// they give now, and writes it there if `write`; else a difference is an error.
+/// Runs the commands of the figures whose file or command contains `filter`, prints what stands in
+/// the text and what they give now, and writes it there if `write`; else a difference is an error.
 pub(crate) fn compare(filter: &str, write: bool) -> Done {
     dates::all_dated()?;
     let chosen: Vec<Phrase> = phrases()?.into_iter().filter(|p| p.matches(filter)).collect();
@@ -180,7 +181,8 @@ fn filled(text: &str, at: usize, pieces: &[&str]) -> Option<Vec<(usize, usize)>>
         let is_of_number = |c: char| c.is_ascii_digit() || matches!(c, ',' | '.' | ' ');
         let rest = &text[start..];
         let reach = rest.find(|c| !is_of_number(c)).unwrap_or(rest.len());
-        // A number ends with a digit; what follows it may begin with a space, a comma or a full stop.
+        // A number ends with a digit; what follows it may begin with a space, a comma or a full
+        // stop.
         end = (1..=reach)
             .filter(|&n| rest.as_bytes()[n - 1].is_ascii_digit())
             .map(|n| start + n)

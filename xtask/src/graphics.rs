@@ -1,9 +1,11 @@
-//! Requirements of the viewer's tests beside Rust: a graphics device in software, and a virtual screen.
+//! Requirements of the viewer's tests beside Rust: a graphics device in software, and a virtual
+//! screen.
 
 use crate::runner::{End, Ended, Skip};
 use crate::tools::{install, install_words, is_ci, output};
 
-/// Debian's packages: software Vulkan and OpenGL, a virtual screen, and what a window needs when it starts.
+/// Debian's packages: software Vulkan and OpenGL, a virtual screen, and what a window needs when it
+/// starts.
 pub(crate) const DEBIAN: &[&str] = &[
     "mesa-vulkan-drivers",
     "libvulkan1",
@@ -27,8 +29,8 @@ pub(crate) enum Machine {
 }
 
 impl Machine {
-    /// The backends that wgpu may look for, and the highest tier that must be found: tests that need more are skipped, and
-    /// no others.
+    /// The backends that wgpu may look for, and the highest tier that must be found: tests that
+    /// need more are skipped, and no others.
     pub(crate) fn environment(self) -> [(&'static str, &'static str); 2] {
         let [backends, required] = match self {
             Self::Nothing => ["none", ""],
@@ -60,7 +62,8 @@ pub(crate) fn has_opengl() -> bool {
     output("sh", &["-c", "PATH=$PATH:/sbin ldconfig -p"]).is_some_and(|l| l.contains("libEGL.so.1"))
 }
 
-/// Whether wgpu may look for Vulkan, and there is a driver: where the environment says, or else where drivers lie.
+/// Whether wgpu may look for Vulkan, and there is a driver: where the environment says, or else
+/// where drivers lie.
 fn has_vulkan() -> bool {
     let variable = |name: &str| std::env::var(name).ok().filter(|value| !value.is_empty());
     let is_wanted = variable("WGPU_BACKEND").is_none_or(|own| {
@@ -75,8 +78,8 @@ fn has_vulkan() -> bool {
     is_wanted && drivers.split(':').any(is_driver)
 }
 
-/// The step that installs what is missing where CI runs and may; elsewhere it names it. What cannot be had is no
-/// failure: what needs it is skipped.
+/// The step that installs what is missing where CI runs and may; elsewhere it names it. What cannot
+/// be had is no failure: what needs it is skipped.
 pub(crate) fn prepare() -> Ended {
     if is_there() {
         return Ok(End::Passed);

@@ -1,6 +1,7 @@
 //! Links of the book: each leads to a chapter, a heading or a file that is there.
 //!
-//! mdBook builds a page whose links are dead without a word. This reads the chapters themselves, so it needs no mdBook.
+//! mdBook builds a page whose links are dead without a word. This reads the chapters themselves, so
+//! it needs no mdBook.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -13,7 +14,8 @@ const SRC: &str = "docs/src";
 /// Where the viewer's page lies in a published book: [`book`](crate::book) puts it there.
 const VIEWER: &str = "viewer/";
 
-/// Every link of a chapter, and of README into the book, leads somewhere, and every chapter is in the summary.
+/// Every link of a chapter, and of README into the book, leads somewhere, and every chapter is in
+/// the summary.
 pub(crate) fn all_alive() -> Done {
     let src = root().join(SRC);
     let mut pages = BTreeMap::new();
@@ -96,8 +98,9 @@ fn prose(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// The names by which a chapter's headings can be linked to, as mdBook makes them: letters, digits, `_` and `-` stay, white
-/// space becomes `-`, all else goes; the second of equal ones gets `-1`, and so on.
+/// The names by which a chapter's headings can be linked to, as mdBook makes them: letters, digits,
+/// `_` and `-` stay, white space becomes `-`, all else goes; the second of equal ones gets `-1`,
+/// and so on.
 fn anchors(text: &str) -> BTreeSet<String> {
     let mut used: BTreeMap<String, usize> = BTreeMap::new();
     let heading =

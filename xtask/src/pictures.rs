@@ -78,7 +78,8 @@ const FILMS: &[(&str, &str)] = &[
     ("film-portal.webp", "film office --of portal --size 640x320"),
 ];
 
-/// The chain of a frame, timed on this machine: the file, and what follows `cullet-profile` to draw it.
+/// The chain of a frame, timed on this machine: the file, and what follows `cullet-profile` to draw
+/// it.
 const CHAIN: (&str, &str) = ("profile.svg", "profile city --already frustum");
 
 /// Pictures of the viewer's window: a file, its scene, and the state that it shows.

@@ -1,5 +1,5 @@
-//! The README's second command, `cargo test --release`, and what is run of the build that it makes: the tests that lacked data,
-//! the examples, and programs that other steps need.
+//! The README's second command, `cargo test --release`, and what is run of the build that it makes:
+//! the tests that lacked data, the examples, and programs that other steps need.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -31,7 +31,8 @@ pub(crate) fn test() -> Ended {
     run(test).map(|()| End::Passed)
 }
 
-/// The step: of those tests the ones that were skipped for want of data, where it is. What was skipped for other reasons is told.
+/// The step: of those tests the ones that were skipped for want of data, where it is. What was
+/// skipped for other reasons is told.
 pub(crate) fn data() -> Ended {
     let skipped = skipped_tests(&fs::read_to_string(list()).unwrap_or_default());
     let (lack, other): (Vec<_>, Vec<_>) = skipped.into_iter().partition(SkippedTest::lacks_data);
@@ -55,7 +56,8 @@ fn all_cases() -> Option<(&'static str, &'static str)> {
     std::env::var_os("CULLET_CASES").is_none().then_some(("CULLET_CASES", "100"))
 }
 
-/// A command that runs tests: cargo-nextest's where it is there, for that says which are slow, else cargo's. In a profile of cargo's.
+/// A command that runs tests: cargo-nextest's where it is there, for that says which are slow, else
+/// cargo's. In a profile of cargo's.
 pub(crate) fn tester(profile: &str, name: &str) -> Result<Command, String> {
     let nextest = has_nextest()?;
     let words: &[&str] = if nextest { &["nextest", "run"] } else { &["test"] };
@@ -116,7 +118,8 @@ pub(crate) fn run_examples(folder: &Path, is_chosen: impl Fn(&str) -> bool) -> D
     Ok(())
 }
 
-/// `cargo xtask slow`: which tests take longer than `.config/nextest.toml` lets them, without a reason there.
+/// `cargo xtask slow`: which tests take longer than `.config/nextest.toml` lets them, without a
+/// reason there.
 pub(crate) fn slow() -> Done {
     if !has_program("cargo-nextest", &[])? {
         return Err("needed: cargo install --locked cargo-nextest".to_owned());
@@ -148,7 +151,8 @@ pub(crate) fn slow() -> Done {
     }
 }
 
-/// The tests that nextest calls slow, each once: behind a time in `[]` and, in newer ones, a number in `()`.
+/// The tests that nextest calls slow, each once: behind a time in `[]` and, in newer ones, a number
+/// in `()`.
 fn slow_tests(said: &str) -> BTreeSet<&str> {
     let slow = said.lines().filter_map(|line| line.trim_start().strip_prefix("SLOW ["));
     slow.filter_map(|line| Some(line.rsplit_once([']', ')'])?.1.trim())).collect()

@@ -14,8 +14,8 @@ const WHAT: &str = "baked files in gltf-validator and three.js";
 /// A small one with many materials, and cells, whose rooms are instances to be merged.
 const SCENE: &str = "office:floors=1,corridors=1,rooms=4";
 
-/// The step of `test`: a generated scene is baked with all that can be baked of it, and once more as a glTF that stays as it
-/// is, and both are read.
+/// The step of `test`: a generated scene is baked with all that can be baked of it, and once more
+/// as a glTF that stays as it is, and both are read.
 pub(crate) fn test() -> Ended {
     let mut node = match web::script(FOLDER, "readers.mjs", WHAT)? {
         Ok(node) => node,

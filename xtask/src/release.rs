@@ -1,5 +1,5 @@
-//! Checks for a release: packages that can be made, versions in step, the oldest compiler that is promised, and changes of the
-//! public interface since a version.
+//! Checks for a release: packages that can be made, versions in step, the oldest compiler that is
+//! promised, and changes of the public interface since a version.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,8 @@ use std::path::Path;
 use crate::runner::{End, Ended, Skip, all};
 use crate::tools::{Done, apart, cargo, cargo_install_words, command, is_ci, output, root, run};
 
-/// The crates that are published, as options for cargo: all libraries and programs whose manifest does not say otherwise.
+/// The crates that are published, as options for cargo: all libraries and programs whose manifest
+/// does not say otherwise.
 pub(crate) fn published() -> Result<Vec<String>, String> {
     let mut names = Vec::new();
     for folder in ["crates", "programs"].map(|folder| root().join(folder)) {
@@ -24,8 +25,8 @@ pub(crate) fn published() -> Result<Vec<String>, String> {
     Ok(names.into_iter().flat_map(|name| ["--package".to_owned(), name]).collect())
 }
 
-/// Every published crate can be packaged. They are not built from their packages: that would be all of the workspace
-/// once more, and what a crate needs beside it is held by `features`.
+/// Every published crate can be packaged. They are not built from their packages: that would be all
+/// of the workspace once more, and what a crate needs beside it is held by `features`.
 pub(crate) fn packages() -> Ended {
     versions_in_step()?;
     let published = published()?;
@@ -83,8 +84,8 @@ fn oldest() -> Result<String, String> {
         .ok_or_else(|| "Cargo.toml: no rust-version".into())
 }
 
-/// The engine is checked with the oldest compiler. Where that cannot be had, only `lints` holds the promise: clippy knows
-/// since when each function of the standard library is there.
+/// The engine is checked with the oldest compiler. Where that cannot be had, only `lints` holds the
+/// promise: clippy knows since when each function of the standard library is there.
 pub(crate) fn oldest_compiler() -> Ended {
     let version = oldest()?;
     let is_there = || output("rustup", &["run", &version, "rustc", "--version"]).is_some();
@@ -99,13 +100,15 @@ pub(crate) fn oldest_compiler() -> Ended {
     }
     let check = ["run", &version, "cargo", "check", "--package", "cullet", "--all-features"];
     let mut check = command("rustup", &check);
-    // In a folder of its own: another compiler would build all build scripts and macros anew at each turn.
+    // In a folder of its own: another compiler would build all build scripts and macros anew at
+    // each turn.
     check.env("CARGO_TARGET_DIR", apart("oldest")).env_remove("RUSTUP_TOOLCHAIN");
     check.env_remove("CARGO").env_remove("RUSTC");
     all(run(check))
 }
 
-/// Lists the changes of the published crates' public interface since a commit or a tag, and whether the version says so.
+/// Lists the changes of the published crates' public interface since a commit or a tag, and whether
+/// the version says so.
 pub(crate) fn semver(since: &str) -> Done {
     const PACKAGE: &str = "cargo-semver-checks";
     if output(PACKAGE, &["semver-checks", "--version"]).is_none() {

@@ -1,6 +1,6 @@
-//! The house in order: no circle of files in any crate, and no arrow that runs upward between crates and between the
-//! rooms of the engine. `rooms/known.txt` lists what still breaks this; a line that no longer does must go. No file of tests
-//! is left out.
+//! The house in order: no circle of files in any crate, and no arrow that runs upward between
+//! crates and between the rooms of the engine. `rooms/known.txt` lists what still breaks this; a
+//! line that no longer does must go. No file of tests is left out.
 
 mod imports;
 mod openings;
@@ -30,8 +30,8 @@ const CRATES: &[&[&str]] = &[
     &["cullet-viewer"],
 ];
 
-/// The rooms of the engine, from the ground up. One may name those of lower floors, and of its own where no circle
-/// comes of it.
+/// The rooms of the engine, from the ground up. One may name those of lower floors, and of its own
+/// where no circle comes of it.
 const ROOMS: &[&[&str]] = &[
     &["bits", "exact", "simd"],
     &["bounds", "transform"],
@@ -50,7 +50,8 @@ const STRICT: &[&str] = &["cullet-cli", "cullet-command", "cullet-cut"];
 
 const KNOWN: &str = include_str!("rooms/known.txt");
 
-/// The step: every line of what breaks the order is one of those that are known, and the other way round.
+/// The step: every line of what breaks the order is one of those that are known, and the other way
+/// round.
 pub(crate) fn check() -> Ended {
     tests_listed::check()?;
     openings::check()?;
@@ -77,8 +78,8 @@ fn faults() -> Result<BTreeSet<String>, String> {
     for (name, folder) in &crates {
         faults.extend(upward_crates(name, &crates, folder)?);
     }
-    // Bindings stand beside each other above all crates, and this program beside them; in them there is no more to hold than that
-    // files form no circle.
+    // Bindings stand beside each other above all crates, and this program beside them; in them
+    // there is no more to hold than that files form no circle.
     let others = [members("bindings")?, vec![("xtask".to_owned(), root().join("xtask"))]].concat();
     for (name, folder) in crates.into_iter().chain(others) {
         let src = folder.join("src");

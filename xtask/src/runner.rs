@@ -1,5 +1,5 @@
-//! Runs steps one after the other, whatever becomes of them, and sums up: what passed, what failed, and in one list
-//! what could not be tried here and which command gets it.
+//! Runs steps one after the other, whatever becomes of them, and sums up: what passed, what failed,
+//! and in one list what could not be tried here and which command gets it.
 
 use std::time::{Duration, Instant};
 
@@ -81,8 +81,8 @@ impl Row {
     }
 }
 
-/// Runs the step that is called `filter` or, if none is, those whose name contains it, all of them, and prints the sums; an error
-/// names those that failed.
+/// Runs the step that is called `filter` or, if none is, those whose name contains it, all of them,
+/// and prints the sums; an error names those that failed.
 pub(crate) fn run(steps: &[Step], filter: &str) -> Done {
     run_by(steps, filter, |step| (step.run)())
 }
@@ -210,8 +210,9 @@ impl From<SkippedTest> for Skip {
     }
 }
 
-/// Parses the lines that skipped tests write, as `cullet_testkit::skip` does: the test, what is missing and what
-/// gets it; a test that lacks several things is one. Before them stands the number of the run.
+/// Parses the lines that skipped tests write, as `cullet_testkit::skip` does: the test, what is
+/// missing and what gets it; a test that lacks several things is one. Before them stands the number
+/// of the run.
 pub(crate) fn skipped_tests(text: &str) -> Vec<SkippedTest> {
     let mut lines: Vec<&str> = text.lines().collect();
     // In whichever order the tests ended.

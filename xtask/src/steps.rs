@@ -54,7 +54,8 @@ pub(crate) fn machines(filter: &str) -> Done {
     runner::run(MACHINES, filter)
 }
 
-/// A command of cargo, with the second build beside it: checking is cheap, and its dependencies are shared.
+/// A command of cargo, with the second build beside it: checking is cheap, and its dependencies are
+/// shared.
 fn cargo(word: &str, args: &[&str]) -> Done {
     let mut cargo = command(&cargo_program(), &[&[word], args].concat());
     cargo.env("CARGO_TARGET_DIR", checked::folder()).env("RUSTDOCFLAGS", "-Dwarnings");
@@ -71,7 +72,8 @@ fn docs() -> Ended {
     all_of(cargo("doc", &["--workspace", "--no-deps", "--profile", checked::PROFILE]))
 }
 
-/// The engine and the cuts with no feature, then all libraries with each: the workspace may lend a crate what it does not ask for.
+/// The engine and the cuts with no feature, then all libraries with each: the workspace may lend a
+/// crate what it does not ask for.
 fn features() -> Ended {
     let check =
         |words: &[&str]| cargo("check", &[&["--profile", checked::PROFILE], words].concat());

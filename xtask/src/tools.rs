@@ -6,7 +6,8 @@ use std::process::{Command, Stdio};
 /// Why a step failed, in a line.
 pub(crate) type Done = Result<(), String>;
 
-/// The repository's root: of the checkout that runs this, which a build kept from another one does not know.
+/// The repository's root: of the checkout that runs this, which a build kept from another one does
+/// not know.
 pub(crate) fn root() -> PathBuf {
     let here = std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or(env!("CARGO_MANIFEST_DIR").into());
     let here = Path::new(&here);
@@ -18,7 +19,8 @@ pub(crate) fn target() -> PathBuf {
     root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }
 
-/// Folder that CI keeps from one run to the next, outside of any checkout: `CULLET_CACHE`, else a folder of the user's.
+/// Folder that CI keeps from one run to the next, outside of any checkout: `CULLET_CACHE`, else a
+/// folder of the user's.
 pub(crate) fn cache() -> PathBuf {
     let set = |name| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
     let home = || set("HOME").unwrap_or_else(std::env::temp_dir).join(".cache");
@@ -26,8 +28,8 @@ pub(crate) fn cache() -> PathBuf {
     set("CULLET_CACHE").unwrap_or_else(user)
 }
 
-/// Where builds lie that share nothing with that of the tests: by other compilers, for other machines. CI keeps them from
-/// one run to the next.
+/// Where builds lie that share nothing with that of the tests: by other compilers, for other
+/// machines. CI keeps them from one run to the next.
 pub(crate) fn apart(name: &str) -> PathBuf {
     if is_ci() { cache().join("target").join(name) } else { target().join(name) }
 }
@@ -122,7 +124,8 @@ pub(crate) fn cargo_install_words(package: &str) -> String {
     format!("cargo install --locked {package}")
 }
 
-/// Whether a program is there, once CI has installed it where it was not: an error where that fails.
+/// Whether a program is there, once CI has installed it where it was not: an error where that
+/// fails.
 pub(crate) fn has_program(program: &str, options: &[&str]) -> Result<bool, String> {
     let is_there = || output(program, &["--version"]).is_some();
     if !is_there() && is_ci() {
@@ -134,8 +137,8 @@ pub(crate) fn has_program(program: &str, options: &[&str]) -> Result<bool, Strin
     Ok(is_there())
 }
 
-/// Installs a program of a crate into the cache, where [`command`] finds it, with more options for cargo; takes
-/// minutes.
+/// Installs a program of a crate into the cache, where [`command`] finds it, with more options for
+/// cargo; takes minutes.
 fn cargo_install(package: &str, options: &[&str]) -> Done {
     let folder = cache().join("tools");
     let words = ["install", "--quiet", "--locked", package];

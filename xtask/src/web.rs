@@ -1,4 +1,5 @@
-//! The page: built with wasm, bound to JavaScript, compressed, measured, served and tested in a browser.
+//! The page: built with wasm, bound to JavaScript, compressed, measured, served and tested in a
+//! browser.
 
 use std::fs;
 use std::io::Write;
@@ -138,7 +139,8 @@ pub(crate) fn test() -> Ended {
     }
 }
 
-/// The step of `test`: the passes of cullet-gpu list in a browser what the CPU lists natively, to the byte.
+/// The step of `test`: the passes of cullet-gpu list in a browser what the CPU lists natively, to
+/// the byte.
 pub(crate) fn lists() -> Ended {
     let what = "lists of the browser's device, held against the CPU's";
     let browser = match browser(what)? {
@@ -190,8 +192,8 @@ pub(crate) fn picture(scene: &str, state: &str, out: &Path) -> Done {
     }
 }
 
-/// Builds the page and its server, and readies a script that uses them in a browser, or says what is skipped where
-/// that cannot be had.
+/// Builds the page and its server, and readies a script that uses them in a browser, or says what
+/// is skipped where that cannot be had.
 fn in_browser(script: &str, what: &str) -> Result<Result<Command, Skip>, String> {
     let browser = match browser(what)? {
         Ok(browser) => browser,
@@ -250,8 +252,8 @@ fn need_node() -> Done {
     Ok(())
 }
 
-/// A script in a folder of the repository whose packages npm has fetched, of the versions that its list names; or what is
-/// skipped where node is missing, which in CI is installed.
+/// A script in a folder of the repository whose packages npm has fetched, of the versions that its
+/// list names; or what is skipped where node is missing, which in CI is installed.
 pub(crate) fn script(
     folder: &str,
     script: &str,

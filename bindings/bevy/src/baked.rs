@@ -7,17 +7,20 @@ use bevy_reflect::TypePath;
 use cullet_io::{LoadError, LoadOptions, Model, load_bytes};
 use thiserror::Error;
 
-/// A scene that was baked (`cullet bake`) with all that the engine needs of it: clusters, levels of detail, occluders, cells.
+/// A scene that was baked (`cullet bake`) with all that the engine needs of it: clusters, levels of
+/// detail, occluders, cells.
 ///
-/// Cull [`model.scene`](Model::scene) with an [`engine::Culler`] of your own: for renderers that draw clusters and levels.
+/// Cull [`model.scene`](Model::scene) with an [`engine::Culler`] of your own: for renderers that
+/// draw clusters and levels.
 #[derive(Asset, Debug, TypePath)]
 pub struct CulletBaked {
     /// The scene, with the names and materials of the file.
     pub model: Model,
 }
 
-/// Loads [`CulletBaked`] from `.glb`, where it is asked for by its type: `asset_server.load::<CulletBaked>("city.glb")`. Bevy's
-/// own loader still loads the same file as a scene.
+/// Loads [`CulletBaked`] from `.glb`, where it is asked for by its type:
+/// `asset_server.load::<CulletBaked>("city.glb")`. Bevy's own loader still loads the same file as a
+/// scene.
 #[derive(Clone, Copy, Debug, Default, TypePath)]
 pub struct CulletBakedLoader;
 

@@ -18,8 +18,8 @@ use crate::occlusion::{CulletOcclusion, view as view_of};
 use crate::seen::{OfMesh, Seen, SeenItem, mask};
 use crate::view::{CulletView, Known, half_spaces, is_outside};
 
-/// Fills the lists of all classes but meshes, just as Bevy does: lights, probes, decals, sprites and flat meshes are few, or
-/// change in each frame.
+/// Fills the lists of all classes but meshes, just as Bevy does: lights, probes, decals, sprites
+/// and flat meshes are few, or change in each frame.
 pub(crate) fn check_others(
     mut views: Query<(
         Entity,

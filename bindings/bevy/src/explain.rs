@@ -109,7 +109,8 @@ impl fmt::Debug for CulletExplain<'_, '_> {
 }
 
 impl CulletExplain<'_, '_> {
-    /// Why `camera` draws `entity`, or not. Its cost is that of a whole cull where the camera has occlusion.
+    /// Why `camera` draws `entity`, or not. Its cost is that of a whole cull where the camera has
+    /// occlusion.
     #[must_use]
     pub fn why(&self, camera: Entity, entity: Entity) -> CulletReason {
         let Ok((of, frustum, at, projection, layers, occlusion, is_exempt)) =

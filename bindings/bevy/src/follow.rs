@@ -168,7 +168,8 @@ pub(crate) fn follow(
             Err(_) => mirror.remove(entity),
         }
     }
-    // Who lost one of the components that make an entity one of ours, and got it back, changed in nothing else.
+    // Who lost one of the components that make an entity one of ours, and got it back, changed in
+    // nothing else.
     if mirror.len() != count {
         let is_missing = |seen: &SeenItem<'_, '_>| mirror.handle(seen.entity).is_none();
         let missing: Vec<Entity> = all.iter().filter(is_missing).map(|seen| seen.entity).collect();

@@ -1,6 +1,6 @@
-//! Visibility for [Bevy](https://bevy.org) by [cullet](https://docs.rs/cullet): the hierarchy of a culling engine in
-//! place of a sweep over all entities, occlusion for the cameras that ask for it, and a reason for each entity that is
-//! not drawn.
+//! Visibility for [Bevy](https://bevy.org) by [cullet](https://docs.rs/cullet): the hierarchy of a
+//! culling engine in place of a sweep over all entities, occlusion for the cameras that ask for it,
+//! and a reason for each entity that is not drawn.
 //!
 //! ```
 //! # use bevy::prelude::*;
@@ -15,10 +15,11 @@
 //! # }
 //! ```
 //!
-//! What is drawn stays the same to the pixel: [`CulletPlugin`] takes [`check_visibility_cpu_culling`] and what belongs to it
-//! out of the schedule and fills the lists of [`VisibleEntities`](bevy_camera::visibility::VisibleEntities) itself, with what Bevy
-//! would list or less. `Visibility`, `RenderLayers`, `NoFrustumCulling`, `NoCpuCulling`, `VisibilityRange` and a
-//! `Frustum` of the user's own mean what they mean in Bevy.
+//! What is drawn stays the same to the pixel: [`CulletPlugin`] takes
+//! [`check_visibility_cpu_culling`] and what belongs to it out of the schedule and fills the lists
+//! of [`VisibleEntities`](bevy_camera::visibility::VisibleEntities) itself, with what Bevy would
+//! list or less. `Visibility`, `RenderLayers`, `NoFrustumCulling`, `NoCpuCulling`,
+//! `VisibilityRange` and a `Frustum` of the user's own mean what they mean in Bevy.
 //!
 //! | item | for |
 //! |---|---|

@@ -1,8 +1,9 @@
 //! `ViewVisibility`: which entities some view sees.
 //!
-//! Bevy clears the mark of each entity in each frame, each view sets it again for all that it lists, and what nobody has
-//! marked in the end is hidden. The same here, but that what cameras list is one bit an entity from frame to frame: the marks
-//! are set again in one pass over the tables, and only what comes is looked up.
+//! Bevy clears the mark of each entity in each frame, each view sets it again for all that it
+//! lists, and what nobody has marked in the end is hidden. The same here, but that what cameras
+//! list is one bit an entity from frame to frame: the marks are set again in one pass over the
+//! tables, and only what comes is looked up.
 
 use std::sync::Mutex;
 
@@ -43,7 +44,8 @@ impl Marks {
         self.listed.get(at / 64).is_some_and(|word| word >> (at % 64) & 1 == 1)
     }
 
-    /// Takes over other lists, and marks what was in none before: `entity` tells the entity of an index.
+    /// Takes over other lists, and marks what was in none before: `entity` tells the entity of an
+    /// index.
     pub(crate) fn list<'a>(
         &mut self,
         lists: impl Iterator<Item = &'a [Entity]>,
@@ -74,8 +76,8 @@ impl Marks {
         self.scratch = std::mem::replace(&mut self.listed, next);
     }
 
-    /// Marks all that is listed, and notes what else was seen in the last frame. `false` where a mark is not as it was left:
-    /// then those of all lists are to be set one by one.
+    /// Marks all that is listed, and notes what else was seen in the last frame. `false` where a
+    /// mark is not as it was left: then those of all lists are to be set one by one.
     pub(crate) fn set(&mut self, all: &mut Marked) -> bool {
         let (listed, was) = (&*self, self.was_visible);
         let found = Mutex::new((0, Vec::new()));
@@ -152,7 +154,8 @@ pub(crate) fn hide(
     }
 }
 
-/// Bevy's private systems that [`reset`], [`hide`] and [`inherit`](crate::inherit::inherit) stand for, by their types.
+/// Bevy's private systems that [`reset`], [`hide`] and [`inherit`](crate::inherit::inherit) stand
+/// for, by their types.
 #[derive(Debug, Resource)]
 pub(crate) struct Replaced {
     pub(crate) systems: Vec<InternedSystemSet>,
@@ -188,8 +191,8 @@ impl Replaced {
     }
 }
 
-/// Takes systems out of the schedule after the frame's transforms. Not an error where there are none: an app without Bevy's
-/// cameras has nothing to take out.
+/// Takes systems out of the schedule after the frame's transforms. Not an error where there are
+/// none: an app without Bevy's cameras has nothing to take out.
 pub(crate) fn remove(app: &mut App, set: impl SystemSet) {
     let _ = app.remove_systems_in_set(PostUpdate, set, ScheduleCleanupPolicy::RemoveSystemsOnly);
 }

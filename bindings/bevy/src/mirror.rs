@@ -23,12 +23,13 @@ pub struct CulletScene {
     records: Vec<Option<Record>>,
     // How many of them are not empty.
     len: usize,
-    // By index of entity: what a moved one is written to. It lies closer than the records, which are as large as a line of
-    // the cache.
+    // By index of entity: what a moved one is written to. It lies closer than the records, which
+    // are as large as a line of the cache.
     plain: Vec<u32>,
     /// Entities that the hierarchy alone does not decide: see [`SeenItem::needs_check`].
     pub(crate) checked: EntityHashSet,
-    // Instances that are new or gone, and those that were found to move, since the slots were sorted.
+    // Instances that are new or gone, and those that were found to move, since the slots were
+    // sorted.
     unsorted: usize,
     restless: usize,
     has_moved_occluders: bool,
@@ -120,7 +121,8 @@ impl CulletScene {
         &self.scene
     }
 
-    /// The handle of an entity's instance; `None` where it has none: no `Mesh3d`, or `NoCpuCulling`.
+    /// The handle of an entity's instance; `None` where it has none: no `Mesh3d`, or
+    /// `NoCpuCulling`.
     #[must_use]
     pub fn handle(&self, entity: Entity) -> Option<Handle> {
         self.record(entity).map(|record| record.handle)
@@ -241,7 +243,8 @@ impl CulletScene {
             let user_data = seen.entity.to_bits();
             let instance = Instance::new(mesh, transform);
             let added = self.scene.add(Instance { bounds, layers, flags, user_data, ..instance });
-            // Full at four thousand million, which no world reaches: its entities would not fit either.
+            // Full at four thousand million, which no world reaches: its entities would not fit
+            // either.
             let Ok(handle) = added else { return };
             let entity = seen.entity;
             self.records[at] = Some(Record { entity, handle, moved_at: now, layers, flags, mesh });
@@ -313,7 +316,8 @@ impl CulletScene {
         }
     }
 
-    /// Whether an entity is drawn just where its mesh lies, so that the mesh hides what is behind it.
+    /// Whether an entity is drawn just where its mesh lies, so that the mesh hides what is behind
+    /// it.
     fn is_drawn_as_it_is(&self, seen: &SeenItem<'_, '_>, mesh: MeshId) -> bool {
         let Some(aabb) = seen.aabb else { return false };
         let own = self.scene.meshes()[mesh as usize].bounds();
@@ -339,7 +343,8 @@ impl CulletScene {
 
     /// Writes the boxes that changed, fits the nodes above them, and sorts where that is due.
     pub(crate) fn settle<'a>(&mut self, moved: impl Iterator<Item = &'a [Moved]>) {
-        // In the order of the slots: a box is written to lines of the cache far apart, which boxes beside it share.
+        // In the order of the slots: a box is written to lines of the cache far apart, which boxes
+        // beside it share.
         self.at_slot.resize(self.scene.slot_count() as usize, [0; 2]);
         self.is_moved.resize(self.at_slot.len().div_ceil(64), 0);
         let mut more = std::mem::take(&mut self.moved);
@@ -387,7 +392,8 @@ impl CulletScene {
         if std::mem::take(&mut self.has_moved_occluders) {
             self.scene.refit();
         }
-        // Sorting costs as much as many frames of a few stray slots; those that move loosen the nodes of all around them.
+        // Sorting costs as much as many frames of a few stray slots; those that move loosen the
+        // nodes of all around them.
         let slots = self.scene.slot_count() as usize;
         if self.unsorted > 64 + slots / 8 || self.restless > 64 + slots / 64 {
             self.scene.sort();

@@ -14,14 +14,17 @@ use std::collections::HashMap;
 use crate::mirror::CulletScene;
 use crate::seen::{OfMesh, Seen};
 
-/// An entity whose mesh hides what is behind it, for cameras with [`CulletOcclusion`](crate::CulletOcclusion).
+/// An entity whose mesh hides what is behind it, for cameras with
+/// [`CulletOcclusion`](crate::CulletOcclusion).
 ///
-/// Put it where the whole mesh is drawn opaque and as its vertices lie: no alpha mask, no blending, no shader that moves
-/// vertices. With the feature `pbr` entities of opaque `StandardMaterial`s get it by themselves. It does nothing for skinned
-/// and morphed meshes, for an entity with a `VisibilityRange`, with an `Aabb` other than its mesh's, or that is mirrored.
+/// Put it where the whole mesh is drawn opaque and as its vertices lie: no alpha mask, no blending,
+/// no shader that moves vertices. With the feature `pbr` entities of opaque `StandardMaterial`s get
+/// it by themselves. It does nothing for skinned and morphed meshes, for an entity with a
+/// `VisibilityRange`, with an `Aabb` other than its mesh's, or that is mirrored.
 #[derive(Clone, Copy, Component, Debug, Default, PartialEq)]
 pub struct CulletOccluder {
-    /// Whether both sides of its triangles are drawn: a `StandardMaterial` with `cull_mode: None`. Default: false.
+    /// Whether both sides of its triangles are drawn: a `StandardMaterial` with `cull_mode: None`.
+    /// Default: false.
     pub double_sided: bool,
 }
 
@@ -32,7 +35,8 @@ pub struct NoCulletOccluder;
 /// When occluders are made of meshes: a resource.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Resource)]
 pub enum CulletPrepare {
-    /// On threads of Bevy's `AsyncComputeTaskPool`: a mesh begins to hide some frames after it came.
+    /// On threads of Bevy's `AsyncComputeTaskPool`: a mesh begins to hide some frames after it
+    /// came.
     #[default]
     Background,
     /// In the frame in which the mesh comes, which waits for it.

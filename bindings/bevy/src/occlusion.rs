@@ -11,15 +11,16 @@ use crate::mirror::CulletScene;
 
 /// A camera that does not list what lies behind other meshes.
 ///
-/// What hides are meshes that are opaque: with the feature `pbr` those whose `StandardMaterial` is, found by themselves, and
-/// else the entities that carry [`CulletOccluder`](crate::CulletOccluder). Nothing is dropped that could reach a pixel.
+/// What hides are meshes that are opaque: with the feature `pbr` those whose `StandardMaterial` is,
+/// found by themselves, and else the entities that carry [`CulletOccluder`](crate::CulletOccluder).
+/// Nothing is dropped that could reach a pixel.
 ///
-/// It does nothing for a camera whose `Frustum` is not that of its `Projection`, whose target has no size yet, that carries
-/// `NoCpuCulling`, or that draws with `invert_culling`.
+/// It does nothing for a camera whose `Frustum` is not that of its `Projection`, whose target has
+/// no size yet, that carries `NoCpuCulling`, or that draws with `invert_culling`.
 #[derive(Clone, Copy, Component, Debug, PartialEq)]
 pub struct CulletOcclusion {
-    /// Pixels across the occlusion buffer, from 1 to 4,096, never more than the camera has. More finds more, at a cost
-    /// that grows by its square. Default: 640.
+    /// Pixels across the occlusion buffer, from 1 to 4,096, never more than the camera has. More
+    /// finds more, at a cost that grows by its square. Default: 640.
     pub width: u32,
     /// Budget for drawing occluders, in microseconds by a model, not a clock: from 0, which draws
     /// none. Default: 200.
@@ -36,7 +37,8 @@ impl Default for CulletOcclusion {
 impl CulletOcclusion {
     /// The engine's settings: whole instances, since a list of Bevy knows no parts of one.
     pub(crate) fn culler(&self) -> Culler {
-        // Without a risk: what an entity costs to draw is not known here, and its instance may have one triangle.
+        // Without a risk: what an entity costs to draw is not known here, and its instance may have
+        // one triangle.
         let occlusion =
             Occlusion::default().with_width(self.width).with_budget(self.budget).with_risk(None);
         Culler::default()

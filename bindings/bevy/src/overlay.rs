@@ -1,5 +1,5 @@
-//! The overlay: the bounds of each culled entity in the colour of the reason, the funnel as text, and a key that freezes
-//! what is drawn.
+//! The overlay: the bounds of each culled entity in the colour of the reason, the funnel as text,
+//! and a key that freezes what is drawn.
 
 use std::any::TypeId;
 
@@ -50,7 +50,8 @@ impl CulletFate {
     pub const ALL: [Self; 5] =
         [Self::Layer, Self::Frustum, Self::Range, Self::Occluded, Self::Drawn];
 
-    /// The colour of its bounds and its line of text, in sRGB: that of the reason in all pictures of cullet.
+    /// The colour of its bounds and its line of text, in sRGB: that of the reason in all pictures
+    /// of cullet.
     #[must_use]
     pub const fn color(self) -> [u8; 3] {
         match self {
@@ -84,14 +85,16 @@ pub struct CulletOverlay {
     pub bounds_of_drawn: bool,
     /// Whether the funnel is written in the upper left corner of the camera. Default: true.
     pub text: bool,
-    /// Whether what is drawn stays as it was found when this was set, for all cameras, wherever they go since. What
-    /// came into the world later is not drawn until it is unset; shadows stay those of the moment. Default: false.
+    /// Whether what is drawn stays as it was found when this was set, for all cameras, wherever
+    /// they go since. What came into the world later is not drawn until it is unset; shadows stay
+    /// those of the moment. Default: false.
     pub frozen: bool,
     /// The key that shows and hides bounds and text. Default: F3.
     pub toggle_key: Option<KeyCode>,
     /// The key that freezes and unfreezes. Default: F4.
     pub freeze_key: Option<KeyCode>,
-    /// The camera whose funnel is shown; `None` takes the active 3D camera of the lowest order. Default: `None`.
+    /// The camera whose funnel is shown; `None` takes the active 3D camera of the lowest order.
+    /// Default: `None`.
     pub camera: Option<Entity>,
 }
 
@@ -111,15 +114,16 @@ impl Default for CulletOverlay {
 
 /// Shows what [`CulletPlugin`](crate::CulletPlugin) culls, and why.
 ///
-/// It needs Bevy's gizmos (feature `bevy_gizmos_render`, in `DefaultPlugins` by default) and is controlled by the resource
-/// [`CulletOverlay`]. Each frame costs a test of every entity that is not drawn, for one camera; nothing while it is
-/// hidden and not frozen.
+/// It needs Bevy's gizmos (feature `bevy_gizmos_render`, in `DefaultPlugins` by default) and is
+/// controlled by the resource [`CulletOverlay`]. Each frame costs a test of every entity that is
+/// not drawn, for one camera; nothing while it is hidden and not frozen.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CulletOverlayPlugin;
 
 impl Plugin for CulletOverlayPlugin {
     fn build(&self, app: &mut App) {
-        // Through walls, or nobody would see the bounds of what is behind them; the text before all bounds.
+        // Through walls, or nobody would see the bounds of what is behind them; the text before all
+        // bounds.
         let config = |depth_bias| GizmoConfig { depth_bias, ..GizmoConfig::default() };
         app.insert_gizmo_config(CulletGizmos, config(-0.98));
         app.insert_gizmo_config(CulletTextGizmos, config(-1.0));

@@ -26,8 +26,8 @@ pub enum CulletSystems {
 
 /// Takes visibility over from Bevy, for all cameras of the app.
 ///
-/// Add it anywhere among the plugins; Bevy's own check is taken out when the app is finished. It keeps all its state in
-/// the app's world, so that any number of apps can run in one process.
+/// Add it anywhere among the plugins; Bevy's own check is taken out when the app is finished. It
+/// keeps all its state in the app's world, so that any number of apps can run in one process.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CulletPlugin;
 

@@ -41,8 +41,8 @@ pub(crate) struct Seen {
 }
 
 impl SeenItem<'_, '_> {
-    /// Whether more is to be asked than box and layers: ranges, layers beyond those of the engine, a sphere in place of a
-    /// box, or lists of other classes.
+    /// Whether more is to be asked than box and layers: ranges, layers beyond those of the engine,
+    /// a sphere in place of a box, or lists of other classes.
     pub(crate) fn needs_check(&self) -> bool {
         let is_plain = |class: &VisibilityClass| class.0[..] == [TypeId::of::<Mesh3d>()];
         self.ranged
@@ -55,8 +55,8 @@ impl SeenItem<'_, '_> {
         self.is_morphed || self.has_weights
     }
 
-    /// Whether its vertices may lie outside its `Aabb`, which is that of the pose in which it was made: it is tested against
-    /// the frustum, as Bevy does, but is never taken for hidden.
+    /// Whether its vertices may lie outside its `Aabb`, which is that of the pose in which it was
+    /// made: it is tested against the frustum, as Bevy does, but is never taken for hidden.
     pub(crate) fn is_deformed(&self) -> bool {
         self.has_morphs() || self.is_skinned && !self.has_dynamic_bounds
     }

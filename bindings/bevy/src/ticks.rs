@@ -9,7 +9,8 @@ pub(crate) const ROWS: usize = 64;
 /// How many rows are asked first whether any of them changed at all.
 pub(crate) const RUN: usize = 16 * ROWS;
 
-/// From how many rows on a table is worth being shared out to threads, where little is asked of each.
+/// From how many rows on a table is worth being shared out to threads, where little is asked of
+/// each.
 pub(crate) const MANY: usize = 1 << 16;
 
 /// The time since a system ran last.

@@ -45,7 +45,8 @@ pub struct CulletView {
     pub(crate) known: Option<Known>,
     pub(crate) scratch: Vec<Entity>,
     pub(crate) hidden: crate::occlusion::Hidden,
-    /// When `VisibleEntities` was written last, by us: nobody else wrote to it where it has not changed since.
+    /// When `VisibleEntities` was written last, by us: nobody else wrote to it where it has not
+    /// changed since.
     pub(crate) written: Option<Tick>,
     /// Whether its list of meshes is `list` still.
     pub(crate) is_listed: bool,
@@ -67,7 +68,8 @@ pub(crate) struct Known {
     pub(crate) occlusion: Option<([f64; 16], [u32; 2], crate::CulletOcclusion)>,
 }
 
-/// The half-spaces that Bevy tests meshes against: all but the far one, which its renderer does not clip at.
+/// The half-spaces that Bevy tests meshes against: all but the far one, which its renderer does not
+/// clip at.
 pub(crate) fn half_spaces(frustum: &Frustum) -> [[f32; 4]; 5] {
     std::array::from_fn(|i| frustum.half_spaces[i].normal_d().to_array())
 }
@@ -113,8 +115,8 @@ impl Known {
 }
 
 impl CulletView {
-    /// Finds what of the scene is in the frustum and the layers of `now`, into `next`. Where the view is that of the last
-    /// frame, only what changed is asked again.
+    /// Finds what of the scene is in the frustum and the layers of `now`, into `next`. Where the
+    /// view is that of the last frame, only what changed is asked again.
     pub(crate) fn find(
         &mut self,
         mirror: &CulletScene,
@@ -184,8 +186,8 @@ impl CulletView {
         self.next.iter().map(|word| u64::from(word.count_ones())).sum()
     }
 
-    /// Makes `next` what is seen, and brings the list after it: sorted anew where slots were, else by what came and went.
-    /// Tells whether it changed.
+    /// Makes `next` what is seen, and brings the list after it: sorted anew where slots were, else
+    /// by what came and went. Tells whether it changed.
     pub(crate) fn take(&mut self, mirror: &CulletScene, same_order: bool) -> bool {
         let entity = |slot| Entity::from_bits(mirror.scene.user_data(slot));
         if !same_order || self.seen.len() > self.next.len() {
@@ -204,7 +206,8 @@ impl CulletView {
         if changed.is_empty() {
             return false;
         }
-        // An entity is in the old list or among the new ones, never in both: those that are in both lists went.
+        // An entity is in the old list or among the new ones, never in both: those that are in both
+        // lists went.
         changed.sort_unstable();
         merge(&self.list, &changed, &mut self.scratch);
         std::mem::swap(&mut self.list, &mut self.scratch);
@@ -223,8 +226,9 @@ fn in_layers(scene: &Scene, now: &Known, word: usize, mut bits: u64) -> u64 {
     bits
 }
 
-/// The slots of a word that are seen, of those whose boxes are visible, or inside all half-spaces: the boxes of those that
-/// straddle one are looser than those of Bevy, and some are tested against nothing but those.
+/// The slots of a word that are seen, of those whose boxes are visible, or inside all half-spaces:
+/// the boxes of those that straddle one are looser than those of Bevy, and some are tested against
+/// nothing but those.
 fn decide(
     scene: &Scene,
     now: &Known,

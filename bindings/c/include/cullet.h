@@ -26,24 +26,26 @@
 #include <stdint.h>
 
 /**
- * One-sided: only the fronts of its triangles are drawn, which are counter-clockwise. Only such meshes have back faces to
- * cull. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
+ * One-sided: only the fronts of its triangles are drawn, which are counter-clockwise. Only such
+ * meshes have back faces to cull. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
  */
 #define CULLET_ONE_SIDED 1
 
 /**
- * Vertices may move (skinned, morphed): give instances bounds that hold every pose, and no cluster of it is culled by
- * itself. Bit of `cullet_mesh_arrays.flags`.
+ * Vertices may move (skinned, morphed): give instances bounds that hold every pose, and no cluster
+ * of it is culled by itself. Bit of `cullet_mesh_arrays.flags`.
  */
 #define CULLET_DEFORMABLE 2
 
 /**
- * The material is cut out by a threshold: it never hides anything. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
+ * The material is cut out by a threshold: it never hides anything. Bit of `cullet_part.flags` and
+ * `cullet_mesh_arrays.flags`.
  */
 #define CULLET_MASKED 4
 
 /**
- * The material is blended: it never hides anything. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
+ * The material is blended: it never hides anything. Bit of `cullet_part.flags` and
+ * `cullet_mesh_arrays.flags`.
  */
 #define CULLET_BLENDED 8
 
@@ -88,7 +90,8 @@
 #define CULLET_TRANSPARENT 8
 
 /**
- * It is going to move: a hint that keeps nodes of what stands tight. Bit of `cullet_instance.flags`.
+ * It is going to move: a hint that keeps nodes of what stands tight. Bit of
+ * `cullet_instance.flags`.
  */
 #define CULLET_DYNAMIC 16
 
@@ -98,13 +101,14 @@
 #define CULLET_DEPTH_STANDARD 0
 
 /**
- * Clip depth 1 at the near plane, 0 at the far plane, which may be infinitely far. Value of `depth`.
+ * Clip depth 1 at the near plane, 0 at the far plane, which may be infinitely far. Value of
+ * `depth`.
  */
 #define CULLET_DEPTH_REVERSED 1
 
 /**
- * How a call went. All but `CULLET_STATUS_OK` leave a message in `cullet_last_error`, and change nothing unless they
- * say so.
+ * How a call went. All but `CULLET_STATUS_OK` leave a message in `cullet_last_error`, and change
+ * nothing unless they say so.
  */
 typedef enum {
   /**
@@ -120,8 +124,8 @@ typedef enum {
    */
   CULLET_STATUS_ALIGNMENT = 2,
   /**
-   * The `size` of a struct is not the one that this library knows: it was not filled by the function that fills it, or
-   * header and library are of different versions.
+   * The `size` of a struct is not the one that this library knows: it was not filled by the
+   * function that fills it, or header and library are of different versions.
    */
   CULLET_STATUS_STRUCT_SIZE = 3,
   /**
@@ -141,7 +145,8 @@ typedef enum {
    */
   CULLET_STATUS_WRONG_HANDLE = 7,
   /**
-   * Another thread is using the object in a way that excludes this call. Nothing waits; see the rules on threads.
+   * Another thread is using the object in a way that excludes this call. Nothing waits; see the
+   * rules on threads.
    */
   CULLET_STATUS_BUSY = 8,
   /**
@@ -149,7 +154,8 @@ typedef enum {
    */
   CULLET_STATUS_TOO_SMALL = 9,
   /**
-   * A state holds no result yet, or the scene has changed since, or it is of another scene: cull again.
+   * A state holds no result yet, or the scene has changed since, or it is of another scene: cull
+   * again.
    */
   CULLET_STATUS_NO_RESULT = 10,
   /**
@@ -173,7 +179,8 @@ typedef enum {
    */
   CULLET_STATUS_FULL = 15,
   /**
-   * A defect of this library: the call was stopped. The object that it was about to change can only be destroyed.
+   * A defect of this library: the call was stopped. The object that it was about to change can
+   * only be destroyed.
    */
   CULLET_STATUS_INTERNAL = 16,
 } cullet_status;
@@ -191,11 +198,13 @@ typedef enum {
    */
   CULLET_BOUNDS_NONE = 1,
   /**
-   * A box in world space, relative to the scene's origin: what is animated, or placed by a shader.
+   * A box in world space, relative to the scene's origin: what is animated, or placed by a
+   * shader.
    */
   CULLET_BOUNDS_WORLD = 2,
   /**
-   * The box of its mesh, grown on every side by a distance: for vertices that a shader displaces.
+   * The box of its mesh, grown on every side by a distance: for vertices that a shader
+   * displaces.
    */
   CULLET_BOUNDS_MARGIN = 3,
 } cullet_bounds;
@@ -227,7 +236,8 @@ typedef enum {
    */
   CULLET_OUTPUT_INSTANCES = 0,
   /**
-   * Instances, and of those that straddle the frustum or are one-sided the clusters that are left: the default.
+   * Instances, and of those that straddle the frustum or are one-sided the clusters that are
+   * left: the default.
    */
   CULLET_OUTPUT_CLUSTERS = 1,
   /**
@@ -245,7 +255,8 @@ typedef enum {
    */
   CULLET_BACKFACES_OFF = 0,
   /**
-   * Clusters by cones, and where the output is triangles, each by a plane of four bytes: the default.
+   * Clusters by cones, and where the output is triangles, each by a plane of four bytes: the
+   * default.
    */
   CULLET_BACKFACES_FAST = 1,
   /**
@@ -357,7 +368,8 @@ typedef struct {
    */
   size_t triangle_count;
   /**
-   * 16 floats, column-major, that take x, y, z, 1 to clip space; NULL where vertices are x, y, w of clip space.
+   * 16 floats, column-major, that take x, y, z, 1 to clip space; NULL where vertices are x, y, w
+   * of clip space.
    */
   const float *clip_from_model;
   /**
@@ -372,8 +384,8 @@ typedef struct {
 } cullet_clip_triangles;
 
 /**
- * Handle of the state of a view: what it remembers between frames, and its last result. One for each view that is culled
- * frame after frame. A plain number: copy it freely; 0 is none.
+ * Handle of the state of a view: what it remembers between frames, and its last result. One for
+ * each view that is culled frame after frame. A plain number: copy it freely; 0 is none.
  */
 typedef struct {
   /**
@@ -393,8 +405,8 @@ typedef struct {
 } cullet_scene;
 
 /**
- * A view: what a camera sees, and how. Filled by `cullet_view_from_matrix`, `cullet_view_from_camera` or
- * `cullet_view_look_at`; then its last three fields may be changed.
+ * A view: what a camera sees, and how. Filled by `cullet_view_from_matrix`,
+ * `cullet_view_from_camera` or `cullet_view_look_at`; then its last three fields may be changed.
  */
 typedef struct {
   /**
@@ -426,7 +438,8 @@ typedef struct {
    */
   uint32_t clockwise;
   /**
-   * Faces of one-sided meshes that are not drawn: 0 none, 1 the backs, 2 the fronts, as some shadow passes do; 1 at first.
+   * Faces of one-sided meshes that are not drawn: 0 none, 1 the backs, 2 the fronts, as some
+   * shadow passes do; 1 at first.
    */
   uint32_t cull_face;
   /**
@@ -436,7 +449,8 @@ typedef struct {
 } cullet_view;
 
 /**
- * Settings of culling. Filled by `cullet_settings_preset`; then any field may be changed. Switches are 0 or 1.
+ * Settings of culling. Filled by `cullet_settings_preset`; then any field may be changed. Switches
+ * are 0 or 1.
  */
 typedef struct {
   /**
@@ -472,7 +486,8 @@ typedef struct {
    */
   uint32_t occlusion;
   /**
-   * Pixels across the occlusion buffer, 1 to 4096, at most the viewport's. More sees smaller gaps, and costs its square.
+   * Pixels across the occlusion buffer, 1 to 4096, at most the viewport's. More sees smaller
+   * gaps, and costs its square.
    */
   uint32_t occlusion_width;
   /**
@@ -480,16 +495,18 @@ typedef struct {
    */
   float occlusion_budget;
   /**
-   * Share of the cost of drawing what is left that may be spent where nothing is found, from 0; below 0 for no limit.
+   * Share of the cost of drawing what is left that may be spent where nothing is found, from 0;
+   * below 0 for no limit.
    */
   float occlusion_risk;
   /**
-   * Lossy: cull what is narrower and lower than so many pixels. 0, the default, culls nothing for its size.
+   * Lossy: cull what is narrower and lower than so many pixels. 0, the default, culls nothing
+   * for its size.
    */
   float detail_pixels;
   /**
-   * Lossy: draw levels of detail that are off by at most so many pixels, in scenes that have levels. 0, the default,
-   * draws everything in full.
+   * Lossy: draw levels of detail that are off by at most so many pixels, in scenes that have
+   * levels. 0, the default, draws everything in full.
    */
   float lod_pixels;
   /**
@@ -497,7 +514,8 @@ typedef struct {
    */
   uint32_t output;
   /**
-   * Record why each instance was culled, for `cullet_visible_reasons`: two bytes a slot. 0 by default.
+   * Record why each instance was culled, for `cullet_visible_reasons`: two bytes a slot. 0 by
+   * default.
    */
   uint32_t reasons;
   /**
@@ -529,7 +547,8 @@ typedef struct {
    */
   uint8_t stage;
   /**
-   * For the frustum the number of the plane that it is outside of; 255 where parts went for different ones.
+   * For the frustum the number of the plane that it is outside of; 255 where parts went for
+   * different ones.
    */
   uint8_t detail;
 } cullet_reason;
@@ -557,8 +576,8 @@ typedef struct {
 } cullet_part;
 
 /**
- * A mesh to add: its arrays are copied. A struct of zeros with positions and indices is a mesh of one opaque, two-sided
- * part.
+ * A mesh to add: its arrays are copied. A struct of zeros with positions and indices is a mesh of
+ * one opaque, two-sided part.
  */
 typedef struct {
   /**
@@ -640,8 +659,8 @@ typedef struct {
 } cullet_box;
 
 /**
- * An affine transform: x becomes linear * x + translation. Mirrored and singular ones too; one that is not finite keeps
- * its instance visible.
+ * An affine transform: x becomes linear * x + translation. Mirrored and singular ones too; one
+ * that is not finite keeps its instance visible.
  */
 typedef struct {
   /**
@@ -819,7 +838,8 @@ typedef struct {
    */
   uint32_t mesh;
   /**
-   * Bits of the layers that it is in; a view sees it where they share a bit. 0 is in none, so never drawn.
+   * Bits of the layers that it is in; a view sees it where they share a bit. 0 is in none, so
+   * never drawn.
    */
   uint32_t layers;
   /**
@@ -831,7 +851,8 @@ typedef struct {
    */
   uint32_t reserved;
   /**
-   * A number of the caller's, such as an entity or an index; `cullet_visible_users` gives it back.
+   * A number of the caller's, such as an entity or an index; `cullet_visible_users` gives it
+   * back.
    */
   uint64_t user;
 } cullet_instance;
@@ -869,7 +890,8 @@ typedef struct {
    */
   double origin[3];
   /**
-   * The lowest corner of the box around all instances, relative to `origin`; above `max` for none.
+   * The lowest corner of the box around all instances, relative to `origin`; above `max` for
+   * none.
    */
   float min[3];
   /**
@@ -895,7 +917,8 @@ typedef struct {
    */
   double up[3];
   /**
-   * Perspective: the full vertical field of view in radians, above 0 and below pi. 0 for an orthographic camera.
+   * Perspective: the full vertical field of view in radians, above 0 and below pi. 0 for an
+   * orthographic camera.
    */
   double fov_y;
   /**
@@ -921,24 +944,25 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * Empties a buffer for triangles in clip space, whose near plane is at `near_w`; below 0.001 it is there. Boxes are not to be
- * tested until the next `cullet_occlusion_begin`.
+ * Empties a buffer for triangles in clip space, whose near plane is at `near_w`; below 0.001 it is
+ * there. Boxes are not to be tested until the next `cullet_occlusion_begin`.
  */
-cullet_status cullet_clip_begin(cullet_occlusion buffer,
-                                float near_w);
+cullet_status cullet_clip_begin(cullet_occlusion buffer, float near_w);
 
 /**
- * Draws triangles in clip space as occluders, and writes a `cullet_found` into `result`, unless that is NULL: outside where
- * none of them can be seen, else visible. Needs `cullet_clip_begin`. How a set of triangles is drawn is worked out once
- * and kept by where its indices lie, for as long as it is drawn every now and then.
+ * Draws triangles in clip space as occluders, and writes a `cullet_found` into `result`, unless
+ * that is NULL: outside where none of them can be seen, else visible. Needs `cullet_clip_begin`.
+ * How a set of triangles is drawn is worked out once and kept by where its indices lie, for as
+ * long as it is drawn every now and then.
  */
 cullet_status cullet_clip_draw(cullet_occlusion buffer,
                                const cullet_clip_triangles *triangles,
                                uint32_t *result);
 
 /**
- * Tests a rectangle of the screen, in normalised device coordinates with y upward, as near as `least_w`, and writes a
- * `cullet_found`. Hidden is proved for all of it. Visible where a number is NaN, and this side of the near plane.
+ * Tests a rectangle of the screen, in normalised device coordinates with y upward, as near as
+ * `least_w`, and writes a `cullet_found`. Hidden is proved for all of it. Visible where a number
+ * is NaN, and this side of the near plane.
  */
 cullet_status cullet_clip_test_rect(cullet_occlusion buffer,
                                     float x_min,
@@ -949,8 +973,9 @@ cullet_status cullet_clip_test_rect(cullet_occlusion buffer,
                                     uint32_t *result);
 
 /**
- * Tests triangles in clip space, and writes a `cullet_found`: hidden where each that may be seen is proved to be. Each is
- * tested by its rectangle and its nearest corner, so that large slanted ones are found less.
+ * Tests triangles in clip space, and writes a `cullet_found`: hidden where each that may be seen
+ * is proved to be. Each is tested by its rectangle and its nearest corner, so that large slanted
+ * ones are found less.
  */
 cullet_status cullet_clip_test_triangles(cullet_occlusion buffer,
                                          const cullet_clip_triangles *triangles,
@@ -967,10 +992,11 @@ cullet_status cullet_state_create(cullet_state *state);
 cullet_status cullet_state_destroy(cullet_state state);
 
 /**
- * Culls a scene for a view; `cullet_visible_slots` and its like read the result. `settings` may be NULL for
- * `CULLET_PRESET_BALANCED`. Conservative: what the view sees is never culled, but for lossy settings. The answer depends on
- * scene, view and settings alone; `state` makes the next frame faster. Allocates nothing once the state has grown to what the
- * scene needs, and starts no thread. Other threads may cull the same scene meanwhile, each with a state of its own.
+ * Culls a scene for a view; `cullet_visible_slots` and its like read the result. `settings` may be
+ * NULL for `CULLET_PRESET_BALANCED`. Conservative: what the view sees is never culled, but for
+ * lossy settings. The answer depends on scene, view and settings alone; `state` makes the next
+ * frame faster. Allocates nothing once the state has grown to what the scene needs, and starts no
+ * thread. Other threads may cull the same scene meanwhile, each with a state of its own.
  */
 cullet_status cullet_cull(cullet_scene scene,
                           const cullet_view *view,
@@ -978,10 +1004,11 @@ cullet_status cullet_cull(cullet_scene scene,
                           cullet_state state);
 
 /**
- * Replays the stages for one instance, and writes why it is drawn or culled: its reason (stage 0 for an instance that is
- * drawn) unless `reason` is NULL; and a line for each stage into `text`, UTF-8 with a 0 at its end, cut off where `capacity`
- * bytes are too few. `length` takes the bytes that all of it needs, the 0 included, unless it is NULL. `settings` may be
- * NULL as in `cullet_cull`. For tools: it may cull the whole scene, and allocates.
+ * Replays the stages for one instance, and writes why it is drawn or culled: its reason (stage 0
+ * for an instance that is drawn) unless `reason` is NULL; and a line for each stage into `text`,
+ * UTF-8 with a 0 at its end, cut off where `capacity` bytes are too few. `length` takes the bytes
+ * that all of it needs, the 0 included, unless it is NULL. `settings` may be NULL as in
+ * `cullet_cull`. For tools: it may cull the whole scene, and allocates.
  */
 cullet_status cullet_explain(cullet_scene scene,
                              const cullet_view *view,
@@ -993,9 +1020,10 @@ cullet_status cullet_explain(cullet_scene scene,
                              size_t *length);
 
 /**
- * Adds a mesh that instances may share, and writes its number, from 0 on. Cost: linear in its triangles; what culling
- * needs of it is made by the next `cullet_scene_commit`. Refused with `CULLET_STATUS_MESH` where an index is beyond
- * the vertices, a position is not finite, or the parts do not cover the triangles in order.
+ * Adds a mesh that instances may share, and writes its number, from 0 on. Cost: linear in its
+ * triangles; what culling needs of it is made by the next `cullet_scene_commit`. Refused with
+ * `CULLET_STATUS_MESH` where an index is beyond the vertices, a position is not finite, or the
+ * parts do not cover the triangles in order.
  */
 cullet_status cullet_scene_add_mesh(cullet_scene scene,
                                     const cullet_mesh_arrays *arrays,
@@ -1007,9 +1035,10 @@ cullet_status cullet_scene_add_mesh(cullet_scene scene,
 cullet_status cullet_scene_mesh_info(cullet_scene scene, uint32_t mesh, cullet_mesh_info *info);
 
 /**
- * Writes the geometry of a mesh as draws count it: its triangles are put into the order of clusters once, when it is
- * added, and `first_index` of a draw is of that order. Upload these indices. `positions` takes three floats a vertex; the
- * capacities are in floats and in indices. Either array may be NULL with a capacity of 0: then it is left out.
+ * Writes the geometry of a mesh as draws count it: its triangles are put into the order of
+ * clusters once, when it is added, and `first_index` of a draw is of that order. Upload these
+ * indices. `positions` takes three floats a vertex; the capacities are in floats and in indices.
+ * Either array may be NULL with a capacity of 0: then it is left out.
  */
 cullet_status cullet_scene_mesh_read(cullet_scene scene,
                                      uint32_t mesh,
@@ -1019,12 +1048,11 @@ cullet_status cullet_scene_mesh_read(cullet_scene scene,
                                      size_t index_capacity);
 
 /**
- * Makes an occlusion buffer of so many pixels, 1 to 4096 each way; a quarter or half of the screen's width finds nearly as
- * much as all of it, and is never wrong. Destroy it with `cullet_occlusion_destroy`.
+ * Makes an occlusion buffer of so many pixels, 1 to 4096 each way; a quarter or half of the
+ * screen's width finds nearly as much as all of it, and is never wrong. Destroy it with
+ * `cullet_occlusion_destroy`.
  */
-cullet_status cullet_occlusion_create(uint32_t width,
-                                      uint32_t height,
-                                      cullet_occlusion *buffer);
+cullet_status cullet_occlusion_create(uint32_t width, uint32_t height, cullet_occlusion *buffer);
 
 /**
  * Destroys an occlusion buffer; its handle is stale from then on.
@@ -1032,15 +1060,17 @@ cullet_status cullet_occlusion_create(uint32_t width,
 cullet_status cullet_occlusion_destroy(cullet_occlusion buffer);
 
 /**
- * Empties a buffer and turns it to a view. Boxes that are tested later are relative to `origin`, three doubles; NULL for zero.
+ * Empties a buffer and turns it to a view. Boxes that are tested later are relative to `origin`,
+ * three doubles; NULL for zero.
  */
 cullet_status cullet_occlusion_begin(cullet_occlusion buffer,
                                      const cullet_view *view,
                                      const double *origin);
 
 /**
- * Draws boxes that hide: each must lie within what is opaque. `transform` stands for all of them; NULL for none. Draw near
- * ones first. Allocates a few hundred bytes a box. Boxes that are empty or not finite are refused, and none is drawn.
+ * Draws boxes that hide: each must lie within what is opaque. `transform` stands for all of them;
+ * NULL for none. Draw near ones first. Allocates a few hundred bytes a box. Boxes that are empty
+ * or not finite are refused, and none is drawn.
  */
 cullet_status cullet_occlusion_draw_boxes(cullet_occlusion buffer,
                                           const cullet_box *boxes,
@@ -1048,11 +1078,12 @@ cullet_status cullet_occlusion_draw_boxes(cullet_occlusion buffer,
                                           const cullet_transform *transform);
 
 /**
- * Draws triangles that hide, nearest first, without those that are hidden by then: `positions` has three finite floats a
- * vertex, `indices` three a triangle. `two_sided` is 1 for triangles that hide from both sides, 0 where only their fronts
- * do, which are counter-clockwise. Vertices are one where they have one index: pixels across shared edges count as covered.
- * Allocates nothing once the buffer has seen as many triangles, and is quickest where the indices are those of the last
- * call.
+ * Draws triangles that hide, nearest first, without those that are hidden by then: `positions` has
+ * three finite floats a vertex, `indices` three a triangle. `two_sided` is 1 for triangles that
+ * hide from both sides, 0 where only their fronts do, which are counter-clockwise. Vertices are
+ * one where they have one index: pixels across shared edges count as covered. Allocates nothing
+ * once the buffer has seen as many triangles, and is quickest where the indices are those of the
+ * last call.
  */
 cullet_status cullet_occlusion_draw_triangles(cullet_occlusion buffer,
                                               const float *positions,
@@ -1063,9 +1094,9 @@ cullet_status cullet_occlusion_draw_triangles(cullet_occlusion buffer,
                                               const cullet_transform *transform);
 
 /**
- * Tests boxes, relative to the origin of the view, and writes a `cullet_found` for each, one byte. Hidden is proved, at
- * every resolution. Boxes that are not finite or cross the near plane are visible; empty ones are outside. Allocates
- * nothing once as many were tested.
+ * Tests boxes, relative to the origin of the view, and writes a `cullet_found` for each, one byte.
+ * Hidden is proved, at every resolution. Boxes that are not finite or cross the near plane are
+ * visible; empty ones are outside. Allocates nothing once as many were tested.
  */
 cullet_status cullet_occlusion_test_boxes(cullet_occlusion buffer,
                                           const cullet_box *boxes,
@@ -1073,17 +1104,16 @@ cullet_status cullet_occlusion_test_boxes(cullet_occlusion buffer,
                                           uint8_t *results);
 
 /**
- * Writes the nearness that covers all of each pixel, row by row from the top left: 1 / w in perspective, 0 where nothing is
- * proved. `capacity` must be at least width times height.
+ * Writes the nearness that covers all of each pixel, row by row from the top left: 1 / w in
+ * perspective, 0 where nothing is proved. `capacity` must be at least width times height.
  */
-cullet_status cullet_occlusion_read(cullet_occlusion buffer,
-                                    float *nearness,
-                                    size_t capacity);
+cullet_status cullet_occlusion_read(cullet_occlusion buffer, float *nearness, size_t capacity);
 
 /**
- * Writes the slots of which something is visible, ascending, and how many there are. With a capacity of 0 only `count` is
- * written; where the capacity is too small, that alone is, with `CULLET_STATUS_TOO_SMALL`. The instances of a scene are
- * always enough. Slots change with a commit; `cullet_visible_handles` gives names that do not.
+ * Writes the slots of which something is visible, ascending, and how many there are. With a
+ * capacity of 0 only `count` is written; where the capacity is too small, that alone is, with
+ * `CULLET_STATUS_TOO_SMALL`. The instances of a scene are always enough. Slots change with a
+ * commit; `cullet_visible_handles` gives names that do not.
  */
 cullet_status cullet_visible_slots(cullet_state state,
                                    uint32_t *slots,
@@ -1111,8 +1141,8 @@ cullet_status cullet_visible_users(cullet_state state,
                                    size_t *count);
 
 /**
- * Writes why each slot was culled, one for each slot of the scene: stage 0 for what is visible, and for empty slots. Needs
- * `cullet_settings.reasons`; without, there are none.
+ * Writes why each slot was culled, one for each slot of the scene: stage 0 for what is visible,
+ * and for empty slots. Needs `cullet_settings.reasons`; without, there are none.
  */
 cullet_status cullet_visible_reasons(cullet_state state,
                                      cullet_reason *reasons,
@@ -1128,11 +1158,13 @@ cullet_status cullet_visible_funnel(cullet_state state,
                                     size_t *count);
 
 /**
- * Writes the draws of the last result: one command for the whole instances of a mesh and part, one for each run of clusters
- * of the others; where the output is triangles, one for each part of each instance, of `indices` to be uploaded with it.
- * `places` says where the renderer's buffers hold meshes 0, 1, ...; for one beyond them commands count from its own first
- * index. The counts are always written; where an array is too small, only they are, with `CULLET_STATUS_TOO_SMALL`; all
- * capacities 0 asks for them. The scene must be as it was culled. Allocates nothing once the state has grown.
+ * Writes the draws of the last result: one command for the whole instances of a mesh and part, one
+ * for each run of clusters of the others; where the output is triangles, one for each part of each
+ * instance, of `indices` to be uploaded with it. `places` says where the renderer's buffers hold
+ * meshes 0, 1, ...; for one beyond them commands count from its own first index. The counts are
+ * always written; where an array is too small, only they are, with `CULLET_STATUS_TOO_SMALL`; all
+ * capacities 0 asks for them. The scene must be as it was culled. Allocates nothing once the state
+ * has grown.
  */
 cullet_status cullet_visible_draws(cullet_state state,
                                    cullet_scene scene,
@@ -1141,12 +1173,14 @@ cullet_status cullet_visible_draws(cullet_state state,
                                    cullet_draws *draws);
 
 /**
- * The name of a stage, such as "frustum"; "unknown" for a number that is none. Never NULL; lives for ever.
+ * The name of a stage, such as "frustum"; "unknown" for a number that is none. Never NULL; lives
+ * for ever.
  */
 const char *cullet_stage_name(uint32_t stage);
 
 /**
- * The name of a unit of a funnel: "instances", "clusters" or "triangles"; "unknown" else. Never NULL; lives for ever.
+ * The name of a unit of a funnel: "instances", "clusters" or "triangles"; "unknown" else. Never
+ * NULL; lives for ever.
  */
 const char *cullet_unit_name(uint32_t unit);
 
@@ -1156,13 +1190,12 @@ const char *cullet_unit_name(uint32_t unit);
 cullet_status cullet_scene_create(cullet_scene *scene);
 
 /**
- * Opens a file as a scene: glTF and GLB, with what `cullet bake` wrote into them, OBJ, PLY, STL, OFF, maps of Quake. The
- * path is UTF-8. The scene is committed; instances have the handles 0, 1, 2, ... of generation 0 in the order of the
- * file. Reading takes at most three times the memory of the geometry. The message of a failure names the file, the item
- * and what would be right.
+ * Opens a file as a scene: glTF and GLB, with what `cullet bake` wrote into them, OBJ, PLY, STL,
+ * OFF, maps of Quake. The path is UTF-8. The scene is committed; instances have the handles 0, 1,
+ * 2, ... of generation 0 in the order of the file. Reading takes at most three times the memory of
+ * the geometry. The message of a failure names the file, the item and what would be right.
  */
-cullet_status cullet_open(const char *path,
-                          cullet_scene *scene);
+cullet_status cullet_open(const char *path, cullet_scene *scene);
 
 /**
  * Destroys a scene; its handle is stale from then on, and so are those of its instances.
@@ -1170,8 +1203,9 @@ cullet_status cullet_open(const char *path,
 cullet_status cullet_scene_destroy(cullet_scene scene);
 
 /**
- * Adds instances, and writes a handle for each into `handles`, unless that is NULL. All or none: if one has no mesh or
- * an unknown flag, nothing is added. Commit before culling where many were added.
+ * Adds instances, and writes a handle for each into `handles`, unless that is NULL. All or none:
+ * if one has no mesh or an unknown flag, nothing is added. Commit before culling where many were
+ * added.
  */
 cullet_status cullet_scene_add(cullet_scene scene,
                                const cullet_instance *instances,
@@ -1179,16 +1213,14 @@ cullet_status cullet_scene_add(cullet_scene scene,
                                cullet_handle *handles);
 
 /**
- * Removes instances; their handles are stale from then on. All or none, but that a handle which is there twice is an error
- * after the first was removed.
+ * Removes instances; their handles are stale from then on. All or none, but that a handle which is
+ * there twice is an error after the first was removed.
  */
-cullet_status cullet_scene_remove(cullet_scene scene,
-                                  const cullet_handle *handles,
-                                  size_t count);
+cullet_status cullet_scene_remove(cullet_scene scene, const cullet_handle *handles, size_t count);
 
 /**
- * Moves instances: `transforms` has one for each of `handles`. All or none. Cull on as it is: the answer is right at once,
- * and `cullet_scene_refit` after a frame's moves makes it faster.
+ * Moves instances: `transforms` has one for each of `handles`. All or none. Cull on as it is: the
+ * answer is right at once, and `cullet_scene_refit` after a frame's moves makes it faster.
  */
 cullet_status cullet_scene_set_transforms(cullet_scene scene,
                                           const cullet_handle *handles,
@@ -1212,9 +1244,10 @@ cullet_status cullet_scene_set_flags(cullet_scene scene,
                                      size_t count);
 
 /**
- * Gives an instance bounds of the caller's. `kind` is a `cullet_bounds`; `numbers` has six floats for
- * `CULLET_BOUNDS_WORLD`, the lowest and the highest corner relative to the scene's origin, one for
- * `CULLET_BOUNDS_MARGIN`, from 0, and is not read for the others. A box that is not finite keeps its instance visible.
+ * Gives an instance bounds of the caller's. `kind` is a `cullet_bounds`; `numbers` has six floats
+ * for `CULLET_BOUNDS_WORLD`, the lowest and the highest corner relative to the scene's origin, one
+ * for `CULLET_BOUNDS_MARGIN`, from 0, and is not read for the others. A box that is not finite
+ * keeps its instance visible.
  */
 cullet_status cullet_scene_set_bounds(cullet_scene scene,
                                       cullet_handle handle,
@@ -1222,14 +1255,16 @@ cullet_status cullet_scene_set_bounds(cullet_scene scene,
                                       const float *numbers);
 
 /**
- * Sorts the slots by place, closes gaps, and prepares meshes that are new. Call it once after loading, and again after
- * much was added, removed or moved far. Results of before are refused (`CULLET_STATUS_NO_RESULT`) until the next cull.
- * Cost: linear in instances, and in the triangles of new meshes.
+ * Sorts the slots by place, closes gaps, and prepares meshes that are new. Call it once after
+ * loading, and again after much was added, removed or moved far. Results of before are refused
+ * (`CULLET_STATUS_NO_RESULT`) until the next cull. Cost: linear in instances, and in the triangles
+ * of new meshes.
  */
 cullet_status cullet_scene_commit(cullet_scene scene);
 
 /**
- * Fits the nodes of the hierarchy to what moved: makes the next cull faster, never different. Cost: that of what moved.
+ * Fits the nodes of the hierarchy to what moved: makes the next cull faster, never different.
+ * Cost: that of what moved.
  */
 cullet_status cullet_scene_refit(cullet_scene scene);
 
@@ -1244,8 +1279,9 @@ cullet_status cullet_scene_get_info(cullet_scene scene, cullet_scene_info *info)
 cullet_status cullet_scene_slot(cullet_scene scene, cullet_handle handle, uint32_t *slot);
 
 /**
- * Writes the instance of a slot, as draws name it: its mesh, transform, layers, flags and number; and its handle into
- * `handle`, unless that is NULL. `CULLET_STATUS_NOT_FOUND` for an empty slot and one beyond the last.
+ * Writes the instance of a slot, as draws name it: its mesh, transform, layers, flags and number;
+ * and its handle into `handle`, unless that is NULL. `CULLET_STATUS_NOT_FOUND` for an empty slot
+ * and one beyond the last.
  */
 cullet_status cullet_scene_instance(cullet_scene scene,
                                     uint32_t slot,
@@ -1258,14 +1294,15 @@ cullet_status cullet_scene_instance(cullet_scene scene,
 cullet_status cullet_settings_preset(uint32_t number, cullet_settings *settings);
 
 /**
- * The message of the last call of this thread that failed: UTF-8, one line, which names the function, the argument, the
- * value, its limit and what to do. Empty where none failed yet. It stays valid until the next call of this thread that
- * fails. Never NULL.
+ * The message of the last call of this thread that failed: UTF-8, one line, which names the
+ * function, the argument, the value, its limit and what to do. Empty where none failed yet. It
+ * stays valid until the next call of this thread that fails. Never NULL.
  */
 const char *cullet_last_error(void);
 
 /**
- * The name of a status, such as "stale handle"; "unknown status" for a number that is none. Never NULL; lives for ever.
+ * The name of a status, such as "stale handle"; "unknown status" for a number that is none. Never
+ * NULL; lives for ever.
  */
 const char *cullet_status_name(int32_t status);
 
@@ -1275,8 +1312,9 @@ const char *cullet_status_name(int32_t status);
 const char *cullet_version(void);
 
 /**
- * Fills a view from a matrix that takes world to clip space: 16 doubles, column-major, invertible, with depth 0 to 1
- * (`depth` says which is near). Perspective, orthographic, off-centre, mirrored, with or without a far plane.
+ * Fills a view from a matrix that takes world to clip space: 16 doubles, column-major, invertible,
+ * with depth 0 to 1 (`depth` says which is near). Perspective, orthographic, off-centre, mirrored,
+ * with or without a far plane.
  */
 cullet_status cullet_view_from_matrix(const double *clip_from_world,
                                       uint32_t depth,
@@ -1294,8 +1332,9 @@ cullet_status cullet_view_from_camera(const cullet_camera *camera,
                                       cullet_view *view);
 
 /**
- * Fills a perspective view from `eye` to `target`, three doubles each, +Y up (+Z where it looks along Y), reversed depth
- * without a far plane. `fov_y` is the full vertical field of view in radians.
+ * Fills a perspective view from `eye` to `target`, three doubles each, +Y up (+Z where it looks
+ * along Y), reversed depth without a far plane. `fov_y` is the full vertical field of view in
+ * radians.
  */
 cullet_status cullet_view_look_at(const double *eye,
                                   const double *target,

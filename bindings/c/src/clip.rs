@@ -1,4 +1,5 @@
-//! Triangles in clip space: vertices are x, y and w of a projection that the caller has made, whatever it is.
+//! Triangles in clip space: vertices are x, y and w of a projection that the caller has made,
+//! whatever it is.
 
 use std::collections::HashMap;
 
@@ -24,7 +25,8 @@ pub struct ClipTriangles {
     pub indices: *const u32,
     /// How many triangles.
     pub triangle_count: usize,
-    /// 16 floats, column-major, that take x, y, z, 1 to clip space; NULL where vertices are x, y, w of clip space.
+    /// 16 floats, column-major, that take x, y, z, 1 to clip space; NULL where vertices are x, y, w
+    /// of clip space.
     pub clip_from_model: *const f32,
     /// Winding that is culled on a screen with y upward: 0 nothing, 1 clockwise, 2
     /// counter-clockwise.
@@ -44,7 +46,8 @@ pub(crate) struct Clip {
     pub(crate) frame: u64,
     pub(crate) positions: Vec<[f32; 3]>,
     pub(crate) indices: Vec<u32>,
-    /// Surfaces by where their indices lie and how many there are, and the frame that last drew them.
+    /// Surfaces by where their indices lie and how many there are, and the frame that last drew
+    /// them.
     pub(crate) surfaces: HashMap<(usize, usize, bool), (DynamicSurface, u64)>,
 }
 
@@ -88,14 +91,16 @@ impl Clip {
         if transform.rank() == 3 {
             return Ok(transform);
         }
-        // A matrix that flattens the model, such as one whose w is the same everywhere, has no eye in the model's space.
+        // A matrix that flattens the model, such as one whose w is the same everywhere, has no eye
+        // in the model's space.
         for p in &mut self.positions {
             *p = place(*p, &transform).map(|v| v as f32);
         }
         Ok(Transform::IDENTITY)
     }
 
-    /// The corners of a triangle in clip space, if it may be in view and is not culled by its winding.
+    /// The corners of a triangle in clip space, if it may be in view and is not culled by its
+    /// winding.
     pub(crate) fn corners(
         &self,
         triangle: &[u32],
@@ -117,7 +122,8 @@ impl Clip {
         if is_outside {
             return None;
         }
-        // Positive where the corners run counter-clockwise on the screen, also where some are behind the eye.
+        // Positive where the corners run counter-clockwise on the screen, also where some are
+        // behind the eye.
         let [a, b, c] = corners;
         let terms = [
             a[0] * (b[1] * c[2] - b[2] * c[1]),
@@ -139,7 +145,8 @@ fn place(p: [f32; 3], at: &Transform) -> [f64; 3] {
     })
 }
 
-/// The pixels that points touch, none of them nearer than `least_w`; bounds beyond the screen are outside.
+/// The pixels that points touch, none of them nearer than `least_w`; bounds beyond the screen are
+/// outside.
 pub(crate) fn bounds(
     size: [u32; 2],
     low: [f64; 2],

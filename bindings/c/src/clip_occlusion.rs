@@ -1,7 +1,8 @@
 //! Occlusion in clip space, for `cullet_moc.h`.
 //!
-//! Clip space itself is the world here: x, y and w are its axes, the eye is its origin, and a view whose near plane lies at
-//! a w shows it. So what is drawn and tested takes the same way, with the same proofs, as anywhere else.
+//! Clip space itself is the world here: x, y and w are its axes, the eye is its origin, and a view
+//! whose near plane lies at a w shows it. So what is drawn and tested takes the same way, with the
+//! same proofs, as anywhere else.
 
 use engine::cull::occlusion::Visibility;
 use engine::{Depth, Simd, View};
@@ -17,8 +18,8 @@ const KEPT_FRAMES: u64 = 64;
 /// The least near plane: nearness has 32 octaves from there on.
 const LEAST_NEAR: f32 = 1e-3;
 
-/// Empties a buffer for triangles in clip space, whose near plane is at `near_w`; below 0.001 it is there. Boxes are not to be
-/// tested until the next `cullet_occlusion_begin`.
+/// Empties a buffer for triangles in clip space, whose near plane is at `near_w`; below 0.001 it is
+/// there. Boxes are not to be tested until the next `cullet_occlusion_begin`.
 #[unsafe(no_mangle)]
 pub extern "C" fn cullet_clip_begin(buffer: Occlusion, near_w: f32) -> Status {
     call("cullet_clip_begin", || {
@@ -43,9 +44,10 @@ pub extern "C" fn cullet_clip_begin(buffer: Occlusion, near_w: f32) -> Status {
     })
 }
 
-/// Draws triangles in clip space as occluders, and writes a `cullet_found` into `result`, unless that is NULL: outside where
-/// none of them can be seen, else visible. Needs `cullet_clip_begin`. How a set of triangles is drawn is worked out once
-/// and kept by where its indices lie, for as long as it is drawn every now and then.
+/// Draws triangles in clip space as occluders, and writes a `cullet_found` into `result`, unless
+/// that is NULL: outside where none of them can be seen, else visible. Needs `cullet_clip_begin`.
+/// How a set of triangles is drawn is worked out once and kept by where its indices lie, for as
+/// long as it is drawn every now and then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_clip_draw(
     buffer: Occlusion,
@@ -88,8 +90,9 @@ pub unsafe extern "C" fn cullet_clip_draw(
     })
 }
 
-/// Tests a rectangle of the screen, in normalised device coordinates with y upward, as near as `least_w`, and writes a
-/// `cullet_found`. Hidden is proved for all of it. Visible where a number is NaN, and this side of the near plane.
+/// Tests a rectangle of the screen, in normalised device coordinates with y upward, as near as
+/// `least_w`, and writes a `cullet_found`. Hidden is proved for all of it. Visible where a number
+/// is NaN, and this side of the near plane.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_clip_test_rect(
     buffer: Occlusion,
@@ -121,8 +124,9 @@ pub unsafe extern "C" fn cullet_clip_test_rect(
     })
 }
 
-/// Tests triangles in clip space, and writes a `cullet_found`: hidden where each that may be seen is proved to be. Each is
-/// tested by its rectangle and its nearest corner, so that large slanted ones are found less.
+/// Tests triangles in clip space, and writes a `cullet_found`: hidden where each that may be seen
+/// is proved to be. Each is tested by its rectangle and its nearest corner, so that large slanted
+/// ones are found less.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_clip_test_triangles(
     buffer: Occlusion,

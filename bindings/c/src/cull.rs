@@ -12,8 +12,8 @@ use crate::view::{View, to_engine};
 
 pub(crate) static STATES: Table<Frame> = Table::new(Kind::State);
 
-/// Handle of the state of a view: what it remembers between frames, and its last result. One for each view that is culled
-/// frame after frame. A plain number: copy it freely; 0 is none.
+/// Handle of the state of a view: what it remembers between frames, and its last result. One for
+/// each view that is culled frame after frame. A plain number: copy it freely; 0 is none.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct State {
@@ -88,10 +88,11 @@ pub(crate) fn settings_of(settings: *const Settings) -> Result<Culler> {
     to_culler(&unsafe { value("settings", settings) }?)
 }
 
-/// Culls a scene for a view; `cullet_visible_slots` and its like read the result. `settings` may be NULL for
-/// `CULLET_PRESET_BALANCED`. Conservative: what the view sees is never culled, but for lossy settings. The answer depends on
-/// scene, view and settings alone; `state` makes the next frame faster. Allocates nothing once the state has grown to what the
-/// scene needs, and starts no thread. Other threads may cull the same scene meanwhile, each with a state of its own.
+/// Culls a scene for a view; `cullet_visible_slots` and its like read the result. `settings` may be
+/// NULL for `CULLET_PRESET_BALANCED`. Conservative: what the view sees is never culled, but for
+/// lossy settings. The answer depends on scene, view and settings alone; `state` makes the next
+/// frame faster. Allocates nothing once the state has grown to what the scene needs, and starts no
+/// thread. Other threads may cull the same scene meanwhile, each with a state of its own.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_cull(
     scene: Scene,

@@ -10,10 +10,11 @@ use crate::settings::Settings;
 use crate::status::{Error, Status, call};
 use crate::view::{View, to_engine};
 
-/// Replays the stages for one instance, and writes why it is drawn or culled: its reason (stage 0 for an instance that is
-/// drawn) unless `reason` is NULL; and a line for each stage into `text`, UTF-8 with a 0 at its end, cut off where `capacity`
-/// bytes are too few. `length` takes the bytes that all of it needs, the 0 included, unless it is NULL. `settings` may be
-/// NULL as in `cullet_cull`. For tools: it may cull the whole scene, and allocates.
+/// Replays the stages for one instance, and writes why it is drawn or culled: its reason (stage 0
+/// for an instance that is drawn) unless `reason` is NULL; and a line for each stage into `text`,
+/// UTF-8 with a 0 at its end, cut off where `capacity` bytes are too few. `length` takes the bytes
+/// that all of it needs, the 0 included, unless it is NULL. `settings` may be NULL as in
+/// `cullet_cull`. For tools: it may cull the whole scene, and allocates.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_explain(
     scene: Scene,

@@ -1,8 +1,9 @@
-//! The C interface of cullet. `include/cullet.h` is written from this crate, so that what a public item says here is
-//! what a C programmer reads there; programs in Rust take the crate `cullet` itself.
+//! The C interface of cullet. `include/cullet.h` is written from this crate, so that what a public
+//! item says here is what a C programmer reads there; programs in Rust take the crate `cullet`
+//! itself.
 //!
-//! Pointers are followed in [`memory`] alone, objects are found by [`registry`], and no panic leaves a call
-//! ([`status::call`]).
+//! Pointers are followed in [`memory`] alone, objects are found by [`registry`], and no panic
+//! leaves a call ([`status::call`]).
 #![allow(
     clippy::missing_safety_doc,
     reason = "the docs are the header's, which says what each pointer must have"

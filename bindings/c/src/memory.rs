@@ -1,7 +1,8 @@
 //! Memory of the caller's: every pointer is checked here, and nowhere else is one followed.
 //!
-//! What cannot be checked is the caller's to keep: that so many elements are there. Memory that is written to is never
-//! borrowed, so that a caller may hand the same array in twice, or one that was never initialised.
+//! What cannot be checked is the caller's to keep: that so many elements are there. Memory that is
+//! written to is never borrowed, so that a caller may hand the same array in twice, or one that was
+//! never initialised.
 
 use std::ffi::{CStr, c_char};
 
@@ -37,7 +38,8 @@ fn check<T>(what: &str, pointer: *const T, len: usize) -> Result {
 /// The elements of an array that is read. NULL is one of none.
 ///
 /// # Safety
-/// If it is not NULL, `pointer` must have `len` initialised elements that nobody changes during `'a`.
+/// If it is not NULL, `pointer` must have `len` initialised elements that nobody changes during
+/// `'a`.
 pub(crate) unsafe fn read<'a, T: Plain>(
     what: &str,
     pointer: *const T,
@@ -47,8 +49,8 @@ pub(crate) unsafe fn read<'a, T: Plain>(
         return Ok(&[]);
     }
     check(what, pointer, len)?;
-    // SAFETY: it is not NULL, is aligned and no longer than memory, as checked; any bytes are a `Plain`; that there
-    // are `len` of them is the caller's promise.
+    // SAFETY: it is not NULL, is aligned and no longer than memory, as checked; any bytes are a
+    // `Plain`; that there are `len` of them is the caller's promise.
     Ok(unsafe { std::slice::from_raw_parts(pointer, len) })
 }
 
@@ -83,7 +85,8 @@ impl<T: Copy> Out<T> {
     /// An array with room for `len`; NULL is one of none.
     ///
     /// # Safety
-    /// If it is not NULL, `pointer` must have room for `len`, which nobody else uses until the call ends.
+    /// If it is not NULL, `pointer` must have room for `len`, which nobody else uses until the call
+    /// ends.
     pub(crate) unsafe fn array(what: &str, pointer: *mut T, len: usize) -> Result<Self> {
         if len > 0 {
             check(what, pointer, len)?;
@@ -122,7 +125,8 @@ impl<T: Copy> Out<T> {
     }
 }
 
-/// Where the numbers of a vertex are: bytes from one vertex to the next, and from x to y and to the third.
+/// Where the numbers of a vertex are: bytes from one vertex to the next, and from x to y and to the
+/// third.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Layout {
     pub(crate) stride: usize,
@@ -151,8 +155,8 @@ pub(crate) unsafe fn vertices(
     check(what, pointer, 1)?;
     for number in first as usize..=last as usize {
         let at = number * stride;
-        // SAFETY: the vertices up to the last are there, as the caller promises, and aligned, as the first and all
-        // distances are.
+        // SAFETY: the vertices up to the last are there, as the caller promises, and aligned, as
+        // the first and all distances are.
         to.push([at, at + second, at + third].map(|at| unsafe { pointer.byte_add(at).read() }));
     }
     Ok(())

@@ -7,15 +7,17 @@ use crate::memory::{Out, Plain, read, value};
 use crate::scene::{SCENES, Scene};
 use crate::status::{Error, Result, Status, call};
 
-/// One-sided: only the fronts of its triangles are drawn, which are counter-clockwise. Only such meshes have back faces to
-/// cull. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
+/// One-sided: only the fronts of its triangles are drawn, which are counter-clockwise. Only such
+/// meshes have back faces to cull. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
 pub const CULLET_ONE_SIDED: u32 = 1;
-/// Vertices may move (skinned, morphed): give instances bounds that hold every pose, and no cluster of it is culled by
-/// itself. Bit of `cullet_mesh_arrays.flags`.
+/// Vertices may move (skinned, morphed): give instances bounds that hold every pose, and no cluster
+/// of it is culled by itself. Bit of `cullet_mesh_arrays.flags`.
 pub const CULLET_DEFORMABLE: u32 = 2;
-/// The material is cut out by a threshold: it never hides anything. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
+/// The material is cut out by a threshold: it never hides anything. Bit of `cullet_part.flags` and
+/// `cullet_mesh_arrays.flags`.
 pub const CULLET_MASKED: u32 = 4;
-/// The material is blended: it never hides anything. Bit of `cullet_part.flags` and `cullet_mesh_arrays.flags`.
+/// The material is blended: it never hides anything. Bit of `cullet_part.flags` and
+/// `cullet_mesh_arrays.flags`.
 pub const CULLET_BLENDED: u32 = 8;
 
 /// A range of a mesh's triangles with one material.
@@ -34,8 +36,8 @@ pub struct Part {
 
 impl Plain for Part {}
 
-/// A mesh to add: its arrays are copied. A struct of zeros with positions and indices is a mesh of one opaque, two-sided
-/// part.
+/// A mesh to add: its arrays are copied. A struct of zeros with positions and indices is a mesh of
+/// one opaque, two-sided part.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct MeshArrays {
@@ -107,9 +109,10 @@ pub(crate) fn mesh_of(scene: &engine::Scene, mesh: u32) -> Result<&Mesh> {
     })
 }
 
-/// Adds a mesh that instances may share, and writes its number, from 0 on. Cost: linear in its triangles; what culling
-/// needs of it is made by the next `cullet_scene_commit`. Refused with `CULLET_STATUS_MESH` where an index is beyond
-/// the vertices, a position is not finite, or the parts do not cover the triangles in order.
+/// Adds a mesh that instances may share, and writes its number, from 0 on. Cost: linear in its
+/// triangles; what culling needs of it is made by the next `cullet_scene_commit`. Refused with
+/// `CULLET_STATUS_MESH` where an index is beyond the vertices, a position is not finite, or the
+/// parts do not cover the triangles in order.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_scene_add_mesh(
     scene: Scene,
@@ -187,9 +190,10 @@ pub unsafe extern "C" fn cullet_scene_mesh_info(
     })
 }
 
-/// Writes the geometry of a mesh as draws count it: its triangles are put into the order of clusters once, when it is
-/// added, and `first_index` of a draw is of that order. Upload these indices. `positions` takes three floats a vertex; the
-/// capacities are in floats and in indices. Either array may be NULL with a capacity of 0: then it is left out.
+/// Writes the geometry of a mesh as draws count it: its triangles are put into the order of
+/// clusters once, when it is added, and `first_index` of a draw is of that order. Upload these
+/// indices. `positions` takes three floats a vertex; the capacities are in floats and in indices.
+/// Either array may be NULL with a capacity of 0: then it is left out.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_scene_mesh_read(
     scene: Scene,

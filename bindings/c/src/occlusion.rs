@@ -88,8 +88,9 @@ fn refused(error: OcclusionError) -> Error {
     Error::value(error.to_string())
 }
 
-/// Makes an occlusion buffer of so many pixels, 1 to 4096 each way; a quarter or half of the screen's width finds nearly as
-/// much as all of it, and is never wrong. Destroy it with `cullet_occlusion_destroy`.
+/// Makes an occlusion buffer of so many pixels, 1 to 4096 each way; a quarter or half of the
+/// screen's width finds nearly as much as all of it, and is never wrong. Destroy it with
+/// `cullet_occlusion_destroy`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_occlusion_create(
     width: u32,
@@ -118,7 +119,8 @@ pub extern "C" fn cullet_occlusion_destroy(buffer: Occlusion) -> Status {
     call("cullet_occlusion_destroy", || BUFFERS.remove(buffer.id).map(drop))
 }
 
-/// Empties a buffer and turns it to a view. Boxes that are tested later are relative to `origin`, three doubles; NULL for zero.
+/// Empties a buffer and turns it to a view. Boxes that are tested later are relative to `origin`,
+/// three doubles; NULL for zero.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_occlusion_begin(
     buffer: Occlusion,
@@ -155,8 +157,9 @@ unsafe fn transform_of(transform: *const Transform) -> Result<EngineTransform> {
     Ok(unsafe { value("transform", transform) }?.to_engine())
 }
 
-/// Draws boxes that hide: each must lie within what is opaque. `transform` stands for all of them; NULL for none. Draw near
-/// ones first. Allocates a few hundred bytes a box. Boxes that are empty or not finite are refused, and none is drawn.
+/// Draws boxes that hide: each must lie within what is opaque. `transform` stands for all of them;
+/// NULL for none. Draw near ones first. Allocates a few hundred bytes a box. Boxes that are empty
+/// or not finite are refused, and none is drawn.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_occlusion_draw_boxes(
     buffer: Occlusion,
@@ -183,11 +186,12 @@ pub unsafe extern "C" fn cullet_occlusion_draw_boxes(
     })
 }
 
-/// Draws triangles that hide, nearest first, without those that are hidden by then: `positions` has three finite floats a
-/// vertex, `indices` three a triangle. `two_sided` is 1 for triangles that hide from both sides, 0 where only their fronts
-/// do, which are counter-clockwise. Vertices are one where they have one index: pixels across shared edges count as covered.
-/// Allocates nothing once the buffer has seen as many triangles, and is quickest where the indices are those of the last
-/// call.
+/// Draws triangles that hide, nearest first, without those that are hidden by then: `positions` has
+/// three finite floats a vertex, `indices` three a triangle. `two_sided` is 1 for triangles that
+/// hide from both sides, 0 where only their fronts do, which are counter-clockwise. Vertices are
+/// one where they have one index: pixels across shared edges count as covered. Allocates nothing
+/// once the buffer has seen as many triangles, and is quickest where the indices are those of the
+/// last call.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_occlusion_draw_triangles(
     buffer: Occlusion,
@@ -221,9 +225,9 @@ pub unsafe extern "C" fn cullet_occlusion_draw_triangles(
     })
 }
 
-/// Tests boxes, relative to the origin of the view, and writes a `cullet_found` for each, one byte. Hidden is proved, at
-/// every resolution. Boxes that are not finite or cross the near plane are visible; empty ones are outside. Allocates
-/// nothing once as many were tested.
+/// Tests boxes, relative to the origin of the view, and writes a `cullet_found` for each, one byte.
+/// Hidden is proved, at every resolution. Boxes that are not finite or cross the near plane are
+/// visible; empty ones are outside. Allocates nothing once as many were tested.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_occlusion_test_boxes(
     buffer: Occlusion,
@@ -262,8 +266,8 @@ pub unsafe extern "C" fn cullet_occlusion_test_boxes(
     })
 }
 
-/// Writes the nearness that covers all of each pixel, row by row from the top left: 1 / w in perspective, 0 where nothing is
-/// proved. `capacity` must be at least width times height.
+/// Writes the nearness that covers all of each pixel, row by row from the top left: 1 / w in
+/// perspective, 0 where nothing is proved. `capacity` must be at least width times height.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_occlusion_read(
     buffer: Occlusion,

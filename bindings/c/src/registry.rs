@@ -1,7 +1,9 @@
-//! Objects behind handles: numbers that C can copy, keep too long and confuse, and that never become a pointer.
+//! Objects behind handles: numbers that C can copy, keep too long and confuse, and that never
+//! become a pointer.
 //!
-//! A handle is the kind of its object, a generation and an index. The table of a kind only grows, so that any number can be
-//! looked up; nothing here waits: what another thread excludes is [`Status::Busy`].
+//! A handle is the kind of its object, a generation and an index. The table of a kind only grows,
+//! so that any number can be looked up; nothing here waits: what another thread excludes is
+//! [`Status::Busy`].
 
 use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, OnceLock, PoisonError, RwLock};

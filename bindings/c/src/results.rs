@@ -1,7 +1,7 @@
 //! Results of a cull, copied into arrays of the caller's.
 //!
-//! Every call of this kind goes alike: `count` is always written, what fits is only written where all fits, and an array
-//! of none asks for the count.
+//! Every call of this kind goes alike: `count` is always written, what fits is only written where
+//! all fits, and an array of none asks for the count.
 
 use std::ffi::{CStr, c_char};
 
@@ -16,7 +16,8 @@ use crate::status::{Error, Result, Status, call};
 pub struct Reason {
     /// The stage, a `cullet_stage`; 0 for one that is visible.
     pub stage: u8,
-    /// For the frustum the number of the plane that it is outside of; 255 where parts went for different ones.
+    /// For the frustum the number of the plane that it is outside of; 255 where parts went for
+    /// different ones.
     pub detail: u8,
 }
 
@@ -211,9 +212,10 @@ unsafe fn read_state<T: Copy>(
     })
 }
 
-/// Writes the slots of which something is visible, ascending, and how many there are. With a capacity of 0 only `count` is
-/// written; where the capacity is too small, that alone is, with `CULLET_STATUS_TOO_SMALL`. The instances of a scene are
-/// always enough. Slots change with a commit; `cullet_visible_handles` gives names that do not.
+/// Writes the slots of which something is visible, ascending, and how many there are. With a
+/// capacity of 0 only `count` is written; where the capacity is too small, that alone is, with
+/// `CULLET_STATUS_TOO_SMALL`. The instances of a scene are always enough. Slots change with a
+/// commit; `cullet_visible_handles` gives names that do not.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_visible_slots(
     state: State,
@@ -271,8 +273,8 @@ pub unsafe extern "C" fn cullet_visible_users(
     unsafe { read_state("cullet_visible_users", state, array, count, body) }
 }
 
-/// Writes why each slot was culled, one for each slot of the scene: stage 0 for what is visible, and for empty slots. Needs
-/// `cullet_settings.reasons`; without, there are none.
+/// Writes why each slot was culled, one for each slot of the scene: stage 0 for what is visible,
+/// and for empty slots. Needs `cullet_settings.reasons`; without, there are none.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_visible_reasons(
     state: State,
@@ -317,11 +319,13 @@ pub unsafe extern "C" fn cullet_visible_funnel(
     unsafe { read_state("cullet_visible_funnel", state, array, count, body) }
 }
 
-/// Writes the draws of the last result: one command for the whole instances of a mesh and part, one for each run of clusters
-/// of the others; where the output is triangles, one for each part of each instance, of `indices` to be uploaded with it.
-/// `places` says where the renderer's buffers hold meshes 0, 1, ...; for one beyond them commands count from its own first
-/// index. The counts are always written; where an array is too small, only they are, with `CULLET_STATUS_TOO_SMALL`; all
-/// capacities 0 asks for them. The scene must be as it was culled. Allocates nothing once the state has grown.
+/// Writes the draws of the last result: one command for the whole instances of a mesh and part, one
+/// for each run of clusters of the others; where the output is triangles, one for each part of each
+/// instance, of `indices` to be uploaded with it. `places` says where the renderer's buffers hold
+/// meshes 0, 1, ...; for one beyond them commands count from its own first index. The counts are
+/// always written; where an array is too small, only they are, with `CULLET_STATUS_TOO_SMALL`; all
+/// capacities 0 asks for them. The scene must be as it was culled. Allocates nothing once the state
+/// has grown.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_visible_draws(
     state: State,
@@ -343,7 +347,8 @@ pub unsafe extern "C" fn cullet_visible_draws(
         let mut slots = unsafe { Out::array("instances", all.instances, all.instance_capacity) }?;
         // SAFETY: as the header asks of the caller.
         let mut indices = unsafe { Out::array("indices", all.indices, all.index_capacity) }?;
-        // SAFETY: as the header asks of the caller; `MeshPlace` has the fields of the engine's, in their order.
+        // SAFETY: as the header asks of the caller; `MeshPlace` has the fields of the engine's, in
+        // their order.
         let places = unsafe { read("places", places, place_count) }?;
         let scene = SCENES.get(scene.id)?;
         let mut state = STATES.get_mut(state.id)?;
@@ -382,7 +387,8 @@ pub unsafe extern "C" fn cullet_visible_draws(
     })
 }
 
-/// The name of a stage, such as "frustum"; "unknown" for a number that is none. Never NULL; lives for ever.
+/// The name of a stage, such as "frustum"; "unknown" for a number that is none. Never NULL; lives
+/// for ever.
 #[unsafe(no_mangle)]
 pub extern "C" fn cullet_stage_name(stage: u32) -> *const c_char {
     let name: &CStr = match stage {
@@ -401,7 +407,8 @@ pub extern "C" fn cullet_stage_name(stage: u32) -> *const c_char {
     name.as_ptr()
 }
 
-/// The name of a unit of a funnel: "instances", "clusters" or "triangles"; "unknown" else. Never NULL; lives for ever.
+/// The name of a unit of a funnel: "instances", "clusters" or "triangles"; "unknown" else. Never
+/// NULL; lives for ever.
 #[unsafe(no_mangle)]
 pub extern "C" fn cullet_unit_name(unit: u32) -> *const c_char {
     let name: &CStr = match unit {

@@ -83,8 +83,8 @@ impl From<EngineHandle> for Handle {
     }
 }
 
-/// An affine transform: x becomes linear * x + translation. Mirrored and singular ones too; one that is not finite keeps
-/// its instance visible.
+/// An affine transform: x becomes linear * x + translation. Mirrored and singular ones too; one
+/// that is not finite keeps its instance visible.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Transform {
@@ -114,7 +114,8 @@ pub const CULLET_NO_OCCLUSION: u32 = 2;
 pub const CULLET_TWO_SIDED: u32 = 4;
 /// It is blended, whatever its mesh says. Bit of `cullet_instance.flags`.
 pub const CULLET_TRANSPARENT: u32 = 8;
-/// It is going to move: a hint that keeps nodes of what stands tight. Bit of `cullet_instance.flags`.
+/// It is going to move: a hint that keeps nodes of what stands tight. Bit of
+/// `cullet_instance.flags`.
 pub const CULLET_DYNAMIC: u32 = 16;
 
 /// An instance to add: a mesh with a transform.
@@ -125,13 +126,15 @@ pub struct Instance {
     pub transform: Transform,
     /// Number of its mesh.
     pub mesh: u32,
-    /// Bits of the layers that it is in; a view sees it where they share a bit. 0 is in none, so never drawn.
+    /// Bits of the layers that it is in; a view sees it where they share a bit. 0 is in none, so
+    /// never drawn.
     pub layers: u32,
     /// `CULLET_ALWAYS_VISIBLE` and so on.
     pub flags: u32,
     /// 0.
     pub reserved: u32,
-    /// A number of the caller's, such as an entity or an index; `cullet_visible_users` gives it back.
+    /// A number of the caller's, such as an entity or an index; `cullet_visible_users` gives it
+    /// back.
     pub user: u64,
 }
 
@@ -155,7 +158,8 @@ pub struct SceneInfo {
     pub order_version: u64,
     /// The point that boxes in world space are relative to: zero, but for files far from it.
     pub origin: [f64; 3],
-    /// The lowest corner of the box around all instances, relative to `origin`; above `max` for none.
+    /// The lowest corner of the box around all instances, relative to `origin`; above `max` for
+    /// none.
     pub min: [f32; 3],
     /// The highest corner.
     pub max: [f32; 3],
@@ -169,9 +173,11 @@ pub enum Bounds {
     Mesh = 0,
     /// None: it is visible to every stage but the layers.
     None = 1,
-    /// A box in world space, relative to the scene's origin: what is animated, or placed by a shader.
+    /// A box in world space, relative to the scene's origin: what is animated, or placed by a
+    /// shader.
     World = 2,
-    /// The box of its mesh, grown on every side by a distance: for vertices that a shader displaces.
+    /// The box of its mesh, grown on every side by a distance: for vertices that a shader
+    /// displaces.
     Margin = 3,
 }
 
@@ -228,10 +234,10 @@ pub unsafe extern "C" fn cullet_scene_create(scene: *mut Scene) -> Status {
     })
 }
 
-/// Opens a file as a scene: glTF and GLB, with what `cullet bake` wrote into them, OBJ, PLY, STL, OFF, maps of Quake. The
-/// path is UTF-8. The scene is committed; instances have the handles 0, 1, 2, ... of generation 0 in the order of the
-/// file. Reading takes at most three times the memory of the geometry. The message of a failure names the file, the item
-/// and what would be right.
+/// Opens a file as a scene: glTF and GLB, with what `cullet bake` wrote into them, OBJ, PLY, STL,
+/// OFF, maps of Quake. The path is UTF-8. The scene is committed; instances have the handles 0, 1,
+/// 2, ... of generation 0 in the order of the file. Reading takes at most three times the memory of
+/// the geometry. The message of a failure names the file, the item and what would be right.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_open(path: *const c_char, scene: *mut Scene) -> Status {
     call("cullet_open", || {
@@ -255,8 +261,9 @@ pub extern "C" fn cullet_scene_destroy(scene: Scene) -> Status {
     call("cullet_scene_destroy", || SCENES.remove(scene.id).map(drop))
 }
 
-/// Adds instances, and writes a handle for each into `handles`, unless that is NULL. All or none: if one has no mesh or
-/// an unknown flag, nothing is added. Commit before culling where many were added.
+/// Adds instances, and writes a handle for each into `handles`, unless that is NULL. All or none:
+/// if one has no mesh or an unknown flag, nothing is added. Commit before culling where many were
+/// added.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_scene_add(
     scene: Scene,
@@ -314,8 +321,8 @@ fn change<T: Plain>(
     Ok(())
 }
 
-/// Removes instances; their handles are stale from then on. All or none, but that a handle which is there twice is an error
-/// after the first was removed.
+/// Removes instances; their handles are stale from then on. All or none, but that a handle which is
+/// there twice is an error after the first was removed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_scene_remove(
     scene: Scene,
@@ -329,8 +336,8 @@ pub unsafe extern "C" fn cullet_scene_remove(
     })
 }
 
-/// Moves instances: `transforms` has one for each of `handles`. All or none. Cull on as it is: the answer is right at once,
-/// and `cullet_scene_refit` after a frame's moves makes it faster.
+/// Moves instances: `transforms` has one for each of `handles`. All or none. Cull on as it is: the
+/// answer is right at once, and `cullet_scene_refit` after a frame's moves makes it faster.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_scene_set_transforms(
     scene: Scene,
@@ -388,9 +395,10 @@ pub unsafe extern "C" fn cullet_scene_set_flags(
     })
 }
 
-/// Gives an instance bounds of the caller's. `kind` is a `cullet_bounds`; `numbers` has six floats for
-/// `CULLET_BOUNDS_WORLD`, the lowest and the highest corner relative to the scene's origin, one for
-/// `CULLET_BOUNDS_MARGIN`, from 0, and is not read for the others. A box that is not finite keeps its instance visible.
+/// Gives an instance bounds of the caller's. `kind` is a `cullet_bounds`; `numbers` has six floats
+/// for `CULLET_BOUNDS_WORLD`, the lowest and the highest corner relative to the scene's origin, one
+/// for `CULLET_BOUNDS_MARGIN`, from 0, and is not read for the others. A box that is not finite
+/// keeps its instance visible.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_scene_set_bounds(
     scene: Scene,
@@ -424,9 +432,10 @@ pub unsafe extern "C" fn cullet_scene_set_bounds(
     })
 }
 
-/// Sorts the slots by place, closes gaps, and prepares meshes that are new. Call it once after loading, and again after
-/// much was added, removed or moved far. Results of before are refused (`CULLET_STATUS_NO_RESULT`) until the next cull.
-/// Cost: linear in instances, and in the triangles of new meshes.
+/// Sorts the slots by place, closes gaps, and prepares meshes that are new. Call it once after
+/// loading, and again after much was added, removed or moved far. Results of before are refused
+/// (`CULLET_STATUS_NO_RESULT`) until the next cull. Cost: linear in instances, and in the triangles
+/// of new meshes.
 #[unsafe(no_mangle)]
 pub extern "C" fn cullet_scene_commit(scene: Scene) -> Status {
     call("cullet_scene_commit", || {
@@ -437,7 +446,8 @@ pub extern "C" fn cullet_scene_commit(scene: Scene) -> Status {
     })
 }
 
-/// Fits the nodes of the hierarchy to what moved: makes the next cull faster, never different. Cost: that of what moved.
+/// Fits the nodes of the hierarchy to what moved: makes the next cull faster, never different.
+/// Cost: that of what moved.
 #[unsafe(no_mangle)]
 pub extern "C" fn cullet_scene_refit(scene: Scene) -> Status {
     call("cullet_scene_refit", || {
@@ -487,8 +497,9 @@ pub unsafe extern "C" fn cullet_scene_slot(scene: Scene, handle: Handle, slot: *
     })
 }
 
-/// Writes the instance of a slot, as draws name it: its mesh, transform, layers, flags and number; and its handle into
-/// `handle`, unless that is NULL. `CULLET_STATUS_NOT_FOUND` for an empty slot and one beyond the last.
+/// Writes the instance of a slot, as draws name it: its mesh, transform, layers, flags and number;
+/// and its handle into `handle`, unless that is NULL. `CULLET_STATUS_NOT_FOUND` for an empty slot
+/// and one beyond the last.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_scene_instance(
     scene: Scene,

@@ -26,7 +26,8 @@ pub enum Preset {
 pub enum OutputDepth {
     /// Whole instances.
     Instances = 0,
-    /// Instances, and of those that straddle the frustum or are one-sided the clusters that are left: the default.
+    /// Instances, and of those that straddle the frustum or are one-sided the clusters that are
+    /// left: the default.
     Clusters = 1,
     /// Triangles of every visible instance.
     Triangles = 2,
@@ -38,13 +39,15 @@ pub enum OutputDepth {
 pub enum Backfaces {
     /// Not at all.
     Off = 0,
-    /// Clusters by cones, and where the output is triangles, each by a plane of four bytes: the default.
+    /// Clusters by cones, and where the output is triangles, each by a plane of four bytes: the
+    /// default.
     Fast = 1,
     /// Every triangle from its corners, where the output is triangles: some fifty times as long.
     Exact = 2,
 }
 
-/// Settings of culling. Filled by `cullet_settings_preset`; then any field may be changed. Switches are 0 or 1.
+/// Settings of culling. Filled by `cullet_settings_preset`; then any field may be changed. Switches
+/// are 0 or 1.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
@@ -64,20 +67,24 @@ pub struct Settings {
     pub degenerate: u32,
     /// Cull what lies behind other instances.
     pub occlusion: u32,
-    /// Pixels across the occlusion buffer, 1 to 4096, at most the viewport's. More sees smaller gaps, and costs its square.
+    /// Pixels across the occlusion buffer, 1 to 4096, at most the viewport's. More sees smaller
+    /// gaps, and costs its square.
     pub occlusion_width: u32,
     /// Budget for drawing occluders, in microseconds of a cost model, from 0.
     pub occlusion_budget: f32,
-    /// Share of the cost of drawing what is left that may be spent where nothing is found, from 0; below 0 for no limit.
+    /// Share of the cost of drawing what is left that may be spent where nothing is found, from 0;
+    /// below 0 for no limit.
     pub occlusion_risk: f32,
-    /// Lossy: cull what is narrower and lower than so many pixels. 0, the default, culls nothing for its size.
+    /// Lossy: cull what is narrower and lower than so many pixels. 0, the default, culls nothing
+    /// for its size.
     pub detail_pixels: f32,
-    /// Lossy: draw levels of detail that are off by at most so many pixels, in scenes that have levels. 0, the default,
-    /// draws everything in full.
+    /// Lossy: draw levels of detail that are off by at most so many pixels, in scenes that have
+    /// levels. 0, the default, draws everything in full.
     pub lod_pixels: f32,
     /// A `cullet_output`.
     pub output: u32,
-    /// Record why each instance was culled, for `cullet_visible_reasons`: two bytes a slot. 0 by default.
+    /// Record why each instance was culled, for `cullet_visible_reasons`: two bytes a slot. 0 by
+    /// default.
     pub reasons: u32,
     /// 0.
     pub reserved: u32,

@@ -4,8 +4,8 @@ use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// How a call went. All but `CULLET_STATUS_OK` leave a message in `cullet_last_error`, and change nothing unless they
-/// say so.
+/// How a call went. All but `CULLET_STATUS_OK` leave a message in `cullet_last_error`, and change
+/// nothing unless they say so.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
@@ -15,8 +15,8 @@ pub enum Status {
     NullPointer = 1,
     /// A pointer is not aligned to what it points to.
     Alignment = 2,
-    /// The `size` of a struct is not the one that this library knows: it was not filled by the function that fills it, or
-    /// header and library are of different versions.
+    /// The `size` of a struct is not the one that this library knows: it was not filled by the
+    /// function that fills it, or header and library are of different versions.
     StructSize = 3,
     /// A number is outside its range, or not finite, or a text is not UTF-8.
     InvalidValue = 4,
@@ -26,11 +26,13 @@ pub enum Status {
     StaleHandle = 6,
     /// A handle is of another kind of object.
     WrongHandle = 7,
-    /// Another thread is using the object in a way that excludes this call. Nothing waits; see the rules on threads.
+    /// Another thread is using the object in a way that excludes this call. Nothing waits; see the
+    /// rules on threads.
     Busy = 8,
     /// An array is too short; the count that is needed was written.
     TooSmall = 9,
-    /// A state holds no result yet, or the scene has changed since, or it is of another scene: cull again.
+    /// A state holds no result yet, or the scene has changed since, or it is of another scene: cull
+    /// again.
     NoResult = 10,
     /// An instance handle names no instance of the scene, or a mesh or a slot is not there.
     NotFound = 11,
@@ -42,11 +44,13 @@ pub enum Status {
     File = 14,
     /// There are as many objects as there can be.
     Full = 15,
-    /// A defect of this library: the call was stopped. The object that it was about to change can only be destroyed.
+    /// A defect of this library: the call was stopped. The object that it was about to change can
+    /// only be destroyed.
     Internal = 16,
 }
 
-/// Why a call is refused: its code, and words that name the argument, the value, the limit and what to do.
+/// Why a call is refused: its code, and words that name the argument, the value, the limit and what
+/// to do.
 #[derive(Debug)]
 pub(crate) struct Error {
     pub(crate) status: Status,
@@ -91,16 +95,17 @@ pub(crate) fn call(name: &'static str, body: impl FnOnce() -> Result) -> Status 
     error.status
 }
 
-/// The message of the last call of this thread that failed: UTF-8, one line, which names the function, the argument, the
-/// value, its limit and what to do. Empty where none failed yet. It stays valid until the next call of this thread that
-/// fails. Never NULL.
+/// The message of the last call of this thread that failed: UTF-8, one line, which names the
+/// function, the argument, the value, its limit and what to do. Empty where none failed yet. It
+/// stays valid until the next call of this thread that fails. Never NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn cullet_last_error() -> *const c_char {
     LAST.try_with(|last| last.try_borrow().map_or(c"".as_ptr(), |last| last.as_ptr()))
         .unwrap_or(c"".as_ptr())
 }
 
-/// The name of a status, such as "stale handle"; "unknown status" for a number that is none. Never NULL; lives for ever.
+/// The name of a status, such as "stale handle"; "unknown status" for a number that is none. Never
+/// NULL; lives for ever.
 #[unsafe(no_mangle)]
 pub extern "C" fn cullet_status_name(status: i32) -> *const c_char {
     let name: &CStr = match status {

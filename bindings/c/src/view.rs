@@ -11,11 +11,12 @@ use crate::status::{Error, Result, Status, call};
 
 /// Clip depth 0 at the near plane, 1 at the far plane. Value of `depth`.
 pub const CULLET_DEPTH_STANDARD: u32 = 0;
-/// Clip depth 1 at the near plane, 0 at the far plane, which may be infinitely far. Value of `depth`.
+/// Clip depth 1 at the near plane, 0 at the far plane, which may be infinitely far. Value of
+/// `depth`.
 pub const CULLET_DEPTH_REVERSED: u32 = 1;
 
-/// A view: what a camera sees, and how. Filled by `cullet_view_from_matrix`, `cullet_view_from_camera` or
-/// `cullet_view_look_at`; then its last three fields may be changed.
+/// A view: what a camera sees, and how. Filled by `cullet_view_from_matrix`,
+/// `cullet_view_from_camera` or `cullet_view_look_at`; then its last three fields may be changed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct View {
@@ -33,7 +34,8 @@ pub struct View {
     pub layers: u32,
     /// 1 where fronts are clockwise; 0 at first.
     pub clockwise: u32,
-    /// Faces of one-sided meshes that are not drawn: 0 none, 1 the backs, 2 the fronts, as some shadow passes do; 1 at first.
+    /// Faces of one-sided meshes that are not drawn: 0 none, 1 the backs, 2 the fronts, as some
+    /// shadow passes do; 1 at first.
     pub cull_face: u32,
     /// 0.
     pub reserved: u32,
@@ -51,7 +53,8 @@ pub struct Camera {
     pub direction: [f64; 3],
     /// Up; not along `direction`.
     pub up: [f64; 3],
-    /// Perspective: the full vertical field of view in radians, above 0 and below pi. 0 for an orthographic camera.
+    /// Perspective: the full vertical field of view in radians, above 0 and below pi. 0 for an
+    /// orthographic camera.
     pub fov_y: f64,
     /// Orthographic: height of what it sees, in units of the scene. Not read in perspective.
     pub height: f64,
@@ -145,8 +148,9 @@ pub(crate) fn to_engine(view: &View) -> Result<engine::View> {
     Ok(of)
 }
 
-/// Fills a view from a matrix that takes world to clip space: 16 doubles, column-major, invertible, with depth 0 to 1
-/// (`depth` says which is near). Perspective, orthographic, off-centre, mirrored, with or without a far plane.
+/// Fills a view from a matrix that takes world to clip space: 16 doubles, column-major, invertible,
+/// with depth 0 to 1 (`depth` says which is near). Perspective, orthographic, off-centre, mirrored,
+/// with or without a far plane.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_view_from_matrix(
     clip_from_world: *const f64,
@@ -185,8 +189,9 @@ pub unsafe extern "C" fn cullet_view_from_camera(
     })
 }
 
-/// Fills a perspective view from `eye` to `target`, three doubles each, +Y up (+Z where it looks along Y), reversed depth
-/// without a far plane. `fov_y` is the full vertical field of view in radians.
+/// Fills a perspective view from `eye` to `target`, three doubles each, +Y up (+Z where it looks
+/// along Y), reversed depth without a far plane. `fov_y` is the full vertical field of view in
+/// radians.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cullet_view_look_at(
     eye: *const f64,

@@ -43,7 +43,8 @@ impl BoxSet {
     /// Views that a set may have.
     pub const MAX_VIEWS: usize = 1024;
 
-    /// Boxes that are nowhere, until they are written and committed; `None` where memory does not suffice.
+    /// Boxes that are nowhere, until they are written and committed; `None` where memory does not
+    /// suffice.
     pub fn new(len: usize) -> Option<Self> {
         if !has_room(len.checked_mul(BYTES)?) {
             return None;
@@ -97,10 +98,12 @@ impl BoxSet {
         Some(&mut self.matrices)
     }
 
-    /// Takes over `count` boxes from `first` on; with `moved` each goes through its matrix. A NaN makes a box that every
-    /// view sees, a least corner beyond the greatest one that none sees. False, and nothing happens, where there are fewer.
+    /// Takes over `count` boxes from `first` on; with `moved` each goes through its matrix. A NaN
+    /// makes a box that every view sees, a least corner beyond the greatest one that none sees.
+    /// False, and nothing happens, where there are fewer.
     ///
-    /// The nodes above are fitted: O(count), and O(len) for a quarter or more. Sorts where many come for the first time.
+    /// The nodes above are fitted: O(count), and O(len) for a quarter or more. Sorts where many
+    /// come for the first time.
     pub fn commit(&mut self, first: usize, count: usize, moved: bool) -> bool {
         let end = first.saturating_add(count);
         if end > self.boxes.len() || (moved && self.matrices_mut().is_none()) {
@@ -139,8 +142,8 @@ impl BoxSet {
         Transform::from_matrix(self.matrices[i]).transform_box(&own, [0.0; 3])
     }
 
-    /// Sorts the boxes by place, as is done by itself when many come for the first time: for boxes that have moved far.
-    /// O(len log len). It allocates.
+    /// Sorts the boxes by place, as is done by itself when many come for the first time: for boxes
+    /// that have moved far. O(len log len). It allocates.
     pub fn sort(&mut self) {
         self.hierarchy.commit();
         self.fresh = 0;
@@ -151,9 +154,10 @@ impl BoxSet {
         }
     }
 
-    /// Lists the boxes that planes do not reject, ascending. Planes are inward normals and constants: a point is inside
-    /// where n·p + c ≥ 0. One with a number that is not finite, or without a direction, rejects nothing. What is listed lies
-    /// at [`visible`](Self::visible). False for a number of a view beyond [`MAX_VIEWS`](Self::MAX_VIEWS).
+    /// Lists the boxes that planes do not reject, ascending. Planes are inward normals and
+    /// constants: a point is inside where n·p + c ≥ 0. One with a number that is not finite, or
+    /// without a direction, rejects nothing. What is listed lies at [`visible`](Self::visible).
+    /// False for a number of a view beyond [`MAX_VIEWS`](Self::MAX_VIEWS).
     pub fn cull(&mut self, view: usize, planes: &[f64; 24]) -> bool {
         if view >= Self::MAX_VIEWS {
             return false;

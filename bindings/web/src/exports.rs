@@ -113,7 +113,8 @@ extern "C" fn boxes_sort(set: u32) {
     });
 }
 
-/// Culls by the 24 numbers in the scratch; the answer is the list. 1 where there may be such a view.
+/// Culls by the 24 numbers in the scratch; the answer is the list. 1 where there may be such a
+/// view.
 #[unsafe(no_mangle)]
 extern "C" fn boxes_cull(set: u32, view: usize) -> usize {
     let planes = SCRATCH.with_borrow(|scratch| scratch.first_chunk::<24>().copied());
@@ -200,7 +201,8 @@ mod scenes {
         SCENES.with_borrow_mut(|all| all.free(scene));
     }
 
-    /// Positions, indices and rows of parts lie in the scratch; the answer's address is the mesh's number.
+    /// Positions, indices and rows of parts lie in the scratch; the answer's address is the mesh's
+    /// number.
     #[unsafe(no_mangle)]
     extern "C" fn scene_add_mesh(
         scene: u32,
@@ -396,7 +398,8 @@ mod scenes {
         })
     }
 
-    /// `name` bytes of a file's name lie in the scratch, then its `bytes`; the answer's address is the scene's number.
+    /// `name` bytes of a file's name lie in the scratch, then its `bytes`; the answer's address is
+    /// the scene's number.
     #[cfg(feature = "files")]
     #[unsafe(no_mangle)]
     extern "C" fn file_open(name: usize, bytes: usize) -> u32 {

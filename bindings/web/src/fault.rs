@@ -34,7 +34,8 @@ impl Fault {
     }
 }
 
-/// Whether `bytes` more can be had now. Allocating without asking ends the module where they cannot.
+/// Whether `bytes` more can be had now. Allocating without asking ends the module where they
+/// cannot.
 pub(crate) fn has_room(bytes: usize) -> bool {
     Vec::<u8>::new().try_reserve_exact(bytes).is_ok()
 }

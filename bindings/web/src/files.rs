@@ -6,8 +6,8 @@ use cullet_maps::load_bytes;
 use crate::fault::{Code, Fault, has_room};
 use crate::scene::SceneSet;
 
-/// Reads a file, committed and prepared. `name` stands for it in messages, and its ending tells formats without a
-/// signature apart.
+/// Reads a file, committed and prepared. `name` stands for it in messages, and its ending tells
+/// formats without a signature apart.
 ///
 /// # Errors
 /// If it is of no known kind, is invalid or needs other files.

@@ -93,8 +93,8 @@ impl SceneSet {
         })
     }
 
-    /// Adds a mesh of triangles. Parts are rows of how many triangles, material and [`Kind`]; none is one part of material
-    /// 0 and of the given kind.
+    /// Adds a mesh of triangles. Parts are rows of how many triangles, material and [`Kind`]; none
+    /// is one part of material 0 and of the given kind.
     ///
     /// # Errors
     /// If the engine refuses the mesh, or memory does not suffice.

@@ -77,8 +77,8 @@ impl SceneView {
         &mut self.culler
     }
 
-    /// Sets the camera: world to clip space, column-major, in pixels of a viewport. Depth is 0 standard, 1 reversed, or 2
-    /// from −1 to 1 as in WebGL.
+    /// Sets the camera: world to clip space, column-major, in pixels of a viewport. Depth is 0
+    /// standard, 1 reversed, or 2 from −1 to 1 as in WebGL.
     ///
     /// # Errors
     /// If the matrix shows no volume, or the viewport has no pixel; the camera stays as it was.
@@ -137,7 +137,8 @@ impl SceneView {
         Err(Fault::new(Code::Argument, message))
     }
 
-    /// The stage that took each instance, by id; 0 for what is visible and for ids that name nothing.
+    /// The stage that took each instance, by id; 0 for what is visible and for ids that name
+    /// nothing.
     ///
     /// # Errors
     /// If the scene has changed since it was culled.
@@ -188,8 +189,9 @@ impl SceneView {
         &self.funnel
     }
 
-    /// Why an instance is drawn or not, as lines: the stage and detail that took it, or nothing; the ids that hide it; then a
-    /// line for each stage with unit, counts and finding, all parted by tabs.
+    /// Why an instance is drawn or not, as lines: the stage and detail that took it, or nothing;
+    /// the ids that hide it; then a line for each stage with unit, counts and finding, all parted
+    /// by tabs.
     ///
     /// # Errors
     /// If the id names nothing, or there is no camera yet.

@@ -10,7 +10,8 @@ use cullet::{MeshId, Simd, scene::MeshLevels};
 /// Texture coordinates, then a colour.
 pub(crate) type Values = [f32; 6];
 
-/// Triangles, sorted by how they are drawn; equal positions of a part with equal attributes are one vertex.
+/// Triangles, sorted by how they are drawn; equal positions of a part with equal attributes are one
+/// vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Surface {
     pub(crate) positions: Vec<[f32; 3]>,
@@ -187,8 +188,9 @@ impl Surface {
     /// Attributes of a vertex that has none, as in meshes of which only some parts have some.
     pub(crate) const NONE: Values = [0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
 
-    /// Puts pieces of instances into one space, around a point of the world. `kinds` are the parts by which they are sorted,
-    /// as far as they are known; those that are not are added. `attributes` are of the scene's meshes, by their numbers.
+    /// Puts pieces of instances into one space, around a point of the world. `kinds` are the parts
+    /// by which they are sorted, as far as they are known; those that are not are added.
+    /// `attributes` are of the scene's meshes, by their numbers.
     pub(crate) fn gather(
         scene: &Scene,
         attributes: &[MeshAttributes<'_>],

@@ -1,4 +1,5 @@
-//! Prepares meshes and scenes for culling: work that is done once, offline, so that every frame is cheaper.
+//! Prepares meshes and scenes for culling: work that is done once, offline, so that every frame is
+//! cheaper.
 //!
 //! | module | makes |
 //! |---|---|

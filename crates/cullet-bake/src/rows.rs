@@ -19,8 +19,8 @@ impl BitRows {
         Self { words: vec![0; width * rows as usize], columns, width }
     }
 
-    /// Reads the bytes of [`Pvs::rows_bytes`](crate::pvs::Pvs::rows_bytes), as other tools write them too; `None` where they
-    /// are not that.
+    /// Reads the bytes of [`Pvs::rows_bytes`](crate::pvs::Pvs::rows_bytes), as other tools write
+    /// them too; `None` where they are not that.
     #[must_use]
     pub fn from_exchange(bytes: &[u8]) -> Option<Self> {
         let rest = bytes.strip_prefix(EXCHANGE)?;

@@ -3,8 +3,8 @@
 use cullet::bounds::Aabb;
 use glam::{DVec3, DVec4};
 
-/// Homogeneous view points in units of the mesh's radius, from its middle: directions on a Fibonacci
-/// spiral, at the distances in turn. An infinite distance is a direction.
+/// Homogeneous view points in units of the mesh's radius, from its middle: directions on a
+/// Fibonacci spiral, at the distances in turn. An infinite distance is a direction.
 #[must_use]
 pub fn view_points(count: usize, distances: &[f64]) -> Vec<DVec4> {
     (0..count)
@@ -52,8 +52,8 @@ pub fn curve(boxes: &[Aabb]) -> Vec<u32> {
     order.into_iter().map(|(_, i)| i).collect()
 }
 
-/// Pairs of clusters that follow each other closely along the curve: neighbours where nothing is joined
-/// by edges, as leaves of a tree.
+/// Pairs of clusters that follow each other closely along the curve: neighbours where nothing is
+/// joined by edges, as leaves of a tree.
 #[must_use]
 pub fn nearby(boxes: &[Aabb]) -> Vec<(u32, u32)> {
     const REACH: usize = 6;

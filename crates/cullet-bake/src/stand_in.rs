@@ -1,8 +1,9 @@
-//! Coarse stand-ins: one mesh in the place of many instances that are far away, of the levels of detail and the
-//! [merged groups](cullet::Scene::stand_for) that a scene has already. Nothing is simplified here, so that errors are those that were
-//! measured when the scene was baked.
+//! Coarse stand-ins: one mesh in the place of many instances that are far away, of the levels of
+//! detail and the [merged groups](cullet::Scene::stand_for) that a scene has already. Nothing is
+//! simplified here, so that errors are those that were measured when the scene was baked.
 //!
-//! After C. Erikson, D. Manocha, W. Baxter, *HLODs for faster display of large static and dynamic environments*, 2001.
+//! After C. Erikson, D. Manocha, W. Baxter, *HLODs for faster display of large static and dynamic
+//! environments*, 2001.
 
 use std::collections::HashMap;
 
@@ -24,8 +25,8 @@ pub struct StandIn {
     pub colors: Vec<[f32; 4]>,
     /// Where its origin is in the world.
     pub origin: [f64; 3],
-    /// How far it is off at the most, in units of the world: the largest error of the levels and groups that it is made of, and the
-    /// longest diagonal of an instance that is left out.
+    /// How far it is off at the most, in units of the world: the largest error of the levels and
+    /// groups that it is made of, and the longest diagonal of an instance that is left out.
     pub error: f64,
 }
 
@@ -35,8 +36,9 @@ pub struct StandIn {
 pub struct StandInOptions {
     /// The most triangles of one. Default: 16,384.
     pub triangles: u64,
-    /// The error that is allowed at first, in radii of what it stands for, above 0; it is doubled until there are few enough triangles.
-    /// Default: 1/2048, a pixel of 60° and 1080 lines at half a radius.
+    /// The error that is allowed at first, in radii of what it stands for, above 0; it is doubled
+    /// until there are few enough triangles. Default: 1/2048, a pixel of 60° and 1080 lines at half
+    /// a radius.
     pub first: f64,
 }
 
@@ -119,14 +121,16 @@ impl<'a> StandIns<'a> {
         Self { scene, attributes, options, groups, group_of }
     }
 
-    /// One mesh in the place of some instances: the fewest triangles that their levels and those merged groups have which stand for no
-    /// other, within a bound that is doubled until there are [few enough](StandInOptions::triangles). What is no longer across than
-    /// the bound is left out. The bound, and the error that is stated, are not below `least`: those of what it is made to stand
-    /// above. `None` where nothing would be left of it.
+    /// One mesh in the place of some instances: the fewest triangles that their levels and those
+    /// merged groups have which stand for no other, within a bound that is doubled until there are
+    /// [few enough](StandInOptions::triangles). What is no longer across than the bound is left
+    /// out. The bound, and the error that is stated, are not below `least`: those of what it is
+    /// made to stand above. `None` where nothing would be left of it.
     ///
-    /// Points of the instances that are in it are within the error of the mesh, and its points of theirs, as far as their levels were
-    /// measured. It covers what is seen between the instances, so that it must not occlude:
-    /// [`no_occlusion`](cullet::InstanceFlags::no_occlusion). What deforms stands as the scene has it; layers are not looked at.
+    /// Points of the instances that are in it are within the error of the mesh, and its points of
+    /// theirs, as far as their levels were measured. It covers what is seen between the instances,
+    /// so that it must not occlude: [`no_occlusion`](cullet::InstanceFlags::no_occlusion). What
+    /// deforms stands as the scene has it; layers are not looked at.
     ///
     /// Cost: some ten choices of levels for each instance, and putting triangles together.
     #[must_use]
@@ -173,7 +177,8 @@ impl<'a> StandIns<'a> {
         (!surface.indices.is_empty()).then(|| finished(surface, middle, error))
     }
 
-    /// The largest groups that stand for none but some instances, and those of the instances that are in no such group.
+    /// The largest groups that stand for none but some instances, and those of the instances that
+    /// are in no such group.
     fn split(&self, slots: &[u32]) -> (Vec<u32>, Vec<u32>) {
         let group_of = |slot: u32| self.group_of.get(slot as usize).copied().flatten();
         let mut within = vec![0_u32; self.groups.len()];
@@ -195,7 +200,8 @@ impl<'a> StandIns<'a> {
         (tops, loose.collect())
     }
 
-    /// Adds the fewest triangles of a group within a bound; how many. As deep as groups lie within each other.
+    /// Adds the fewest triangles of a group within a bound; how many. As deep as groups lie within
+    /// each other.
     fn add_group(&self, number: u32, bound: f64, made: &mut Made) -> u64 {
         let group = &self.groups[number as usize];
         let mut members = Made::default();
@@ -217,7 +223,8 @@ impl<'a> StandIns<'a> {
         triangles
     }
 
-    /// Adds the fewest triangles of an instance within a bound, none where it is no longer across; how many.
+    /// Adds the fewest triangles of an instance within a bound, none where it is no longer across;
+    /// how many.
     fn add_instance(&self, slot: u32, bound: f64, made: &mut Made) -> u64 {
         let across = diagonal(&self.scene.bounds(slot));
         if across <= bound {

@@ -2,8 +2,8 @@
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// Runs `count` jobs on so many threads, each with a state of its own; the results in the order of the jobs, whoever ran
-/// them. `None` where `go_on` said no before the last was begun.
+/// Runs `count` jobs on so many threads, each with a state of its own; the results in the order of
+/// the jobs, whoever ran them. `None` where `go_on` said no before the last was begun.
 pub(crate) fn run<S, T: Send>(
     threads: usize,
     count: usize,

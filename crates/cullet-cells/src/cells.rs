@@ -17,8 +17,9 @@ use crate::pvs::{SetsError, Targets, VisibleSets};
 ///            Cells::update           graph, places, sets        eye, visits, rows
 /// ```
 ///
-/// [`update`](Self::update) it after each commit of the scene, and in frames in which something moved: the cost is that of what
-/// changed. Instances that moved since count as seen from everywhere.
+/// [`update`](Self::update) it after each commit of the scene, and in frames in which something
+/// moved: the cost is that of what changed. Instances that moved since count as seen from
+/// everywhere.
 #[derive(Debug)]
 pub struct Cells {
     graph: CellGraph,
@@ -35,8 +36,8 @@ pub struct Cells {
     lost: Vec<u32>,
     /// Slots of each cell, in any order.
     slots: Vec<Vec<u32>>,
-    /// A box of each cell around those of its instances that are not loose. What moves makes it larger; a
-    /// [commit](Scene::commit) fits it.
+    /// A box of each cell around those of its instances that are not loose. What moves makes it
+    /// larger; a [commit](Scene::commit) fits it.
     extents: Vec<Aabb>,
     sets: Option<VisibleSets<'static>>,
     /// One bit for each index of a handle: added or moved since the sets were given.
@@ -53,11 +54,12 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Finds which instances of a scene are in which cells: all those that each touches by its bounds. The scene
-    /// [logs](Scene::log_changes) its changes from here on.
+    /// Finds which instances of a scene are in which cells: all those that each touches by its
+    /// bounds. The scene [logs](Scene::log_changes) its changes from here on.
     ///
-    /// An instance that touches no cell, or that reaches [out of cells and their walls](CellLocator::is_within), counts as
-    /// seen from everywhere. O(instances · log of the pieces).
+    /// An instance that touches no cell, or that reaches [out of cells and their
+    /// walls](CellLocator::is_within), counts as seen from everywhere. O(instances · log of the
+    /// pieces).
     #[must_use]
     pub fn new(scene: &mut Scene, graph: CellGraph, place: impl CellLocator + 'static) -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(1);
@@ -86,8 +88,9 @@ impl Cells {
         cells
     }
 
-    /// Finds again what changed since the last time, at the cost of that. After a [commit](Scene::commit) or
-    /// a [rebase](Scene::rebase), and for another scene, it finds all instances.
+    /// Finds again what changed since the last time, at the cost of that. After a
+    /// [commit](Scene::commit) or a [rebase](Scene::rebase), and for another scene, it finds all
+    /// instances.
     pub fn update(&mut self, scene: &Scene) {
         let is_same = self.scene == scene.id();
         if is_same && self.logged == scene.logged() {
@@ -126,10 +129,11 @@ impl Cells {
 
     /// Gives the cells sets of what may be seen from each.
     ///
-    /// Sets of [cells](Targets::Cells) hold whatever moves, for an instance is in the cells that it touches. Those of
-    /// [instances](Targets::Instances) hold for the instances as they are now, by the indices of their handles: what is
-    /// added or moved from here on is seen from everywhere, and the sets are true for as long as what they saw something hidden
-    /// behind stays where it is. O(cells).
+    /// Sets of [cells](Targets::Cells) hold whatever moves, for an instance is in the cells that it
+    /// touches. Those of [instances](Targets::Instances) hold for the instances as they are now, by
+    /// the indices of their handles: what is added or moved from here on is seen from everywhere,
+    /// and the sets are true for as long as what they saw something hidden behind stays where it
+    /// is. O(cells).
     ///
     /// # Errors
     /// If there are more or fewer cells than sets; nothing is changed then.
@@ -146,8 +150,8 @@ impl Cells {
         Ok(())
     }
 
-    /// Returns the sets of what may be seen from each cell, if any: to ask who sees whom, and what must be there where the eye
-    /// goes.
+    /// Returns the sets of what may be seen from each cell, if any: to ask who sees whom, and what
+    /// must be there where the eye goes.
     #[must_use]
     pub fn visible_sets(&self) -> Option<&VisibleSets<'static>> {
         self.sets.as_ref()
@@ -165,16 +169,16 @@ impl Cells {
         self.place.cell_of(point)
     }
 
-    /// Returns the cells that the instance of `slot` touches, ascending, as of the last update. An empty slot keeps those
-    /// of the instance that was removed until slots are permuted.
+    /// Returns the cells that the instance of `slot` touches, ascending, as of the last update. An
+    /// empty slot keeps those of the instance that was removed until slots are permuted.
     #[must_use]
     pub fn cells_of(&self, slot: u32) -> &[u32] {
         let [first, count] = self.of_slots.get(slot as usize).copied().unwrap_or_default();
         &self.all[first as usize..][..count as usize]
     }
 
-    /// Opens or shuts a portal, as a door does. It costs nothing and moves no instance. It does nothing where there is
-    /// no such portal.
+    /// Opens or shuts a portal, as a door does. It costs nothing and moves no instance. It does
+    /// nothing where there is no such portal.
     pub fn set_portal_open(&mut self, portal: u32, open: bool) {
         self.graph.set_open(portal, open);
     }
@@ -201,7 +205,8 @@ impl Cells {
         self.slots.get(cell as usize).map_or(&[], Vec::as_slice)
     }
 
-    /// Returns a box around the instances in a cell that are not loose, relative to the scene's origin.
+    /// Returns a box around the instances in a cell that are not loose, relative to the scene's
+    /// origin.
     pub(crate) fn extent(&self, cell: u32) -> Aabb {
         self.extents.get(cell as usize).copied().unwrap_or(Aabb::EMPTY)
     }
@@ -212,12 +217,14 @@ impl Cells {
         self.loose.get(word).copied().unwrap_or(u64::MAX)
     }
 
-    /// Whether the instance with this index of a handle was added or moved since the sets were given.
+    /// Whether the instance with this index of a handle was added or moved since the sets were
+    /// given.
     pub(crate) fn has_changed(&self, index: u32) -> bool {
         self.changed.get(index as usize / 64).is_some_and(|w| w >> (index % 64) & 1 == 1)
     }
 
-    /// Returns a number that is another where the same slot may be of other cells, or in other sets.
+    /// Returns a number that is another where the same slot may be of other cells, or in other
+    /// sets.
     pub(crate) fn version(&self) -> (u64, u64) {
         (self.id, self.version)
     }

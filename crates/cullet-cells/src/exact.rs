@@ -1,6 +1,7 @@
 //! Numbers without rounding, as sums of f64: for the signs that rounding hides. Readable, and slow.
 //!
-//! Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*, 1997.
+//! Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*,
+//! 1997.
 
 /// a + b as a rounded sum and its rounding error.
 fn two_sum(a: f64, b: f64) -> (f64, f64) {

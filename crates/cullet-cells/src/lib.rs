@@ -1,4 +1,5 @@
-//! Cells, portals and visible sets for [`cullet`], and queries of a scene that games and tools make, and no frame.
+//! Cells, portals and visible sets for [`cullet`], and queries of a scene that games and tools
+//! make, and no frame.
 //!
 //! | module | holds |
 //! |---|---|
@@ -16,12 +17,14 @@
 //!                              slots of each cell, sets   cullet::candidates::Candidates
 //! ```
 //!
-//! [`Cells`] stand beside the scene and follow it: [`Cells::update`] reads what the scene logged since the last time, and finds
-//! that alone again. A [`CellView`] belongs to one view, as a `ViewState` does. After the frustum stage the culler lets its
-//! candidates look: for the stage `pvs` at the sets of the cells that the near plane may be in, for the stage `portal` through
-//! open portals, at the instances that are left. What they do not see goes, in the rows of these two stages and with the cell
-//! for a reason; of an instance that portals cut, the culler asks for the frusta and tests its clusters. What moved since
-//! the last update counts as seen from everywhere; slots that were permuted since are an error.
+//! [`Cells`] stand beside the scene and follow it: [`Cells::update`] reads what the scene logged
+//! since the last time, and finds that alone again. A [`CellView`] belongs to one view, as a
+//! `ViewState` does. After the frustum stage the culler lets its candidates look: for the stage
+//! `pvs` at the sets of the cells that the near plane may be in, for the stage `portal` through
+//! open portals, at the instances that are left. What they do not see goes, in the rows of these
+//! two stages and with the cell for a reason; of an instance that portals cut, the culler asks for
+//! the frusta and tests its clusters. What moved since the last update counts as seen from
+//! everywhere; slots that were permuted since are an error.
 //!
 //! ```
 //! use cullet::{Instance, Mesh, MeshData, Scene, Transform};
@@ -54,5 +57,6 @@ mod view;
 pub use cells::Cells;
 pub use view::{CellCandidates, CellView, InCells};
 
-/// A rounded f64 is off by less than this, as a share of it, after the few operations that make a plane or a point.
+/// A rounded f64 is off by less than this, as a share of it, after the few operations that make a
+/// plane or a point.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;

@@ -138,7 +138,8 @@ impl Drop for Progress {
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// From now on the first Ctrl-C requests a stop after the current view or step, and a second one stops at once.
+/// From now on the first Ctrl-C requests a stop after the current view or step, and a second one
+/// stops at once.
 pub fn watch_interrupts() {
     // Where no handler can be set, Ctrl-C ends the program as it would have without one.
     let _ = ctrlc::set_handler(|| {
@@ -171,7 +172,8 @@ pub fn grouped(n: u64) -> String {
     text
 }
 
-/// A number with the words that agree with it: `1 view`, `2 views`, `1 mesh owns`, `1 234 meshes own`.
+/// A number with the words that agree with it: `1 view`, `2 views`, `1 mesh owns`, `1 234 meshes
+/// own`.
 pub fn count(n: u64, one: &str, many: &str) -> String {
     format!("{} {}", grouped(n), agree(n, one, many))
 }
@@ -199,8 +201,8 @@ pub fn percent(part: u64, whole: u64) -> String {
     }
 }
 
-/// A figure with as many digits as say something: two behind the first that is not zero below 10, none
-/// from 100 up.
+/// A figure with as many digits as say something: two behind the first that is not zero below 10,
+/// none from 100 up.
 #[must_use]
 pub fn digits(value: f64) -> String {
     if !value.is_finite() || value == 0.0 || value.abs() >= 100.0 {

@@ -1,6 +1,7 @@
 //! Pieces of HTML: escaping, and pictures as data.
 
-/// Text made safe between tags and in quoted attributes. Names come from files, so they are hostile.
+/// Text made safe between tags and in quoted attributes. Names come from files, so they are
+/// hostile.
 pub fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
@@ -10,8 +11,8 @@ pub fn escape(text: &str) -> String {
             '>' => safe.push_str("&gt;"),
             '"' => safe.push_str("&quot;"),
             '\'' => safe.push_str("&#39;"),
-            // Control characters are not allowed in HTML at all, and marks that turn the direction of
-            // writing could make a name spill over its neighbours.
+            // Control characters are not allowed in HTML at all, and marks that turn the direction
+            // of writing could make a name spill over its neighbours.
             c if c.is_control() && c != '\n' => safe.push('\u{fffd}'),
             '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => safe.push('\u{fffd}'),
             c => safe.push(c),

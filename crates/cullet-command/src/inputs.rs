@@ -90,7 +90,8 @@ pub fn has_levels(scene: &Scene) -> bool {
     (0..scene.meshes().len() as u32).any(|mesh| !scene.levels(mesh).is_empty())
 }
 
-/// For commands that measure: where levels of detail are asked for, the scene must have them, for these do not bake.
+/// For commands that measure: where levels of detail are asked for, the scene must have them, for
+/// these do not bake.
 ///
 /// # Errors
 /// If it has none; with what to do.
@@ -219,7 +220,8 @@ pub fn views(model: &Model, args: &ViewArgs, console: &Console) -> Result<Vec<Vi
     cameras.iter().map(view).collect()
 }
 
-/// The requested views of what is culled, with the eyes that levels of detail are chosen for: see [`CullArgs::lod_ball`].
+/// The requested views of what is culled, with the eyes that levels of detail are chosen for: see
+/// [`CullArgs::lod_ball`].
 ///
 /// # Errors
 /// As [`views`].
@@ -277,7 +279,8 @@ pub fn path_words(args: &ViewArgs) -> String {
     words
 }
 
-/// The culler of the arguments: a preset, with what the other options change, and without a limit to what occlusion may stake.
+/// The culler of the arguments: a preset, with what the other options change, and without a limit
+/// to what occlusion may stake.
 pub fn culler(args: &CullArgs) -> Culler {
     let mut culler = args.preset.culler();
     culler.frustum &= !args.no_frustum;
@@ -313,7 +316,8 @@ pub fn culler(args: &CullArgs) -> Culler {
     }
 }
 
-/// The stages that are on, in words, in the order in which they run; sets and portals are none in a scene without.
+/// The stages that are on, in words, in the order in which they run; sets and portals are none in a
+/// scene without.
 pub fn culling_words(args: &CullArgs, world: InCells<'_>) -> Vec<String> {
     let culler = culler(args);
     let words = |stage: Stage| match stage {

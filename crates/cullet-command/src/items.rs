@@ -1,4 +1,5 @@
-//! Work in items, run by a command: one after the other, or this process's share of them where units are kept.
+//! Work in items, run by a command: one after the other, or this process's share of them where
+//! units are kept.
 
 use std::path::Path;
 
@@ -12,8 +13,8 @@ pub struct Items<'a> {
     pub units: &'a UnitArgs,
     /// File that it is of: units are kept beside it where no folder is named.
     pub of: &'a Path,
-    /// All that results are a function of besides the contents of [`files`](Self::files): units of other options are of
-    /// another work.
+    /// All that results are a function of besides the contents of [`files`](Self::files): units of
+    /// other options are of another work.
     pub options: String,
     /// Files whose contents results are a function of.
     pub files: Vec<String>,
@@ -43,7 +44,8 @@ pub enum ItemsEnd {
     Stopped,
 }
 
-/// How it ended, and the results of all items where they are kept and all are done, whoever made them.
+/// How it ended, and the results of all items where they are kept and all are done, whoever made
+/// them.
 pub type ItemsResult = Result<(ItemsEnd, Option<Vec<Vec<u8>>>), Failure>;
 
 impl Items<'_> {

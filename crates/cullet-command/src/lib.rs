@@ -1,5 +1,6 @@
-//! Parts that the programs of `cullet` share: groups of arguments, and the way from them to scenes, views and cullers; messages,
-//! progress bars and Ctrl-C; exit codes; stored costs; written files; starting a [neighbour](peer).
+//! Parts that the programs of `cullet` share: groups of arguments, and the way from them to scenes,
+//! views and cullers; messages, progress bars and Ctrl-C; exit codes; stored costs; written files;
+//! starting a [neighbour](peer).
 //!
 //! It knows no command.
 //!

@@ -4,8 +4,8 @@ use std::fmt;
 
 use cullet::mesh::Alpha;
 
-/// Costs of tests and of drawing on a machine with a renderer, in nanoseconds of one thread. All must be finite, above 0
-/// and at most [`Self::MOST_NS`]; [`Self::check`] says which is not.
+/// Costs of tests and of drawing on a machine with a renderer, in nanoseconds of one thread. All
+/// must be finite, above 0 and at most [`Self::MOST_NS`]; [`Self::check`] says which is not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredCosts {
     /// The frustum test of one instance's box, in a batch.
@@ -41,14 +41,16 @@ impl MeasuredCosts {
         }
     }
 
-    /// t/r: the test of a cluster, in opaque triangles drawn. Where it is far below 1, testing every
-    /// cluster costs nothing that matters. NaN or infinite for costs that [`Self::check`] refuses.
+    /// t/r: the test of a cluster, in opaque triangles drawn. Where it is far below 1, testing
+    /// every cluster costs nothing that matters. NaN or infinite for costs that [`Self::check`]
+    /// refuses.
     #[must_use]
     pub const fn t_over_r(&self) -> f64 {
         self.cluster_test_ns / self.opaque_triangle_ns
     }
 
-    /// Every cost with its field's name without the unit, for tables and files; in the order of the fields.
+    /// Every cost with its field's name without the unit, for tables and files; in the order of the
+    /// fields.
     #[must_use]
     pub const fn named(&self) -> [(&'static str, f64); 8] {
         [
@@ -77,8 +79,8 @@ impl MeasuredCosts {
         }
     }
 
-    /// Whether every cost is finite, above 0 and at most [`Self::MOST_NS`]; if not, the first that is
-    /// not, in the order of the fields.
+    /// Whether every cost is finite, above 0 and at most [`Self::MOST_NS`]; if not, the first that
+    /// is not, in the order of the fields.
     ///
     /// # Errors
     /// See above.

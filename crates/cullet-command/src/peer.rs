@@ -1,5 +1,5 @@
-//! Programs beside this one, which its commands start: the baker, the lab, the viewer. They are apart so that building
-//! `cullet` stays quick.
+//! Programs beside this one, which its commands start: the baker, the lab, the viewer. They are
+//! apart so that building `cullet` stays quick.
 
 use std::ffi::{OsStr, OsString};
 use std::io::Write;
@@ -44,7 +44,8 @@ impl Peer {
         self.start(&program, args, output())
     }
 
-    /// An error where it says that it is of another version than this program, whose commands it would take for others.
+    /// An error where it says that it is of another version than this program, whose commands it
+    /// would take for others.
     fn is_of_this_version(&self, program: &Path) -> Result<(), Failure> {
         // The rest shows windows, whatever it is asked.
         let said = self.has_commands.then(|| Command::new(program).arg("--version").output());
@@ -70,8 +71,8 @@ impl Peer {
         self.run(args)
     }
 
-    /// Hands this program's own command line on, from a command on, and ends when that does. The program is built first
-    /// where it is missing and can be.
+    /// Hands this program's own command line on, from a command on, and ends when that does. The
+    /// program is built first where it is missing and can be.
     ///
     /// # Errors
     /// If it can be neither found nor built.
@@ -80,8 +81,8 @@ impl Peer {
         self.run_or_build(&handed_on(args, command, quiet), quiet)
     }
 
-    /// Runs a command of it, with what follows the command's name. The program is built first where it is missing and can
-    /// be.
+    /// Runs a command of it, with what follows the command's name. The program is built first where
+    /// it is missing and can be.
     ///
     /// # Errors
     /// If it can be neither found nor built.
@@ -190,7 +191,8 @@ struct Checkout {
 }
 
 impl Checkout {
-    /// The checkout of a program in `ROOT/.../TARGET/PROFILE/`, where the root holds the source of `cullet`.
+    /// The checkout of a program in `ROOT/.../TARGET/PROFILE/`, where the root holds the source of
+    /// `cullet`.
     fn of(exe: &Path) -> Option<Self> {
         let folder = exe.parent()?;
         let target = folder.parent()?;
@@ -291,7 +293,8 @@ mod tests {
         for (version, is_right) in [("0.0.1", false), (env!("CARGO_PKG_VERSION"), true)] {
             std::fs::write(&file, format!("#!/bin/sh\necho cullet-peer {version}\n")).unwrap();
             std::fs::set_permissions(&file, std::fs::Permissions::from_mode(0o755)).unwrap();
-            // A test beside this one may have been forked while the file was open: it cannot be run until that has ended.
+            // A test beside this one may have been forked while the file was open: it cannot be run
+            // until that has ended.
             let can_run = (0..500).any(|_| {
                 std::thread::sleep(std::time::Duration::from_millis(5));
                 Command::new(&file).output().is_ok()

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-/// Time of the processors, of all threads together, where the system tells it; elsewhere the time on the wall since the
-/// first call.
+/// Time of the processors, of all threads together, where the system tells it; elsewhere the time
+/// on the wall since the first call.
 #[must_use]
 pub fn cpu_time() -> Duration {
     #[cfg(unix)]

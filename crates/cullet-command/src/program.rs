@@ -8,7 +8,8 @@ use std::process::ExitCode;
 use crate::console;
 use crate::exit::{Exit, Outcome};
 
-/// Runs a program: watches for Ctrl-C, says why it failed, and turns a panic into a report of a fault of ours.
+/// Runs a program: watches for Ctrl-C, says why it failed, and turns a panic into a report of a
+/// fault of ours.
 pub fn run(name: &'static str, work: impl FnOnce() -> Outcome) -> ExitCode {
     std::panic::set_hook(Box::new(move |info| report_panic(name, info)));
     console::watch_interrupts();

@@ -101,8 +101,9 @@ impl Stored {
         Self::parse(&text).map(Some).map_err(fail)
     }
 
-    /// The costs in the file `named`, else those that are kept, if any are, with the file they are in. A file that the
-    /// user names must be sound; one that is only kept is passed over with a warning that says what is done without.
+    /// The costs in the file `named`, else those that are kept, if any are, with the file they are
+    /// in. A file that the user names must be sound; one that is only kept is passed over with a
+    /// warning that says what is done without.
     pub fn find(
         named: Option<&Path>,
         console: &Console,
@@ -205,8 +206,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// The file that `CULLET_COSTS` names, else that in the user's folder of settings. `None` where the
-    /// system tells no such folder.
+    /// The file that `CULLET_COSTS` names, else that in the user's folder of settings. `None` where
+    /// the system tells no such folder.
     pub fn find() -> Option<Self> {
         Self::from(|name| std::env::var_os(name), cfg!(windows))
     }

@@ -6,14 +6,14 @@ use crate::hash::QuickMap;
 use crate::result::CutReport;
 use crate::section::{Places, Segment};
 
-/// Crossing points are rounded, which can make new crossings next to them; as many times they are split
-/// again.
+/// Crossing points are rounded, which can make new crossings next to them; as many times they are
+/// split again.
 const ROUNDS: usize = 6;
 
 /// Segments that meet in their ends alone.
 pub(crate) struct Arrangement {
-    /// How much more the surface winds around the left of each than around its right, from its lower to its
-    /// higher place; and whether it divides by the even–odd rule.
+    /// How much more the surface winds around the left of each than around its right, from its
+    /// lower to its higher place; and whether it divides by the even–odd rule.
     pub(crate) segments: QuickMap<[u32; 2], (i32, bool)>,
     /// The same in the order they were found, so that results do not depend on hashes.
     pub(crate) order: Vec<[u32; 2]>,

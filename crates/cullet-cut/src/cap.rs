@@ -21,13 +21,15 @@ impl HasPosition for Corner {
     type Scalar = f64;
 
     fn position(&self) -> Point2<f64> {
-        // Doubling one axis is exact and turns no corner, but a round section becomes an ellipse: points of one
-        // circle, of which no four decide an in-circle test, are what triangulating takes longest over.
+        // Doubling one axis is exact and turns no corner, but a round section becomes an ellipse:
+        // points of one circle, of which no four decide an in-circle test, are what triangulating
+        // takes longest over.
         Point2::new(f64::from(self.flat[0]) * 2.0, f64::from(self.flat[1]))
     }
 }
 
-/// The triangles of the cap, as places, counter-clockwise seen from where the plane's normal points.
+/// The triangles of the cap, as places, counter-clockwise seen from where the plane's normal
+/// points.
 pub(crate) fn fill(
     outlines: &[Segment],
     places: &mut Places<'_>,
@@ -46,7 +48,8 @@ pub(crate) fn fill(
     };
     *report = kept;
     for (segment, chain) in &found.split {
-        // The border of the sheets runs along the chain; that of the cap must be the segment itself.
+        // The border of the sheets runs along the chain; that of the cap must be the segment
+        // itself.
         let sheets = segment.winding.max(i32::from(segment.flips));
         for w in chain[1..].windows(2) {
             for _ in 0..sheets {
@@ -139,7 +142,8 @@ fn sheets(
     Some(triangles)
 }
 
-/// A fan around one place of each connected outline: its border is the outline, whatever that is like.
+/// A fan around one place of each connected outline: its border is the outline, whatever that is
+/// like.
 fn fans(outlines: &[Segment], places: usize) -> Vec<[u32; 3]> {
     let mut hub: Vec<u32> = (0..places as u32).collect();
     fn find(hub: &mut [u32], mut of: u32) -> u32 {

@@ -18,15 +18,16 @@ pub fn box_planes(min: [f64; 3], max: [f64; 3]) -> [Plane; 6] {
     })
 }
 
-/// Cuts a mesh at a convex region of up to 32 planes whose normals point out (of any length; n·x ≤ d is
-/// inside), and keeps what is inside of all of them or outside of any, in one pass. No planes: all is
-/// inside. An empty result is a value. The rules are at the [crate](crate).
+/// Cuts a mesh at a convex region of up to 32 planes whose normals point out (of any length; n·x ≤
+/// d is inside), and keeps what is inside of all of them or outside of any, in one pass. No planes:
+/// all is inside. An empty result is a value. The rules are at the [crate](crate).
 ///
-/// Cost: O(vertices · planes + triangles), and what the caps take: a sort-like effort over the edges at
-/// the cut. Takes 8 bytes a vertex besides the result.
+/// Cost: O(vertices · planes + triangles), and what the caps take: a sort-like effort over the
+/// edges at the cut. Takes 8 bytes a vertex besides the result.
 ///
 /// # Errors
-/// If a plane is none, a vertex is not finite, an index is out of range or the attributes do not fit.
+/// If a plane is none, a vertex is not finite, an index is out of range or the attributes do not
+/// fit.
 pub fn cut(
     input: &CutInput<'_>,
     planes: &[Plane],
@@ -42,8 +43,8 @@ pub fn cut(
     })
 }
 
-/// Cuts, and gives both parts: what is inside of all planes, and what is outside of any. Each is what [`cut`]
-/// gives; the sides of the vertices are found once.
+/// Cuts, and gives both parts: what is inside of all planes, and what is outside of any. Each is
+/// what [`cut`] gives; the sides of the vertices are found once.
 ///
 /// # Errors
 /// As [`cut`].

@@ -10,8 +10,8 @@ use crate::result::{CutMesh, NO_ORIGIN};
 /// A [`Mesh`] after a cut.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CutParts {
-    /// Ready for [`Mesh::new`]: the parts that still have triangles, and after them one with the caps.
-    /// Empty if nothing is left.
+    /// Ready for [`Mesh::new`]: the parts that still have triangles, and after them one with the
+    /// caps. Empty if nothing is left.
     pub data: MeshData,
     /// Original triangle of each triangle; [`NO_ORIGIN`] in caps.
     pub origin: Vec<u32>,
@@ -19,10 +19,10 @@ pub struct CutParts {
     pub cut: CutMesh,
 }
 
-/// Cuts a mesh in its own space. The caps become a part of the material `cap_material`, opaque and, where
-/// any part is two-sided, two-sided too: a surface that is no solid may be wound either way. `attributes`
-/// are `stride` numbers for each vertex as in [`CutInput`], and come back in [`CutParts::cut`] for the
-/// vertices of [`CutParts::data`]; none is an empty slice and 0.
+/// Cuts a mesh in its own space. The caps become a part of the material `cap_material`, opaque and,
+/// where any part is two-sided, two-sided too: a surface that is no solid may be wound either way.
+/// `attributes` are `stride` numbers for each vertex as in [`CutInput`], and come back in
+/// [`CutParts::cut`] for the vertices of [`CutParts::data`]; none is an empty slice and 0.
 ///
 /// Costs [`cut`] and a copy of the index list.
 ///

@@ -46,16 +46,18 @@ pub struct CapOptions {
     /// Ends of open outlines that are at most this far apart, in units of the mesh, are joined by a
     /// straight line. 0, the default, joins nothing; infinity closes every outline.
     pub heal: f32,
-    /// Vertices that are at most this far apart, in units of the mesh, are moved to one position before
-    /// the cut, all over the mesh: seams that do not quite meet then close. 0, the default, moves none, nor
-    /// does a NaN or infinity. Takes 12 bytes a vertex more, and a look-up or eight.
+    /// Vertices that are at most this far apart, in units of the mesh, are moved to one position
+    /// before the cut, all over the mesh: seams that do not quite meet then close. 0, the default,
+    /// moves none, nor does a NaN or infinity. Takes 12 bytes a vertex more, and a look-up or
+    /// eight.
     pub weld: f32,
-    /// The attributes of a vertex of a cap, before normal and texture coordinates are written into them;
-    /// zeros where it is shorter than the stride.
+    /// The attributes of a vertex of a cap, before normal and texture coordinates are written into
+    /// them; zeros where it is shorter than the stride.
     pub template: Vec<f32>,
     /// At which attribute the three numbers of the cap's normal go.
     pub normal_at: Option<usize>,
-    /// At which attribute its two texture coordinates go: lengths along the plane, in units of the mesh.
+    /// At which attribute its two texture coordinates go: lengths along the plane, in units of the
+    /// mesh.
     pub uv_at: Option<usize>,
 }
 

@@ -7,17 +7,17 @@ use crate::hash::{QuickMap, key};
 use crate::result::{Cap, CutMesh};
 use crate::sides;
 
-/// A closed line around covered parts of a plane, or around a hole in them: counter-clockwise, seen from
-/// where the plane's normal points, around what the surface winds around once. Filling all outlines of
-/// a cap by the non-zero rule gives what it covers.
+/// A closed line around covered parts of a plane, or around a hole in them: counter-clockwise, seen
+/// from where the plane's normal points, around what the surface winds around once. Filling all
+/// outlines of a cap by the non-zero rule gives what it covers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
     /// Its points in order; the last is joined to the first.
     pub points: Vec<[f32; 3]>,
 }
 
-/// Two directions along a plane and its normal, right-handed and of unit length: the second leans towards
-/// +Y, or towards −Z where the plane is level. `None` where the plane is none.
+/// Two directions along a plane and its normal, right-handed and of unit length: the second leans
+/// towards +Y, or towards −Z where the plane is level. `None` where the plane is none.
 #[must_use]
 pub fn section_frame(plane: &Plane) -> Option<[[f64; 3]; 3]> {
     sides::prepare(&[*plane]).ok().map(|p| p[0].frame())
@@ -73,8 +73,8 @@ impl CutMesh {
         outlines
     }
 
-    /// The area of a cap, in squared units of the mesh: what is covered twice counts twice, and what is
-    /// inside out counts negative.
+    /// The area of a cap, in squared units of the mesh: what is covered twice counts twice, and
+    /// what is inside out counts negative.
     ///
     /// # Panics
     /// If the cap is of another mesh, with more triangles.

@@ -21,8 +21,8 @@ pub struct CutMesh {
     pub positions: Vec<[f32; 3]>,
     /// Attributes of the vertices, as many numbers a vertex as the input has.
     pub attributes: Vec<f32>,
-    /// Three indices a triangle: first the untouched ones in their order, then what is left of those
-    /// that were cut, by origin, then the caps.
+    /// Three indices a triangle: first the untouched ones in their order, then what is left of
+    /// those that were cut, by origin, then the caps.
     pub indices: Vec<u32>,
     /// Input triangle of each triangle; [`NO_ORIGIN`] in caps.
     pub origin: Vec<u32>,
@@ -40,8 +40,9 @@ pub struct CutMesh {
 pub struct CutReport {
     /// Triangles that were cut or touched from outside.
     pub cut_triangles: usize,
-    /// Cut triangles that were there twice and are kept once, because their copy left the surface open. Where
-    /// all of a surface is there twice nothing is dropped, and its caps are there twice too. Only with caps.
+    /// Cut triangles that were there twice and are kept once, because their copy left the surface
+    /// open. Where all of a surface is there twice nothing is dropped, and its caps are there twice
+    /// too. Only with caps.
     pub duplicates: usize,
     /// Outlines at the cut that do not close and so have no cap.
     pub open_chains: usize,
@@ -51,12 +52,14 @@ pub struct CutReport {
     pub welded: usize,
     /// Straight lines that closed an outline ([`CapOptions::heal`](crate::CapOptions::heal)).
     pub healed: usize,
-    /// Connected outlines that were filled by the even–odd rule, because triangles are wound both ways.
+    /// Connected outlines that were filled by the even–odd rule, because triangles are wound both
+    /// ways.
     pub even_odd: usize,
     /// Points where outlines cross, that is where the surface penetrates itself at the cut.
     pub crossings: usize,
     /// Edges at the cut that are the border of more than one triangle on the same side.
     pub non_manifold_edges: usize,
-    /// Planes whose outlines cross so often that their cap is a fan: closed, but folded over itself.
+    /// Planes whose outlines cross so often that their cap is a fan: closed, but folded over
+    /// itself.
     pub folded: usize,
 }

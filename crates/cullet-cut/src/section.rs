@@ -36,8 +36,8 @@ impl<'a> Places<'a> {
         }
     }
 
-    /// The place of a vertex. Points that differ only across the plane, by rounding, become one, and the
-    /// vertices that may (those that are not `old`) move there.
+    /// The place of a vertex. Points that differ only across the plane, by rounding, become one,
+    /// and the vertices that may (those that are not `old`) move there.
     pub(crate) fn add(&mut self, vertex: u32, point: [f32; 3], old: bool) -> u32 {
         if let Some(&place) = self.by_vertex.get(&vertex) {
             return place;

@@ -10,12 +10,14 @@ use crate::options::{CutError, MAX_CUT_PLANES};
 /// Units of rounding of n·p − d in f64: four products and three sums, doubled.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// A plane, scaled by a power of two so that its largest coefficient is near 1: the sign is the same.
+/// A plane, scaled by a power of two so that its largest coefficient is near 1: the sign is the
+/// same.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CutPlane {
     pub(crate) normal: [f64; 3],
     pub(crate) d: f64,
-    /// The axis of the largest coefficient: dropping it maps the plane to two dimensions one to one.
+    /// The axis of the largest coefficient: dropping it maps the plane to two dimensions one to
+    /// one.
     pub(crate) axis: usize,
     /// The coordinate along `axis` of every point of the plane, where it has one.
     level: Option<f32>,
@@ -75,8 +77,8 @@ impl CutPlane {
 
     /// Where the edge from `a` to `b` meets the plane, as the share of the way and as a point.
     ///
-    /// `a` must be the lower of the two in [`before`]'s order: then every triangle at the edge gets the
-    /// same bits.
+    /// `a` must be the lower of the two in [`before`]'s order: then every triangle at the edge gets
+    /// the same bits.
     pub(crate) fn meet(&self, a: [f32; 3], b: [f32; 3]) -> (f64, [f32; 3]) {
         let (p, q) = (a.map(f64::from), b.map(f64::from));
         let (va, vb) = (self.value(p).0, self.value(q).0);
@@ -109,8 +111,8 @@ impl CutPlane {
         [p[(self.axis + 1) % 3], p[(self.axis + 2) % 3]]
     }
 
-    /// Two directions along the plane and its normal, right-handed and of unit length: the second leans
-    /// towards +Y, or towards −Z where the plane is level.
+    /// Two directions along the plane and its normal, right-handed and of unit length: the second
+    /// leans towards +Y, or towards −Z where the plane is level.
     pub(crate) fn frame(&self) -> [[f64; 3]; 3] {
         let n = DVec3::from(self.normal).normalize();
         let up = if n.y.abs() < 0.999 { DVec3::Y } else { DVec3::NEG_Z };
@@ -124,7 +126,8 @@ impl CutPlane {
         [0, 1].map(|i| DVec3::from(frame[i]).dot(p))
     }
 
-    /// Whether counter-clockwise in [`flat`](Self::flat) coordinates is so seen from where the normal points.
+    /// Whether counter-clockwise in [`flat`](Self::flat) coordinates is so seen from where the
+    /// normal points.
     pub(crate) fn upright(&self) -> bool {
         self.normal[self.axis] > 0.0
     }

@@ -1,10 +1,10 @@
 //! The pass over the triangles, and the planes one after another on those few that they touch.
 //!
-//! Triangles that the planes leave alone are copied or dropped in one pass. The others go through the
-//! planes in order, each plane's cap with them: so the caps of several planes share the edges where they
-//! meet like any other two triangles. A triangle is dropped at the first plane that it is not inside of;
-//! one that is outside of a later plane only must stay until then, for an earlier plane may cut it, and
-//! the cap of that one would have a gap.
+//! Triangles that the planes leave alone are copied or dropped in one pass. The others go through
+//! the planes in order, each plane's cap with them: so the caps of several planes share the edges
+//! where they meet like any other two triangles. A triangle is dropped at the first plane that it
+//! is not inside of; one that is outside of a later plane only must stay until then, for an earlier
+//! plane may cut it, and the cap of that one would have a gap.
 
 use cullet::exact;
 
@@ -29,9 +29,9 @@ struct CutTriangle {
     cap: Option<u8>,
 }
 
-/// Polygon that a plane cut off, where that is kept: a corner where the triangle leaves the inside, corners
-/// outside, and the corner where it comes back. Later planes may divide the edge from the last to the
-/// first, for the other half has it too.
+/// Polygon that a plane cut off, where that is kept: a corner where the triangle leaves the inside,
+/// corners outside, and the corner where it comes back. Later planes may divide the edge from the
+/// last to the first, for the other half has it too.
 #[derive(Clone, Copy, Debug)]
 struct Removed {
     corners: [u32; 4],
@@ -67,8 +67,8 @@ struct Work<'a> {
     attributes: Vec<f32>,
     /// The new vertex of each edge that was cut, by its ends.
     cuts: QuickMap<[u32; 2], u32>,
-    /// The same by the positions of its ends, where the outside of several planes is kept: the two sides of
-    /// an edge in a plane may have vertices of their own. The latest in `cut_list`.
+    /// The same by the positions of its ends, where the outside of several planes is kept: the two
+    /// sides of an edge in a plane may have vertices of their own. The latest in `cut_list`.
     cuts_at: QuickMap<[[u32; 3]; 2], u32>,
     cut_list: Vec<CutAt>,
     walls: Vec<CutTriangle>,
@@ -201,9 +201,9 @@ impl Work<'_> {
         self.result.untouched = self.result.origin.len();
     }
 
-    /// Drops triangles that were gathered before with the same positions in the same order, if one of them
-    /// is enough to close the surface: where all of it is there twice, as are the sheets of a cap around
-    /// which it winds twice, both copies stay.
+    /// Drops triangles that were gathered before with the same positions in the same order, if one
+    /// of them is enough to close the surface: where all of it is there twice, as are the sheets of
+    /// a cap around which it winds twice, both copies stay.
     fn drop_duplicates(&mut self) {
         let positions = self.input.positions;
         let at = |v: u32| key(positions[v as usize]);
@@ -217,8 +217,8 @@ impl Work<'_> {
         if !again.contains(&true) {
             return;
         }
-        // How much oftener an edge is run along one way than the other; of those edges only that no plane
-        // rejects as a whole, for all triangles at them have been gathered.
+        // How much oftener an edge is run along one way than the other; of those edges only that no
+        // plane rejects as a whole, for all triangles at them have been gathered.
         let outside = &self.sides.outside;
         let edges = |triangle: &CutTriangle| {
             let [a, b, c] = triangle.corners;
@@ -316,8 +316,8 @@ impl Work<'_> {
         }
     }
 
-    /// Divides a triangle at a plane: what is inside stays, what is outside goes, and the edge between
-    /// them is noted.
+    /// Divides a triangle at a plane: what is inside stays, what is outside goes, and the edge
+    /// between them is noted.
     fn split(&mut self, triangle: CutTriangle, number: usize, plane: &CutPlane, new: &[i8]) {
         let count = self.input.positions.len();
         let corners = triangle.corners;
@@ -544,10 +544,11 @@ impl Work<'_> {
         triangles
     }
 
-    /// Appends the vertices at which planes after this one divided an edge of both halves, in order.
+    /// Appends the vertices at which planes after this one divided an edge of both halves, in
+    /// order.
     ///
-    /// The divisions of the edge are repeated: looked up by its positions alone, it might be taken for one that
-    /// came to lie there later, by rounding.
+    /// The divisions of the edge are repeated: looked up by its positions alone, it might be taken
+    /// for one that came to lie there later, by rounding.
     fn divide(&mut self, from: u32, to: u32, after: u8, rim: &mut Vec<u32>) {
         for number in usize::from(after) + 1..self.planes.len() {
             let plane = &self.planes[number];

@@ -2,10 +2,11 @@
 
 use crate::hash::QuickMap;
 
-/// Returns for each vertex the one that it is welded to: the nearest of those before it that stayed where they were and
-/// are at most `tolerance` away (Euclidean, in units of the mesh), or itself where none is. So no vertex moves further
-/// than the tolerance, and those that stay are further apart. With a tolerance of 0, below 0 or not finite it is
-/// [`weld`](cullet::mesh::weld). Vertices that are not finite stay.
+/// Returns for each vertex the one that it is welded to: the nearest of those before it that stayed
+/// where they were and are at most `tolerance` away (Euclidean, in units of the mesh), or itself
+/// where none is. So no vertex moves further than the tolerance, and those that stay are further
+/// apart. With a tolerance of 0, below 0 or not finite it is [`weld`](cullet::mesh::weld). Vertices
+/// that are not finite stay.
 ///
 /// Expected O(n), with some 40 bytes a vertex that stays on top of the result.
 pub(crate) fn weld_within(positions: &[[f32; 3]], tolerance: f32) -> Vec<u32> {
@@ -13,8 +14,9 @@ pub(crate) fn weld_within(positions: &[[f32; 3]], tolerance: f32) -> Vec<u32> {
         return cullet::mesh::weld(positions);
     }
     let reach = f64::from(tolerance);
-    // Cells are as wide as two tolerances, so what is near lies in the cell or in the next one on the side that the
-    // point is on. Those that stay are further apart than the tolerance, so a cell has few.
+    // Cells are as wide as two tolerances, so what is near lies in the cell or in the next one on
+    // the side that the point is on. Those that stay are further apart than the tolerance, so a
+    // cell has few.
     let size = reach * 2.0;
     let mut cells: QuickMap<[u64; 3], u32> = QuickMap::default();
     // The vertices that stay, each with the one before it in its cell.

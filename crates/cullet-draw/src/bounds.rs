@@ -36,18 +36,19 @@ pub(crate) struct ScreenBounds {
     pub(crate) rect: Rect,
     /// No sample of it is nearer than this inner depth.
     pub(crate) nearest: f64,
-    /// Grows with the distance from the eye: for drawing front to back, so its rounding is no matter.
+    /// Grows with the distance from the eye: for drawing front to back, so its rounding is no
+    /// matter.
     pub(crate) distance: f64,
 }
 
-/// Bound on the rounding error of a coordinate as a share of all its terms, with ample room: a vertex is
-/// four products and three sums, so a handful of units of 1.1e-16.
+/// Bound on the rounding error of a coordinate as a share of all its terms, with ample room: a
+/// vertex is four products and three sums, so a handful of units of 1.1e-16.
 const SLACK: f64 = 1e-12;
 
 /// Bounds of the samples that the triangles in a box may cover; `None` where they cover none.
 ///
-/// A box is outside a half-space a·x ≥ 0 of clip space where its centre is farther out than its reach.
-/// One with a corner beside or behind the eye has no rectangle, so it gets the whole screen.
+/// A box is outside a half-space a·x ≥ 0 of clip space where its centre is farther out than its
+/// reach. One with a corner beside or behind the eye has no rectangle, so it gets the whole screen.
 pub(crate) fn screen_bounds(
     lens: &Lens,
     object: &ObjectLens,

@@ -17,14 +17,14 @@ pub enum ClipPlace {
     Clip,
 }
 
-/// Draws as [`render_ref`](crate::render_ref) does, but with triangles that are really clipped and cut into
-/// fans, in one place of the pipeline or the other.
+/// Draws as [`render_ref`](crate::render_ref) does, but with triangles that are really clipped and
+/// cut into fans, in one place of the pipeline or the other.
 ///
-/// The frame is that of the renderer, which clips nothing, but for rounding: a cut moves an edge, and the
-/// depth on it, by some 1e-16 of its size, so a sample that lies on an edge to that precision, or as near
-/// one surface as another, may go to the other side. Neighbours are cut alike, so no sample falls between
-/// them. In clip space the corners that are not cut are those of the renderer, bit for bit; in the world they
-/// are rounded once more.
+/// The frame is that of the renderer, which clips nothing, but for rounding: a cut moves an edge,
+/// and the depth on it, by some 1e-16 of its size, so a sample that lies on an edge to that
+/// precision, or as near one surface as another, may go to the other side. Neighbours are cut
+/// alike, so no sample falls between them. In clip space the corners that are not cut are those of
+/// the renderer, bit for bit; in the world they are rounded once more.
 ///
 /// Cost: that of [`render_ref`](crate::render_ref), some nanoseconds a triangle and pixel.
 #[must_use]
@@ -38,7 +38,8 @@ pub fn render_clipped(
     let lens = Lens::new(view);
     let frustum = Region::<f64, 3>::from(&view.frustum());
     let volume = space::full::<f64>(view.depth());
-    // The renderer's depths point away from the eye in every view; the clip volume is that of the view.
+    // The renderer's depths point away from the eye in every view; the clip volume is that of the
+    // view.
     let turned = |[x, y, z, w]: Clip| match view.depth() {
         Depth::Standard => [x, y, z, w],
         Depth::Reversed => [x, y, -z, w],

@@ -1,9 +1,11 @@
-//! Scenes cut open in the picture: which depths of a line of sight are drawn, and which meshes have cut faces there.
+//! Scenes cut open in the picture: which depths of a line of sight are drawn, and which meshes have
+//! cut faces there.
 //!
-//! A plane of the world is one of clip space, so along the line of sight through a sample it bounds the depth. What lies
-//! outside of the part that is kept is not drawn. A closed mesh winds around each point within it: where the line of sight
-//! enters the part that is kept, as many of its surfaces lie beyond that face away as face the eye, and one more if
-//! that point is inside. There the mesh has a cut face, with the depth of the plane.
+//! A plane of the world is one of clip space, so along the line of sight through a sample it bounds
+//! the depth. What lies outside of the part that is kept is not drawn. A closed mesh winds around
+//! each point within it: where the line of sight enters the part that is kept, as many of its
+//! surfaces lie beyond that face away as face the eye, and one more if that point is inside. There
+//! the mesh has a cut face, with the depth of the plane.
 
 use cullet::bounds::Side;
 use cullet::{Mesh, Scene, View};
@@ -30,7 +32,8 @@ pub(crate) struct Cut {
     pub(crate) hollow: Option<[f64; 3]>,
 }
 
-/// Numbers of cut faces, in place of those of triangles: for the plane 0 the greatest number, and down from there.
+/// Numbers of cut faces, in place of those of triangles: for the plane 0 the greatest number, and
+/// down from there.
 pub(crate) fn cut_face(slot: u32, plane: usize) -> PixelId {
     PixelId { slot, triangle: !(plane as u32) }
 }
@@ -58,7 +61,8 @@ impl Closed {
         closed.then_some(if topology.misoriented_edges > 0 { Self::Crossed } else { Self::Wound })
     }
 
-    /// Whether a point is inside, of which this many more surfaces that face away than others lie beyond.
+    /// Whether a point is inside, of which this many more surfaces that face away than others lie
+    /// beyond.
     pub(crate) fn holds(self, winding: i32) -> bool {
         match self {
             Self::Wound => winding != 0,
@@ -73,7 +77,8 @@ impl Closed {
         let mut winding = 0;
         for t in 0..mesh.triangle_count() {
             let [a, b, c] = mesh.corners(t).map(|c| DVec3::from(c.map(f64::from)) - p);
-            // Twice the volumes between the line and the edges: of one sign where it goes through the triangle.
+            // Twice the volumes between the line and the edges: of one sign where it goes through
+            // the triangle.
             let sides = [along.dot(a.cross(b)), along.dot(b.cross(c)), along.dot(c.cross(a))];
             let through = sides.iter().all(|v| *v > 0.0) || sides.iter().all(|v| *v < 0.0);
             let normal = (b - a).cross(c - a);
@@ -125,11 +130,13 @@ pub(crate) struct CutLens<'a> {
     pub(crate) closed: &'a (dyn Fn(u32) -> Option<Closed> + Sync),
 }
 
-/// Surfaces so near to a plane, as a share of their depth, lie in it: they are drawn if what they bound is kept.
+/// Surfaces so near to a plane, as a share of their depth, lie in it: they are drawn if what they
+/// bound is kept.
 const SLACK: f64 = 1e-6;
 
 impl CutLens<'_> {
-    /// The depths between which the line of sight through a sample is inside of all planes, and the plane at each end.
+    /// The depths between which the line of sight through a sample is inside of all planes, and the
+    /// plane at each end.
     fn inside(&self, [column, row]: [u32; 2]) -> [(f64, usize); 2] {
         let [x, y] = self.samples.at(column, row);
         let (mut low, mut high) = ((f64::NEG_INFINITY, 0), (f64::INFINITY, 0));
@@ -148,7 +155,8 @@ impl CutLens<'_> {
         [low, high]
     }
 
-    /// A surface in a plane goes with what it bounds: one that faces the eye with what is beyond it.
+    /// A surface in a plane goes with what it bounds: one that faces the eye with what is beyond
+    /// it.
     pub(crate) fn beside(depth: f64, front: bool) -> f64 {
         let slack = SLACK * depth.abs();
         if front { depth + slack } else { depth - slack }
@@ -161,8 +169,8 @@ impl CutLens<'_> {
         (low.0 <= depth && depth <= high.0) != self.outside
     }
 
-    /// Depth at which the line of sight through a sample enters the part that is kept, and at which plane; `None` where
-    /// it begins there, or never does.
+    /// Depth at which the line of sight through a sample enters the part that is kept, and at which
+    /// plane; `None` where it begins there, or never does.
     pub(crate) fn entry(&self, sample: [u32; 2]) -> Option<(f64, usize)> {
         let [low, high] = self.inside(sample);
         let entry = if self.outside { high } else { low };
@@ -170,7 +178,8 @@ impl CutLens<'_> {
     }
 }
 
-/// Draws what is kept of a scene, with the [cut faces](cut_face) of closed meshes. Blended triangles are not drawn.
+/// Draws what is kept of a scene, with the [cut faces](cut_face) of closed meshes. Blended
+/// triangles are not drawn.
 pub(crate) fn render_cut(scene: &Scene, view: &View, cut: &Cut, options: &RenderOptions) -> Frame {
     let stage = Stage::new(scene);
     let (lens, samples) = (Lens::new(view), frame_samples(view, options));
@@ -371,7 +380,8 @@ mod tests {
         let sides = planes.map(|n| HalfSpace::new(n, 0.0).unwrap());
         let cut = Cut { region: Region::new(sides).unwrap(), outside: true, hollow: None };
         let frame = drawn(&scene([cube()]), &cut);
-        // Lines of sight go away from the axis, so that only the face in z = 0 is seen of the three.
+        // Lines of sight go away from the axis, so that only the face in z = 0 is seen of the
+        // three.
         assert_eq!(frame.id(52, 47), cut_face(0, 2));
         assert!((distance(&frame, 52, 47) - 10.0).abs() < 1e-9);
         assert!(frame.id(47, 47).triangle < 12 && frame.id(52, 52).triangle < 12);

@@ -28,8 +28,8 @@ impl PixelId {
 pub enum Selection<'a> {
     /// All of them: no culling but each part's declared sidedness.
     All,
-    /// The triangles that a culler left; its output must be [`cullet::Output::Triangles`]. Slots and
-    /// triangles that do not exist are skipped.
+    /// The triangles that a culler left; its output must be [`cullet::Output::Triangles`]. Slots
+    /// and triangles that do not exist are skipped.
     Visible(&'a Visible),
 }
 
@@ -38,11 +38,11 @@ pub enum Selection<'a> {
 pub struct RenderOptions {
     /// How many threads; 0 is those of the pool that the call runs in. The frame is the same.
     pub threads: usize,
-    /// Where in its pixel the sample lies, from the top left corner: 0.5, 0.5 is the centre. Clamped
-    /// to 0..1; NaN is the centre.
+    /// Where in its pixel the sample lies, from the top left corner: 0.5, 0.5 is the centre.
+    /// Clamped to 0..1; NaN is the centre.
     pub jitter: [f64; 2],
-    /// Count the fragments of every pixel, hidden ones too: then nothing can be skipped, so it costs
-    /// several times as much where much is hidden.
+    /// Count the fragments of every pixel, hidden ones too: then nothing can be skipped, so it
+    /// costs several times as much where much is hidden.
     pub count_layers: bool,
     /// The frame is this many times wider and higher than the view's viewport; 0 is 1. For smooth
     /// pictures. The frame is at most 65 536 pixels wide or high: a larger scale is lowered.
@@ -58,8 +58,8 @@ impl Default for RenderOptions {
 /// Counts of a frame. All but `covered_pixels` are 0 unless [`RenderOptions::count_layers`] is set.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameStats {
-    /// Samples that some triangle covered within the depth range, before any depth test; each counts
-    /// once for every such triangle, blended and masked ones included.
+    /// Samples that some triangle covered within the depth range, before any depth test; each
+    /// counts once for every such triangle, blended and masked ones included.
     pub fragments: u64,
     /// Pixels that an opaque triangle owns.
     pub covered_pixels: u64,
@@ -78,10 +78,11 @@ pub struct Frame {
     pub height: u32,
     /// The owner of each pixel, row by row from the top; [`PixelId::NONE`] where there is nothing.
     pub ids: Vec<PixelId>,
-    /// The owner's depth in normalised device coordinates; the far value (1, or 0 in a reversed view)
-    /// where there is nothing.
+    /// The owner's depth in normalised device coordinates; the far value (1, or 0 in a reversed
+    /// view) where there is nothing.
     pub depth: Vec<f64>,
-    /// Blended and masked triangles of which a sample is not behind what is opaque; sorted, each once.
+    /// Blended and masked triangles of which a sample is not behind what is opaque; sorted, each
+    /// once.
     pub blended: Vec<PixelId>,
     /// For each of `blended`, the first pixel where that is so, by row and then column.
     pub blended_at: Vec<[u32; 2]>,
@@ -92,8 +93,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The visible set S at this resolution: the owners of pixels and the blended triangles; sorted,
-    /// each once. Costs a sort of the owners that differ from their left neighbour.
+    /// The visible set S at this resolution: the owners of pixels and the blended triangles;
+    /// sorted, each once. Costs a sort of the owners that differ from their left neighbour.
     #[must_use]
     pub fn visible(&self) -> Vec<PixelId> {
         let mut keys = Vec::new();

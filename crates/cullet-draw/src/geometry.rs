@@ -1,5 +1,5 @@
-//! Coverage and depth of a triangle at a sample: the definitions that the tiled renderer and its slow
-//! twin share, so that they agree bit for bit.
+//! Coverage and depth of a triangle at a sample: the definitions that the tiled renderer and its
+//! slow twin share, so that they agree bit for bit.
 //!
 //! A triangle is drawn by the edge functions of its homogeneous corners (Olano & Greer, *Triangle
 //! Scan Conversion Using 2D Homogeneous Coordinates*, 1997). Nothing is clipped and no vertex is
@@ -119,8 +119,8 @@ impl ObjectLens {
     }
 }
 
-/// Whether a transform maps space to a line or a point: nothing under it has an area. Exact, because a
-/// product of two f32 numbers is exact in f64.
+/// Whether a transform maps space to a line or a point: nothing under it has an area. Exact,
+/// because a product of two f32 numbers is exact in f64.
 pub(crate) fn is_flat(transform: &Transform) -> bool {
     let [x, y, z] = transform.linear.map(|c| c.map(f64::from));
     [(x, y), (y, z), (z, x)].into_iter().all(|(a, b)| cross(a, b) == [0.0; 3])
@@ -138,8 +138,8 @@ pub(crate) fn has_area(corners: [[f32; 3]; 3]) -> bool {
 /// A triangle ready to be tested at samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
-    /// Edge function i at a sample (X, Y) is x·X + (y·Y + w): positive inside. It belongs to the edge
-    /// opposite to corner i.
+    /// Edge function i at a sample (X, Y) is x·X + (y·Y + w): positive inside. It belongs to the
+    /// edge opposite to corner i.
     pub(crate) edges: [[f64; 3]; 3],
     /// The least value of each edge function that counts as inside: 0 where the edge is a top or a
     /// left one and so owns the samples exactly on it, else the smallest number above 0.
@@ -158,8 +158,8 @@ impl Surface {
     /// where the eye sees it edge-on, or a coordinate is not finite.
     #[inline]
     pub(crate) fn new(corners: [Clip; 3]) -> Option<(Self, bool)> {
-        // One order of corners for a triangle, however it is wound and wherever it starts: neighbours
-        // then evaluate a shared edge alike, and duplicates tie in depth, bit for bit.
+        // One order of corners for a triangle, however it is wound and wherever it starts:
+        // neighbours then evaluate a shared edge alike, and duplicates tie in depth, bit for bit.
         let [mut a, mut b, mut c] = corners;
         let mut even = true;
         let mut sort = |p: &mut Clip, q: &mut Clip| {
@@ -172,7 +172,8 @@ impl Surface {
         sort(&mut b, &mut c);
         sort(&mut a, &mut b);
         let [bc, ac, ab] = [edge(&b, &c), edge(&a, &c), edge(&a, &b)];
-        // The 3×3 determinant of (x, y, w): its sign is the winding on the screen, for any signs of w.
+        // The 3×3 determinant of (x, y, w): its sign is the winding on the screen, for any signs of
+        // w.
         let determinant = a[0] * bc[0] + a[1] * bc[1] + a[3] * bc[2];
         // NaN and infinity end here too.
         if !(determinant.abs() > 0.0 && determinant.is_finite()) {
@@ -204,17 +205,17 @@ impl Surface {
         e[0] >= self.least[0] && e[1] >= self.least[1] && e[2] >= self.least[2]
     }
 
-    /// The depth z/w at a sample with these edge functions. They are the weights of the corners, none
-    /// negative where the sample is covered, so the depth stays between those of corners in front of
-    /// the eye.
+    /// The depth z/w at a sample with these edge functions. They are the weights of the corners,
+    /// none negative where the sample is covered, so the depth stays between those of corners in
+    /// front of the eye.
     #[inline]
     pub(crate) fn depth(&self, e: [f64; 3]) -> f64 {
         (e[0] * self.z[0] + e[1] * self.z[1] + e[2] * self.z[2])
             / (e[0] * self.w[0] + e[1] * self.w[1] + e[2] * self.w[2])
     }
 
-    /// Whether no sample within these bounds is covered. Exact: floating-point rounding is monotone,
-    /// so an edge function is largest at one corner of the bounds as computed, too.
+    /// Whether no sample within these bounds is covered. Exact: floating-point rounding is
+    /// monotone, so an edge function is largest at one corner of the bounds as computed, too.
     #[inline]
     pub(crate) fn misses(&self, low: [f64; 2], high: [f64; 2]) -> bool {
         self.edges.iter().zip(self.least).any(|(e, least)| {
@@ -230,8 +231,8 @@ impl Surface {
         if !self.w.iter().all(|&w| w > 0.0) {
             return f64::NEG_INFINITY;
         }
-        // A weighted mean of the corners' depths, as computed, may lie outside of their range by a few units of
-        // 1.1e-16 of the largest.
+        // A weighted mean of the corners' depths, as computed, may lie outside of their range by a
+        // few units of 1.1e-16 of the largest.
         let d: [f64; 3] = std::array::from_fn(|i| self.z[i] / self.w[i]);
         let size = d[0].abs().max(d[1].abs()).max(d[2].abs());
         d[0].min(d[1]).min(d[2]) - 1e-14 * size

@@ -11,18 +11,21 @@ use crate::prepare;
 use crate::render::{in_pool, render_stage};
 use crate::verify::{FalseCull, Verification, VerifyOptions, lost_triangles, verify};
 
-/// Result of a verification with levels of detail. Nothing visible was lost if neither list of false culls has anything.
+/// Result of a verification with levels of detail. Nothing visible was lost if neither list of
+/// false culls has anything.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LevelsVerification {
     /// All stages but the levels against the picture of everything in full, as [`verify`] does.
     pub full: Verification,
-    /// All stages against the picture of everything at its level, and of hidden instances in full: `frame` is that,
-    /// `culled_frame` what is left, `visible` and `seen` are of triangles of levels.
+    /// All stages against the picture of everything at its level, and of hidden instances in full:
+    /// `frame` is that, `culled_frame` what is left, `visible` and `seen` are of triangles of
+    /// levels.
     ///
-    /// False culls are what no level excuses: an instance that was dropped as a whole and is seen in full, one that was
-    /// dropped as hidden and shows between what is drawn, and triangles of levels that were dropped for being hidden,
-    /// outside, facing away or without area. What was dropped for the cell of the eye and shows where a wall is coarse is
-    /// no false cull: it is counted in [`LevelPixels::uncovered`].
+    /// False culls are what no level excuses: an instance that was dropped as a whole and is seen
+    /// in full, one that was dropped as hidden and shows between what is drawn, and triangles of
+    /// levels that were dropped for being hidden, outside, facing away or without area. What was
+    /// dropped for the cell of the eye and shows where a wall is coarse is no false cull: it is
+    /// counted in [`LevelPixels::uncovered`].
     pub levels: Verification,
     /// Triangles of every instance that levels alone draw, without any other stage.
     pub cut: Visible,
@@ -40,7 +43,8 @@ pub struct LevelPixels {
     /// The `differ` pixels where only one of the two pictures shows anything: the silhouette before
     /// the background.
     pub silhouette: u64,
-    /// Pixels where levels show something that was dropped as too small, or out of reach of the eye's cell.
+    /// Pixels where levels show something that was dropped as too small, or out of reach of the
+    /// eye's cell.
     pub uncovered: u64,
 }
 
@@ -57,9 +61,9 @@ impl LevelPixels {
     }
 }
 
-/// Culls with levels of detail and without, draws four frames, and compares; see [`LevelsVerification`]. The culler returns
-/// triangles, reasons and drops, whatever its settings say of those. The states are those of the two cullers: without
-/// levels, and with.
+/// Culls with levels of detail and without, draws four frames, and compares; see
+/// [`LevelsVerification`]. The culler returns triangles, reasons and drops, whatever its settings
+/// say of those. The states are those of the two cullers: without levels, and with.
 ///
 /// How far what is drawn is from the original is another question, which no picture answers.
 ///
@@ -81,7 +85,8 @@ pub fn verify_levels<'a>(
     world.cull(&culler, view, state, &mut result);
     let mut alone = culler.only(Stage::Lod);
     if let Some((lod, pixels)) = alone.lod.as_mut().zip(result.lod_pixels) {
-        // A budget counts what the other stages leave: without them it would come to another threshold.
+        // A budget counts what the other stages leave: without them it would come to another
+        // threshold.
         (lod.pixels, lod.triangles) = (pixels, None);
     }
     if let Some(lod) = &mut alone.lod {
@@ -130,8 +135,8 @@ fn compare(
     LevelsVerification { full, levels, cut, pixels }
 }
 
-/// Returns `cut` with the whole mesh of each instance that was dropped as hidden at once: its box was, and a level may
-/// reach out of that by its error.
+/// Returns `cut` with the whole mesh of each instance that was dropped as hidden at once: its box
+/// was, and a level may reach out of that by its error.
 fn with_hidden_in_full(scene: &Scene, cut: &Visible, result: &Visible) -> Visible {
     let mut out = cut.clone();
     out.triangles.clear();
@@ -152,7 +157,8 @@ fn with_hidden_in_full(scene: &Scene, cut: &Visible, result: &Visible) -> Visibl
     out
 }
 
-/// Instances that were dropped at once beside the levels and not without them, though they are seen in full.
+/// Instances that were dropped at once beside the levels and not without them, though they are seen
+/// in full.
 fn dropped_though_seen(full: &Verification, result: &Visible, places: &Places) -> Vec<FalseCull> {
     let mut false_culls = Vec::new();
     for own in full.seen.chunk_by(|a, b| a.slot == b.slot) {
@@ -244,7 +250,8 @@ mod tests {
         let wall =
             scene.add_mesh(cullet_testkit::meshes::block([-2.0, -2.0, 0.0], [2.0, 2.0, 0.1]));
         scene.add(Instance::new(wall, Transform::from_translation([-3.0, 0.0, 3.0]))).unwrap();
-        // A ball around all of a row, said to be nearer to it than it is: only who is drawn matters here.
+        // A ball around all of a row, said to be nearer to it than it is: only who is drawn matters
+        // here.
         let row = Balls::new(&[16, 9, 4], 0.2).add_to(&mut scene);
         for (k, row_of) in balls.chunks(6).enumerate() {
             let at =

@@ -1,5 +1,5 @@
-//! The reference renderer of `cullet`: the exact visible set, the proof that culling lost nothing of
-//! it, and pictures.
+//! The reference renderer of `cullet`: the exact visible set, the proof that culling lost nothing
+//! of it, and pictures.
 //!
 //! ```
 //! use cullet::{Camera, Depth, Instance, Mesh, MeshData, Projection, Scene, Transform, View};
@@ -24,29 +24,32 @@
 //!
 //! # What a frame is
 //!
-//! All is f64. A vertex in clip space is the view's matrix times the transform, both in f64, times the
-//! f32 vertex; nothing is snapped, and no clipping moves an edge. A pixel has one sample. A triangle
-//! covers it where its three homogeneous edge functions are positive, or zero on a top or left edge, and
-//! where its depth is within 0..1; an edge is evaluated in one order of its vertices, so that two
-//! triangles that share it agree bit for bit, and each sample on it belongs to just one of them. The
-//! nearest triangle owns the pixel; of equally near ones, that with the lowest slot and then the lowest
-//! original triangle. One-sided parts are drawn from their front alone, as the view and the transform
-//! (mirrored ones too) define it. Blended and masked triangles hide nothing: they are tested against
-//! the opaque ones, and each that is not behind them somewhere is in [`Frame::blended`].
+//! All is f64. A vertex in clip space is the view's matrix times the transform, both in f64, times
+//! the f32 vertex; nothing is snapped, and no clipping moves an edge. A pixel has one sample. A
+//! triangle covers it where its three homogeneous edge functions are positive, or zero on a top or
+//! left edge, and where its depth is within 0..1; an edge is evaluated in one order of its
+//! vertices, so that two triangles that share it agree bit for bit, and each sample on it belongs
+//! to just one of them. The nearest triangle owns the pixel; of equally near ones, that with the
+//! lowest slot and then the lowest original triangle. One-sided parts are drawn from their front
+//! alone, as the view and the transform (mirrored ones too) define it. Blended and masked triangles
+//! hide nothing: they are tested against the opaque ones, and each that is not behind them
+//! somewhere is in [`Frame::blended`].
 //!
-//! The result depends on neither the order of drawing, nor the number of threads, nor on what is skipped
-//! because it is hidden or off the screen; [`render_ref`], which skips nothing, returns the same frame.
-//! None of the engine's cullers takes part in it.
+//! The result depends on neither the order of drawing, nor the number of threads, nor on what is
+//! skipped because it is hidden or off the screen; [`render_ref`], which skips nothing, returns the
+//! same frame. None of the engine's cullers takes part in it.
 //!
 //! # The proof
 //!
-//! [`verify`] draws a view with and without culling and compares the owners of all pixels, then looks
-//! for dropped instances at N × N jittered samples a pixel.
+//! [`verify`] draws a view with and without culling and compares the owners of all pixels, then
+//! looks for dropped instances at N × N jittered samples a pixel.
 //!
-//! With levels of detail the picture may differ; [`verify_levels`] tells what they excuse from what they do not.
+//! With levels of detail the picture may differ; [`verify_levels`] tells what they excuse from what
+//! they do not.
 //!
-//! Of what is hidden there are two judges besides, for boxes of any kind: [`sampled_boxes`] looks at
-//! samples, and so can only say what is visible; a [`Prover`] says what is hidden, between the samples too.
+//! Of what is hidden there are two judges besides, for boxes of any kind: [`sampled_boxes`] looks
+//! at samples, and so can only say what is visible; a [`Prover`] says what is hidden, between the
+//! samples too.
 #![forbid(unsafe_code)]
 
 mod bounds;

@@ -1,4 +1,5 @@
-//! How far what is drawn is from the original, in pixels: found by points and distances, without the errors that levels state.
+//! How far what is drawn is from the original, in pixels: found by points and distances, without
+//! the errors that levels state.
 
 use crate::ImpostorJudge;
 use crate::surface::{SHARE_ABOVE, SurfaceTree, surface_points};
@@ -24,11 +25,13 @@ pub struct Measured {
     pub instances: [u64; 2],
 }
 
-/// The most that any point may be off, in thresholds: between the points that a bake measured there are others.
+/// The most that any point may be off, in thresholds: between the points that a bake measured there
+/// are others.
 pub const MOST_EXCESS: f64 = 1.2;
 
 impl Measured {
-    /// Whether a threshold is kept: by 99.9 % of the points, and by all of them to [`MOST_EXCESS`] of it. NaN is not kept.
+    /// Whether a threshold is kept: by 99.9 % of the points, and by all of them to [`MOST_EXCESS`]
+    /// of it. NaN is not kept.
     #[must_use]
     pub fn keeps(&self, pixels: f64) -> bool {
         let rounding = 1.0 + 1e-6;
@@ -51,12 +54,13 @@ const LEAST_POINTS: usize = 500;
 const MOST_POINTS: usize = 100_000;
 
 impl Meter {
-    /// Measures the instances of which `drawn` has something at a level, by all the triangles that `cut` chose for them:
-    /// what other stages dropped of an instance leaves no hole that counts.
+    /// Measures the instances of which `drawn` has something at a level, by all the triangles that
+    /// `cut` chose for them: what other stages dropped of an instance leaves no hole that counts.
     ///
-    /// Both ways: from random points and vertices of the original to the nearest triangle that was chosen, and from those back.
-    /// Distances are in the world, and a pixel is as large as where the point is: an angle, at the image's centre,
-    /// or with [`Lod::at_corners`] the smaller one of where the point is in the image.
+    /// Both ways: from random points and vertices of the original to the nearest triangle that was
+    /// chosen, and from those back. Distances are in the world, and a pixel is as large as where
+    /// the point is: an angle, at the image's centre, or with [`Lod::at_corners`] the smaller one
+    /// of where the point is in the image.
     #[must_use]
     pub fn measure(
         &self,
@@ -128,7 +132,8 @@ struct Pixels {
     scale: PixelScale,
     /// Towards the viewer, where lines of sight are parallel.
     back: DVec3,
-    /// The direction of the image's centre, and how much smaller than there a pixel is at most, if that counts.
+    /// The direction of the image's centre, and how much smaller than there a pixel is at most, if
+    /// that counts.
     ahead: Option<(DVec3, f64)>,
 }
 
@@ -164,7 +169,8 @@ struct Task<'a> {
     seed: u64,
 }
 
-/// A surface in directions and lengths of the world, around the instance's place: f32 is fine there.
+/// A surface in directions and lengths of the world, around the instance's place: f32 is fine
+/// there.
 struct Surface {
     positions: Vec<[f32; 3]>,
     indices: Vec<u32>,
@@ -341,7 +347,8 @@ mod tests {
             assert_eq!(kept.instances[0], kept.instances[1]);
             assert!(kept.max_px <= pixels * (1.0 + 1e-4), "{pixels}: {kept:?}");
             assert!(kept.p999_px <= kept.max_px && kept.points > 20_000, "{kept:?}");
-            // They are not drawn much finer than is needed either: a level has a quarter of the triangles of the one before.
+            // They are not drawn much finer than is needed either: a level has a quarter of the
+            // triangles of the one before.
             assert!(kept.max_px > pixels * 0.2, "{pixels}: {kept:?}");
             let broken = measured(0.2, lod, &view);
             assert!(broken.max_px > pixels * 1.2 && broken.worst.is_some(), "{pixels}: {broken:?}");

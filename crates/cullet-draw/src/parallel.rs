@@ -1,7 +1,8 @@
 //! Work on the threads of the caller's pool.
 //!
-//! All of it runs through one loop that is compiled once: each chain of parallel iterators would be compiled anew, at some
-//! 2,000 lines of code. Results are in order, and do not depend on the number of threads.
+//! All of it runs through one loop that is compiled once: each chain of parallel iterators would be
+//! compiled anew, at some 2,000 lines of code. Results are in order, and do not depend on the
+//! number of threads.
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -13,7 +14,8 @@ pub(crate) fn each(count: usize, work: &(dyn Fn(usize) + Sync)) {
     (0..count).into_par_iter().for_each(work);
 }
 
-/// Calls `work` with the index and the items of each chunk of `size` items; the last may be shorter. 0 is 1.
+/// Calls `work` with the index and the items of each chunk of `size` items; the last may be
+/// shorter. 0 is 1.
 pub(crate) fn for_each_chunk<T: Send>(
     items: &mut [T],
     size: usize,

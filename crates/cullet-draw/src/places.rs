@@ -5,7 +5,8 @@ use cullet::{Scene, Simd, View, Visible, draw::TriangleRange};
 
 use crate::sort;
 
-/// For each slot of a scene the slot that is drawn in its place: that of who stands for it in a visible set, or its own.
+/// For each slot of a scene the slot that is drawn in its place: that of who stands for it in a
+/// visible set, or its own.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Places {
     /// Empty where nobody stands for anybody.

@@ -105,7 +105,8 @@ impl<'a> Stage<'a> {
         !self.scene.is_removed(slot) && transform.is_finite() && !is_flat(transform)
     }
 
-    /// Whether an instance that is in a visible set is drawn: one that stands for others is in no layer of its own.
+    /// Whether an instance that is in a visible set is drawn: one that stands for others is in no
+    /// layer of its own.
     fn is_listed(&self, slot: u32, layers: u32) -> bool {
         slot < self.scene.slot_count()
             && (self.is_drawn(slot, layers) || self.scene.is_stand_in(slot) && self.has_place(slot))

@@ -9,8 +9,8 @@ use crate::prepare::part_of;
 use crate::render::frame_samples;
 use crate::sample::Samples;
 
-/// Draws as [`render`](crate::render) does, by a plain loop over all triangles and all pixels: no tiles, no
-/// rejects, no threads. The oracle of its tests; the frame is the same, bit for bit.
+/// Draws as [`render`](crate::render) does, by a plain loop over all triangles and all pixels: no
+/// tiles, no rejects, no threads. The oracle of its tests; the frame is the same, bit for bit.
 ///
 /// Cost: some nanoseconds a triangle and pixel, so keep to small scenes.
 #[must_use]
@@ -23,8 +23,8 @@ pub fn render_ref(
     render_samples(scene, view, selection, &frame_samples(view, options), options.count_layers)
 }
 
-/// Splits a triangle into those that are drawn in its place. Arguments: its slot, its corners in the mesh
-/// and in clip space, and the list that takes the new triangles.
+/// Splits a triangle into those that are drawn in its place. Arguments: its slot, its corners in
+/// the mesh and in clip space, and the list that takes the new triangles.
 pub(crate) type Split<'a> = &'a mut dyn FnMut(u32, &[[f32; 3]; 3], &[Clip; 3], &mut Vec<[Clip; 3]>);
 
 pub(crate) fn render_samples(

@@ -15,8 +15,8 @@ use crate::tile::{Draw, Sprite, TILE, Tile};
 
 /// Triangles in the first batch: few, so that what is near hides the rest early.
 const FIRST_BATCH: u32 = 8 << 10;
-/// Triangles in a batch at the most: what is drawn later sees what was drawn before, and the memory of
-/// a batch stays near the caches.
+/// Triangles in a batch at the most: what is drawn later sees what was drawn before, and the memory
+/// of a batch stays near the caches.
 const LAST_BATCH: u32 = 64 << 10;
 /// Triangles that one task sets up.
 const TASK: u32 = 1 << 10;
@@ -26,10 +26,10 @@ const MAX_SIDE: u32 = 65_536;
 /// Draws a scene as a view sees it, with no culling but each part's sidedness and the selection.
 ///
 /// Exact to the letter, in f64: see the [crate's page](crate) for the rules. The frame depends on
-/// neither the order in which instances are drawn, nor the number of threads; a triangle's samples do not
-/// depend on the selection. Instances in none of the view's layers, with a transform that is not
-/// finite or that flattens space to a line, and triangles without area are never drawn. Bounds that
-/// override those of a mesh are not looked at.
+/// neither the order in which instances are drawn, nor the number of threads; a triangle's samples
+/// do not depend on the selection. Instances in none of the view's layers, with a transform that is
+/// not finite or that flattens space to a line, and triangles without area are never drawn. Bounds
+/// that override those of a mesh are not looked at.
 ///
 /// Cost: some 0.1 µs an instance, 0.1 µs a triangle that is not rejected with its block, and a few
 /// nanoseconds a fragment; 20 bytes a pixel and at most 16 MiB of triangles at a time.
@@ -155,7 +155,8 @@ impl Target {
         self.pass(stage, lens, selection, &items.blended, blended);
     }
 
-    /// Draws the cut faces of some closed instances, which ascend by slot, and then what a cut leaves of all.
+    /// Draws the cut faces of some closed instances, which ascend by slot, and then what a cut
+    /// leaves of all.
     pub(crate) fn draw_cut(
         &mut self,
         stage: &Stage,
@@ -167,8 +168,8 @@ impl Target {
         // Impostors are levels, and a whole scene has none.
         let sprite = &|_: &mut Tile, _: &Sprite| ();
         let caps = Into { surface: &|tile, d| tile.wind(d, cut), sprite };
-        // What lies behind a cut face is skipped, and no cut face is farther: so a sample may then be counted wrong,
-        // but has its owner.
+        // What lies behind a cut face is skipped, and no cut face is farther: so a sample may then
+        // be counted wrong, but has its owner.
         self.pass(stage, lens, Selection::All, capped, caps);
         parallel::for_each_chunk(&mut self.tiles, 1, &|_, tile| {
             tile[0].close(cut);

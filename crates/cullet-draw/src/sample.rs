@@ -62,9 +62,9 @@ impl Samples {
         [self.x(column, x), self.y(row, y)]
     }
 
-    /// The columns and rows (first and last, inclusive) whose samples may lie within bounds given in
-    /// normalised device coordinates; `None` if there are none. Errs outward by a thousandth of a
-    /// pixel, and more where the bounds are far outside.
+    /// The columns and rows (first and last, inclusive) whose samples may lie within bounds given
+    /// in normalised device coordinates; `None` if there are none. Errs outward by a thousandth of
+    /// a pixel, and more where the bounds are far outside.
     #[inline]
     pub(crate) fn rect(&self, low: [f64; 2], high: [f64; 2]) -> Option<Rect> {
         let [ox, oy] = self.offsets();
@@ -101,8 +101,8 @@ pub(crate) struct Rect {
     pub(crate) y: [u32; 2],
 }
 
-/// Two numbers in (0, 1) from a hash of a pixel (the finaliser of Steele, Lea & Flood, *Fast Splittable
-/// Pseudorandom Number Generators*, 2014).
+/// Two numbers in (0, 1) from a hash of a pixel (the finaliser of Steele, Lea & Flood, *Fast
+/// Splittable Pseudorandom Number Generators*, 2014).
 #[inline]
 fn hashed(seed: u64, column: u32, row: u32) -> [f64; 2] {
     let mix = |mut z: u64| {

@@ -51,7 +51,8 @@ impl<'a> LevelSteps<'a> {
         self.has_impostors.then_some(self.most + 1)
     }
 
-    /// How often a triangle was simplified, given in the order of the mesh at that level: 0 in full.
+    /// How often a triangle was simplified, given in the order of the mesh at that level: 0 in
+    /// full.
     #[must_use]
     pub fn of(&self, slot: u32, level: u32, triangle: u32) -> u32 {
         if slot >= self.scene.slot_count() {
@@ -65,8 +66,8 @@ impl<'a> LevelSteps<'a> {
         after.checked_sub(1).map_or(0, |at| clusters[at].1)
     }
 
-    /// How many triangles of a visible set, with its triangles, there are of each step: one entry for each up to
-    /// [`most`](Self::most).
+    /// How many triangles of a visible set, with its triangles, there are of each step: one entry
+    /// for each up to [`most`](Self::most).
     #[must_use]
     pub fn count(&self, visible: &Visible) -> Vec<u64> {
         let mut counts = vec![0; self.most() as usize + 1];

@@ -54,8 +54,8 @@ pub(crate) struct Tile {
     pub(crate) passed: Vec<(PixelId, [u32; 2])>,
     /// Where its samples lie.
     sight: Sight,
-    /// The instance whose cut faces are looked for, and for each sample how many more of its surfaces beyond the cut face
-    /// away than face the eye. Empty until there is one.
+    /// The instance whose cut faces are looked for, and for each sample how many more of its
+    /// surfaces beyond the cut face away than face the eye. Empty until there is one.
     wound: (u32, Vec<i32>),
 }
 
@@ -151,8 +151,8 @@ impl Tile {
         self.each(d, range, &mut Meet::Keep(cut));
     }
 
-    /// Counts a surface of a closed mesh where it lies beyond the cut. All surfaces of an instance come one after the
-    /// other, and then [`close`](Self::close) is called.
+    /// Counts a surface of a closed mesh where it lies beyond the cut. All surfaces of an instance
+    /// come one after the other, and then [`close`](Self::close) is called.
     pub(crate) fn wind(&mut self, d: &Draw, cut: &CutLens) {
         if self.wound.0 != d.id.slot {
             self.close(cut);
@@ -243,7 +243,8 @@ impl Tile {
         [self.origin[0] + at as u32 % TILE, self.origin[1] + at as u32 / TILE]
     }
 
-    /// Lets a surface meet every sample that it covers within a range of depths, but in blocks where it is hidden.
+    /// Lets a surface meet every sample that it covers within a range of depths, but in blocks
+    /// where it is hidden.
     fn each(&mut self, d: &Draw, range: [f64; 2], meet: &mut Meet) {
         let sight = std::mem::take(&mut self.sight);
         let s = &d.surface;
@@ -421,8 +422,9 @@ fn row(v: &[f64], first: usize) -> [f64; BLOCK] {
     out
 }
 
-/// Coverage and depth of eight samples, within some columns and a range of depths; `None` where none is covered. The very
-/// arithmetic of [`Surface::at`], [`Surface::covers`] and [`Surface::depth`], side by side.
+/// Coverage and depth of eight samples, within some columns and a range of depths; `None` where
+/// none is covered. The very arithmetic of [`Surface::at`], [`Surface::covers`] and
+/// [`Surface::depth`], side by side.
 #[inline]
 fn row_of(
     s: &Surface,

@@ -18,8 +18,8 @@ pub(crate) const MAX_SIDE: u32 = 65_536;
 /// How to verify.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VerifyOptions {
-    /// N: instances that were dropped are also looked for at N × N samples a pixel; 0 and 1 are off. A
-    /// finer image than 65 536 samples wide or high is not drawn: N is lowered.
+    /// N: instances that were dropped are also looked for at N × N samples a pixel; 0 and 1 are
+    /// off. A finer image than 65 536 samples wide or high is not drawn: N is lowered.
     pub samples: u32,
     /// For the places of those samples. A different seed for every run widens what is tested.
     pub seed: u64,
@@ -131,9 +131,9 @@ pub fn verify<'a>(
 /// Holds a visible set, with its triangles, against the truth.
 ///
 /// Two frames are drawn, of everything and of the set alone, and their owners compared pixel for
-/// pixel; so are their blended triangles. Then instances of which the set holds nothing are looked for
-/// at N × N jittered samples a pixel. Only tiles that a projected box of such an instance touches
-/// are drawn so, with everything in them: elsewhere it owns no sample.
+/// pixel; so are their blended triangles. Then instances of which the set holds nothing are looked
+/// for at N × N jittered samples a pixel. Only tiles that a projected box of such an instance
+/// touches are drawn so, with everything in them: elsewhere it owns no sample.
 ///
 /// Cost: two frames; and where much on the screen was dropped, up to N² frames more.
 #[must_use]
@@ -201,8 +201,8 @@ pub(crate) fn lost_triangles(frame: &Frame, culled: &Frame) -> Vec<(PixelId, [u3
     lost
 }
 
-/// Instances that own a sample of this image, or are blended and pass one, though the set holds nothing
-/// of them; ascending, with the first such sample.
+/// Instances that own a sample of this image, or are blended and pass one, though the set holds
+/// nothing of them; ascending, with the first such sample.
 pub(crate) fn lost_instances(
     stage: &Stage,
     view: &View,

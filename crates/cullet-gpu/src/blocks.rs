@@ -10,7 +10,8 @@ pub const BLOCK: usize = 256;
 
 /// Boxes of a scene's instances on grids, by slot: 16 bytes an instance.
 ///
-/// Slots are in the hierarchy's order, so that the instances of a block lie near each other, and its grid is fine.
+/// Slots are in the hierarchy's order, so that the instances of a block lie near each other, and
+/// its grid is fine.
 #[derive(Clone, Debug, Default)]
 pub struct Blocks {
     /// One box per slot, rounded up to blocks.
@@ -35,8 +36,8 @@ impl Blocks {
         made
     }
 
-    /// Follows a scene: what changed since the last time is [known](Self::changed) afterwards. O(slots) reading; only blocks that differ
-    /// are written.
+    /// Follows a scene: what changed since the last time is [known](Self::changed) afterwards.
+    /// O(slots) reading; only blocks that differ are written.
     pub fn update(&mut self, scene: &Scene) {
         self.follow(scene.slot_count(), |slot| {
             let layers = if scene.is_removed(slot) { 0 } else { scene.layers(slot) };
@@ -44,7 +45,8 @@ impl Blocks {
         });
     }
 
-    /// The same of anything else with a box, layers, and a weight of its size, by its number; in no layer where there is nothing.
+    /// The same of anything else with a box, layers, and a weight of its size, by its number; in no
+    /// layer where there is nothing.
     pub fn follow(&mut self, slots: u32, of: impl Fn(u32) -> (Aabb, u32, f32)) {
         let blocks = (slots as usize).div_ceil(BLOCK);
         let had = self.grids.len();

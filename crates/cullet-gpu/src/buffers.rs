@@ -15,7 +15,8 @@ use super::tier::ROW;
 /// A buffer of some items, none of which is written; at least 16 bytes.
 ///
 /// # Errors
-/// If it would be larger than a buffer, or what a shader may see of one, is on the device; or if there is no memory left for it.
+/// If it would be larger than a buffer, or what a shader may see of one, is on the device; or if
+/// there is no memory left for it.
 pub(crate) fn buffer(
     device: &Device,
     what: &'static str,

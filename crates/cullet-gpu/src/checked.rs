@@ -46,7 +46,8 @@ pub(crate) fn refusal(error: &Error) -> GpuError {
     }
 }
 
-/// Whether not even four bytes can be made any more: a lost device says nothing when it makes a buffer, only when that is used.
+/// Whether not even four bytes can be made any more: a lost device says nothing when it makes a
+/// buffer, only when that is used.
 async fn is_lost(device: &Device) -> bool {
     let memory = device.push_error_scope(ErrorFilter::OutOfMemory);
     let validation = device.push_error_scope(ErrorFilter::Validation);
@@ -89,8 +90,8 @@ mod tests {
 
     #[test]
     fn what_there_is_no_memory_for_is_an_error() {
-        // What a device says that has none left. Whether one says it of terabytes is its own affair: some give out memory that
-        // they do not have.
+        // What a device says that has none left. Whether one says it of terabytes is its own
+        // affair: some give out memory that they do not have.
         let full = Error::OutOfMemory { source: "no room for a texture".into() };
         let told = refusal(&full);
         assert!(matches!(&told, GpuError::OutOfMemory(why) if why.contains("a texture")), "{told}");

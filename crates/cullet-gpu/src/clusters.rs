@@ -17,8 +17,8 @@ use super::lanes::{Bucket, Kind, Lanes};
 use super::lists::{DrawArguments, ListSource};
 use super::tier::GROUP;
 
-/// The clusters of all instances of a scene, those that are drawn alike one after the other, else in the order of slots. A number
-/// stands for each.
+/// The clusters of all instances of a scene, those that are drawn alike one after the other, else
+/// in the order of slots. A number stands for each.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ClusterInstances {
     lanes: Lanes,
@@ -30,7 +30,8 @@ pub struct ClusterInstances {
 }
 
 impl ClusterInstances {
-    /// All of those that can be drawn: of meshes with levels of detail also those of the coarser ones. O(n log n).
+    /// All of those that can be drawn: of meshes with levels of detail also those of the coarser
+    /// ones. O(n log n).
     #[must_use]
     pub fn of(scene: &Scene, on_device: &GpuScene) -> Self {
         let mut all: Vec<(Draw, u32, u32, u32)> = Vec::new();
@@ -102,7 +103,8 @@ impl ClusterInstances {
         Lanes::numbered(self.runs.iter().map(bucket).collect())
     }
 
-    /// The number of the level of each, as in [`DrawRange`](cullet::draw::DrawRange): 0 of the mesh itself.
+    /// The number of the level of each, as in [`DrawRange`](cullet::draw::DrawRange): 0 of the mesh
+    /// itself.
     #[must_use]
     pub fn levels(&self) -> &[u32] {
         &self.levels
@@ -113,7 +115,8 @@ impl ClusterInstances {
         &self.runs
     }
 
-    /// The box of one, its layers, and the weight of its size. Where an instance does not lie as its mesh says, the instance's own.
+    /// The box of one, its layers, and the weight of its size. Where an instance does not lie as
+    /// its mesh says, the instance's own.
     pub(crate) fn bounds(&self, scene: &Scene, number: u32) -> (Aabb, u32, f32) {
         let slot = self.slots[number as usize];
         let whole = super::blocks::bounds_of(scene, slot);
@@ -145,11 +148,12 @@ fn of_instance<'a>(
     })
 }
 
-/// The levels of a mesh that are chosen on a device, with their number, and the group that the mesh's own
-/// clusters are simplified in.
+/// The levels of a mesh that are chosen on a device, with their number, and the group that the
+/// mesh's own clusters are simplified in.
 ///
-/// The first of its [levels](Scene::levels) that are no impostor, and either a chain that the mesh itself is the finest of, or a
-/// hierarchy that holds the original's clusters, too, so that the mesh's own are never drawn and in no group.
+/// The first of its [levels](Scene::levels) that are no impostor, and either a chain that the mesh
+/// itself is the finest of, or a hierarchy that holds the original's clusters, too, so that the
+/// mesh's own are never drawn and in no group.
 pub(crate) fn levels_of(scene: &Scene, mesh: MeshId) -> Option<(u32, &Levels, Option<u32>)> {
     let (number, of) = (1..).zip(scene.levels(mesh)).find(|(_, l)| l.impostor.is_none())?;
     let levels = &of.levels;

@@ -1,4 +1,5 @@
-//! Clusters whose every triangle faces away: which cone each has, the eyes of a view, and the pass that tests them.
+//! Clusters whose every triangle faces away: which cone each has, the eyes of a view, and the pass
+//! that tests them.
 
 use std::ops::Range;
 
@@ -29,10 +30,11 @@ struct Unit {
 
 /// The cones of clusters of instances, and the eye of one view in the space of each instance.
 ///
-/// Cones are those that the engine [prepared](cullet::Scene::prepared) of meshes, in steps of a grid for each mesh: they are the same for
-/// all instances and stay as they are when these move. The eyes are the CPU's work, once an instance and frame; no transform makes it
-/// inexact, whether it mirrors or stretches. An instance has none where the engine would test its triangles one by one: then its
-/// clusters are kept.
+/// Cones are those that the engine [prepared](cullet::Scene::prepared) of meshes, in steps of a
+/// grid for each mesh: they are the same for all instances and stay as they are when these move.
+/// The eyes are the CPU's work, once an instance and frame; no transform makes it inexact, whether
+/// it mirrors or stretches. An instance has none where the engine would test its triangles one by
+/// one: then its clusters are kept.
 #[derive(Clone, Debug, Default)]
 pub struct Cones {
     units: Vec<Unit>,
@@ -96,7 +98,8 @@ impl Cones {
         made
     }
 
-    /// Adds the cones of a mesh's clusters: where they begin, or 0 where there are none on any side.
+    /// Adds the cones of a mesh's clusters: where they begin, or 0 where there are none on any
+    /// side.
     fn add_mesh(&mut self, scene: &Scene, id: MeshId, facing: Facing) -> u32 {
         let prepared = &scene.prepared()[id as usize];
         if [Facing::Back, Facing::Front].iter().all(|f| prepared.cluster_cones(*f).is_none()) {
@@ -157,7 +160,8 @@ impl Cones {
     }
 }
 
-/// The pipeline that tests boxes against planes and clusters by their cones: seven storage buffers, no optional feature.
+/// The pipeline that tests boxes against planes and clusters by their cones: seven storage buffers,
+/// no optional feature.
 #[derive(Debug)]
 pub struct ConePass {
     layout: BindGroupLayout,
@@ -191,9 +195,10 @@ impl ConePass {
         Self { layout, face }
     }
 
-    /// Records the test of a view in place of [that of boxes alone](InstancePass::record): one dispatch for both, since each costs more
-    /// than the test of many clusters where the device is a program. False, and nothing is recorded, where the view that was
-    /// [set](ConeBuffers::set) last culls no side that cones were made for.
+    /// Records the test of a view in place of [that of boxes alone](InstancePass::record): one
+    /// dispatch for both, since each costs more than the test of many clusters where the device is
+    /// a program. False, and nothing is recorded, where the view that was [set](ConeBuffers::set)
+    /// last culls no side that cones were made for.
     #[must_use]
     pub fn record(
         &self,
@@ -238,7 +243,8 @@ impl ConeBuffers {
         Ok(Self { cones, eyes, side, known_side: 0, group, bytes })
     }
 
-    /// Uploads the eyes of a view. To be called before the pass is [recorded](ConePass::record); once between two submissions.
+    /// Uploads the eyes of a view. To be called before the pass is [recorded](ConePass::record);
+    /// once between two submissions.
     pub fn set(&mut self, queue: &Queue, scene: &Scene, view: &View, planes: &BlockPlanes) {
         self.cones.set(scene, view, planes);
         let Some(side) = self.cones.side else { return };

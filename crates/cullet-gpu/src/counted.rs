@@ -1,4 +1,5 @@
-//! Draws of clusters of which the device knows the number: those that are listed, one after the other.
+//! Draws of clusters of which the device knows the number: those that are listed, one after the
+//! other.
 
 use wgpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline, Device,
@@ -10,19 +11,21 @@ use super::clusters::ClusterInstances;
 use super::error::GpuError;
 use super::lists::{DrawArguments, LaneBuffers, ListPass, ListSource, SlotList};
 
-/// The pipeline that puts arguments of listed draws one after the other: five storage buffers, no optional feature. Only to draw them takes
-/// one.
+/// The pipeline that puts arguments of listed draws one after the other: five storage buffers, no
+/// optional feature. Only to draw them takes one.
 #[derive(Debug)]
 pub struct CountedPass {
     layout: BindGroupLayout,
     gather: ComputePipeline,
 }
 
-/// Arguments of the clusters that are listed, those that are drawn alike in one call, in order; and how many there are in each call.
+/// Arguments of the clusters that are listed, those that are drawn alike in one call, in order; and
+/// how many there are in each call.
 #[derive(Debug)]
 pub struct CountedArguments {
     arguments: Buffer,
-    /// Its draws stand for the calls: how many instances, as they are called there, is how many draws.
+    /// Its draws stand for the calls: how many instances, as they are called there, is how many
+    /// draws.
     list: SlotList,
     group: BindGroup,
     groups: u32,

@@ -1,4 +1,5 @@
-//! A frame of a scene, culled on the device: what is uploaded, which passes run, and what is drawn between them.
+//! A frame of a scene, culled on the device: what is uploaded, which passes run, and what is drawn
+//! between them.
 
 use cullet::bounds::Plane;
 use cullet::{Scene, View, Visible};
@@ -30,12 +31,14 @@ const MOST_PLANES: usize = 32;
 /// Stages that run besides those that always do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Whether clusters are dropped that face away with all of their triangles, where the view culls such faces. They would show
-    /// nothing. Default on; only [`DrawMode::Clusters`] has them.
+    /// Whether clusters are dropped that face away with all of their triangles, where the view
+    /// culls such faces. They would show nothing. Default on; only [`DrawMode::Clusters`] has them.
     pub backfaces: bool,
-    /// Instances, or clusters of them, are dropped whose box is narrower and lower than so many pixels in the picture, from 0, at
-    /// which none is. Lossy: what is dropped may show that much. Default 0. Clusters are dropped by themselves with [`DrawMode::Clusters`],
-    /// which leaves holes in what is made of clusters as small, as with [`Detail::clusters`](cullet::cull::detail::Detail).
+    /// Instances, or clusters of them, are dropped whose box is narrower and lower than so many
+    /// pixels in the picture, from 0, at which none is. Lossy: what is dropped may show that much.
+    /// Default 0. Clusters are dropped by themselves with [`DrawMode::Clusters`], which leaves
+    /// holes in what is made of clusters as small, as with
+    /// [`Detail::clusters`](cullet::cull::detail::Detail).
     pub small_px: f32,
     /// Largest error in pixels of a surface that is drawn by a [level of
     /// detail](Scene::add_levels), at the centre of the picture, as with
@@ -60,8 +63,9 @@ impl Default for Settings {
 ///          planes    depth          pyramid of that depth, boxes against it
 /// ```
 ///
-/// What was hidden in the frame before and no longer is is drawn in the late phase of the same frame, so that nothing is missing in any
-/// frame, whichever way the eye jumps. All that is drawn is a superset of what owns a pixel; its order is the same each time.
+/// What was hidden in the frame before and no longer is is drawn in the late phase of the same
+/// frame, so that nothing is missing in any frame, whichever way the eye jumps. All that is drawn
+/// is a superset of what owns a pixel; its order is the same each time.
 #[derive(Debug)]
 pub struct Culling {
     blocks: Blocks,
@@ -83,7 +87,8 @@ impl Culling {
     /// Uploads a scene, to be drawn one draw after the other. O(triangles + slots log slots).
     ///
     /// # Errors
-    /// If a buffer would be larger than the device allows, the message says which; if the device has no memory left, or is lost.
+    /// If a buffer would be larger than the device allows, the message says which; if the device
+    /// has no memory left, or is lost.
     pub fn new(
         device: &Device,
         queue: &Queue,
@@ -153,9 +158,10 @@ impl Culling {
         })
     }
 
-    /// Follows a scene whose instances moved, uploading what changed. Where instances came or went, or are drawn in another way,
-    /// everything is uploaded again, nothing counts as seen, and the
-    /// answer is true: buffers are others, and what binds them has to be made again. Meshes must be the same. O(slots) reading, or O(clusters).
+    /// Follows a scene whose instances moved, uploading what changed. Where instances came or went,
+    /// or are drawn in another way, everything is uploaded again, nothing counts as seen, and the
+    /// answer is true: buffers are others, and what binds them has to be made again. Meshes must be
+    /// the same. O(slots) reading, or O(clusters).
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -188,8 +194,9 @@ impl Culling {
         Ok(!same)
     }
 
-    /// Uploads what the passes need to know of a view, drawn with so many samples a pixel. Where views are moved by parts of a pixel from
-    /// frame to frame, it is the moved one that is drawn. To be called once between two submissions.
+    /// Uploads what the passes need to know of a view, drawn with so many samples a pixel. Where
+    /// views are moved by parts of a pixel from frame to frame, it is the moved one that is drawn.
+    /// To be called once between two submissions.
     ///
     /// # Errors
     /// If the view has more planes than can be.
@@ -243,8 +250,9 @@ impl Culling {
         self.record_rest(passes, encoder);
     }
 
-    /// Takes what the CPU decided in place of the passes: what a [`Culler`](cullet::Culler) listed of this scene for this view, whole instances and
-    /// clusters of them. To be called once between two submissions.
+    /// Takes what the CPU decided in place of the passes: what a [`Culler`](cullet::Culler) listed
+    /// of this scene for this view, whole instances and clusters of them. To be called once between
+    /// two submissions.
     ///
     /// # Panics
     /// If it names a slot that the scene has not.
@@ -278,13 +286,15 @@ impl Culling {
         encoder.copy_buffer_to_buffer(self.visible.bits(), 0, &self.seen, 0, None);
     }
 
-    /// Records that nothing was seen before. The next frame is right without it, too; after a cut it tests against what is really there.
+    /// Records that nothing was seen before. The next frame is right without it, too; after a cut
+    /// it tests against what is really there.
     pub fn forget(&self, encoder: &mut CommandEncoder) {
         encoder.clear_buffer(&self.seen, 0, None);
     }
 
-    /// Draws a phase: before each draw `prepare` sets pipeline and bind groups, and says whether it is to be drawn. But with
-    /// [`DrawMode::Each`] it is asked about the first of those that are alike, and may look at nothing that tells them apart. Vertices are as
+    /// Draws a phase: before each draw `prepare` sets pipeline and bind groups, and says whether it
+    /// is to be drawn. But with [`DrawMode::Each`] it is asked about the first of those that are
+    /// alike, and may look at nothing that tells them apart. Vertices are as
     /// [`vertex_layouts`](Self::vertex_layouts) say.
     pub fn draw<'p>(
         &self,
@@ -345,15 +355,15 @@ impl Culling {
         &self.scene
     }
 
-    /// The arguments of a phase's draws, and how many there are; of [`DrawMode::Counted`] one for each call, whose number of instances is how many
-    /// draws it makes.
+    /// The arguments of a phase's draws, and how many there are; of [`DrawMode::Counted`] one for
+    /// each call, whose number of instances is how many draws it makes.
     #[must_use]
     pub fn arguments(&self, phase: Phase) -> (&Buffer, usize) {
         self.units.arguments(phase)
     }
 
-    /// The slot of each bit of [`in_view`](Self::in_view) and [`visible`](Self::visible), where these are of clusters; `None` where they are of
-    /// slots.
+    /// The slot of each bit of [`in_view`](Self::in_view) and [`visible`](Self::visible), where
+    /// these are of clusters; `None` where they are of slots.
     #[must_use]
     pub fn slots_of_clusters(&self) -> Option<&[u32]> {
         match &self.units {

@@ -35,8 +35,9 @@ fn look(refused: &Refused) -> MutexGuard<'_, Option<GpuError>> {
 }
 
 impl Gpu {
-    /// Opens the best adapter that has a tier, with its own limits, a clock, and what the tiers above take where it has them.
-    /// `WGPU_BACKEND` is followed. Not in browsers: see [`request`](Self::request).
+    /// Opens the best adapter that has a tier, with its own limits, a clock, and what the tiers
+    /// above take where it has them. `WGPU_BACKEND` is followed. Not in browsers: see
+    /// [`request`](Self::request).
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`] names the adapters that were found, what each lacks, and what to do;
@@ -46,7 +47,8 @@ impl Gpu {
         wait(Self::request(least, features, None))
     }
 
-    /// Opens an adapter that has a tier with these limits and no feature beyond the tier's, as a lesser device has them.
+    /// Opens an adapter that has a tier with these limits and no feature beyond the tier's, as a
+    /// lesser device has them.
     ///
     /// # Errors
     /// As [`open`](Self::open). An adapter that has less than these limits cannot be opened.
@@ -54,8 +56,9 @@ impl Gpu {
         wait(Self::request(least, Features::empty(), Some(limits)))
     }
 
-    /// Opens the best adapter that has a tier, with those of `features` that it has, and with its own limits unless `limits` are given.
-    /// It is awaited: in a browser, where nobody may wait, there is no other way.
+    /// Opens the best adapter that has a tier, with those of `features` that it has, and with its
+    /// own limits unless `limits` are given. It is awaited: in a browser, where nobody may wait,
+    /// there is no other way.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -110,7 +113,8 @@ impl Gpu {
         Tier::of(&self.device)
     }
 
-    /// Waits until the device has nothing left to do. In a browser it only asks whether the device is still there.
+    /// Waits until the device has nothing left to do. In a browser it only asks whether the device
+    /// is still there.
     ///
     /// # Errors
     /// If it is lost, or has refused something that was recorded or made since the last call.
@@ -121,7 +125,8 @@ impl Gpu {
         polled.map(|_| ()).map_err(|e| GpuError::Lost(e.to_string()))
     }
 
-    /// Whether the device is still there, as far as is known: it says so itself, at the latest when it is [waited for](Self::finish).
+    /// Whether the device is still there, as far as is known: it says so itself, at the latest when
+    /// it is [waited for](Self::finish).
     ///
     /// # Errors
     /// If it is lost.
@@ -175,8 +180,8 @@ impl Gpu {
 /// Stands in [`GpuError::NoAdapter`] for the adapters that were found.
 pub(crate) const NONE: &str = "none was found";
 
-/// Finds the best adapter that has a tier: one that is no program in the place of a graphics card before one that is, then
-/// any other backend before OpenGL, then the first that is listed.
+/// Finds the best adapter that has a tier: one that is no program in the place of a graphics card
+/// before one that is, then any other backend before OpenGL, then the first that is listed.
 async fn adapter(instance: &Instance, least: Tier) -> Result<Adapter, GpuError> {
     let mut found = instance.enumerate_adapters(Backends::all()).await;
     found.sort_by_key(|adapter| {

@@ -90,7 +90,8 @@ pub enum GpuError {
         "this device cannot run the passes: {0}; choose another with WGPU_BACKEND, or let the CPU decide"
     )]
     Passes(String),
-    /// Something that was made or recorded was refused, which is found when the device is waited for.
+    /// Something that was made or recorded was refused, which is found when the device is waited
+    /// for.
     #[error("the device refused its work: {0}; what it drew or listed is not valid")]
     Refused(String),
     /// It went away while it worked.

@@ -14,7 +14,8 @@ use super::rounding::Rounding;
 /// Upper bound of the doubt of a plane, shifted by the size of its triangle, so that sums fit 32
 /// bits.
 const MOST_DOUBT: f64 = (1 << 26) as f64;
-/// The largest number of a quantised plane, over that of a unit normal at least, times the largest of a quantised eye.
+/// The largest number of a quantised plane, over that of a unit normal at least, times the largest
+/// of a quantised eye.
 const UNIT: f64 = 127.0 * 1.732_050_81 * 8191.0;
 
 /// How triangles are tested.
@@ -52,12 +53,15 @@ pub struct TriangleView {
 }
 
 impl TriangleView {
-    /// Prepares a view of an instance. Costs a mask for each group, or an eye; nothing is allocated once it has grown.
+    /// Prepares a view of an instance. Costs a mask for each group, or an eye; nothing is allocated
+    /// once it has grown.
     ///
-    /// What it culls is seen from the side that the view culls, also after a renderer moved each vertex: in f32 relative to the
-    /// eye, as [`IdPass`](super::IdPass) does, and to a grid on the screen of 8 bits a pixel. So the picture is the one that hardware
-    /// makes which culls the same side of whole triangles. Nothing but what has no area is culled where the eye is in
-    /// the sphere of a group (by masks), or where the transform or the view is not finite or flattens space, or the view culls no side.
+    /// What it culls is seen from the side that the view culls, also after a renderer moved each
+    /// vertex: in f32 relative to the eye, as [`IdPass`](super::IdPass) does, and to a grid on the
+    /// screen of 8 bits a pixel. So the picture is the one that hardware makes which culls the same
+    /// side of whole triangles. Nothing but what has no area is culled where the eye is in the
+    /// sphere of a group (by masks), or where the transform or the view is not finite or flattens
+    /// space, or the view culls no side.
     pub fn set(
         &mut self,
         triangles: &Triangles,
@@ -162,15 +166,17 @@ impl<'a> Seen<'a> {
     /// triangle with an inscribed circle of radius 1; for one of radius r, divide it by r. `None`
     /// where r is below 4ρ, for ρ = `moved`.
     ///
-    /// With the normal as long as twice the area A it is the determinant of the three corners and the eye. One corner moved by ρ changes
-    /// that by ρ times the opposite edge times Q = |eye − w·a| at most, and all three, with edges that add up to P, by
-    /// ρ P Q + 3ρ² Q + wρ³. Over 2A = rP, where P is at least 10.39 r and Q at least wr, and with ρ at most r/4, that is
-    /// (1 + 0.073 + 0.002) ρQ/r at most.
+    /// With the normal as long as twice the area A it is the determinant of the three corners and
+    /// the eye. One corner moved by ρ changes that by ρ times the opposite edge times Q = |eye −
+    /// w·a| at most, and all three, with edges that add up to P, by ρ P Q + 3ρ² Q + wρ³. Over 2A =
+    /// rP, where P is at least 10.39 r and Q at least wr, and with ρ at most r/4, that is (1 +
+    /// 0.073 + 0.002) ρQ/r at most.
     fn doubt(&self, r: f64) -> Option<f64> {
         (self.moved <= r / 4.0).then_some(1.08 * self.moved)
     }
 
-    /// The lines of sight to a group, with the doubt as an angle more, as they are for what is culled.
+    /// The lines of sight to a group, with the doubt as an angle more, as they are for what is
+    /// culled.
     fn cone(&self, sphere: &Sphere) -> Option<ViewCone> {
         let smallest = self.shape.smallest;
         let angle = self.doubt(smallest)? / smallest;
@@ -206,7 +212,8 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// The indices of the triangles that a view does not cull, in order: what the passes list, byte for byte.
+/// The indices of the triangles that a view does not cull, in order: what the passes list, byte for
+/// byte.
 ///
 /// # Panics
 /// If the view was not set for these triangles.

@@ -127,8 +127,8 @@ impl GpuScene {
         Ok(made)
     }
 
-    /// Uploads the places that changed, with few others between them; false where the scene has more or fewer slots than before.
-    /// O(slots) reading.
+    /// Uploads the places that changed, with few others between them; false where the scene has
+    /// more or fewer slots than before. O(slots) reading.
     #[must_use]
     pub fn update(&mut self, queue: &Queue, scene: &Scene) -> bool {
         /// So many slots are looked at together.
@@ -155,7 +155,8 @@ impl GpuScene {
         true
     }
 
-    /// The draws of some lanes: for each bucket one a run of its mesh, those that are alike one after the other.
+    /// The draws of some lanes: for each bucket one a run of its mesh, those that are alike one
+    /// after the other.
     #[must_use]
     pub fn draws(&self, lanes: &Lanes) -> Vec<Draw> {
         let of_bucket = |(bucket, own): (u32, &super::lanes::Bucket)| {

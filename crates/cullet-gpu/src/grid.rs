@@ -15,10 +15,12 @@ pub struct Grid {
     pub step: f64,
 }
 
-/// A box in steps of a [`Grid`], and the layers of its instance: 16 bytes, as they lie on the device.
+/// A box in steps of a [`Grid`], and the layers of its instance: 16 bytes, as they lie on the
+/// device.
 ///
-/// An instance that is not there, being removed or empty, is in no layer, and never drawn. One whose box says nothing, being
-/// infinite or not a number, has [`GridBox::ALWAYS`] and is outside of no plane.
+/// An instance that is not there, being removed or empty, is in no layer, and never drawn. One
+/// whose box says nothing, being infinite or not a number, has [`GridBox::ALWAYS`] and is outside
+/// of no plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct GridBox {
@@ -64,8 +66,8 @@ impl Grid {
         Self { origin, step }
     }
 
-    /// A box in steps, at least as large, in all layers; `None` where it reaches beyond the grid. A box that is empty or not finite
-    /// is [`GridBox::default`] or [always](GridBox::ALWAYS) there.
+    /// A box in steps, at least as large, in all layers; `None` where it reaches beyond the grid. A
+    /// box that is empty or not finite is [`GridBox::default`] or [always](GridBox::ALWAYS) there.
     #[must_use]
     pub fn round_out(&self, bounds: &Aabb) -> Option<GridBox> {
         if bounds.min.iter().chain(&bounds.max).any(|v| v.is_nan()) {
@@ -89,7 +91,8 @@ impl Grid {
         Some(out)
     }
 
-    /// Steps from the origin, moved in a direction by one where the difference was rounded; dividing by a power of two is exact.
+    /// Steps from the origin, moved in a direction by one where the difference was rounded;
+    /// dividing by a power of two is exact.
     fn steps(&self, v: f32, a: usize, direction: f64) -> f64 {
         let v = f64::from(v);
         let difference = v - self.origin[a];

@@ -1,4 +1,5 @@
-//! Cones of clusters in steps of a grid, and the eye as they take it: the test of back faces in integers.
+//! Cones of clusters in steps of a grid, and the eye as they take it: the test of back faces in
+//! integers.
 
 use bytemuck::{Pod, Zeroable};
 use cullet::cull::backface::EllipticCone;
@@ -10,12 +11,14 @@ use super::grid::{Grid, MOST};
 const VECTOR: f64 = 8191.0;
 /// Numbers of an eye reach so far, so that rounding leaves them within 16 bits.
 const EYE: f64 = 32000.0;
-/// The way from an apex to the eye is off by so many steps at the most: see [`GridCone::is_behind`].
+/// The way from an apex to the eye is off by so many steps at the most: see
+/// [`GridCone::is_behind`].
 const OFF: i32 = 2;
 /// Shifted by so much, every apex is 0 or −1: lines of sight are parallel.
 const PARALLEL: u32 = 31;
 
-/// An [`EllipticCone`] on a [`Grid`]: 24 bytes, as they lie on the device. The default has no eye behind it.
+/// An [`EllipticCone`] on a [`Grid`]: 24 bytes, as they lie on the device. The default has no eye
+/// behind it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct GridCone {
@@ -25,7 +28,8 @@ pub struct GridCone {
     pub vectors: [[i16; 3]; 3],
 }
 
-/// An eye on the grid of a mesh: 16 bytes, as they lie on the device. No cone is behind the default.
+/// An eye on the grid of a mesh: 16 bytes, as they lie on the device. No cone is behind the
+/// default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ConeEye {
@@ -42,8 +46,9 @@ impl Default for ConeEye {
 }
 
 impl ConeEye {
-    /// A homogeneous eye in the space of the mesh: a positive multiple of (position, 1), or of (direction towards the viewer, 0). The
-    /// [default](Self::default) where a number is not finite, or the eye farther than 2³⁰ times the grid.
+    /// A homogeneous eye in the space of the mesh: a positive multiple of (position, 1), or of
+    /// (direction towards the viewer, 0). The [default](Self::default) where a number is not
+    /// finite, or the eye farther than 2³⁰ times the grid.
     #[must_use]
     pub fn new(eye: [f64; 4], grid: &Grid) -> Self {
         let [x, y, z, w] = eye;
@@ -67,7 +72,8 @@ impl ConeEye {
 }
 
 impl GridCone {
-    /// A cone on a grid. The default, which keeps its cluster, where there is no place for its apex.
+    /// A cone on a grid. The default, which keeps its cluster, where there is no place for its
+    /// apex.
     #[must_use]
     pub fn new(cone: &EllipticCone, grid: &Grid) -> Self {
         let of = |v: [f32; 3]| DVec3::from(v.map(f64::from));
@@ -79,13 +85,15 @@ impl GridCone {
         Self { apex: steps(apex), vectors: vectors.map(|v| steps(v * (VECTOR / most))) }
     }
 
-    /// Whether the eye is behind every plane of the cluster for sure. The device's shader does the same.
+    /// Whether the eye is behind every plane of the cluster for sure. The device's shader does the
+    /// same.
     ///
-    /// With w the way from the apex to the eye and K the factor of the vectors, the cone is K axis·w < 0 and
-    /// (K axis·w)² > (K s·w)² + (K t·w)². Of w it knows v, which is off by half a unit for the rounding of the eye, one for that of the
-    /// shifted apex and a quarter for that of the apex itself, or by half and half without shift; halved, or quartered, rounded down, and
-    /// so off by 2 at the most in each coordinate. A vector n is off by half in each. So n·v is off by at most
-    /// 2 |n|₁ + (|v|₁ + 6) / 2.
+    /// With w the way from the apex to the eye and K the factor of the vectors, the cone is K
+    /// axis·w < 0 and (K axis·w)² > (K s·w)² + (K t·w)². Of w it knows v, which is off by half a
+    /// unit for the rounding of the eye, one for that of the shifted apex and a quarter for that of
+    /// the apex itself, or by half and half without shift; halved, or quartered, rounded down, and
+    /// so off by 2 at the most in each coordinate. A vector n is off by half in each. So n·v is off
+    /// by at most 2 |n|₁ + (|v|₁ + 6) / 2.
     #[must_use]
     pub fn is_behind(&self, eye: &ConeEye) -> bool {
         let way: [i32; 3] =
@@ -116,8 +124,8 @@ fn top_bit(v: i32) -> i32 {
     31 - v.leading_zeros() as i32
 }
 
-/// An apex of the same cone, or of one within it, that lies on the grid: brought to the grid, then moved behind so far that it is within
-/// the cone from before.
+/// An apex of the same cone, or of one within it, that lies on the grid: brought to the grid, then
+/// moved behind so far that it is within the cone from before.
 fn within(apex: DVec3, [axis, s, t]: [DVec3; 3]) -> Option<DVec3> {
     const REACH: f64 = MOST - 7.0;
     let on_grid = apex.clamp(DVec3::splat(-REACH), DVec3::splat(REACH));

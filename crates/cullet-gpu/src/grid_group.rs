@@ -1,4 +1,5 @@
-//! Groups of levels of detail in steps of a grid, and the eye as they take it: which are over the threshold, in integers.
+//! Groups of levels of detail in steps of a grid, and the eye as they take it: which are over the
+//! threshold, in integers.
 
 use bytemuck::{Pod, Zeroable};
 use cullet::lod::{Group, LevelEye, Levels, NO_GROUP};
@@ -25,7 +26,8 @@ pub struct GridGroup {
     pub error: u32,
 }
 
-/// An eye on the grid of a mesh, with the threshold: 32 bytes, as they lie on the device. The default draws everything in full.
+/// An eye on the grid of a mesh, with the threshold: 32 bytes, as they lie on the device. The
+/// default draws everything in full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct GroupEye {
@@ -70,8 +72,9 @@ impl GroupEye {
 impl GridGroup {
     /// The groups of some levels on a grid that has all of their centres.
     ///
-    /// What was simplified further is in a sphere within the coarser one's, and has no larger an error; here, too: so exactly one of
-    /// two such is drawn at each place, as long as all arithmetic from here on is exact, or grows with radius and error.
+    /// What was simplified further is in a sphere within the coarser one's, and has no larger an
+    /// error; here, too: so exactly one of two such is drawn at each place, as long as all
+    /// arithmetic from here on is exact, or grows with radius and error.
     #[must_use]
     pub fn of(levels: &Levels, grid: &Grid) -> Vec<Self> {
         let on_grid = |group: Group| {

@@ -10,8 +10,8 @@ const NORMAL: f64 = 8191.0;
 /// Offsets beyond this decide by themselves; with it the sum stays below 2³¹.
 const OFFSET: f64 = 1.3e9;
 
-/// A plane in steps of a [`Grid`]: a box is outside where N·q + offset is above 0 at its lowest corner along N. 16 bytes, as
-/// they lie on the device.
+/// A plane in steps of a [`Grid`]: a box is outside where N·q + offset is above 0 at its lowest
+/// corner along N. 16 bytes, as they lie on the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct GridPlane {
@@ -22,11 +22,11 @@ pub struct GridPlane {
 }
 
 impl GridPlane {
-    /// A plane that points out, on a grid. Rejects nothing that the plane does not, whatever lies within the grid; nothing at all where the
-    /// plane is not finite.
+    /// A plane that points out, on a grid. Rejects nothing that the plane does not, whatever lies
+    /// within the grid; nothing at all where the plane is not finite.
     ///
-    /// With x = o + s q the plane n·x > d is K n·q > K (d − n·o) / s for any K > 0. N is K n rounded, and K n·q is at
-    /// least N·q − Σ |N − K n| 32767.
+    /// With x = o + s q the plane n·x > d is K n·q > K (d − n·o) / s for any K > 0. N is K n
+    /// rounded, and K n·q is at least N·q − Σ |N − K n| 32767.
     #[must_use]
     pub fn new(plane: &Plane, grid: &Grid) -> Self {
         let most = plane.normal.iter().fold(0.0, |m: f64, n| m.max(n.abs()));

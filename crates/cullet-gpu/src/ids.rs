@@ -19,8 +19,9 @@ use super::occlusion::reversed_clip;
 use super::tier::Tier;
 use super::units::Phase;
 
-/// WGSL of an [`EyeUniform`] at `@group(0) @binding(0)`, of the [places](super::GpuScene::places) of a scene at `@binding(1)`, and of a
-/// function `placed(position: vec3<f32>, slot: u32) -> vec3<f32>` that gives a point of an instance relative to the eye.
+/// WGSL of an [`EyeUniform`] at `@group(0) @binding(0)`, of the [places](super::GpuScene::places)
+/// of a scene at `@binding(1)`, and of a function `placed(position: vec3<f32>, slot: u32) ->
+/// vec3<f32>` that gives a point of an instance relative to the eye.
 pub const PLACES: &str = include_str!("shaders/places.wgsl");
 
 /// An eye, as shaders take it.
@@ -73,7 +74,8 @@ pub fn culled_faces(view: &View, draw: &Draw) -> Option<Option<Face>> {
     })
 }
 
-/// Draws the number of an instance, its slot and one, into `R32Uint`, and depth, reversed, into `Depth32Float`.
+/// Draws the number of an instance, its slot and one, into `R32Uint`, and depth, reversed, into
+/// `Depth32Float`.
 #[derive(Debug)]
 pub struct IdPass {
     layout: BindGroupLayout,
@@ -150,7 +152,8 @@ impl IdPass {
         Self { layout, pipelines }
     }
 
-    /// Draws phases of a scene: over what is there, or over nothing where they are the first of a frame.
+    /// Draws phases of a scene: over what is there, or over nothing where they are the first of a
+    /// frame.
     pub fn draw(
         &self,
         encoder: &mut CommandEncoder,

@@ -16,8 +16,8 @@ use super::tier::Tier;
 
 /// Lists what of a scene is in a view, for programs that want to know and draw nothing.
 ///
-/// The device and the CPU list the same, byte for byte, so that the CPU may take over at any time. It does
-/// [where asked to](Self::or_cpu), and [tells why](Self::why_cpu).
+/// The device and the CPU list the same, byte for byte, so that the CPU may take over at any time.
+/// It does [where asked to](Self::or_cpu), and [tells why](Self::why_cpu).
 #[derive(Debug)]
 pub struct InView<'g> {
     blocks: Blocks,
@@ -86,7 +86,8 @@ impl<'g> InView<'g> {
         Ok(())
     }
 
-    /// The slots in some layers that none of the planes rejects, which point out and lie in the space of the scene's boxes, ascending.
+    /// The slots in some layers that none of the planes rejects, which point out and lie in the
+    /// space of the scene's boxes, ascending.
     ///
     /// # Errors
     /// If the device is lost, or there are more planes than was said, unless the CPU takes over.

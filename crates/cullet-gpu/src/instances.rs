@@ -87,8 +87,8 @@ impl InstanceBits {
         Ok(Self { boxes, in_use, planes, bits, view, group, blocks, most_planes, uploaded })
     }
 
-    /// Uploads the blocks that [changed](Blocks::changed); false where the scene has more or fewer blocks than before, so that
-    /// all has to be made [anew](Self::new).
+    /// Uploads the blocks that [changed](Blocks::changed); false where the scene has more or fewer
+    /// blocks than before, so that all has to be made [anew](Self::new).
     #[must_use]
     pub fn update(&mut self, queue: &Queue, blocks: &Blocks) -> bool {
         if blocks.grids().len() as u32 != self.blocks {
@@ -105,8 +105,8 @@ impl InstanceBits {
         true
     }
 
-    /// Uploads the blocks and planes of a view. To be called before the pass is [recorded](InstancePass::record); once between
-    /// two submissions.
+    /// Uploads the blocks and planes of a view. To be called before the pass is
+    /// [recorded](InstancePass::record); once between two submissions.
     ///
     /// # Errors
     /// If it has more planes than room was made for.

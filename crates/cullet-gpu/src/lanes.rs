@@ -26,8 +26,8 @@ pub struct Bucket {
     pub lanes: Range<u32>,
 }
 
-/// A lane for each slot that can be drawn, in buckets; slots ascend within a bucket, so that where two surfaces are equally near
-/// it is always the same that is drawn first.
+/// A lane for each slot that can be drawn, in buckets; slots ascend within a bucket, so that where
+/// two surfaces are equally near it is always the same that is drawn first.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Lanes {
     slots: Vec<u32>,
@@ -35,7 +35,8 @@ pub struct Lanes {
 }
 
 impl Lanes {
-    /// The instances of a scene. Those with a transform that is not finite are never drawn, as levels of detail are not by themselves. O(n log n).
+    /// The instances of a scene. Those with a transform that is not finite are never drawn, as
+    /// levels of detail are not by themselves. O(n log n).
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let mut all: Vec<(Kind, u32)> =

@@ -1,5 +1,5 @@
-//! Levels of detail of clusters of instances: which groups each was made from and simplified in, the eyes of a view, and the pass
-//! that chooses.
+//! Levels of detail of clusters of instances: which groups each was made from and simplified in,
+//! the eyes of a view, and the pass that chooses.
 
 use bytemuck::{Pod, Zeroable};
 use cullet::bounds::Aabb;
@@ -99,8 +99,9 @@ impl LevelChoice {
         first
     }
 
-    /// The eyes of a view, for surfaces that are off by so many pixels at the most: O(instances that have levels). Everything is drawn
-    /// in full where that is not above 0, as are instances that do not lie as their mesh says.
+    /// The eyes of a view, for surfaces that are off by so many pixels at the most: O(instances
+    /// that have levels). Everything is drawn in full where that is not above 0, as are instances
+    /// that do not lie as their mesh says.
     pub fn set(&mut self, scene: &Scene, view: &View, pixels: f32) {
         let lod = Lod::default().with_pixels(pixels.into());
         let scale = PixelScale::of(view, lod.at_corners);
@@ -170,7 +171,8 @@ impl LevelPass {
         Self { layout, choose }
     }
 
-    /// Records that bits of clusters are cleared that are of other levels than the view takes that was [set](LevelBuffers::set) last.
+    /// Records that bits of clusters are cleared that are of other levels than the view takes that
+    /// was [set](LevelBuffers::set) last.
     pub fn record(&self, encoder: &mut CommandEncoder, to: &LevelBuffers, planes: &BlockPlanes) {
         let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
             label: Some("levels"),
@@ -209,7 +211,8 @@ impl LevelBuffers {
         Ok(Self { choice, eyes, view, group, bytes })
     }
 
-    /// Uploads the eyes of a view. To be called before the pass is [recorded](LevelPass::record); once between two submissions.
+    /// Uploads the eyes of a view. To be called before the pass is [recorded](LevelPass::record);
+    /// once between two submissions.
     pub fn set(
         &mut self,
         queue: &Queue,

@@ -111,7 +111,8 @@ impl ListPass {
         Self { layout, count, scan, scatter, fill }
     }
 
-    /// Records how a list is made. The bits must be ready by then, and it is right when the passes are done.
+    /// Records how a list is made. The bits must be ready by then, and it is right when the passes
+    /// are done.
     pub fn record(&self, encoder: &mut CommandEncoder, to: &SlotList) {
         self.record_with(encoder, to, |pass| dispatch_rows(pass, &self.scatter, to.lane_groups));
     }
@@ -172,8 +173,8 @@ impl LaneBuffers {
 }
 
 impl SlotList {
-    /// Room for a list of all lanes, and for some draws, each of a bucket with its number; how many instances each has is written
-    /// by the [pass](ListPass).
+    /// Room for a list of all lanes, and for some draws, each of a bucket with its number; how many
+    /// instances each has is written by the [pass](ListPass).
     ///
     /// # Errors
     /// If a buffer would be larger than the device allows.

@@ -1,7 +1,7 @@
 //! Triangles of one draw, prepared to be tested one by one. Pure computation.
 //!
-//! Zhang & Hoff, *Fast Backface Culling Using Normal Masks* (1997), planned their test for hardware that keeps its lists of
-//! polygons: two bytes a triangle beside them, 256 bytes a frame, one AND.
+//! Zhang & Hoff, *Fast Backface Culling Using Normal Masks* (1997), planned their test for hardware
+//! that keeps its lists of polygons: two bytes a triangle beside them, 256 bytes a frame, one AND.
 
 use bytemuck::{Pod, Zeroable};
 use cullet::bounds::Sphere;
@@ -13,7 +13,8 @@ use super::error::GpuError;
 
 /// Triangles that a workgroup tests.
 const BLOCK: u32 = 256;
-/// A triangle is too thin for its class, so that others need not be doubted as much as it, where so few are thinner,
+/// A triangle is too thin for its class, so that others need not be doubted as much as it, where so
+/// few are thinner,
 const THIN: usize = 64;
 /// or where its inscribed circle is so much smaller than those of half of all.
 const THINNER: f64 = 8.0;
@@ -49,10 +50,11 @@ pub(crate) struct Shape {
     pub(crate) smallest: f64,
 }
 
-/// Triangles that are drawn together and from their front alone, prepared to be tested: the class of each normal in two bytes,
-/// each plane in four and the size of each in one.
+/// Triangles that are drawn together and from their front alone, prepared to be tested: the class
+/// of each normal in two bytes, each plane in four and the size of each in one.
 ///
-/// In groups, each of which gets a mask of its own each frame: the smaller a group, the more it culls.
+/// In groups, each of which gets a mask of its own each frame: the smaller a group, the more it
+/// culls.
 #[derive(Clone, Debug)]
 pub struct Triangles {
     indices: Vec<u32>,
@@ -69,8 +71,9 @@ pub struct Triangles {
 impl Triangles {
     /// Triangles with counter-clockwise fronts, in one group. O(n log n).
     ///
-    /// What has two corners at one place is never drawn. What is not finite, or so thin that its side is not certain, is kept.
-    /// Two-sided triangles belong into a draw of their own, which is not tested.
+    /// What has two corners at one place is never drawn. What is not finite, or so thin that its
+    /// side is not certain, is kept. Two-sided triangles belong into a draw of their own, which is
+    /// not tested.
     ///
     /// # Errors
     /// If an index is not below the number of positions, or does not belong to a whole triangle.
@@ -164,8 +167,8 @@ impl Triangles {
         &self.bytes
     }
 
-    /// The size of each: the largest inscribed circle is at most (4 + the lowest two bits) / 4 times 2 to the power of the
-    /// others as large as its own; 255 where that is not known.
+    /// The size of each: the largest inscribed circle is at most (4 + the lowest two bits) / 4
+    /// times 2 to the power of the others as large as its own; 255 where that is not known.
     #[must_use]
     pub fn sizes(&self) -> &[u8] {
         &self.sizes
@@ -220,12 +223,14 @@ fn check<'a>(
     }
 }
 
-/// A plane, or one that no eye is behind where a mesh that is not finite made it what stands for no area.
+/// A plane, or one that no eye is behind where a mesh that is not finite made it what stands for no
+/// area.
 fn known(plane: &[u8; 4]) -> [u8; 4] {
     if *plane == NO_AREA_PLANE { [128; 4] } else { *plane }
 }
 
-/// Whether a renderer moves two corners to the same point, however it rounds: then no sample is inside.
+/// Whether a renderer moves two corners to the same point, however it rounds: then no sample is
+/// inside.
 fn has_equal_corners([a, b, c]: &[[f32; 3]; 3]) -> bool {
     a == b || b == c || c == a
 }

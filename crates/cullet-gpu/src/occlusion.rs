@@ -17,7 +17,8 @@ use super::planes::BlockPlanes;
 use super::pyramid::{Pyramid, PyramidPass, of_depths};
 use super::tier::GROUP;
 
-/// The pipeline that tests instances against a pyramid: seven storage buffers and two textures, no optional feature.
+/// The pipeline that tests instances against a pyramid: seven storage buffers and two textures, no
+/// optional feature.
 #[derive(Debug)]
 pub struct OcclusionPass {
     layout: BindGroupLayout,
@@ -83,7 +84,8 @@ impl OcclusionPass {
         Self { layout, late }
     }
 
-    /// Records the test of what passed against a pyramid of the size that was [set](VisibleBits::set).
+    /// Records the test of what passed against a pyramid of the size that was
+    /// [set](VisibleBits::set).
     pub fn record(
         &self,
         encoder: &mut CommandEncoder,
@@ -135,8 +137,8 @@ impl VisibleBits {
         Ok(Self { matrices, around, visible, frame, group, scratch, boxes: own })
     }
 
-    /// Uploads the matrices of a view of a scene with some origin, for a picture of a size and of so many samples a pixel. To be
-    /// called once between two submissions.
+    /// Uploads the matrices of a view of a scene with some origin, for a picture of a size and of
+    /// so many samples a pixel. To be called once between two submissions.
     pub fn set(
         &mut self,
         queue: &Queue,

@@ -56,8 +56,9 @@ impl OffScreen {
         Self::with_passes((device, queue, Passes::new(device)?), scene, size, mode)
     }
 
-    /// The same with passes of one's own, such as those [without occlusion](Passes::without_occlusion): then the CPU
-    /// [decides](Self::draw_decided), or everything in the view is drawn.
+    /// The same with passes of one's own, such as those [without
+    /// occlusion](Passes::without_occlusion): then the CPU [decides](Self::draw_decided), or
+    /// everything in the view is drawn.
     ///
     /// # Errors
     /// As [`with_mode`](Self::with_mode).
@@ -89,10 +90,12 @@ impl OffScreen {
         Ok(())
     }
 
-    /// Draws a view of its own size, with occlusion culling or without, and hands it in. Pictures are made anew for another size.
+    /// Draws a view of its own size, with occlusion culling or without, and hands it in. Pictures
+    /// are made anew for another size.
     ///
     /// # Errors
-    /// If there are no textures of that size, or the view has too many planes, or the passes are without occlusion and it is asked for.
+    /// If there are no textures of that size, or the view has too many planes, or the passes are
+    /// without occlusion and it is asked for.
     pub fn draw(
         &mut self,
         device: &Device,

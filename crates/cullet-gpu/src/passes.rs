@@ -46,7 +46,8 @@ impl Passes {
         checked(device, || Self::made(device, true))
     }
 
-    /// The same, awaited: in a browser, where nobody may wait, only this says whether the device can run them.
+    /// The same, awaited: in a browser, where nobody may wait, only this says whether the device
+    /// can run them.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -55,8 +56,8 @@ impl Passes {
         checked_later(device, || Self::made(device, true)).await
     }
 
-    /// Compiles them without tests against a pyramid: they list what is in the view, or what the CPU
-    /// [decided](super::Culling::decide). Not in browsers.
+    /// Compiles them without tests against a pyramid: they list what is in the view, or what the
+    /// CPU [decided](super::Culling::decide). Not in browsers.
     ///
     /// # Errors
     /// If the device has not [`Tier::Compute`].
@@ -65,7 +66,8 @@ impl Passes {
         checked(device, || Self::made(device, false))
     }
 
-    /// Whether they test against a pyramid; where not, [`Culling::record_late`](super::Culling::record_late) is not valid.
+    /// Whether they test against a pyramid; where not,
+    /// [`Culling::record_late`](super::Culling::record_late) is not valid.
     #[must_use]
     pub fn has_occlusion(&self) -> bool {
         self.has_occlusion

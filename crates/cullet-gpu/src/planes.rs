@@ -22,7 +22,8 @@ pub struct InUse {
     pub size_rows: u32,
 }
 
-/// The blocks that one view tests: those that are not outside as a whole, each with the planes that cross it, on its own grid.
+/// The blocks that one view tests: those that are not outside as a whole, each with the planes that
+/// cross it, on its own grid.
 #[derive(Clone, Debug, Default)]
 pub struct BlockPlanes {
     pub(crate) in_use: Vec<InUse>,
@@ -31,10 +32,11 @@ pub struct BlockPlanes {
 }
 
 impl BlockPlanes {
-    /// Brings planes that point out to all blocks. O(blocks × planes); nothing is allocated once it has grown.
+    /// Brings planes that point out to all blocks. O(blocks × planes); nothing is allocated once it
+    /// has grown.
     ///
-    /// A block beyond one of them is left out, and a plane that all of a block is within is not tested there. Of instances those
-    /// in one of the `layers` are drawn.
+    /// A block beyond one of them is left out, and a plane that all of a block is within is not
+    /// tested there. Of instances those in one of the `layers` are drawn.
     pub fn set(&mut self, blocks: &Blocks, planes: &[Plane], layers: u32) {
         self.set_with(blocks, planes, layers, None);
     }

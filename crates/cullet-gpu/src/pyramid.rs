@@ -1,7 +1,8 @@
-//! The depth pyramid: for each rectangle of pixels a few texels that say how far the farthest depth in it is.
+//! The depth pyramid: for each rectangle of pixels a few texels that say how far the farthest depth
+//! in it is.
 //!
-//! After Greene, Kass & Miller, *Hierarchical Z-Buffer Visibility*, 1993, in the form of Haar & Aaltonen, *GPU-Driven Rendering
-//! Pipelines*, 2015.
+//! After Greene, Kass & Miller, *Hierarchical Z-Buffer Visibility*, 1993, in the form of Haar &
+//! Aaltonen, *GPU-Driven Rendering Pipelines*, 2015.
 
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{
@@ -17,7 +18,8 @@ use super::buffers::{Access, layout, pipelines};
 use super::checked::checked;
 use super::error::GpuError;
 
-/// Sizes of the levels above a picture: half of it, rounded up, each half of the one before, down to one texel.
+/// Sizes of the levels above a picture: half of it, rounded up, each half of the one before, down
+/// to one texel.
 pub fn level_sizes(size: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
     let half = |size: [u32; 2]| size.map(|v| v.max(1).div_ceil(2));
     std::iter::successors(Some(half(size)), move |own| (*own != [1, 1]).then(|| half(*own)))
@@ -168,7 +170,8 @@ impl PyramidPass {
 }
 
 impl Pyramid {
-    /// Makes room for the pyramid of a depth texture, reversed, that may be bound. Of several samples a pixel the farthest counts.
+    /// Makes room for the pyramid of a depth texture, reversed, that may be bound. Of several
+    /// samples a pixel the farthest counts.
     ///
     /// # Errors
     /// If the device has no memory left for it, or is lost.
@@ -209,7 +212,8 @@ impl Pyramid {
         };
         let texture =
             room("depth pyramid", sizes[0].map(u32::next_power_of_two), sizes.len() as u32);
-        // Bound where there is no level left; each by itself, for nothing may be bound twice to be written.
+        // Bound where there is no level left; each by itself, for nothing may be bound twice to be
+        // written.
         let unused = [(); TOGETHER - 1]
             .map(|()| room("no level", [1, 1], 1).create_view(&TextureViewDescriptor::default()));
         let level = |number: usize| {

@@ -3,7 +3,8 @@
 use super::blocks::{BLOCK, Blocks};
 use super::planes::BlockPlanes;
 
-/// The slots in the layers of a view that no plane rejects and that are not small, ascending: what the passes answer, byte for byte.
+/// The slots in the layers of a view that no plane rejects and that are not small, ascending: what
+/// the passes answer, byte for byte.
 #[must_use]
 pub fn visible_ref(blocks: &Blocks, planes: &BlockPlanes) -> Vec<u32> {
     let mut list = Vec::new();

@@ -6,21 +6,24 @@ use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use super::ids::EyeUniform;
 
-/// A device puts a vertex on a grid of 8 bits below the pixel, at most 0.6 steps from where it is: Direct3D's rule, and what
-/// others do.
+/// A device puts a vertex on a grid of 8 bits below the pixel, at most 0.6 steps from where it is:
+/// Direct3D's rule, and what others do.
 const SNAP_PX: f64 = 0.6 / 256.0;
 /// Half an epsilon: what an operation in f32 is off by, of its result.
 const U: f64 = f32::EPSILON as f64 / 2.0;
-/// From a vertex to its place relative to the eye: three products, three sums, and a difference of two halves each.
+/// From a vertex to its place relative to the eye: three products, three sums, and a difference of
+/// two halves each.
 const TO_EYE: f64 = 6.0 * U;
 /// From there to clip coordinates: what the matrix was rounded by, three products and three sums.
 const TO_CLIP: f64 = 6.0 * U;
-/// From there to pixels: a division, of which two and a half epsilons are allowed, a product and a sum.
+/// From there to pixels: a division, of which two and a half epsilons are allowed, a product and a
+/// sum.
 const TO_SCREEN: f64 = 8.0 * U;
 /// A place as the sum of two f32 numbers holds so much of it.
 const HALVES: f64 = 1.0 / (1_u64 << 46) as f64;
 
-/// How far a renderer that works in f32, relative to the eye, moves the vertices of instances in one view.
+/// How far a renderer that works in f32, relative to the eye, moves the vertices of instances in
+/// one view.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rounding {
     eye: DVec3,
@@ -56,8 +59,8 @@ impl Rounding {
         known.then_some(Self { eye, rows, moves, skew, snap })
     }
 
-    /// The most that a vertex of an instance is moved by, in units of its mesh; `None` where that is not known. `sphere` is around the
-    /// mesh.
+    /// The most that a vertex of an instance is moved by, in units of its mesh; `None` where that
+    /// is not known. `sphere` is around the mesh.
     pub(crate) fn of(&self, transform: &Transform, sphere: &Sphere) -> Option<f64> {
         let linear = DMat3::from_cols_array_2d(&transform.linear.map(|c| c.map(f64::from)));
         let inverse = linear.inverse();
@@ -80,8 +83,9 @@ impl Rounding {
     }
 }
 
-/// No vector becomes longer by more than this factor; of a rotation it is 1. The square of the longest is the largest
-/// eigenvalue of the product with the transpose, at most the largest sum of a row's absolute values.
+/// No vector becomes longer by more than this factor; of a rotation it is 1. The square of the
+/// longest is the largest eigenvalue of the product with the transpose, at most the largest sum of
+/// a row's absolute values.
 fn norm(m: &DMat3) -> f64 {
     let squares = m.transpose() * *m;
     let sums = [squares.x_axis, squares.y_axis, squares.z_axis].map(|c| c.abs().element_sum());

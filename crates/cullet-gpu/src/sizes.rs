@@ -1,10 +1,11 @@
 //! Boxes that are too small in a picture: the test in integers, on the grids of blocks.
 //!
-//! For points Q and R of a box, with pictures τ = x / w in pixels, τ(R) − τ(Q) = (R − Q)·(X − τ(Q) W) / w(R), where X and W are the rows
-//! of x and w. So no picture of a box is wider than Σ eₐ Gₐ / w₀ with its extents e, the least w of its corners w₀, and Gₐ the most of
+//! For points Q and R of a box, with pictures τ = x / w in pixels, τ(R) − τ(Q) = (R − Q)·(X − τ(Q)
+//! W) / w(R), where X and W are the rows of x and w. So no picture of a box is wider than Σ eₐ Gₐ /
+//! w₀ with its extents e, the least w of its corners w₀, and Gₐ the most of
 //! |Xₐ − τ Wₐ| over all τ that its points may have: those of its block, and those of the picture, widened by the threshold, since a
-//! box without any point there is beyond a plane, and one of which not all points are there is wide. What is compared,
-//! Σ eₐ Gₐ < threshold · w₀, is linear on both sides.
+//! box without any point there is beyond a plane, and one of which not all points are there is
+//! wide. What is compared, Σ eₐ Gₐ < threshold · w₀, is linear on both sides.
 
 use cullet::bounds::{Aabb, Plane};
 use cullet::{Depth, View};
@@ -39,8 +40,9 @@ pub struct SizeRule {
 pub(crate) struct SizeRows(pub [GridPlane; ROWS]);
 
 impl SizeRule {
-    /// The rule of a view of a scene with some origin: boxes narrower and lower than so many pixels are small, as with
-    /// [`Measure::WidthAndHeight`](cullet::cull::detail::Measure). `None` where none is.
+    /// The rule of a view of a scene with some origin: boxes narrower and lower than so many pixels
+    /// are small, as with [`Measure::WidthAndHeight`](cullet::cull::detail::Measure). `None` where
+    /// none is.
     #[must_use]
     pub fn new(view: &View, origin: [f64; 3], threshold_px: f32) -> Option<Self> {
         let clip = DMat4::from_cols_array(&view.clip_from_world())
@@ -58,8 +60,8 @@ impl SizeRule {
         (is_finite && threshold_px > 0.0).then_some(Self { rows, near, half, threshold_px })
     }
 
-    /// The rows of a block with a grid, whose boxes are within `bounds`, of things whose size counts up to `weight` times. `None` where
-    /// none is small.
+    /// The rows of a block with a grid, whose boxes are within `bounds`, of things whose size
+    /// counts up to `weight` times. `None` where none is small.
     pub(crate) fn on(&self, grid: &Grid, bounds: &Aabb, weight: f32) -> Option<SizeRows> {
         let threshold = self.threshold_px / f64::from(weight.max(1.0)) * (1.0 - ROUNDING);
         let origin = DVec3::from(grid.origin);
@@ -73,7 +75,8 @@ impl SizeRule {
         let ahead = w.truncate();
         let away = ahead.dot(origin) + w.w;
         let size = ahead.abs().dot(origin.abs()) + w.w.abs();
-        // One factor for G, and one that is larger by a power of two for w, of which the threshold leaves little.
+        // One factor for G, and one that is larger by a power of two for w, of which the threshold
+        // leaves little.
         let scale = ROW / widest;
         let largest = (ROW / ahead.abs().max_element()).min(OFFSET * grid.step / size) / threshold;
         let shift = (largest / scale).log2().floor().clamp(0.0, 20.0);
@@ -97,7 +100,8 @@ impl SizeRule {
     }
 }
 
-/// Where points of a block may be in the picture, along x or y: no farther from its middle than `most`.
+/// Where points of a block may be in the picture, along x or y: no farther from its middle than
+/// `most`.
 fn of_block(row: DVec4, w: DVec4, bounds: &Aabb, most: f64) -> [f64; 2] {
     let [centre, half] = [bounds.center(), bounds.half_extent()].map(DVec3::from);
     let span = |row: DVec4| {

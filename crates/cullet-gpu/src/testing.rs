@@ -6,7 +6,8 @@ use super::device::{Gpu, NONE};
 use super::error::GpuError;
 use super::tier::Tier;
 
-/// Returns a device of a tier, opened once for all tests of a program. Without one, calls `skip` with what is missing and what gets it.
+/// Returns a device of a tier, opened once for all tests of a program. Without one, calls `skip`
+/// with what is missing and what gets it.
 ///
 /// # Panics
 /// Without a device, if `CULLET_REQUIRE_GPU` is `1`, or names this tier or a higher one.
@@ -37,7 +38,8 @@ fn missing(least: Tier, why: &GpuError, skip: fn(&str, &str)) {
     }
 }
 
-/// Whether a device of this tier must be there: `CULLET_REQUIRE_GPU` is `1`, or the name of this tier or a higher one.
+/// Whether a device of this tier must be there: `CULLET_REQUIRE_GPU` is `1`, or the name of this
+/// tier or a higher one.
 ///
 /// # Panics
 /// If it is anything else.

@@ -25,12 +25,14 @@ pub enum Tier {
     Draw,
     /// Lists what is in the view, by compute passes and indirect draws: OpenGL 4.3 too.
     Compute,
-    /// Culls what is hidden, against a pyramid of depth that compute passes make: every device of Vulkan, Metal, DirectX 12 and WebGPU.
-    /// Not OpenGL, where no shader that reads a depth texture compiles.
+    /// Culls what is hidden, against a pyramid of depth that compute passes make: every device of
+    /// Vulkan, Metal, DirectX 12 and WebGPU. Not OpenGL, where no shader that reads a depth texture
+    /// compiles.
     Pyramid,
     /// Takes many draws in one call, which [`Features::INDIRECT_FIRST_INSTANCE`] makes possible.
     MultiDraw,
-    /// Reads the number of draws from a buffer ([`Features::MULTI_DRAW_INDIRECT_COUNT`]): Vulkan and DirectX 12.
+    /// Reads the number of draws from a buffer ([`Features::MULTI_DRAW_INDIRECT_COUNT`]): Vulkan
+    /// and DirectX 12.
     MultiDrawCount,
 }
 
@@ -72,7 +74,8 @@ impl Tier {
     pub const ALL: [Self; 5] =
         [Self::Draw, Self::Compute, Self::Pyramid, Self::MultiDraw, Self::MultiDrawCount];
 
-    /// Returns the highest tier of an opened device. It may be lower than its adapter's, which was perhaps opened with less.
+    /// Returns the highest tier of an opened device. It may be lower than its adapter's, which was
+    /// perhaps opened with less.
     #[must_use]
     pub fn of(device: &Device) -> Self {
         Offered::by_device(device).highest()
@@ -143,8 +146,9 @@ impl Offered {
         }
     }
 
-    /// A device does not tell its flags. Where it has no compute shaders, its limits of them are 0. So a device of WebGL2 has no more
-    /// than the first tier, and a browser's need not be asked which it is: not all browsers answer.
+    /// A device does not tell its flags. Where it has no compute shaders, its limits of them are 0.
+    /// So a device of WebGL2 has no more than the first tier, and a browser's need not be asked
+    /// which it is: not all browsers answer.
     fn by_device(device: &Device) -> Self {
         let backend = match cfg!(target_arch = "wasm32") {
             true => Backend::BrowserWebGpu,

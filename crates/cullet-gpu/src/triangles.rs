@@ -19,7 +19,8 @@ use super::lists::DrawArguments;
 use super::masks::Triangles;
 use super::tier::Tier;
 
-/// The pipelines that test triangles and list what is left: eight storage buffers, no optional feature.
+/// The pipelines that test triangles and list what is left: eight storage buffers, no optional
+/// feature.
 #[derive(Debug)]
 pub struct TrianglePass {
     lists: BindGroupLayout,
@@ -31,8 +32,8 @@ pub struct TrianglePass {
     scatter: ComputePipeline,
 }
 
-/// The triangles of a mesh on a device, shared by all draws of it: two bytes a triangle for its class, five for its plane,
-/// and twelve for its indices.
+/// The triangles of a mesh on a device, shared by all draws of it: two bytes a triangle for its
+/// class, five for its plane, and twelve for its indices.
 #[derive(Debug)]
 pub struct MeshTriangles {
     classes: Buffer,
@@ -102,7 +103,8 @@ impl TrianglePass {
         Self { lists, masks, planes, count_masks, count_planes, scan, scatter }
     }
 
-    /// Records how lists are made, of the views that were [set](TriangleList::set) last; they are right when the pass is done.
+    /// Records how lists are made, of the views that were [set](TriangleList::set) last; they are
+    /// right when the pass is done.
     pub fn record<'a>(
         &self,
         encoder: &mut CommandEncoder,
@@ -172,8 +174,9 @@ impl MeshTriangles {
 }
 
 impl TriangleList {
-    /// Room for what is left of the triangles of a mesh, and for the masks of its groups. Of `draw` the number of instances and the base
-    /// vertex are taken; a list is of one instance, for another is seen from elsewhere.
+    /// Room for what is left of the triangles of a mesh, and for the masks of its groups. Of `draw`
+    /// the number of instances and the base vertex are taken; a list is of one instance, for
+    /// another is seen from elsewhere.
     ///
     /// # Errors
     /// If a buffer would be larger than the device allows.
@@ -222,8 +225,8 @@ impl TriangleList {
         })
     }
 
-    /// Uploads what a view tests with: 256 bytes a group for masks, 32 for planes. To be called before the pass is
-    /// [recorded](TrianglePass::record); once between two submissions.
+    /// Uploads what a view tests with: 256 bytes a group for masks, 32 for planes. To be called
+    /// before the pass is [recorded](TrianglePass::record); once between two submissions.
     ///
     /// # Panics
     /// If the view was not set for triangles in as many groups.
@@ -240,8 +243,9 @@ impl TriangleList {
         }
     }
 
-    /// Draws what is left, in one indirect draw, by the pipeline, bind groups and vertex buffers that are set. Instances count from 0: the
-    /// vertex buffer of instances begins at the one that is drawn.
+    /// Draws what is left, in one indirect draw, by the pipeline, bind groups and vertex buffers
+    /// that are set. Instances count from 0: the vertex buffer of instances begins at the one that
+    /// is drawn.
     pub fn draw(&self, pass: &mut RenderPass<'_>) {
         pass.set_index_buffer(self.list.slice(..), IndexFormat::Uint32);
         pass.draw_indexed_indirect(&self.arguments, 0);

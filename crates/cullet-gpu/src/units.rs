@@ -31,13 +31,14 @@ pub enum DrawMode {
     /// Instances; one draw after the other for each bucket of those that are alike.
     #[default]
     Each,
-    /// Instances; all draws that are alike but for their mesh in one call, for scenes of many meshes. Takes [`Tier::MultiDraw`].
+    /// Instances; all draws that are alike but for their mesh in one call, for scenes of many
+    /// meshes. Takes [`Tier::MultiDraw`].
     Multi,
-    /// Clusters of instances, each a draw of its own, those that are alike in one call: for scenes of large meshes. As
-    /// [`Multi`](Self::Multi).
+    /// Clusters of instances, each a draw of its own, those that are alike in one call: for scenes
+    /// of large meshes. As [`Multi`](Self::Multi).
     Clusters,
-    /// The same with the draws of one instance alone, whose number the device knows: for scenes of which little is visible. Takes
-    /// [`Tier::MultiDrawCount`].
+    /// The same with the draws of one instance alone, whose number the device knows: for scenes of
+    /// which little is visible. Takes [`Tier::MultiDrawCount`].
     Counted,
 }
 

@@ -3,13 +3,13 @@
 use cullet::Mesh;
 use glam::Vec3;
 
-/// The attributes of a mesh's vertices, kept where [`LoadOptions::details`](crate::LoadOptions::details)
-/// requests them. Each list has one entry a vertex, in the order of the mesh's positions, or is empty
-/// where the file has none.
+/// The attributes of a mesh's vertices, kept where
+/// [`LoadOptions::details`](crate::LoadOptions::details) requests them. Each list has one entry a
+/// vertex, in the order of the mesh's positions, or is empty where the file has none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attributes {
-    /// Normals in the space of the mesh, as the file has them: of any length, and zero where a part of the
-    /// mesh has none or what it has is not finite.
+    /// Normals in the space of the mesh, as the file has them: of any length, and zero where a part
+    /// of the mesh has none or what it has is not finite.
     pub normals: Vec<[f32; 3]>,
     /// The first set of texture coordinates, with v = 0 at the top of the image as in glTF.
     pub uvs: Vec<[f32; 2]>,
@@ -29,7 +29,8 @@ impl Attributes {
         self.normals.is_empty() && self.uvs.is_empty() && self.colors.is_empty()
     }
 
-    /// Numbers a vertex, if each vertex's are put one after another: normal, texture coordinates, colour.
+    /// Numbers a vertex, if each vertex's are put one after another: normal, texture coordinates,
+    /// colour.
     #[must_use]
     pub fn stride(&self) -> usize {
         let size = |used: bool, numbers: usize| if used { numbers } else { 0 };
@@ -51,8 +52,8 @@ impl Attributes {
         out
     }
 
-    /// Takes [`interleaved`](Self::interleaved) numbers apart again, for as many vertices as they are
-    /// of, into the lists that this mesh has.
+    /// Takes [`interleaved`](Self::interleaved) numbers apart again, for as many vertices as they
+    /// are of, into the lists that this mesh has.
     #[must_use]
     pub fn like(&self, interleaved: &[f32]) -> Self {
         let mut out = Self::default();
@@ -93,15 +94,16 @@ impl Attributes {
         fill(&mut self.colors, vertices, NO_COLOR);
     }
 
-    /// Puts what stands for none in the place of what is not finite; says how many vertices had such.
+    /// Puts what stands for none in the place of what is not finite; says how many vertices had
+    /// such.
     pub(crate) fn mend(&mut self) -> usize {
         mend(&mut self.normals, NO_NORMAL)
             + mend(&mut self.uvs, NO_UV)
             + mend(&mut self.colors, NO_COLOR)
     }
 
-    /// Normals of unit length: where one is zero, that of the triangles around the vertex, by area, and
-    /// +Y where they have none either. Empty where there are none.
+    /// Normals of unit length: where one is zero, that of the triangles around the vertex, by area,
+    /// and +Y where they have none either. Empty where there are none.
     pub(crate) fn unit_normals(&self, mesh: &Mesh) -> Vec<[f32; 3]> {
         let mut normals = self.normals.clone();
         let missing: Vec<bool> =
@@ -130,7 +132,8 @@ fn take<const N: usize>(from: &mut &[f32]) -> Option<[f32; N]> {
     Some(*first)
 }
 
-/// Nothing happens where there is nothing to append: a list begins with the first block that has one.
+/// Nothing happens where there is nothing to append: a list begins with the first block that has
+/// one.
 fn append<T: Copy>(to: &mut Vec<T>, before: usize, block: &[T], none: T) {
     if !block.is_empty() {
         to.resize(before, none);

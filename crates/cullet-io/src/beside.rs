@@ -26,9 +26,9 @@ pub enum Missing {
 }
 
 impl<'a> Beside<'a> {
-    /// The first `most` bytes of the file that a model calls `path`, and how many it has. Those that were
-    /// given are found by their path, or else by their name alone, in small letters or capitals, for their source may
-    /// know no folder.
+    /// The first `most` bytes of the file that a model calls `path`, and how many it has. Those
+    /// that were given are found by their path, or else by their name alone, in small letters or
+    /// capitals, for their source may know no folder.
     pub fn read(self, path: &Path, most: u64) -> Result<(Cow<'a, [u8]>, u64), Missing> {
         match self {
             Self::Folder(folder) => {

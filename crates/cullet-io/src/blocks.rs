@@ -104,7 +104,8 @@ impl<'a> Source<'a> {
         Ok(())
     }
 
-    /// Hands the first `size` bytes to `visit`, block by block; a block that cannot be read ends it.
+    /// Hands the first `size` bytes to `visit`, block by block; a block that cannot be read ends
+    /// it.
     pub fn scan(&self, size: u64, mut visit: impl FnMut(&[u8])) {
         let (mut at, mut block) = (0, Vec::new());
         while at < size.min(self.size) {
@@ -176,8 +177,8 @@ impl<'a> Window<'a> {
         self.base += count as u64;
     }
 
-    /// Holds at least a block more, as far as there is one: as much again as is held, so that what does
-    /// not fit a block is read in few steps.
+    /// Holds at least a block more, as far as there is one: as much again as is held, so that what
+    /// does not fit a block is read in few steps.
     pub(crate) fn extend(&mut self) -> Result<(), ErrorKind> {
         let most = self.source.block.max(self.held.len());
         self.source.append(self.end(), most, &mut self.held)
@@ -245,8 +246,8 @@ impl<'a> Records<'a> {
     }
 }
 
-/// Makes room for `more` items, growing by a quarter: an array that doubled would take thrice its final
-/// size while it moves.
+/// Makes room for `more` items, growing by a quarter: an array that doubled would take thrice its
+/// final size while it moves.
 #[inline]
 pub(crate) fn make_room<T>(list: &mut Vec<T>, more: usize) {
     if list.capacity() - list.len() < more {

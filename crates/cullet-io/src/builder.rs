@@ -6,8 +6,8 @@ use cullet::{Instance, Mesh, MeshId, Transform};
 
 use crate::{Attributes, ErrorKind, LoadOptions, Material, Model, Up, Warning};
 
-/// A model that is being loaded: what was read, free of the file's bytes. Meshes and instances are made
-/// only by [`finish`](Self::finish), so that the file can be freed before.
+/// A model that is being loaded: what was read, free of the file's bytes. Meshes and instances are
+/// made only by [`finish`](Self::finish), so that the file can be freed before.
 #[derive(Debug)]
 pub struct Builder<'a> {
     options: &'a LoadOptions,
@@ -27,8 +27,8 @@ impl<'a> Builder<'a> {
         Self { options, map: false, triangles: 0, meshes: Vec::new(), instances: Vec::new(), model }
     }
 
-    /// For a map: z is up where the options do not say, parts say which sides they have, and a mesh is a piece of a whole,
-    /// so that its size says nothing of how exact its corners must be.
+    /// For a map: z is up where the options do not say, parts say which sides they have, and a mesh
+    /// is a piece of a whole, so that its size says nothing of how exact its corners must be.
     pub fn for_map(self) -> Self {
         Self { map: true, ..self }
     }
@@ -108,8 +108,8 @@ impl<'a> Builder<'a> {
         self.instance(name, Instance::new(mesh, Transform::IDENTITY))
     }
 
-    /// The model, its scene sorted. Decides the sides of each mesh: as the options say, else as its parts say in a
-    /// map, else one-sided if it is a solid.
+    /// The model, its scene sorted. Decides the sides of each mesh: as the options say, else as its
+    /// parts say in a map, else one-sided if it is a solid.
     pub fn finish(mut self) -> Result<Model, ErrorKind> {
         if self.triangles == 0 {
             self.warn("file", "it has no triangles, so there is nothing to see or cull");
@@ -168,7 +168,8 @@ fn over_limit(item: &str, count: u64, limit: u64) -> Result<(), ErrorKind> {
     Ok(())
 }
 
-/// `outer` after `inner`. Exact where `outer` only permutes and flips axes, as that of the up axis does.
+/// `outer` after `inner`. Exact where `outer` only permutes and flips axes, as that of the up axis
+/// does.
 fn compose(outer: &Transform, inner: &Transform) -> Transform {
     let column = |v: [f64; 3]| -> [f64; 3] {
         std::array::from_fn(|r| (0..3).map(|c| f64::from(outer.linear[c][r]) * v[c]).sum())

@@ -1,4 +1,5 @@
-//! Cells and portals as a model has them: plain values with names, of which the engine's graph and shapes are made.
+//! Cells and portals as a model has them: plain values with names, of which the engine's graph and
+//! shapes are made.
 
 use cullet::Handle;
 use cullet::bounds::Plane;
@@ -12,11 +13,11 @@ use crate::convex::Convex;
 pub struct Cell {
     /// Its name; may be empty.
     pub name: String,
-    /// Convex pieces whose union it is, each by what it is within: planes `[nx, ny, nz, d]` with n·x ≤ d inside. A cell
-    /// without pieces is nowhere.
+    /// Convex pieces whose union it is, each by what it is within: planes `[nx, ny, nz, d]` with
+    /// n·x ≤ d inside. A cell without pieces is nowhere.
     pub pieces: Vec<Vec<[f64; 4]>>,
-    /// Convex pieces of it where surfaces stand: what stands there is of the cell, but no eye is there. See
-    /// [`CellShapes::with_skins`].
+    /// Convex pieces of it where surfaces stand: what stands there is of the cell, but no eye is
+    /// there. See [`CellShapes::with_skins`].
     #[serde(default)]
     pub skins: Vec<Vec<[f64; 4]>>,
 }
@@ -35,8 +36,8 @@ impl Cell {
         self.pieces.iter().any(|planes| planes.iter().all(within))
     }
 
-    /// The lowest and highest corner of its first piece, of a room that which holds most of it; `None` where that has no
-    /// volume. Cost: of n planes, n³ at the most.
+    /// The lowest and highest corner of its first piece, of a room that which holds most of it;
+    /// `None` where that has no volume. Cost: of n planes, n³ at the most.
     #[must_use]
     pub fn main_bounds(&self) -> Option<[[f64; 3]; 2]> {
         convex_of(self.pieces.first()?)?.bounds()
@@ -93,11 +94,12 @@ pub struct CellGraph {
 }
 
 impl CellGraph {
-    /// The engine's graph and shapes. Portals that are closed are shut. Cost: that of [`CellShapes::new`].
+    /// The engine's graph and shapes. Portals that are closed are shut. Cost: that of
+    /// [`CellShapes::new`].
     ///
     /// # Errors
-    /// As of [`cell::CellGraph::new`], [`cell::CellGraph::with_mirrors`] and [`CellShapes::new`]. Pieces are numbered
-    /// through all cells; [`piece_place`](Self::piece_place) says which it is.
+    /// As of [`cell::CellGraph::new`], [`cell::CellGraph::with_mirrors`] and [`CellShapes::new`].
+    /// Pieces are numbered through all cells; [`piece_place`](Self::piece_place) says which it is.
     pub fn build(&self) -> Result<(cell::CellGraph, CellShapes), CellError> {
         let portals = self.portals.iter();
         let portals = portals.map(|p| cell::Portal { cells: p.cells, polygon: p.polygon.clone() });
@@ -121,8 +123,8 @@ impl CellGraph {
         Ok((graph, if self.sealed { shapes.sealed() } else { shapes }))
     }
 
-    /// The cell of a piece by its number through all cells, skins behind all pieces; and its number within that cell,
-    /// skins behind its pieces.
+    /// The cell of a piece by its number through all cells, skins behind all pieces; and its number
+    /// within that cell, skins behind its pieces.
     #[must_use]
     pub fn piece_place(&self, piece: u32) -> Option<(u32, u32)> {
         let pieces = (0..).zip(&self.cells).map(|(cell, c)| (cell, 0, c.pieces.len()));
@@ -159,7 +161,8 @@ pub fn numbers(plane: &Plane) -> [f64; 4] {
 fn convex_of(planes: &[[f64; 4]]) -> Option<Convex> {
     let planes: Option<Vec<Plane>> = planes.iter().map(|p| plane(p).normalized()).collect();
     let (planes, reach) = (planes?, CellPiece::REACH);
-    // Cut out of so large a box corners are off by its rounding; out of a box about what is left they are not.
+    // Cut out of so large a box corners are off by its rounding; out of a box about what is left
+    // they are not.
     let [low, high] = Convex::new(planes.clone(), [-reach; 3], [reach; 3], 1e-6)?.bounds()?;
     Convex::new(planes, low.map(|v| v - 1.0), high.map(|v| v + 1.0), 1e-9)
 }

@@ -8,7 +8,8 @@ use crate::winding::{Cut, Winding};
 /// A convex solid with a volume.
 #[derive(Clone, Debug)]
 pub struct Convex {
-    /// Each face: its plane, of which the normal points out, and its outline, counter-clockwise from outside.
+    /// Each face: its plane, of which the normal points out, and its outline, counter-clockwise
+    /// from outside.
     faces: Vec<(Plane, Winding)>,
     /// Corners within so much of a plane are on it.
     on: f64,
@@ -52,7 +53,8 @@ impl Convex {
         self.faces.iter().map(|(plane, outline)| (plane, &outline.0[..]))
     }
 
-    /// The parts in front of a plane of unit length and behind it; `None` where there is nothing, or a sliver.
+    /// The parts in front of a plane of unit length and behind it; `None` where there is nothing,
+    /// or a sliver.
     pub fn cut(&self, plane: &Plane) -> (Option<Self>, Option<Self>) {
         let heights = self.corners().map(|p| plane.distance(p));
         let (low, high) =

@@ -1,7 +1,7 @@
 //! JSON, read where it lies: checked once as a whole, then split only as far as a reader asks.
 //!
-//! No tree of values is built, so that huge arrays cost what is made of them, and members that nobody asks for cost
-//! nothing.
+//! No tree of values is built, so that huge arrays cost what is made of them, and members that
+//! nobody asks for cost nothing.
 
 use std::borrow::Cow;
 
@@ -17,7 +17,8 @@ pub struct Object<'a>(Vec<(Cow<'a, str>, Json<'a>)>);
 
 /// Types that can be read from JSON.
 ///
-/// Messages begin with the defect; the caller knows the item. A struct reads an [`Object`] and asks for its members by name.
+/// Messages begin with the defect; the caller knows the item. A struct reads an [`Object`] and asks
+/// for its members by name.
 pub trait FromJson<'a>: Sized {
     /// Reads a value.
     ///
@@ -50,7 +51,8 @@ impl<'a> Json<'a> {
         self.0.strip_prefix('[').map(Items).ok_or_else(|| self.unexpected(expected))
     }
 
-    /// Returns the number, from 1, of the line of `whole` on which the value begins, if it is part of it.
+    /// Returns the number, from 1, of the line of `whole` on which the value begins, if it is part
+    /// of it.
     #[must_use]
     pub fn line_in(self, whole: &str) -> usize {
         let at = (self.0.as_ptr() as usize).saturating_sub(whole.as_ptr() as usize);
@@ -180,7 +182,8 @@ impl<'a> Object<'a> {
     }
 }
 
-/// Declares structs that are read from objects: for each member the method of [`Object`] that reads it, and its name there.
+/// Declares structs that are read from objects: for each member the method of [`Object`] that reads
+/// it, and its name there.
 #[macro_export]
 macro_rules! from_json {
     ($($(#[$meta:meta])* $seen:vis struct $name:ident $(<$life:lifetime>)? {
@@ -258,8 +261,8 @@ impl FromJson<'_> for bool {
     }
 }
 
-/// A number beyond f64 is infinite: a parser of JSON would refuse the whole file, but one such transform should not cost the
-/// user the rest.
+/// A number beyond f64 is infinite: a parser of JSON would refuse the whole file, but one such
+/// transform should not cost the user the rest.
 impl FromJson<'_> for f64 {
     fn from_json(json: Json<'_>) -> Result<Self, String> {
         json.0.parse().map_err(|_| format!("expected a number, found {}", start(json.0)))

@@ -1,8 +1,9 @@
 //! Loads and saves models: glTF and GLB, OBJ, PLY, STL, OFF, and baked files.
 //!
-//! Each layer knows those below it: the model and how it moves; the builder and what reads blocks and text; a file for
-//! each format; which format a file has; loading, posing and saving. [`reader`] has the parts that readers of other
-//! formats are made of; `cullet-maps` and `cullet-scenes` are made of them.
+//! Each layer knows those below it: the model and how it moves; the builder and what reads blocks
+//! and text; a file for each format; which format a file has; loading, posing and saving.
+//! [`reader`] has the parts that readers of other formats are made of; `cullet-maps` and
+//! `cullet-scenes` are made of them.
 #![forbid(unsafe_code)]
 
 mod attributes;

@@ -9,27 +9,29 @@ use crate::{
     CellGraph, ErrorKind, LoadError, LoadOptions, Model, Warning, gltf, obj, off, ply, stl,
 };
 
-/// Loads a model: GLB, glTF, OBJ, PLY, STL or OFF, told by content first, then by ending. Maps, 3D Tiles and `OCCSCN01`
-/// are recognised and refused: `cullet_maps::load` reads them too.
+/// Loads a model: GLB, glTF, OBJ, PLY, STL or OFF, told by content first, then by ending. Maps, 3D
+/// Tiles and `OCCSCN01` are recognised and refused: `cullet_maps::load` reads them too.
 ///
-/// OBJ, PLY, STL and OFF say nothing of sides: their solids are one-sided, all else is two-sided. Every vertex of the
-/// model is finite and every index in range; a file without triangles loads as an empty scene with a warning. Memory stays within three times the decoded geometry (12 bytes
-/// a vertex and 12 a triangle), what is prepared for culling, and a little: OBJ, PLY, STL and OFF are read in blocks, and counts that a
-/// file claims are held against the bytes it has before anything is allocated. What
-/// [`LoadOptions::details`] keeps comes on top: its own size, in OBJ twice that and some 40 bytes for each
-/// combination of position, texture coordinates and normal.
+/// OBJ, PLY, STL and OFF say nothing of sides: their solids are one-sided, all else is two-sided.
+/// Every vertex of the model is finite and every index in range; a file without triangles loads as
+/// an empty scene with a warning. Memory stays within three times the decoded geometry (12 bytes a
+/// vertex and 12 a triangle), what is prepared for culling, and a little: OBJ, PLY, STL and OFF are
+/// read in blocks, and counts that a file claims are held against the bytes it has before anything
+/// is allocated. What [`LoadOptions::details`] keeps comes on top: its own size, in OBJ twice that
+/// and some 40 bytes for each combination of position, texture coordinates and normal.
 ///
 /// # Errors
-/// If the file cannot be read, is of no known kind, is invalid, or exceeds a limit of `options`. The
-/// error names the file, the item (a line, a vertex, a face), the value and what would be right.
+/// If the file cannot be read, is of no known kind, is invalid, or exceeds a limit of `options`.
+/// The error names the file, the item (a line, a vertex, a face), the value and what would be
+/// right.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Model, LoadError> {
     load_by(path, options, decode)
 }
 
-/// Loads a model from memory. `name` stands for the file's name in messages, and its ending helps to
-/// recognise formats without a signature (OBJ). No other file is opened: the materials of an OBJ stay
-/// grey, with a warning, and a glTF with external buffers is an error that names the first of them;
-/// [`load_bytes_with`] takes such files along.
+/// Loads a model from memory. `name` stands for the file's name in messages, and its ending helps
+/// to recognise formats without a signature (OBJ). No other file is opened: the materials of an OBJ
+/// stay grey, with a warning, and a glTF with external buffers is an error that names the first of
+/// them; [`load_bytes_with`] takes such files along.
 ///
 /// # Errors
 /// As [`load`].
@@ -37,9 +39,10 @@ pub fn load_bytes(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Mod
     load_bytes_with(name, bytes, &[], options)
 }
 
-/// Loads a model from memory with the files that it names: buffers of a glTF, material libraries of an
-/// OBJ. `beside` has their names and contents; folders in names are passed over, on both sides, and a name
-/// may differ in small letters and capitals where none is the same. What is not named is not looked at.
+/// Loads a model from memory with the files that it names: buffers of a glTF, material libraries of
+/// an OBJ. `beside` has their names and contents; folders in names are passed over, on both sides,
+/// and a name may differ in small letters and capitals where none is the same. What is not named is
+/// not looked at.
 ///
 /// # Errors
 /// As [`load`]; a buffer that is not among them is named.
@@ -85,8 +88,9 @@ pub fn load_bytes_by(
         .map_err(|kind| kind.at(path))
 }
 
-/// Moves the scene's origin to the middle of a model that lies far from zero, as maps do, so that the
-/// bounds of its instances, which are f32, stay tight; then prepares what is wanted, and finds what is in its cells.
+/// Moves the scene's origin to the middle of a model that lies far from zero, as maps do, so that
+/// the bounds of its instances, which are f32, stay tight; then prepares what is wanted, and finds
+/// what is in its cells.
 fn finished(mut model: Model, options: &LoadOptions) -> Result<Model, ErrorKind> {
     let extent = model.scene.extent();
     let length = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -114,7 +118,8 @@ fn is_map(model: &Model) -> bool {
     model.eye_height.is_some()
 }
 
-/// Decodes a file of a format that is read here; `beside` is where files named by the model are looked for.
+/// Decodes a file of a format that is read here; `beside` is where files named by the model are
+/// looked for.
 ///
 /// # Errors
 /// If the file is of another format, invalid, or over a limit.
@@ -126,8 +131,8 @@ pub fn decode(
 ) -> Result<Model, ErrorKind> {
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let head = source.head(Source::HEAD)?;
-    // The bytes of the file are freed before meshes are made: the peak is the greater of the two halves,
-    // not their sum.
+    // The bytes of the file are freed before meshes are made: the peak is the greater of the two
+    // halves, not their sum.
     let builder = match recognise(path, &head, source.size())? {
         // Owned, so that it can be freed once it is decoded.
         Format::Gltf => return gltf::load(path, source.into_bytes()?, options, beside),

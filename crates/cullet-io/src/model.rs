@@ -22,10 +22,11 @@ pub struct Model {
     /// The name of each mesh, by its number.
     pub mesh_names: Vec<String>,
     /// Attributes of the vertices of each mesh besides positions, by its number; empty unless
-    /// [`LoadOptions::details`](crate::LoadOptions::details) requests them. Meshes beyond the end have none.
+    /// [`LoadOptions::details`](crate::LoadOptions::details) requests them. Meshes beyond the end
+    /// have none.
     pub attributes: Vec<Attributes>,
-    /// The name of each instance, by the index of its handle; empty where names are made up from the
-    /// meshes', as for a scene of millions.
+    /// The name of each instance, by the index of its handle; empty where names are made up from
+    /// the meshes', as for a scene of millions.
     pub instance_names: Vec<String>,
     /// The nodes of the file and which of them drew each instance; empty where the format has none.
     pub node_tree: NodeTree,
@@ -42,23 +43,24 @@ pub struct Model {
     pub placed: Option<Cells>,
     /// Visible sets of the cells that the file brings along: of maps that were baked.
     pub cell_sets: Option<VisibleSets<'static>>,
-    /// Height of a person's eyes above the ground in the model's units, where the format says what its units are: of maps.
+    /// Height of a person's eyes above the ground in the model's units, where the format says what
+    /// its units are: of maps.
     pub eye_height: Option<f64>,
     /// How it moves, if it does; see [`Model::pose`](Self::pose).
     pub motion: Option<Motion>,
     /// Baked data of its meshes, where the file has any: the kinds of the scene's levels, and how
     /// they were measured.
     pub baked: Option<Baked>,
-    /// The number that each mesh has in its file, where the format numbers them (glTF). Meshes beyond the end are of no
-    /// file. One that nodes deform is there once for each of them.
+    /// The number that each mesh has in its file, where the format numbers them (glTF). Meshes
+    /// beyond the end are of no file. One that nodes deform is there once for each of them.
     pub file_meshes: Vec<u32>,
     /// Defects of the file that did not stop it from loading.
     pub warnings: Vec<Warning>,
 }
 
 impl Model {
-    /// The name of the instance of a handle: its own, or its mesh's with the handle's index (`oak 12`)
-    /// where it has none. A handle that names no instance has the name `instance 12`.
+    /// The name of the instance of a handle: its own, or its mesh's with the handle's index (`oak
+    /// 12`) where it has none. A handle that names no instance has the name `instance 12`.
     #[must_use]
     pub fn instance_name(&self, handle: Handle) -> Cow<'_, str> {
         if let Some(name) = self.instance_names.get(handle.index as usize).filter(|n| !n.is_empty())
@@ -71,8 +73,8 @@ impl Model {
         Cow::Owned(format!("{} {}", mesh.map_or("instance", String::as_str), handle.index))
     }
 
-    /// Finds what is in the model's [cells](Self::cells), if there are any, in place of those that were
-    /// [placed](Self::placed).
+    /// Finds what is in the model's [cells](Self::cells), if there are any, in place of those that
+    /// were [placed](Self::placed).
     ///
     /// # Errors
     /// If [`CellGraph::build`] refuses them; those that were placed stay.
@@ -90,16 +92,16 @@ impl Model {
         InCells::new(&self.scene, self.placed.as_ref())
     }
 
-    /// Finds again which instances are in which cells, after the scene changed. The cost is that of what changed, but after a
-    /// commit.
+    /// Finds again which instances are in which cells, after the scene changed. The cost is that of
+    /// what changed, but after a commit.
     pub fn update_cells(&mut self) {
         if let Some(placed) = &mut self.placed {
             placed.update(&self.scene);
         }
     }
 
-    /// Measures the node tree; `None` if it is none: a file's is one, but one that was written by hand may have
-    /// a loop. O(nodes + instances).
+    /// Measures the node tree; `None` if it is none: a file's is one, but one that was written by
+    /// hand may have a loop. O(nodes + instances).
     #[must_use]
     pub fn node_tree_statistics(&self) -> Option<NodeTreeStatistics> {
         let handles = self.scene.slots().filter_map(|slot| self.scene.handle(slot));
@@ -160,7 +162,8 @@ impl std::fmt::Display for Warning {
     }
 }
 
-/// How a model moves: the animations, skins and morph targets of a glTF, or a built-in scene's time.
+/// How a model moves: the animations, skins and morph targets of a glTF, or a built-in scene's
+/// time.
 #[derive(Debug)]
 pub struct Motion {
     pub(crate) kind: MotionKind,
@@ -186,8 +189,8 @@ impl std::fmt::Debug for MotionKind {
 }
 
 impl Motion {
-    /// The motion of a model that is made by rule: `make` gives it as it is after a number of seconds, with the same
-    /// instances and meshes.
+    /// The motion of a model that is made by rule: `make` gives it as it is after a number of
+    /// seconds, with the same instances and meshes.
     #[must_use]
     pub fn made(make: impl Fn(f64) -> Result<Model, String> + Send + Sync + 'static) -> Self {
         Self { kind: MotionKind::Made(Box::new(make)) }

@@ -6,10 +6,10 @@ use crate::blocks::Source;
 use crate::format::{Format, recognise};
 use crate::{ErrorKind, LoadError, gltf, obj};
 
-/// The files that loading a model looks for beside it: buffers of a glTF, material libraries of an OBJ. Paths from the
-/// model's folder, in it or below, without `..`, in the order in which they are named, none twice; whether they are
-/// there is not checked. What an OBJ names with blanks in it is one file or several, so all of them are told. Other
-/// formats name nothing.
+/// The files that loading a model looks for beside it: buffers of a glTF, material libraries of an
+/// OBJ. Paths from the model's folder, in it or below, without `..`, in the order in which they are
+/// named, none twice; whether they are there is not checked. What an OBJ names with blanks in it is
+/// one file or several, so all of them are told. Other formats name nothing.
 ///
 /// Reads the JSON of a glTF or GLB, and all of an OBJ.
 ///

@@ -7,11 +7,12 @@ pub struct NodeTree {
     pub parents: Vec<u32>,
     /// The name of each node; empty where it has none.
     pub names: Vec<String>,
-    /// The transform of each node to its parent, column-major, a root's to the scene; as the file has it,
-    /// whatever moved since. Empty unless [`LoadOptions::details`](crate::LoadOptions::details) requests it.
+    /// The transform of each node to its parent, column-major, a root's to the scene; as the file
+    /// has it, whatever moved since. Empty unless
+    /// [`LoadOptions::details`](crate::LoadOptions::details) requests it.
     pub locals: Vec<[f64; 16]>,
-    /// The node that drew each instance, by the index of the instance's handle. Those beyond the end were
-    /// drawn by none.
+    /// The node that drew each instance, by the index of the instance's handle. Those beyond the
+    /// end were drawn by none.
     pub node_of_instance: Vec<u32>,
 }
 
@@ -53,8 +54,8 @@ impl NodeTree {
         }
     }
 
-    /// Nodes, each after its parent, with the depth of each, 1 for a root; `None` if a parent is no node, or
-    /// parents go round in a loop.
+    /// Nodes, each after its parent, with the depth of each, 1 for a root; `None` if a parent is no
+    /// node, or parents go round in a loop.
     fn parents_first(&self) -> Option<(Vec<u32>, Vec<usize>)> {
         let mut depth = vec![0; self.len()];
         let mut order = Vec::with_capacity(self.len());
@@ -78,8 +79,8 @@ impl NodeTree {
         Some((order, depth))
     }
 
-    /// Measures the tree with its instances, given by the indices of their handles. `None` if a parent is no node, or
-    /// parents go round in a loop. O(nodes + instances).
+    /// Measures the tree with its instances, given by the indices of their handles. `None` if a
+    /// parent is no node, or parents go round in a loop. O(nodes + instances).
     pub(crate) fn statistics(
         &self,
         instances: impl Iterator<Item = u32>,

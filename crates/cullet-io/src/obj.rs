@@ -1,6 +1,6 @@
-//! Wavefront OBJ: polygons in groups. Each object or group is a mesh with one instance, each material
-//! of a mesh a part; texture coordinates, normals and colours are kept where they are wanted; smoothing
-//! groups, points, lines and free-form surfaces are passed over.
+//! Wavefront OBJ: polygons in groups. Each object or group is a mesh with one instance, each
+//! material of a mesh a part; texture coordinates, normals and colours are kept where they are
+//! wanted; smoothing groups, points, lines and free-form surfaces are passed over.
 
 mod attributes;
 
@@ -106,8 +106,8 @@ fn several(names: &[u8]) -> Vec<&[u8]> {
     all.filter(|n| !n.is_empty() && n.len() < names.len()).collect()
 }
 
-/// The libraries that a file names, separators of Windows read as such; where a line may name one with blanks in it
-/// or several, both.
+/// The libraries that a file names, separators of Windows read as such; where a line may name one
+/// with blanks in it or several, both.
 ///
 /// # Errors
 /// If the file cannot be read.

@@ -1,5 +1,6 @@
-//! OFF, the text format of Geomview: one mesh of polygons. Texture coordinates, normals and colours of
-//! the variants STOFF, NOFF, COFF and their mixtures are passed over; so are comments from `#` on.
+//! OFF, the text format of Geomview: one mesh of polygons. Texture coordinates, normals and colours
+//! of the variants STOFF, NOFF, COFF and their mixtures are passed over; so are comments from `#`
+//! on.
 
 use cullet::mesh::MeshData;
 
@@ -125,7 +126,8 @@ fn read_header(c: &mut Cursor<'_>) -> Result<[u64; 2], ErrorKind> {
     Ok(counts)
 }
 
-/// The first three numbers; whatever else the line has is a normal, a colour or a texture coordinate.
+/// The first three numbers; whatever else the line has is a normal, a colour or a texture
+/// coordinate.
 fn read_vertex(c: &mut Cursor<'_>, vertex: u64) -> Result<[f32; 3], ErrorKind> {
     let mut position = [0.0f32; 3];
     for value in &mut position {

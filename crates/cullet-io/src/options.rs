@@ -14,16 +14,18 @@ pub struct LoadOptions {
     pub max_triangles: u64,
     /// The most instances.
     pub max_instances: u64,
-    /// Whether what only writers of files need is kept: normals, texture coordinates and colours of vertices
-    /// (glTF, OBJ and PLY), and the places of nodes that draw nothing (glTF). Off by default; it costs
-    /// up to 36 bytes a vertex and 128 a node.
+    /// Whether what only writers of files need is kept: normals, texture coordinates and colours of
+    /// vertices (glTF, OBJ and PLY), and the places of nodes that draw nothing (glTF). Off by
+    /// default; it costs up to 36 bytes a vertex and 128 a node.
     pub details: bool,
-    /// Whether levels of detail that the file has baked are read (`CULLET_baked` of glTF). On by default.
+    /// Whether levels of detail that the file has baked are read (`CULLET_baked` of glTF). On by
+    /// default.
     pub levels: bool,
-    /// Whether impostors among them are read, where `levels` are. Off by default: they are for renderers that draw them, and
-    /// one that does not would draw their boxes.
+    /// Whether impostors among them are read, where `levels` are. Off by default: they are for
+    /// renderers that draw them, and one that does not would draw their boxes.
     pub impostors: bool,
-    /// Data for culling to be made of each mesh; [`Scene::prepare`](cullet::Scene::prepare) makes them later.
+    /// Data for culling to be made of each mesh; [`Scene::prepare`](cullet::Scene::prepare) makes
+    /// them later.
     pub prepare: Preparation,
 }
 

@@ -4,16 +4,17 @@ use glam::{DVec2, DVec3};
 
 use crate::blocks::make_room;
 
-/// Points tested against a candidate ear, at most, for each corner of a polygon. Simple polygons of up
-/// to some 250 corners stay well below; it keeps a hostile file from costing the cube of its size.
+/// Points tested against a candidate ear, at most, for each corner of a polygon. Simple polygons of
+/// up to some 250 corners stay well below; it keeps a hostile file from costing the cube of its
+/// size.
 const TESTS_PER_CORNER: usize = 512;
 
 /// For a warning, after the count of [`Triangulator::fanned`].
 pub(crate) const CONCAVE: &str = "concave polygons that cross themselves or are very large were \
      cut as fans, which may cover more than they do";
 
-/// Cuts polygons of n corners into n − 2 triangles: a fan from the first corner where the polygon is
-/// convex, ears where it is not (Meisters, *Polygons Have Ears*, 1975).
+/// Cuts polygons of n corners into n − 2 triangles: a fan from the first corner where the polygon
+/// is convex, ears where it is not (Meisters, *Polygons Have Ears*, 1975).
 #[derive(Debug, Default)]
 pub struct Triangulator {
     flat: Vec<DVec2>,
@@ -43,7 +44,8 @@ impl Triangulator {
         self.cut_ears(polygon, out);
     }
 
-    /// Whether no corner turns against the rest. Leaves the flattened polygon, counter-clockwise, in `flat`.
+    /// Whether no corner turns against the rest. Leaves the flattened polygon, counter-clockwise,
+    /// in `flat`.
     fn is_convex(&mut self, polygon: &[u32], positions: &[[f32; 3]]) -> bool {
         let point = |v: u32| DVec3::from(positions[v as usize].map(f64::from));
         let origin = point(polygon[0]);
@@ -51,7 +53,8 @@ impl Triangulator {
         // Newell's normal: right for any flat polygon, a fair mean for one that is not flat.
         let normal: DVec3 = (0..polygon.len()).map(|i| around(i).cross(around(i + 1))).sum();
         let size = normal.abs();
-        // Dropping the axis along which the normal is longest keeps the winding, mirrored where needed.
+        // Dropping the axis along which the normal is longest keeps the winding, mirrored where
+        // needed.
         let flatten = |p: DVec3| {
             let (flat, n) = if size.x >= size.y && size.x >= size.z {
                 (DVec2::new(p.y, p.z), normal.x)

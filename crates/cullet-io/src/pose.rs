@@ -41,23 +41,24 @@ pub enum PoseError {
 }
 
 impl Model {
-    /// Poses the model at a time: every instance that moves is put where it is then, and every mesh that
-    /// deforms gets the positions that it has then, under bounds from its joints and morph targets
-    /// (prepared at loading, so that they know nothing of those positions). Handles and slots stay; the
-    /// nodes of the hierarchy are fitted again. A model without [`motion`](Self::motion) is left as it is.
+    /// Poses the model at a time: every instance that moves is put where it is then, and every mesh
+    /// that deforms gets the positions that it has then, under bounds from its joints and morph
+    /// targets (prepared at loading, so that they know nothing of those positions). Handles and
+    /// slots stay; the nodes of the hierarchy are fitted again. A model without
+    /// [`motion`](Self::motion) is left as it is.
     ///
-    /// Of a glTF, every animation is played and starts again at its end, but not one that moves what an
-    /// earlier one of the file moves. Skins blend in f64. What is both morphed and skinned is morphed
-    /// first. The built-in `moving` is taken at that many seconds after the `t` of its text, to the
-    /// millisecond.
+    /// Of a glTF, every animation is played and starts again at its end, but not one that moves
+    /// what an earlier one of the file moves. Skins blend in f64. What is both morphed and skinned
+    /// is morphed first. The built-in `moving` is taken at that many seconds after the `t` of its
+    /// text, to the millisecond.
     ///
-    /// Costs O(nodes) for what is rigid; O(vertices × (joints + targets)), and a new [`Mesh`](cullet::Mesh),
-    /// for what deforms. A built-in scene is made anew.
+    /// Costs O(nodes) for what is rigid; O(vertices × (joints + targets)), and a new
+    /// [`Mesh`](cullet::Mesh), for what deforms. A built-in scene is made anew.
     ///
     /// # Errors
-    /// If `seconds` is not finite, a deformed vertex is nowhere, a built-in scene has no such time, or an
-    /// instance that moves was removed. The model may then be posed in part; posing it again at another
-    /// time makes it whole.
+    /// If `seconds` is not finite, a deformed vertex is nowhere, a built-in scene has no such time,
+    /// or an instance that moves was removed. The model may then be posed in part; posing it again
+    /// at another time makes it whole.
     pub fn pose(&mut self, seconds: f64) -> Result<(), PoseError> {
         if !seconds.is_finite() {
             return Err(PoseError::Time(seconds));
@@ -77,7 +78,8 @@ impl Model {
     }
 }
 
-/// Puts what moves with a node where it is then, and gives deformed meshes their positions and bounds.
+/// Puts what moves with a node where it is then, and gives deformed meshes their positions and
+/// bounds.
 fn pose_rig(rig: &Rig, model: &mut Model, seconds: f64) -> Result<(), PoseError> {
     let globals = rig.globals(seconds);
     for f in &rig.followers {
@@ -114,7 +116,8 @@ fn pose_deformed(
     let mut joints = Vec::new();
     let mut place = None;
     if let Some(skin) = &deformed.skin {
-        // A skin is placed by its joints alone. About the first of them, so that positions stay small.
+        // A skin is placed by its joints alone. About the first of them, so that positions stay
+        // small.
         let centre = skin.nodes.first().map(|&n| globals[n as usize].translation);
         let centre = centre.filter(|c| c.is_finite()).unwrap_or_default();
         let local = |&n: &u32| {

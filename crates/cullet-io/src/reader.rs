@@ -1,7 +1,7 @@
 //! Parts of a reader: what a format that is read elsewhere shares with those that are read here.
 //!
-//! [`Source`] is a file or bytes in memory, [`Beside`] the files that it names, and a [`Builder`] makes the model,
-//! within the limits of [`LoadOptions`](crate::LoadOptions).
+//! [`Source`] is a file or bytes in memory, [`Beside`] the files that it names, and a [`Builder`]
+//! makes the model, within the limits of [`LoadOptions`](crate::LoadOptions).
 
 pub use crate::beside::{Beside, Missing};
 pub use crate::blocks::Source;

@@ -1,5 +1,6 @@
 //! STL, ASCII and binary. Each solid is a mesh with one instance; its triangles share the vertices
-//! whose coordinates have the same bits. Normals and colours are passed over: winding tells the front.
+//! whose coordinates have the same bits. Normals and colours are passed over: winding tells the
+//! front.
 
 use cullet::mesh::MeshData;
 
@@ -15,8 +16,8 @@ const HEADER: u64 = 84;
 /// Bytes of a triangle: a normal, three corners, two bytes of attributes.
 const TRIANGLE: u64 = 50;
 
-/// Whether `size`, that of a file which begins with `head`, is that of a binary STL with the count that
-/// it states. Binary files may begin with "solid" too, so only this tells.
+/// Whether `size`, that of a file which begins with `head`, is that of a binary STL with the count
+/// that it states. Binary files may begin with "solid" too, so only this tells.
 pub(crate) fn is_binary(head: &[u8], size: u64) -> bool {
     stated(head).is_some_and(|n| n > 0 && size == HEADER + u64::from(n) * TRIANGLE)
 }

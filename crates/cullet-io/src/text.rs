@@ -1,11 +1,11 @@
 //! A cursor over a text file that is read in blocks: blanks, tokens, numbers, lines.
 //!
-//! `\n` and `\r` both end a line, so `\r\n` reads as a line and an empty one after it; no format here
-//! minds. Line numbers are counted only for messages, by reading the file once more.
+//! `\n` and `\r` both end a line, so `\r\n` reads as a line and an empty one after it; no format
+//! here minds. Line numbers are counted only for messages, by reading the file once more.
 //!
-//! The cursor holds whole lines, and everything but [`Cursor::more`] and [`Cursor::skip_space`] stays
-//! among those that are held. So a reader calls `more` wherever a line may begin, and looks at a line
-//! as if the file were all there. A line may have any length.
+//! The cursor holds whole lines, and everything but [`Cursor::more`] and [`Cursor::skip_space`]
+//! stays among those that are held. So a reader calls `more` wherever a line may begin, and looks
+//! at a line as if the file were all there. A line may have any length.
 
 use crate::ErrorKind;
 use crate::blocks::{Source, Window};
@@ -148,8 +148,8 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Skips blanks, line ends, and comments from `#` to the end of their line, to where the next line
-    /// begins if need be.
+    /// Skips blanks, line ends, and comments from `#` to the end of their line, to where the next
+    /// line begins if need be.
     #[inline]
     pub(crate) fn skip_space(&mut self) -> Result<(), ErrorKind> {
         loop {
@@ -240,8 +240,8 @@ impl<'a> Cursor<'a> {
         whole && length > 0
     }
 
-    /// A decimal integer with an optional sign, whatever follows it; `None`, and no step, where there is
-    /// none or it exceeds 63 bits.
+    /// A decimal integer with an optional sign, whatever follows it; `None`, and no step, where
+    /// there is none or it exceeds 63 bits.
     #[inline]
     pub(crate) fn integer_prefix(&mut self) -> Option<i64> {
         let rest = self.rest();

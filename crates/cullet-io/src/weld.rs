@@ -7,8 +7,8 @@ use crate::blocks::push;
 
 const EMPTY: u32 = u32::MAX;
 
-/// Gives each distinct position one number, in the order of first sight; −0 is 0. Open addressing with
-/// linear probing, seeded at random so that no file can be made to collide; O(1) a position.
+/// Gives each distinct position one number, in the order of first sight; −0 is 0. Open addressing
+/// with linear probing, seeded at random so that no file can be made to collide; O(1) a position.
 #[derive(Debug)]
 pub struct Welder {
     positions: Vec<[f32; 3]>,
@@ -33,8 +33,8 @@ impl Welder {
     pub fn weld(&mut self, position: [f32; 3]) -> u32 {
         // Adding 0 turns −0 into 0, so that equal positions have equal bits.
         let position = position.map(|v| v + 0.0);
-        // At most two thirds full: at one half the table of a file that shares no vertex, doubled, would
-        // take loading beyond thrice the geometry.
+        // At most two thirds full: at one half the table of a file that shares no vertex, doubled,
+        // would take loading beyond thrice the geometry.
         if self.positions.len() * 3 >= self.table.len() * 2 {
             self.grow();
         }

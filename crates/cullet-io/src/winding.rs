@@ -3,8 +3,8 @@
 use cullet::bounds::Plane;
 use glam::DVec3;
 
-/// Distance within which a corner is on a plane, in units of the map. Planes and corners of maps are f32, off by some
-/// thousandths where a map is thousands of units large.
+/// Distance within which a corner is on a plane, in units of the map. Planes and corners of maps
+/// are f32, off by some thousandths where a map is thousands of units large.
 pub const ON: f64 = 0.01;
 
 /// A convex polygon in a plane.
@@ -25,8 +25,8 @@ pub enum Cut {
 }
 
 impl Winding {
-    /// A square in a plane, counter-clockwise from its front, about the point of it that is nearest to `centre`, reaching
-    /// `reach` to each side at least.
+    /// A square in a plane, counter-clockwise from its front, about the point of it that is nearest
+    /// to `centre`, reaching `reach` to each side at least.
     pub fn square(plane: &Plane, centre: DVec3, reach: f64) -> Self {
         let normal = DVec3::from(plane.normal);
         let middle = centre - normal * plane.distance(centre);
@@ -139,7 +139,8 @@ impl Winding {
     }
 }
 
-/// How far `p` lies to the inner side of the edge from `a` to `b` of a polygon that is counter-clockwise about `normal`.
+/// How far `p` lies to the inner side of the edge from `a` to `b` of a polygon that is
+/// counter-clockwise about `normal`.
 fn off(a: DVec3, b: DVec3, p: DVec3, normal: DVec3) -> f64 {
     normal.cross(b - a).normalize_or_zero().dot(p - a)
 }

@@ -1,7 +1,9 @@
-//! Maps and tiles: Quake and Quake 3 with their cells and visible sets ([`bsp`]), portal graphs ([`Prt`]), 3D Tiles, and
-//! `OCCSCN01` ([`occscn`]) with [recordings](recording) of occlusion culling.
+//! Maps and tiles: Quake and Quake 3 with their cells and visible sets ([`bsp`]), portal graphs
+//! ([`Prt`]), 3D Tiles, and `OCCSCN01` ([`occscn`]) with [recordings](recording) of occlusion
+//! culling.
 //!
-//! [`load()`] loads every file that the programs of `cullet` read: these, and those of [`cullet_io`].
+//! [`load()`] loads every file that the programs of `cullet` read: these, and those of
+//! [`cullet_io`].
 #![forbid(unsafe_code)]
 
 pub mod bsp;

@@ -7,11 +7,11 @@ use cullet_io::{ErrorKind, LoadError, LoadOptions, Model};
 
 use crate::{bsp, occscn};
 
-/// Loads a model of any format: 3D Tiles, a Quake or Quake 3 map, `OCCSCN01`, or one that [`cullet_io::load`] reads; told by
-/// content first, then by ending.
+/// Loads a model of any format: 3D Tiles, a Quake or Quake 3 map, `OCCSCN01`, or one that
+/// [`cullet_io::load`] reads; told by content first, then by ending.
 ///
-/// A map has z up; its walls are one-sided, and a mesh is what is in one of its cells. All else is said of
-/// [`cullet_io::load`].
+/// A map has z up; its walls are one-sided, and a mesh is what is in one of its cells. All else is
+/// said of [`cullet_io::load`].
 ///
 /// # Errors
 /// As [`cullet_io::load`].
@@ -27,7 +27,8 @@ pub fn load_bytes(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Mod
     load_bytes_with(name, bytes, &[], options)
 }
 
-/// Loads a model of any format from memory with the files that it names, as [`cullet_io::load_bytes_with`] does.
+/// Loads a model of any format from memory with the files that it names, as
+/// [`cullet_io::load_bytes_with`] does.
 ///
 /// # Errors
 /// As [`cullet_io::load`].

@@ -1,10 +1,10 @@
-//! `OCCSCN01`, the plain exchange format for occlusion benchmarks: occluder triangles in world space,
-//! cameras as matrices, and boxes to be tested.
+//! `OCCSCN01`, the plain exchange format for occlusion benchmarks: occluder triangles in world
+//! space, cameras as matrices, and boxes to be tested.
 //!
-//! Little-endian, packed: the magic; six u32 (vertices, triangles, meshes, cameras, objects, 0); the
-//! vertices, three f32 each; the triangles, three u32 each; the meshes, `first triangle, count, box`;
-//! the cameras, `matrix (column-major, depth 0..1), eye, near`; the objects, a box each. A box is its
-//! lowest and its highest corner.
+//! Little-endian, packed: the magic; six u32 (vertices, triangles, meshes, cameras, objects, 0);
+//! the vertices, three f32 each; the triangles, three u32 each; the meshes, `first triangle, count,
+//! box`; the cameras, `matrix (column-major, depth 0..1), eye, near`; the objects, a box each. A
+//! box is its lowest and its highest corner.
 
 mod make;
 
@@ -67,8 +67,8 @@ pub struct Occscn {
 }
 
 impl Occscn {
-    /// Reads a file and checks it: every number finite, every index in range, each triangle in one mesh,
-    /// no box inside out. Allocates no more than the bytes at hand account for.
+    /// Reads a file and checks it: every number finite, every index in range, each triangle in one
+    /// mesh, no box inside out. Allocates no more than the bytes at hand account for.
     ///
     /// # Errors
     /// The first defect, with its number, value and limit.
@@ -158,7 +158,8 @@ impl Occscn {
         Ok(())
     }
 
-    /// Each triangle must be in one mesh: overlaps could claim far more triangles than the file has.
+    /// Each triangle must be in one mesh: overlaps could claim far more triangles than the file
+    /// has.
     fn check_meshes(&self) -> Result<(), ErrorKind> {
         let triangles = self.triangles.len() as u64;
         let mut order: Vec<usize> = (0..self.meshes.len()).collect();
@@ -270,13 +271,14 @@ impl Occscn {
     }
 
     /// The contents for a model: instances with
-    /// [`no_occlusion`](cullet::InstanceFlags::no_occlusion) are objects, by their bounds, and so are
-    /// those of which nothing is opaque; all others are meshes, one each, in world space, with their
-    /// opaque triangles; [`Model::views`] are the cameras. Sides, materials, names and levels are lost.
-    /// Positions are rounded to f32, so a scene far from 0 loses what f32 loses.
+    /// [`no_occlusion`](cullet::InstanceFlags::no_occlusion) are objects, by their bounds, and so
+    /// are those of which nothing is opaque; all others are meshes, one each, in world space, with
+    /// their opaque triangles; [`Model::views`] are the cameras. Sides, materials, names and levels
+    /// are lost. Positions are rounded to f32, so a scene far from 0 loses what f32 loses.
     ///
     /// # Errors
-    /// If a count does not fit 32 bits, or an instance has bounds or a transform that are not finite.
+    /// If a count does not fit 32 bits, or an instance has bounds or a transform that are not
+    /// finite.
     pub fn from_model(model: &Model) -> Result<Self, ErrorKind> {
         let mut out = Self::gather(model, |slot| match model.scene.flags(slot).no_occlusion {
             true => Role::Object,
@@ -366,8 +368,9 @@ pub fn write(model: &Model, out: &mut impl Write) -> io::Result<()> {
     scene.write(out)
 }
 
-/// Each mesh is a mesh with an instance `mesh N`; each object an instance `object N` of one unit box,
-/// which never serves as an occluder and whose bounds are exactly the file's; each camera a view.
+/// Each mesh is a mesh with an instance `mesh N`; each object an instance `object N` of one unit
+/// box, which never serves as an occluder and whose bounds are exactly the file's; each camera a
+/// view.
 pub(crate) fn read<'o>(
     name: &str,
     bytes: &[u8],
@@ -399,7 +402,8 @@ pub(crate) fn read<'o>(
     Ok(builder)
 }
 
-/// The greatest f32 extent that does not carry `min` beyond `max`: what is drawn stays in its bounds.
+/// The greatest f32 extent that does not carry `min` beyond `max`: what is drawn stays in its
+/// bounds.
 fn inner_extent(min: f32, max: f32) -> f32 {
     let (min, max) = (f64::from(min), f64::from(max));
     let mut extent = (max - min) as f32;

@@ -1,4 +1,5 @@
-//! `.prt`, the portal graphs that map compilers of the Quake family write: cells and the portals between them, as text.
+//! `.prt`, the portal graphs that map compilers of the Quake family write: cells and the portals
+//! between them, as text.
 //!
 //! Three variants, told by the first word; after it follow, all parted by blanks:
 //!
@@ -8,8 +9,9 @@
 //! | `PRT2` | leafs, clusters, portals | the leafs of each cluster, each list ended by −1 |
 //! | `PRT1-AM` | clusters, portals, leafs | the cluster of each leaf |
 //!
-//! A portal is `n a b (x y z) ...`, n times, with one number more for Quake 3 (a hint of the mapper's). A cluster
-//! becomes a cell of the [`CellGraph`]. Leafs are what the map's own tree has; a cluster may hold several.
+//! A portal is `n a b (x y z) ...`, n times, with one number more for Quake 3 (a hint of the
+//! mapper's). A cluster becomes a cell of the [`CellGraph`]. Leafs are what the map's own tree has;
+//! a cluster may hold several.
 
 use std::path::Path;
 
@@ -50,17 +52,18 @@ pub struct Prt {
     pub graph: CellGraph,
     /// The cluster of each leaf. Leaf k here is leaf k + 1 of the map, whose first is solid.
     pub leaf_clusters: Vec<u32>,
-    /// How many portals have corners the other way around than the rest of the file, judged by where the other portals of
-    /// their cells lie. They were turned; more than 0 tells of an odd compiler.
+    /// How many portals have corners the other way around than the rest of the file, judged by
+    /// where the other portals of their cells lie. They were turned; more than 0 tells of an odd
+    /// compiler.
     pub turned: u32,
 }
 
 /// Loads a portal graph.
 ///
 /// # Errors
-/// If the file cannot be read, is no `.prt`, is cut short, or has a portal that [`CellGraph::new`] refuses; the error names
-/// the file, the line, the portal and the value. Counts are held against the bytes of the file before anything is
-/// allocated.
+/// If the file cannot be read, is no `.prt`, is cut short, or has a portal that [`CellGraph::new`]
+/// refuses; the error names the file, the line, the portal and the value. Counts are held against
+/// the bytes of the file before anything is allocated.
 pub fn load_prt(path: &Path) -> Result<Prt, LoadError> {
     let read = || parse(&Source::open(path)?.into_bytes()?);
     read().map_err(|kind| kind.at(path))
@@ -216,11 +219,13 @@ fn read_clusters(text: &mut Text<'_>, leafs: u32, clusters: u32) -> Result<Vec<u
     Ok(owner)
 }
 
-/// Turns the polygons so that they are counter-clockwise as seen from their first cell; how many differ from the rest.
+/// Turns the polygons so that they are counter-clockwise as seen from their first cell; how many
+/// differ from the rest.
 ///
-/// Compilers wind all portals alike, most of them the other way, but no two agree on paper. So the cells themselves
-/// decide: the other portals of the first cell lie on its side of the portal. Where they do not tell, as in a cell with one
-/// portal or one that is not convex, the custom of the file decides.
+/// Compilers wind all portals alike, most of them the other way, but no two agree on paper. So the
+/// cells themselves decide: the other portals of the first cell lie on its side of the portal.
+/// Where they do not tell, as in a cell with one portal or one that is not convex, the custom of
+/// the file decides.
 fn orient(portals: &mut [Portal], clusters: u32) -> u32 {
     let mut sums = vec![(DVec3::ZERO, 0.0); clusters as usize];
     let middle = |p: &Portal| {

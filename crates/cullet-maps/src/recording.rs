@@ -1,7 +1,8 @@
-//! Recordings: what a frame drew into an occlusion buffer, the boxes that it tested, and the results, to be played again.
+//! Recordings: what a frame drew into an occlusion buffer, the boxes that it tested, and the
+//! results, to be played again.
 //!
-//! A wrong answer seen once is a file that fails for ever after: the idea of the frame recorder in Intel's Masked
-//! Occlusion Culling. Nothing here reads or writes files; a recording is bytes.
+//! A wrong answer seen once is a file that fails for ever after: the idea of the frame recorder in
+//! Intel's Masked Occlusion Culling. Nothing here reads or writes files; a recording is bytes.
 
 use std::collections::HashMap;
 
@@ -193,8 +194,8 @@ impl Recording {
         Ok(found)
     }
 
-    /// The recording as bytes: `CULLOCC3`, how many shapes there are, the shapes, how many calls, the calls; in the
-    /// encoding of `postcard`.
+    /// The recording as bytes: `CULLOCC3`, how many shapes there are, the shapes, how many calls,
+    /// the calls; in the encoding of `postcard`.
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         let mut out = MAGIC.to_vec();
@@ -205,8 +206,8 @@ impl Recording {
         out
     }
 
-    /// Reads what [`encode`](Self::encode) wrote. Any bytes give an error or a recording that can be played;
-    /// no count is trusted beyond the bytes that there are.
+    /// Reads what [`encode`](Self::encode) wrote. Any bytes give an error or a recording that can
+    /// be played; no count is trusted beyond the bytes that there are.
     ///
     /// # Errors
     /// Names what is wrong, where, and the limit.

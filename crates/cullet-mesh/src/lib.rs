@@ -1,5 +1,6 @@
-//! Facts about meshes that readers, bakes, reports and methods of the literature ask for, and no frame of the engine:
-//! their topology, classes of their normals, and how they look from all around as [impostors](Impostor).
+//! Facts about meshes that readers, bakes, reports and methods of the literature ask for, and no
+//! frame of the engine: their topology, classes of their normals, and how they look from all around
+//! as [impostors](Impostor).
 //!
 //! ```
 //! let positions = vec![[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0]];

@@ -50,12 +50,12 @@ impl<'a> Nesting<'a> {
         &self.triangles[start as usize..self.end[shell as usize] as usize]
     }
 
-    /// How often the other shells wind around the place of `shell`: 1 within one outward body, 0 in the
-    /// open or in a cavity. Each shell counts as often as `weight` says: 0 leaves it out (it must where
-    /// the shell is not closed), −1 turns it over.
+    /// How often the other shells wind around the place of `shell`: 1 within one outward body, 0 in
+    /// the open or in a cavity. Each shell counts as often as `weight` says: 0 leaves it out (it
+    /// must where the shell is not closed), −1 turns it over.
     ///
-    /// The place is judged at the six outermost vertices of the shell, and the lowest answer taken: a
-    /// shell that only touches another from outside is not within it. Exact signs throughout.
+    /// The place is judged at the six outermost vertices of the shell, and the lowest answer taken:
+    /// a shell that only touches another from outside is not within it. Exact signs throughout.
     /// O(shells / 64 + triangles of the shells around it).
     pub(super) fn winding_around(&self, shell: u32, weight: impl Fn(u32) -> i32) -> i32 {
         let inner = &self.boxes[shell as usize];
@@ -98,8 +98,9 @@ impl<'a> Nesting<'a> {
         found
     }
 
-    /// The winding number of a closed shell around a point: crossings of a ray along +x, counted with
-    /// the sign of the side that is crossed. On the shell itself it is the number of one of its sides.
+    /// The winding number of a closed shell around a point: crossings of a ray along +x, counted
+    /// with the sign of the side that is crossed. On the shell itself it is the number of one of
+    /// its sides.
     fn winding(&self, shell: u32, point: [f32; 3]) -> i32 {
         let crossing = |&t: &u32| {
             let points = self.surface.points(t as usize);
@@ -114,9 +115,9 @@ impl<'a> Nesting<'a> {
     }
 }
 
-/// How often a triangle, seen along x, goes around the point: −1, 0 or 1. A point on an edge belongs to
-/// one of the two triangles at it, whichever they are: an edge counts by the same half-open rule from
-/// both its sides.
+/// How often a triangle, seen along x, goes around the point: −1, 0 or 1. A point on an edge
+/// belongs to one of the two triangles at it, whichever they are: an edge counts by the same
+/// half-open rule from both its sides.
 fn turns_around(points: &[[f32; 3]; 3], point: [f32; 3]) -> i32 {
     let mut turns = 0;
     for i in 0..3 {

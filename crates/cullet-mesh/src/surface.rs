@@ -76,18 +76,18 @@ impl HalfEdge {
     }
 }
 
-/// In how many passes the edges are visited at most: each goes over all triangles and holds its share of
-/// their half edges, so that these are a quarter of what they would be. That keeps a mesh and its edges
-/// within thrice its geometry.
+/// In how many passes the edges are visited at most: each goes over all triangles and holds its
+/// share of their half edges, so that these are a quarter of what they would be. That keeps a mesh
+/// and its edges within thrice its geometry.
 const PASSES: usize = 4;
 /// The fewest half edges that get a pass of their own: 1 MiB, which a processor's cache holds.
 const LEAST_HALF_EDGES: usize = 1 << 17;
 
-/// Calls `visit` with the uses of each edge. O(n) apart from a sort of the edges at each vertex: half
-/// edges are dealt into buckets by their lower vertex, which hold six on average.
+/// Calls `visit` with the uses of each edge. O(n) apart from a sort of the edges at each vertex:
+/// half edges are dealt into buckets by their lower vertex, which hold six on average.
 ///
-/// Besides the surface it takes 4 bytes a vertex and 6 a triangle (8 bytes for each of its half edges, in
-/// four passes), and more only where one vertex has more than a quarter of all edges.
+/// Besides the surface it takes 4 bytes a vertex and 6 a triangle (8 bytes for each of its half
+/// edges, in four passes), and more only where one vertex has more than a quarter of all edges.
 pub(super) fn for_each_edge(surface: &Surface<'_>, visit: impl FnMut(&[HalfEdge])) {
     let least = (surface.corners.len() * 3).div_ceil(PASSES);
     for_each_edge_within(surface, least.max(LEAST_HALF_EDGES), visit);
@@ -170,7 +170,8 @@ impl Shells {
         self.parents[a.max(b)] = a.min(b) as u32;
     }
 
-    /// Returns the number of sets, and the set of each triangle, numbered in the order of first triangles.
+    /// Returns the number of sets, and the set of each triangle, numbered in the order of first
+    /// triangles.
     pub(super) fn number(&mut self) -> (usize, Vec<u32>) {
         let mut count = 0;
         let mut of = vec![0u32; self.parents.len()];

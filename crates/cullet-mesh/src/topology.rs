@@ -80,16 +80,17 @@ pub struct Topology {
     pub misoriented_edges: u32,
     /// Components connected by edges.
     pub shells: u32,
-    /// Shells that are closed, manifold and consistently wound, but inward, and no cavity of another
-    /// shell: the space around them is not inside anything.
+    /// Shells that are closed, manifold and consistently wound, but inward, and no cavity of
+    /// another shell: the space around them is not inside anything.
     pub inward_shells: u32,
-    /// Signed volume in cubed units of the mesh, about the middle of the surface: positive when wound
-    /// outward. Exactly 0 where it cannot be told from rounding.
+    /// Signed volume in cubed units of the mesh, about the middle of the surface: positive when
+    /// wound outward. Exactly 0 where it cannot be told from rounding.
     pub volume: f64,
 }
 
 impl Topology {
-    /// Returns the topology of `mesh`, with all its parts joined. Costs as [`Topology::of`]: keep the result.
+    /// Returns the topology of `mesh`, with all its parts joined. Costs as [`Topology::of`]: keep
+    /// the result.
     #[must_use]
     pub fn of_mesh(mesh: &Mesh) -> Self {
         Self::of(mesh.positions(), mesh.indices())
@@ -97,16 +98,17 @@ impl Topology {
 
     /// Returns the topology of a triangle list once equal positions are welded (−0 equals 0).
     ///
-    /// Triangles whose corners are not three different positions are ignored, and so are those with an
-    /// index out of range and indices that make no whole triangle. Triangles of zero area with three
-    /// different corners count: they close gaps. Expected O(n).
+    /// Triangles whose corners are not three different positions are ignored, and so are those with
+    /// an index out of range and indices that make no whole triangle. Triangles of zero area with
+    /// three different corners count: they close gaps. Expected O(n).
     #[must_use]
     pub fn of(positions: &[[f32; 3]], indices: &[u32]) -> Self {
         Self::of_surface(&Surface::welded(positions, indices))
     }
 
-    /// Returns the topology of a triangle list as it is indexed: equal positions stay different vertices, so
-    /// the seams of a model with texture coordinates count as boundaries. Otherwise as [`Topology::of`].
+    /// Returns the topology of a triangle list as it is indexed: equal positions stay different
+    /// vertices, so the seams of a model with texture coordinates count as boundaries. Otherwise as
+    /// [`Topology::of`].
     #[must_use]
     pub fn of_indices(positions: &[[f32; 3]], indices: &[u32]) -> Self {
         Self::of_surface(&Surface::indexed(positions, indices))
@@ -118,8 +120,8 @@ impl Topology {
         self.boundary_edges == 0 && self.non_manifold_edges == 0
     }
 
-    /// Whether the surface bounds a solid, opacity apart, or the first reason why not, in the order of
-    /// [`NotSolid`].
+    /// Whether the surface bounds a solid, opacity apart, or the first reason why not, in the order
+    /// of [`NotSolid`].
     ///
     /// # Errors
     /// The reason.
@@ -170,9 +172,9 @@ impl Topology {
     }
 }
 
-/// Decides whether `mesh` is a solid in the sense of the project: closed, manifold, consistently wound outward,
-/// of non-zero volume, and opaque in every part. Judges the whole mesh, with all its parts joined, and costs as
-/// [`Topology::of`].
+/// Decides whether `mesh` is a solid in the sense of the project: closed, manifold, consistently
+/// wound outward, of non-zero volume, and opaque in every part. Judges the whole mesh, with all its
+/// parts joined, and costs as [`Topology::of`].
 ///
 /// # Errors
 /// The first reason why it is not.
@@ -205,7 +207,8 @@ fn rounded_volume(terms: impl Iterator<Item = f64>) -> f64 {
         size += f64::abs(t);
         count += 1.0;
     }
-    // Each addition errs by at most half an epsilon of the sum so far; each term by a few of its own.
+    // Each addition errs by at most half an epsilon of the sum so far; each term by a few of its
+    // own.
     let error = size * (count + 16.0) * f64::EPSILON;
     if sum.abs() <= error { 0.0 } else { sum / 6.0 }
 }

@@ -130,7 +130,8 @@ impl Object {
     }
 }
 
-/// Kinds of small objects; every mesh fills −1..1 × 0..1 × −1..1, so that scaling it gives the box wanted.
+/// Kinds of small objects; every mesh fills −1..1 × 0..1 × −1..1, so that scaling it gives the box
+/// wanted.
 const CRATE: usize = 0;
 const CAR: usize = 1;
 const BARREL: usize = 2;
@@ -240,7 +241,8 @@ fn objects(city: &City, count: usize, rng: &mut Rng) -> Vec<Object> {
     objects
 }
 
-/// A small object somewhere in a box of ground: in the street or floating where the place is free, else now and then on the roof.
+/// A small object somewhere in a box of ground: in the street or floating where the place is free,
+/// else now and then on the roof.
 pub(super) fn object(
     rng: &mut Rng,
     low: [f64; 2],
@@ -293,8 +295,8 @@ pub(super) fn cameras(
         let yaw = if i % 3 == 2 { along_street } else { any };
         let pitch = if high { -0.25 } else { rng.range(-0.05, 0.1) };
         let mut eye = [0.0, height, 0.0];
-        // A crossing is at a corner of four cells. Should an object stand there, another is drawn; a city
-        // so full that a hundred draws all fail keeps the last.
+        // A crossing is at a corner of four cells. Should an object stand there, another is drawn;
+        // a city so full that a hundred draws all fail keeps the last.
         for _ in 0..100 {
             let mut street = || {
                 (rng.range(-crossings, crossings)).round() * PITCH

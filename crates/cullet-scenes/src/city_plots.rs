@@ -1,4 +1,5 @@
-//! A city of any size, plot by plot: what stands on a plot is a function of the seed and the plot, so that no one ever needs all of it.
+//! A city of any size, plot by plot: what stands on a plot is a function of the seed and the plot,
+//! so that no one ever needs all of it.
 
 use cullet::mesh::{Alpha, MeshError};
 use cullet::{Mesh, Transform};
@@ -18,8 +19,8 @@ const OBJECTS: usize = 10;
 /// Draws for one at the most: a plot whose house fills it nearly is left with fewer.
 const TRIES: usize = 400;
 
-/// A city of square plots of 24 m, each with a building and ten small objects, about the origin on y = 0. Any part of it is made without
-/// the rest; up to 1e9 instances.
+/// A city of square plots of 24 m, each with a building and ten small objects, about the origin on
+/// y = 0. Any part of it is made without the rest; up to 1e9 instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CityPlots {
     seed: u64,
@@ -79,7 +80,8 @@ impl CityPlots {
         f64::from(self.side) * PITCH * 0.5
     }
 
-    /// The meshes: buildings, then small objects, each with its name; last a box that fills −½..½ × 0..1 × −½..½.
+    /// The meshes: buildings, then small objects, each with its name; last a box that fills −½..½ ×
+    /// 0..1 × −½..½.
     ///
     /// # Errors
     /// Never: they are checked meshes.

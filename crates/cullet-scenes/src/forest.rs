@@ -29,8 +29,8 @@ const AREA: f64 = 4.0;
 /// Quads along a side of the terrain.
 const TERRAIN: u32 = 128;
 
-/// Hills, sampled at the corners of a square grid of triangles; between them heights are those of the
-/// triangles, so that what stands on the ground touches it wherever it is.
+/// Hills, sampled at the corners of a square grid of triangles; between them heights are those of
+/// the triangles, so that what stands on the ground touches it wherever it is.
 struct Terrain {
     reach: f64,
     heights: Vec<f64>,

@@ -33,8 +33,8 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
     Ok(b.finish())
 }
 
-/// Positions and indices of the ball of the scene `knobs`, around the origin: closed, wound outward, of
-/// 12·n² triangles and 6·n² + 2 vertices. Its radius is 0.85 to 1.15.
+/// Positions and indices of the ball of the scene `knobs`, around the origin: closed, wound
+/// outward, of 12·n² triangles and 6·n² + 2 vertices. Its radius is 0.85 to 1.15.
 ///
 /// Roots and polynomials alone make it, so it is the same on every machine. `n` of 0 gives nothing.
 #[must_use]

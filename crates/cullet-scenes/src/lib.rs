@@ -1,9 +1,11 @@
 //! Built-in scenes: made by rule from a seed, the same on every machine.
 //!
 //! A scene is named by a text, `name:key=value,...`: `city`, `city:seed=3,sub=2`, `forest:n=1e7`.
-//! [`list`] says which names and keys there are. Lengths are metres; y is up and the ground is near 0.
+//! [`list`] says which names and keys there are. Lengths are metres; y is up and the ground is near
+//! 0.
 //!
-//! [`paths`] are camera paths through any model, [`adversaries`] small scenes that are hard for occlusion culling.
+//! [`paths`] are camera paths through any model, [`adversaries`] small scenes that are hard for
+//! occlusion culling.
 //!
 //! ```
 //! let city = cullet_scenes::build("city:cells=4,objects=50")?;
@@ -49,16 +51,16 @@ pub fn list() -> &'static [SceneInfo] {
     SCENES
 }
 
-/// Whether `text` begins with the name of a built-in scene, so that it is not meant as a file: the part
-/// before the first colon is compared.
+/// Whether `text` begins with the name of a built-in scene, so that it is not meant as a file: the
+/// part before the first colon is compared.
 #[must_use]
 pub fn is_builtin(text: &str) -> bool {
     let name = text.split(':').next().unwrap_or_default().trim();
     SCENES.iter().any(|s| s.name == name)
 }
 
-/// Message for a text that names neither a file nor a built-in scene: with the built-in scene whose name is most
-/// like it, or with all of them.
+/// Message for a text that names neither a file nor a built-in scene: with the built-in scene whose
+/// name is most like it, or with all of them.
 #[must_use]
 pub fn no_such_file(text: &str) -> String {
     let name = text.split(':').next().unwrap_or_default().trim();
@@ -73,13 +75,13 @@ pub fn no_such_file(text: &str) -> String {
 
 /// Makes a built-in scene from its text, `name:key=value,...`; keys left out have their defaults.
 ///
-/// The same text gives the same scene, to the last bit of every position, on every machine. The name of
-/// the model is the shortest text that gives it again. Costs less than a microsecond and some 120 bytes
-/// an instance, and 150 while it is made.
+/// The same text gives the same scene, to the last bit of every position, on every machine. The
+/// name of the model is the shortest text that gives it again. Costs less than a microsecond and
+/// some 120 bytes an instance, and 150 while it is made.
 ///
 /// # Errors
-/// If the text names no scene, or a key or value that the scene does not have; the message lists those
-/// that it has.
+/// If the text names no scene, or a key or value that the scene does not have; the message lists
+/// those that it has.
 pub fn build(text: &str) -> Result<Model, SceneSpecError> {
     let spec = Spec::parse(text, SCENES)?;
     match spec.info.name {

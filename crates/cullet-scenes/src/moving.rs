@@ -1,7 +1,8 @@
 //! A square where everything moves: carts, people with joints, swaying weed, and drops that morph.
 //!
-//! The scene stands still at a time that its text gives. What deforms has a mesh of its own, posed at that
-//! time, and bounds of its joints or targets, as an engine would give them: neither knows the other.
+//! The scene stands still at a time that its text gives. What deforms has a mesh of its own, posed
+//! at that time, and bounds of its joints or targets, as an engine would give them: neither knows
+//! the other.
 
 use cullet::bounds::Aabb;
 use cullet::mesh::Alpha;
@@ -54,8 +55,8 @@ struct Rigged {
 }
 
 impl Rigged {
-    /// Adds a limb along y, from `top` down to `bottom`: its joints divide it evenly, and near each the
-    /// vertices blend.
+    /// Adds a limb along y, from `top` down to `bottom`: its joints divide it evenly, and near each
+    /// the vertices blend.
     fn limb(mut self, top: DVec3, bottom: f64, radius: f64, joints: &[u16]) -> Self {
         const RINGS: u32 = 12;
         let length = top.y - bottom;
@@ -109,8 +110,8 @@ impl Rigged {
 const HIP: f64 = 0.95;
 const SHOULDER: f64 = 1.5;
 
-/// A figure of 1.8 m that faces +z. Joints: 0 body, 1 and 2 left leg, 3 and 4 right leg, 5 and 6 left arm,
-/// 7 and 8 right arm.
+/// A figure of 1.8 m that faces +z. Joints: 0 body, 1 and 2 left leg, 3 and 4 right leg, 5 and 6
+/// left arm, 7 and 8 right arm.
 fn person() -> Result<(Rigged, JointBoxes), SceneSpecError> {
     let x = 0.12;
     let body = Shape::lathe(&[[0.16, 0.9], [0.2, 1.0], [0.24, 1.45], [0.1, 1.56]], 8);
@@ -219,7 +220,8 @@ impl Way {
 }
 
 impl SceneBuilder {
-    /// Adds a mesh of its own for one instance that deforms, under bounds that were made without it.
+    /// Adds a mesh of its own for one instance that deforms, under bounds that were made without
+    /// it.
     fn deformed(
         &mut self,
         name: &str,

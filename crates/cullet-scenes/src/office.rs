@@ -1,4 +1,5 @@
-//! An office building: rooms along corridors, doors, windows, furniture; its cells and portals known.
+//! An office building: rooms along corridors, doors, windows, furniture; its cells and portals
+//! known.
 
 mod furniture;
 mod walls;
@@ -292,8 +293,8 @@ impl Office {
         Ok(stairwell)
     }
 
-    /// A row of rooms with its partitions: gives where they stand (both ends included), and the number of
-    /// the first room's cell.
+    /// A row of rooms with its partitions: gives where they stand (both ends included), and the
+    /// number of the first room's cell.
     fn row(
         &mut self,
         name: &str,
@@ -392,7 +393,8 @@ impl Office {
         Ok(())
     }
 
-    /// A wall with holes, which are in order: whole segments between them, and what is above and below.
+    /// A wall with holes, which are in order: whole segments between them, and what is above and
+    /// below.
     fn wall(&mut self, line: Line, span: [f64; 2], holes: &[Hole]) -> Result<(), SceneSpecError> {
         // Up through the slab to the wall above, for where the stairwell has no slab.
         let (bottom, top) = (line.floor - LAP, line.floor + STOREY - 0.5 * LAP);

@@ -1,12 +1,14 @@
 //! Camera paths: where to look at a model from.
 //!
-//! A path is named by a text: `orbit` (around the model, all of it in the picture), `walk` (at eye height
-//! over its ground), `fly` (a sweep over and through it), `file:PATH` (JSON, see [`to_json`]),
-//! `camera:NAME` (a camera of the model, along its animation; `camera:*` for all of them in turn).
+//! A path is named by a text: `orbit` (around the model, all of it in the picture), `walk` (at eye
+//! height over its ground), `fly` (a sweep over and through it), `file:PATH` (JSON, see
+//! [`to_json`]), `camera:NAME` (a camera of the model, along its animation; `camera:*` for all of
+//! them in turn).
 //!
-//! The same model, path, count, viewport and seed give the same cameras. Cameras of `walk` and `fly` stand
-//! free: nothing is nearer to the eye than a quarter of its height above the ground, and it is inside of
-//! nothing that is closed; where a model leaves no such place, outside of the whole model.
+//! The same model, path, count, viewport and seed give the same cameras. Cameras of `walk` and
+//! `fly` stand free: nothing is nearer to the eye than a quarter of its height above the ground,
+//! and it is inside of nothing that is closed; where a model leaves no such place, outside of the
+//! whole model.
 
 mod file;
 mod free;
@@ -74,8 +76,9 @@ impl fmt::Display for PathSpec {
     }
 }
 
-/// The path that shows the most of a built-in scene, named as for [`build`](crate::build): a walk through
-/// those that one walks in, where frustum, occlusion and back faces all have something to cull; around the others.
+/// The path that shows the most of a built-in scene, named as for [`build`](crate::build): a walk
+/// through those that one walks in, where frustum, occlusion and back faces all have something to
+/// cull; around the others.
 #[must_use]
 pub fn of_builtin(scene: &str) -> PathSpec {
     match scene.split(':').next().unwrap_or_default().trim() {
@@ -84,8 +87,8 @@ pub fn of_builtin(scene: &str) -> PathSpec {
     }
 }
 
-/// The path of a file where nobody names one: from the starts of a map, around all else. By the file's ending, for it is
-/// not read yet.
+/// The path of a file where nobody names one: from the starts of a map, around all else. By the
+/// file's ending, for it is not read yet.
 #[must_use]
 pub fn of_file(file: &str) -> PathSpec {
     let ending = std::path::Path::new(file).extension();
@@ -219,15 +222,17 @@ pub fn views(
 
 /// The cameras of a path, with near and far as they will be used; [`range`] reads them.
 ///
-/// `orbit`, `walk`, `fly` and moving cameras give `count`. A fixed camera of the model gives one. A file
-/// that lists cameras, and `camera:*`, give at most `count` of theirs, evenly spread over the list.
+/// `orbit`, `walk`, `fly` and moving cameras give `count`. A fixed camera of the model gives one. A
+/// file that lists cameras, and `camera:*`, give at most `count` of theirs, evenly spread over the
+/// list.
 ///
-/// Unless given, near and far fit the scene: all of it is beyond near as far as it is in the picture, except
-/// what is nearer to the eye than a hundred-thousandth of the scene's diagonal; all is before far.
+/// Unless given, near and far fit the scene: all of it is beyond near as far as it is in the
+/// picture, except what is nearer to the eye than a hundred-thousandth of the scene's diagonal; all
+/// is before far.
 ///
 /// # Errors
-/// If `count` is 0 or above [`MAX_VIEWS`], the model is empty, a file cannot be read, a camera does not
-/// exist, or the numbers of one make no view.
+/// If `count` is 0 or above [`MAX_VIEWS`], the model is empty, a file cannot be read, a camera does
+/// not exist, or the numbers of one make no view.
 pub fn cameras(
     model: &Model,
     path: &PathSpec,
@@ -285,7 +290,8 @@ pub fn range(projection: &Projection) -> [f64; 2] {
     }
 }
 
-/// Inputs that all cameras of a path share: the picture's shape, the caller's settings, and the scene's extent.
+/// Inputs that all cameras of a path share: the picture's shape, the caller's settings, and the
+/// scene's extent.
 struct Lens {
     /// The scene's finite extent in world space; `None` if there is none.
     extent: Option<[DVec3; 2]>,
@@ -342,7 +348,8 @@ impl Lens {
         let [low, high] = self.extent.unwrap_or([eye - 1.0, eye + 1.0]);
         let size = (high - low).length().max(f64::MIN_POSITIVE);
         let distance = eye.clamp(low, high).distance(eye);
-        // Depth is distance times the cosine of the angle off the axis, which is largest in a corner.
+        // Depth is distance times the cosine of the angle off the axis, which is largest in a
+        // corner.
         let corner = 1.0 / (1.0 + self.tangents(fov_y_radians).length_squared()).sqrt();
         let mut fit_near = (0.9 * distance * corner).max(1e-5 * size);
         let reach = (eye - low).abs().max((eye - high).abs()).length();

@@ -1,5 +1,5 @@
-//! The inside of a power plant: a nave with tall vessels between aisles of rooms, storey above storey,
-//! all of them full of pipes.
+//! The inside of a power plant: a nave with tall vessels between aisles of rooms, storey above
+//! storey, all of them full of pipes.
 
 mod piping;
 
@@ -141,7 +141,8 @@ impl Parts {
         let size = DVec3::new(BAY, STOREY - SLAB, BAY);
         for i in 0..spec.get("kinds") as usize {
             let [lines, valves] = piping::rack(size, spec.get("pipes") as u32, rng);
-            // Valves of one rack may be few, never none: the middle stretch always has room for one.
+            // Valves of one rack may be few, never none: the middle stretch always has room for
+            // one.
             let paint = paints[i % paints.len()];
             let lines = b.mesh(&format!("pipe rack {i}"), &[(lines, paint)], Sides::One)?;
             let valves = b.mesh(&format!("valves {i}"), &[(valves, red)], Sides::One)?;

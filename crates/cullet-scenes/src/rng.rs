@@ -1,5 +1,5 @@
-//! Numbers that are the same on every machine: a small generator, and sine and cosine that do not call
-//! the system's maths library, whose last bits differ from one system to the next.
+//! Numbers that are the same on every machine: a small generator, and sine and cosine that do not
+//! call the system's maths library, whose last bits differ from one system to the next.
 
 use std::f64::consts::TAU;
 
@@ -8,8 +8,8 @@ use std::f64::consts::TAU;
 pub struct Rng(u64);
 
 impl Rng {
-    /// A generator for one purpose: the same seed with another `stream` gives unrelated numbers, so that
-    /// changing how many are drawn for one purpose leaves all others alone.
+    /// A generator for one purpose: the same seed with another `stream` gives unrelated numbers, so
+    /// that changing how many are drawn for one purpose leaves all others alone.
     pub fn new(seed: u64, stream: u64) -> Self {
         let mut rng = Self(seed ^ stream.wrapping_mul(0xD6E8_FEB8_6659_FD93));
         rng.next_u64();
@@ -44,8 +44,8 @@ impl Rng {
         self.unit() < probability
     }
 
-    /// Exponentially distributed, by comparisons alone, so without a logarithm (von Neumann, *Various
-    /// Techniques Used in Connection with Random Digits*, 1951).
+    /// Exponentially distributed, by comparisons alone, so without a logarithm (von Neumann,
+    /// *Various Techniques Used in Connection with Random Digits*, 1951).
     pub fn exponential(&mut self, mean: f64) -> f64 {
         let mut whole = 0.0;
         loop {
@@ -94,8 +94,8 @@ pub(crate) fn sin_cos(turns: f64) -> (f64, f64) {
     }
 }
 
-/// Every (x, z) of a `side` × `side` grid once, in an order that keeps neighbours near (Morton), so that
-/// what is made cell by cell lands in slots near each other.
+/// Every (x, z) of a `side` × `side` grid once, in an order that keeps neighbours near (Morton), so
+/// that what is made cell by cell lands in slots near each other.
 pub(crate) fn morton_grid(side: u32) -> impl Iterator<Item = (u32, u32)> {
     let even = |code: u64| {
         let mut v = code & 0x5555_5555_5555_5555;

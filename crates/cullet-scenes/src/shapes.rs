@@ -85,8 +85,8 @@ impl Shape {
         s
     }
 
-    /// A profile of (radius, height) turned about the y axis in `sides` steps. It runs upward on the
-    /// outside; each end is on the axis (radius 0) or is closed by a flat polygon.
+    /// A profile of (radius, height) turned about the y axis in `sides` steps. It runs upward on
+    /// the outside; each end is on the axis (radius 0) or is closed by a flat polygon.
     pub(crate) fn lathe(profile: &[[f64; 2]], sides: u32) -> Self {
         let mut s = Self::default();
         let rings: Vec<Vec<u32>> = profile.iter().map(|p| s.ring(*p, sides)).collect();
@@ -104,8 +104,8 @@ impl Shape {
         s
     }
 
-    /// A closed profile of (radius, height), counter-clockwise and away from the axis, turned about the
-    /// y axis in `sides` steps: a ring.
+    /// A closed profile of (radius, height), counter-clockwise and away from the axis, turned about
+    /// the y axis in `sides` steps: a ring.
     pub(crate) fn ring_lathe(profile: &[[f64; 2]], sides: u32) -> Self {
         let mut s = Self::default();
         let rings: Vec<Vec<u32>> = profile.iter().map(|p| s.ring(*p, sides)).collect();
@@ -140,9 +140,9 @@ impl Shape {
         }
     }
 
-    /// A round rod of `sides` sides along a curve; `closed` joins its end to its start, else flat ends
-    /// close it. `frame` gives, for a place in 0..1, the centre and two unit vectors across it whose
-    /// cross product runs along the curve.
+    /// A round rod of `sides` sides along a curve; `closed` joins its end to its start, else flat
+    /// ends close it. `frame` gives, for a place in 0..1, the centre and two unit vectors across it
+    /// whose cross product runs along the curve.
     pub(crate) fn rod(
         steps: u32,
         closed: bool,
@@ -233,7 +233,8 @@ impl Shape {
             s.push(sum.normalize());
         }
         for v in 0..ico.positions.len() as u32 {
-            // Around a vertex v, the face (v, a, b) is followed by the one whose edge leaves from b.
+            // Around a vertex v, the face (v, a, b) is followed by the one whose edge leaves from
+            // b.
             let edge = |f: &[u32]| {
                 let k = f.iter().position(|&w| w == v)?;
                 Some((f[(k + 1) % 3], f[(k + 2) % 3]))
@@ -346,8 +347,8 @@ pub(crate) fn star(points: u32, inner: f64) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Triangles of a simple, counter-clockwise polygon (ear clipping; Meisters, *Polygons Have Ears*, 1975).
-/// O(n³), which for a few dozen corners is nothing.
+/// Triangles of a simple, counter-clockwise polygon (ear clipping; Meisters, *Polygons Have Ears*,
+/// 1975). O(n³), which for a few dozen corners is nothing.
 fn ears(polygon: &[[f64; 2]]) -> Vec<[u32; 3]> {
     let at = |i: u32| DVec2::from(polygon[i as usize]);
     let side = |a: u32, b: u32, c: u32| (at(b) - at(a)).perp_dot(at(c) - at(a));

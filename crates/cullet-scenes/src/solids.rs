@@ -27,7 +27,8 @@ pub(super) const INFO: SceneInfo = SceneInfo {
     ],
 };
 
-/// Distance between neighbouring shapes, each of which fits a sphere of radius 1 before it is stretched.
+/// Distance between neighbouring shapes, each of which fits a sphere of radius 1 before it is
+/// stretched.
 const PITCH: f64 = 4.0;
 
 /// Colours in turn (Okabe and Ito's, without black).

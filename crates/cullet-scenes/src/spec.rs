@@ -13,7 +13,8 @@ pub struct SceneInfo {
     pub keys: &'static [KeyInfo],
 }
 
-/// A key of a built-in scene. Every value is a whole number; `1e6` and `1_000_000` are as good as `1000000`.
+/// A key of a built-in scene. Every value is a whole number; `1e6` and `1_000_000` are as good as
+/// `1000000`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KeyInfo {
     /// Its name.
@@ -108,8 +109,8 @@ pub(super) struct Spec {
 }
 
 impl Spec {
-    /// Takes `name:key=value,...` apart. Space around names, keys and values is ignored, and so is an
-    /// empty item (a comma at the end).
+    /// Takes `name:key=value,...` apart. Space around names, keys and values is ignored, and so is
+    /// an empty item (a comma at the end).
     pub(super) fn parse(text: &str, scenes: &'static [SceneInfo]) -> Result<Self, SceneSpecError> {
         let (name, rest) = text.split_once(':').unwrap_or((text, ""));
         let name = name.trim();
@@ -151,7 +152,8 @@ impl Spec {
         Ok(Self { info, values })
     }
 
-    /// The value of a key that the scene declares; 0 for one that it does not, which its tests notice.
+    /// The value of a key that the scene declares; 0 for one that it does not, which its tests
+    /// notice.
     pub(super) fn get(&self, key: &str) -> u64 {
         let at = self.info.keys.iter().position(|k| k.name == key);
         debug_assert!(at.is_some(), "key {key} of {}", self.info.name);
@@ -187,8 +189,8 @@ impl Spec {
     }
 }
 
-/// The name that `text` is most likely a slip of: at most one letter in three is another, missing, or has changed
-/// places with its neighbour.
+/// The name that `text` is most likely a slip of: at most one letter in three is another, missing,
+/// or has changed places with its neighbour.
 pub(super) fn similar(
     text: &str,
     names: impl Iterator<Item = &'static str>,

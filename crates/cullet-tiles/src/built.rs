@@ -41,8 +41,9 @@ impl Loaded {
     }
 }
 
-/// The scene of some tiles: their instances, tile by tile in ascending order, so that it is the same whenever each came. Cost: that of
-/// adding and sorting all instances, and of copying meshes that are a tile's own.
+/// The scene of some tiles: their instances, tile by tile in ascending order, so that it is the
+/// same whenever each came. Cost: that of adding and sorting all instances, and of copying meshes
+/// that are a tile's own.
 #[must_use]
 pub fn scene_of(
     meshes: &[(Mesh, Prepared)],
@@ -66,7 +67,8 @@ pub fn scene_of(
         }
         for &instance in &tile.instances {
             let own = instance.mesh.checked_sub(shared).map(|own| first.saturating_add(own));
-            // A source that names a mesh which it does not have loses that instance, as does a world of more than 2^32.
+            // A source that names a mesh which it does not have loses that instance, as does a
+            // world of more than 2^32.
             let _ = scene.add(Instance { mesh: own.unwrap_or(instance.mesh), ..instance });
         }
     }

@@ -7,7 +7,8 @@ use crate::settings::{Settings, bytes_of};
 use crate::source::{TileError, TileId, TileInfo, TileSource};
 use crate::status::Want;
 
-/// Tiles that together are the whole world: each place in one of them, and in those above it that it adds to.
+/// Tiles that together are the whole world: each place in one of them, and in those above it that
+/// it adds to.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cut {
     /// Ascending.
@@ -43,11 +44,12 @@ impl Ord for Candidate {
     }
 }
 
-/// Chooses a cut for an eye at any of some points: where the error on the screen is largest tiles are replaced by finer ones,
-/// until it is small enough everywhere or the budget is used. Where the source [knows](TileSource::is_seen) which tiles can be seen from the
-/// cells of the eyes, all of those come before any other; the others get what they leave of the budget, so that with a budget that is
-/// never used up the cut is the same. Tiles of `failed` are never chosen; what is coarser stays. A
-/// function of its arguments alone; cost: a logarithm for each tile of the cut.
+/// Chooses a cut for an eye at any of some points: where the error on the screen is largest tiles
+/// are replaced by finer ones, until it is small enough everywhere or the budget is used. Where the
+/// source [knows](TileSource::is_seen) which tiles can be seen from the cells of the eyes, all of
+/// those come before any other; the others get what they leave of the budget, so that with a budget
+/// that is never used up the cut is the same. Tiles of `failed` are never chosen; what is coarser
+/// stays. A function of its arguments alone; cost: a logarithm for each tile of the cut.
 ///
 /// # Errors
 /// If the coarsest tiles and what the source takes itself exceed the budget.
@@ -114,7 +116,8 @@ pub(crate) fn want<S: TileSource + ?Sized>(
     }
 }
 
-/// The error of a tile on the screen, in pixels, from the nearest of some eyes; without end where one is within its box.
+/// The error of a tile on the screen, in pixels, from the nearest of some eyes; without end where
+/// one is within its box.
 fn pixels(info: &TileInfo, eyes: &[[f64; 3]], scale: f64) -> f64 {
     if info.error <= 0.0 {
         return 0.0;

@@ -8,11 +8,12 @@ use crate::source::{TileContent, TileError, TileId, TileInfo, TileSource};
 /// Plots along a side of a tile with everything in it.
 const LEAF: u32 = 32;
 
-/// How far from its plot's building a small object may be: what is left out where they are, and across one.
+/// How far from its plot's building a small object may be: what is left out where they are, and
+/// across one.
 const OBJECT: f64 = 3.5;
 
-/// [`CityPlots`] as tiles: the finest have all; those above them buildings alone; those above these a block for each 2 × 2,
-/// 4 × 4 … plots, as high as the highest building in it.
+/// [`CityPlots`] as tiles: the finest have all; those above them buildings alone; those above these
+/// a block for each 2 × 2, 4 × 4 … plots, as high as the highest building in it.
 #[derive(Debug)]
 pub struct CityTiles {
     city: CityPlots,
@@ -66,7 +67,8 @@ impl CityTiles {
         1 << (level.max(1) - 1)
     }
 
-    /// The highest building of some plots, or one that is as high, where they are many: of a grid of 16 × 16 of them, and the height that none exceeds.
+    /// The highest building of some plots, or one that is as high, where they are many: of a grid
+    /// of 16 × 16 of them, and the height that none exceeds.
     fn height(&self, low: [u32; 2], high: [u32; 2]) -> f64 {
         if high[0] - low[0] > 16 {
             return CityPlots::HIGHEST - 3.0;

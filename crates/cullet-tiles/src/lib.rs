@@ -1,4 +1,5 @@
-//! Worlds that do not fit in memory: a hierarchy of tiles, of which those are loaded that matter for the eye.
+//! Worlds that do not fit in memory: a hierarchy of tiles, of which those are loaded that matter
+//! for the eye.
 //!
 //! ```text
 //!  eye, motion ──> choose ──> a cut of the hierarchy: coarse far away, fine nearby, within a budget of bytes
@@ -8,10 +9,13 @@
 //!  frame ──> World::look: never waits ──> World::scene ──> Culler, as of any scene
 //! ```
 //!
-//! A [`World`] gives one [`Scene`](cullet::Scene) at any time, so every stage works on it as on a scene that was never cut: occluders of one tile hide
-//! what stands in another, and nothing visible of what is loaded is dropped. The scene is a function of the cut alone, not of the order in
-//! which tiles came. Every place of the world is in exactly one tile of a cut, and in those above it that it adds to. Coarse tiles stand in for what is not loaded; what they
-//! show is drawn and never hides anything. Where a world [knows](TileSource::is_seen) what can be seen from where, that is loaded first.
+//! A [`World`] gives one [`Scene`](cullet::Scene) at any time, so every stage works on it as on a
+//! scene that was never cut: occluders of one tile hide what stands in another, and nothing visible
+//! of what is loaded is dropped. The scene is a function of the cut alone, not of the order in
+//! which tiles came. Every place of the world is in exactly one tile of a cut, and in those above
+//! it that it adds to. Coarse tiles stand in for what is not loaded; what they show is drawn and
+//! never hides anything. Where a world [knows](TileSource::is_seen) what can be seen from where,
+//! that is loaded first.
 //!
 //! ```
 //! use cullet::{Culler, ViewState, Visible};
@@ -44,8 +48,8 @@ pub use status::{Status, Want};
 pub use tileset::FolderTiles;
 pub use world::World;
 
-/// The last doc test that `cargo test` runs, for cargo takes packages in the order of their names: it tells what tests of all
-/// packages skipped, where that is read, at the very end.
+/// The last doc test that `cargo test` runs, for cargo takes packages in the order of their names:
+/// it tells what tests of all packages skipped, where that is read, at the very end.
 ///
 /// ```
 /// cullet_testkit::tell_skipped();

@@ -37,7 +37,8 @@ pub struct Status {
     pub bytes: u64,
     /// Tiles that are to be loaded next, in this order.
     pub wanted: Vec<Want>,
-    /// Tiles that could not be loaded, each named once. They are not tried again until [`World::forgive`](crate::World::forgive).
+    /// Tiles that could not be loaded, each named once. They are not tried again until
+    /// [`World::forgive`](crate::World::forgive).
     pub failed: Vec<TileError>,
     /// Tiles that were loaded until now.
     pub loaded: u64,

@@ -17,13 +17,16 @@ use crate::source::{TileContent, TileError, TileId, TileInfo, TileSource};
 /// neither in its tileset nor in the headers of its files.
 const OF_A_FILE: [u64; 3] = [1024, 12, 6];
 
-/// A tileset in a folder, whose tiles are loaded when they matter: 3D Tiles 1.0 or 1.1, see [`TileTree`].
+/// A tileset in a folder, whose tiles are loaded when they matter: 3D Tiles 1.0 or 1.1, see
+/// [`TileTree`].
 ///
-/// What [`write_tiles`](cullet_maps::write_tiles) wrote says what each tile takes. Of other tilesets the counts in the headers of a tile's files
-/// say it, which are read when the tile first matters, and for meshes that deform or have levels of detail the size of the
-/// files, more than most need; a tile that takes more than that is not shown, and named in
-/// [`Status::failed`](crate::Status::failed). Levels of detail and occluders are those that the tiles' files have baked; a tile that others replace
-/// stands in for them and never occludes. Where the tileset has visible sets, they say what matters first. Cells and motions are left out.
+/// What [`write_tiles`](cullet_maps::write_tiles) wrote says what each tile takes. Of other
+/// tilesets the counts in the headers of a tile's files say it, which are read when the tile first
+/// matters, and for meshes that deform or have levels of detail the size of the files, more than
+/// most need; a tile that takes more than that is not shown, and named in
+/// [`Status::failed`](crate::Status::failed). Levels of detail and occluders are those that the
+/// tiles' files have baked; a tile that others replace stands in for them and never occludes. Where
+/// the tileset has visible sets, they say what matters first. Cells and motions are left out.
 #[derive(Debug)]
 pub struct FolderTiles {
     tree: TileTree,

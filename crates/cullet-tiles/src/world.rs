@@ -14,7 +14,8 @@ use crate::source::{TileError, TileId, TileSource};
 use crate::status::Status;
 use crate::worker::{Built, Shared, Worker};
 
-/// A world of which what matters for the eye is loaded, by a thread of its own. See the [crate](crate).
+/// A world of which what matters for the eye is loaded, by a thread of its own. See the
+/// [crate](crate).
 #[derive(Debug)]
 pub struct World {
     settings: Settings,
@@ -70,8 +71,9 @@ impl World {
         Ok(world)
     }
 
-    /// Says where the eye is and how it moves, in units of the world a second, and takes in what was loaded meanwhile.
-    /// Never waits for a load, nor for a scene to be built or freed. Whether the scene is another one now.
+    /// Says where the eye is and how it moves, in units of the world a second, and takes in what
+    /// was loaded meanwhile. Never waits for a load, nor for a scene to be built or freed. Whether
+    /// the scene is another one now.
     pub fn look(&mut self, eye: [f64; 3], velocity: [f64; 3]) -> bool {
         let at = |seconds: f64| std::array::from_fn(|a| eye[a] + velocity[a] * seconds);
         let ahead = self.settings.ahead;
@@ -100,7 +102,8 @@ impl World {
         is_new
     }
 
-    /// Waits until what matters for the last [`look`](Self::look) is loaded, and takes it in: for tests and pictures, not for frames.
+    /// Waits until what matters for the last [`look`](Self::look) is loaded, and takes it in: for
+    /// tests and pictures, not for frames.
     pub fn settle(&mut self) {
         loop {
             {

@@ -1,8 +1,8 @@
 //! Small arrays, made and mapped.
 //!
-//! [`std::array::from_fn`] and `map` stay correct when a closure panics half-way; that takes some 150 lines of LLVM IR
-//! for each closure, and there are hundreds here: they were an eighth of what the compiler had to read. These two are
-//! written out for each length.
+//! [`std::array::from_fn`] and `map` stay correct when a closure panics half-way; that takes some
+//! 150 lines of LLVM IR for each closure, and there are hundreds here: they were an eighth of what
+//! the compiler had to read. These two are written out for each length.
 
 /// Arrays of few lengths, made and mapped element by element in order.
 pub(crate) trait Each<T, const N: usize>: Sized {

@@ -1,11 +1,11 @@
 //! Costs of drawing: the only way in which time enters a decision.
 
-/// Costs of drawing with a renderer, and of occlusion culling beside it, in nanoseconds of one thread. Plain data that the
-/// caller passes in: nothing here reads a clock, so the same costs give the same decisions anywhere. The program
-/// `cullet calibrate` measures them.
+/// Costs of drawing with a renderer, and of occlusion culling beside it, in nanoseconds of one
+/// thread. Plain data that the caller passes in: nothing here reads a clock, so the same costs give
+/// the same decisions anywhere. The program `cullet calibrate` measures them.
 ///
-/// They scale what is decided and never what is right: with any values every exact test stays conservative. Those that are
-/// not finite and above 0 say nothing.
+/// They scale what is decided and never what is right: with any values every exact test stays
+/// conservative. Those that are not finite and above 0 say nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Costs {
@@ -13,23 +13,25 @@ pub struct Costs {
     pub opaque_triangle_ns: f64,
     /// One more instance, or range of triangles, drawn by itself: a draw call.
     pub draw_ns: f64,
-    /// Occlusion culling itself. `cullet calibrate` leaves them at their default, for which occluders are chosen
-    /// depends on them: with the same costs the same ones are, on every machine.
+    /// Occlusion culling itself. `cullet calibrate` leaves them at their default, for which
+    /// occluders are chosen depends on them: with the same costs the same ones are, on every
+    /// machine.
     #[cfg_attr(feature = "serde", serde(default))]
     pub occluders: OccluderCosts,
 }
 
 impl Default for Costs {
-    /// A renderer on a GPU, as a guess and not a measurement: ten nanoseconds a triangle with its share of the pixels, a
-    /// microsecond a draw.
+    /// A renderer on a GPU, as a guess and not a measurement: ten nanoseconds a triangle with its
+    /// share of the pixels, a microsecond a draw.
     fn default() -> Self {
         let occluders = OccluderCosts::default();
         Self { opaque_triangle_ns: 10.0, draw_ns: 1000.0, occluders }
     }
 }
 
-/// Costs of occlusion culling: of drawing occluders of each kind, and of testing. [`Culler::costs`](crate::Culler::costs)
-/// has the choice of occluders go by them, and whether there is one.
+/// Costs of occlusion culling: of drawing occluders of each kind, and of testing.
+/// [`Culler::costs`](crate::Culler::costs) has the choice of occluders go by them, and whether
+/// there is one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -46,8 +48,8 @@ pub struct OccluderCosts {
     pub begin_ns: f64,
 }
 
-/// Costs of drawing one shape into an occlusion buffer, in nanoseconds: `base_ns` + `edge_ns` · its edges + `outline_ns` ·
-/// √ its pixels + `pixel_ns` · its pixels.
+/// Costs of drawing one shape into an occlusion buffer, in nanoseconds: `base_ns` + `edge_ns` · its
+/// edges + `outline_ns` · √ its pixels + `pixel_ns` · its pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -63,8 +65,9 @@ pub struct DrawingCosts {
 }
 
 impl Default for OccluderCosts {
-    /// Fitted to the fastest of six to eight draws of each of 4,000 boxes, and of 5,500 patches of a castle and a hall, at
-    /// 640 pixels across: half are off by less than a tenth. The facets of a patch cost, those around it too.
+    /// Fitted to the fastest of six to eight draws of each of 4,000 boxes, and of 5,500 patches of
+    /// a castle and a hall, at 640 pixels across: half are off by less than a tenth. The facets of
+    /// a patch cost, those around it too.
     fn default() -> Self {
         Self {
             convex: DrawingCosts { base_ns: 330.0, edge_ns: 5.0, outline_ns: 5.0, pixel_ns: 0.02 },

@@ -8,11 +8,10 @@
 //! assert_eq!(area_sign(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], 2), 1);
 //! ```
 //!
-//! Error-free sums and products of f64:
-//! Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*, 1997.
-//! Coordinates are f32, so the product of two is exact in f64 and only longer ones need a tail. Signs
-//! are right as long as nothing overflows and no tail falls below the smallest f64, which products of
-//! up to six f32 numbers cannot do.
+//! Error-free sums and products of f64: Shewchuk, *Adaptive Precision Floating-Point Arithmetic and
+//! Fast Robust Geometric Predicates*, 1997. Coordinates are f32, so the product of two is exact in
+//! f64 and only longer ones need a tail. Signs are right as long as nothing overflows and no tail
+//! falls below the smallest f64, which products of up to six f32 numbers cannot do.
 
 use crate::array::Each;
 
@@ -88,9 +87,10 @@ fn area_terms(corners: &[[f32; 3]; 3], axis: usize) -> [f64; 6] {
     [a[u] * b[v], -a[v] * b[u], b[u] * c[v], -b[v] * c[u], c[u] * a[v], -c[v] * a[u]]
 }
 
-/// The sign of component `axis` of (b − a) × (c − a) of three finite points: 1 where they turn counter-clockwise
-/// seen from the positive end of that axis, −1 where clockwise, 0 where they lie in one line as seen from there.
-/// Exact; some 40 additions. Points that are not finite have no sign that means anything.
+/// The sign of component `axis` of (b − a) × (c − a) of three finite points: 1 where they turn
+/// counter-clockwise seen from the positive end of that axis, −1 where clockwise, 0 where they lie
+/// in one line as seen from there. Exact; some 40 additions. Points that are not finite have no
+/// sign that means anything.
 ///
 /// # Panics
 /// If `axis` is above 2.
@@ -101,11 +101,12 @@ pub fn area_sign(corners: &[[f32; 3]; 3], axis: usize) -> i32 {
     sum.sign()
 }
 
-/// The sign of n·p − d for a plane n·x = d: 1 on the side to which its normal points, −1 on the other, 0 on the plane.
+/// The sign of n·p − d for a plane n·x = d: 1 on the side to which its normal points, −1 on the
+/// other, 0 on the plane.
 ///
-/// Exact as long as no product overflows or is so small that its rounding error is below the smallest f64, which
-/// coordinates that come from f32 and coefficients between 1e−200 and 1e200 cannot do. What is not finite has no
-/// sign that means anything.
+/// Exact as long as no product overflows or is so small that its rounding error is below the
+/// smallest f64, which coordinates that come from f32 and coefficients between 1e−200 and 1e200
+/// cannot do. What is not finite has no sign that means anything.
 #[must_use]
 pub fn plane_sign(normal: [f64; 3], d: f64, point: [f64; 3]) -> i32 {
     let mut sum = Sum::<8>::new();
@@ -142,14 +143,16 @@ pub(crate) fn dot_area_sign(k: &[[f64; 2]; 3], corners: &[[f32; 3]; 3]) -> i32 {
     sum.sign()
 }
 
-/// Returns the sign of the determinant of three columns. Exact arithmetic only where f64 cannot tell.
+/// Returns the sign of the determinant of three columns. Exact arithmetic only where f64 cannot
+/// tell.
 #[must_use]
 pub fn determinant_sign(columns: &[[f32; 3]; 3]) -> i32 {
     let [x, y, z] = columns.each(wide);
     let (mut value, mut size) = (0.0, 0.0);
     for axis in 0..3 {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        // Products of two are exact; those of three and their sum are off by less than 7 · 2⁻⁵³ of the size.
+        // Products of two are exact; those of three and their sum are off by less than 7 · 2⁻⁵³ of
+        // the size.
         let (plus, minus) = (y[u] * z[v] * x[axis], y[v] * z[u] * x[axis]);
         value += plus - minus;
         size += plus.abs() + minus.abs();

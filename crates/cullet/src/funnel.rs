@@ -4,10 +4,11 @@ use std::ops::{Add, AddAssign, Sub, SubAssign};
 
 use crate::cull::shadow::CasterReason;
 
-/// One kind of culling in the pipeline. Stages run in the order of the rows of a [`Funnel`], some of
-/// them once for each [`Unit`]; their numbers are those in files and bindings. They ascend in the order of the rows of a unit,
-/// with two exceptions: [`Degenerate`](Self::Degenerate) drops flattened instances before [`Lod`](Self::Lod), and
-/// [`Detail`](Self::Detail) tests the samples of triangles last.
+/// One kind of culling in the pipeline. Stages run in the order of the rows of a [`Funnel`], some
+/// of them once for each [`Unit`]; their numbers are those in files and bindings. They ascend in
+/// the order of the rows of a unit, with two exceptions: [`Degenerate`](Self::Degenerate) drops
+/// flattened instances before [`Lod`](Self::Lod), and [`Detail`](Self::Detail) tests the samples of
+/// triangles last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
@@ -17,7 +18,8 @@ pub enum Stage {
     Layer = 1,
     /// Outside the view's frustum; of a light, where no caster can matter.
     Frustum = 2,
-    /// Not in the potentially visible set: that of the eye's cell, or the [candidates](crate::candidates::Candidates) of the caller.
+    /// Not in the potentially visible set: that of the eye's cell, or the
+    /// [candidates](crate::candidates::Candidates) of the caller.
     Pvs = 3,
     /// Not seen through any portal.
     Portal = 4,
@@ -64,17 +66,18 @@ impl Stage {
     }
 }
 
-/// Reason for which an instance was dropped: the stage, and a detail that is the stage's own (frustum: the number of
-/// the plane). Two bytes.
+/// Reason for which an instance was dropped: the stage, and a detail that is the stage's own
+/// (frustum: the number of the plane). Two bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Reason {
     /// The stage that dropped it.
     pub stage: Stage,
-    /// For the frustum, the number of the first plane it is outside of, or [`Reason::MIXED`], and for a light what
-    /// [`Reason::caster`] reads; for sets of cells and portals, the number of the instance's cell, or [`Reason::MIXED`] where it is in
-    /// several, or in one whose number is no smaller than that; else 0.
+    /// For the frustum, the number of the first plane it is outside of, or [`Reason::MIXED`], and
+    /// for a light what [`Reason::caster`] reads; for sets of cells and portals, the number of the
+    /// instance's cell, or [`Reason::MIXED`] where it is in several, or in one whose number is no
+    /// smaller than that; else 0.
     pub detail: u8,
 }
 
@@ -82,8 +85,9 @@ impl Reason {
     /// The detail where parts of an instance were dropped for different details of one stage.
     pub const MIXED: u8 = u8::MAX;
 
-    /// Why its shadow cannot matter, in an answer of [`Culler::cull_shadow`](crate::Culler::cull_shadow); `None`
-    /// where another stage than the frustum took it.
+    /// Why its shadow cannot matter, in an answer of
+    /// [`Culler::cull_shadow`](crate::Culler::cull_shadow); `None` where another stage than the
+    /// frustum took it.
     #[must_use]
     pub fn caster(self) -> Option<CasterReason> {
         (self.stage == Stage::Frustum).then(|| CasterReason::from_detail(self.detail))
@@ -118,16 +122,16 @@ impl Unit {
 
 /// Numbers of instances, of their clusters and of their triangles.
 ///
-/// Degenerate triangles are in no cluster; they count with their instance until the degenerate stage or
-/// whatever drops the whole instance takes them.
+/// Degenerate triangles are in no cluster; they count with their instance until the degenerate
+/// stage or whatever drops the whole instance takes them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, bytemuck::Pod, bytemuck::Zeroable)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Counts {
     /// Instances of which something is there.
     pub instances: u64,
-    /// Their clusters, but for those that were dropped as a whole. A stage of triangles leaves them, also
-    /// empty, until their instance has no triangle left.
+    /// Their clusters, but for those that were dropped as a whole. A stage of triangles leaves
+    /// them, also empty, until their instance has no triangle left.
     pub clusters: u64,
     /// Their triangles.
     pub triangles: u64,
@@ -221,8 +225,8 @@ impl FunnelRow {
     }
 }
 
-/// Work of the frustum stage: its tests of the scene's hierarchy. All are 0 if neither the view nor the scene
-/// changed since the last frame.
+/// Work of the frustum stage: its tests of the scene's hierarchy. All are 0 if neither the view nor
+/// the scene changed since the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FrustumWork {
@@ -232,8 +236,8 @@ pub struct FrustumWork {
     pub blocks: u64,
     /// How many times sixteen boxes were tested against a plane.
     pub plane_tests: u64,
-    /// Instances that were swept without testing a node: those added since the last commit, or all of them
-    /// where that is cheaper.
+    /// Instances that were swept without testing a node: those added since the last commit, or all
+    /// of them where that is cheaper.
     pub swept: u64,
 }
 
@@ -241,8 +245,9 @@ pub struct FrustumWork {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OcclusionWork {
-    /// Shapes that were considered: those that by the size of their nodes and instances on the screen might have a
-    /// higher score than what was chosen; all in the view, where the budget is enough for all.
+    /// Shapes that were considered: those that by the size of their nodes and instances on the
+    /// screen might have a higher score than what was chosen; all in the view, where the budget is
+    /// enough for all.
     pub considered: u64,
     /// Considered shapes that the budget allowed.
     pub chosen: u64,
@@ -266,8 +271,9 @@ pub struct OcclusionTimes {
     pub testing: u64,
 }
 
-/// Counts in and out of each stage that ran, in the order in which they ran: what leaves a row enters the
-/// next. Equal funnels took the same work and time as well: see [`same_counts`](Self::same_counts).
+/// Counts in and out of each stage that ran, in the order in which they ran: what leaves a row
+/// enters the next. Equal funnels took the same work and time as well: see
+/// [`same_counts`](Self::same_counts).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Funnel {

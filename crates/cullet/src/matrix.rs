@@ -4,9 +4,9 @@ use crate::array::{self, Each};
 
 /// A 4×4 matrix of a caller's, column-major: columns in order, each as x, y, z, w.
 ///
-/// Made of flat arrays and of arrays of columns, in f32 and f64; with the feature `mint`, of its matrices, to and from
-/// which the maths crates convert. Points and directions of the interface are `impl Into<[f64; 3]>`, which the types of
-/// glam, nalgebra, cgmath and mint are as they stand.
+/// Made of flat arrays and of arrays of columns, in f32 and f64; with the feature `mint`, of its
+/// matrices, to and from which the maths crates convert. Points and directions of the interface are
+/// `impl Into<[f64; 3]>`, which the types of glam, nalgebra, cgmath and mint are as they stand.
 ///
 /// ```
 /// use cullet::Transform;

@@ -1,9 +1,9 @@
 //! Prepared data: what is derived from a mesh once, so that culling it frame after frame is cheap.
 //!
-//! A [`Mesh`] is checked geometry and nothing else. Planes of its triangles, cones of its clusters and its
-//! occluder stand beside it in the scene. They are made when the scene is [committed](crate::Scene::commit), by
-//! jobs of the caller, or are given, but never by surprise in a frame: a stage that misses its data keeps what
-//! it cannot test.
+//! A [`Mesh`] is checked geometry and nothing else. Planes of its triangles, cones of its clusters
+//! and its occluder stand beside it in the scene. They are made when the scene is
+//! [committed](crate::Scene::commit), by jobs of the caller, or are given, but never by surprise in
+//! a frame: a stage that misses its data keeps what it cannot test.
 
 use crate::cull::backface::{Backfaces, ClusterCones, Facing};
 use crate::cull::occlusion::{Occluder, Shape};
@@ -13,14 +13,16 @@ use crate::mesh::{Cluster, Mesh};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Preparation {
     /// Planes of triangles and cones of clusters, for views that cull back faces by
-    /// [`Backface::Fast`](crate::Backface::Fast). Some 5 bytes per triangle, and the most expensive to make: as long as
-    /// drawing the mesh some hundred times.
+    /// [`Backface::Fast`](crate::Backface::Fast). Some 5 bytes per triangle, and the most expensive
+    /// to make: as long as drawing the mesh some hundred times.
     pub backfaces: bool,
-    /// The same cones for views that cull what is wound counter-clockwise: because they draw the backs alone, as
-    /// some shadow passes do, or because their fronts are clockwise, as in a mirror. Few scenes have one, so that they
-    /// are not made by default; without, such a view tests single triangles.
+    /// The same cones for views that cull what is wound counter-clockwise: because they draw the
+    /// backs alone, as some shadow passes do, or because their fronts are clockwise, as in a
+    /// mirror. Few scenes have one, so that they are not made by default; without, such a view
+    /// tests single triangles.
     pub frontfaces: bool,
-    /// The shapes that stand for the mesh in an occlusion buffer, for [`Culler::occlusion`](crate::Culler::occlusion).
+    /// The shapes that stand for the mesh in an occlusion buffer, for
+    /// [`Culler::occlusion`](crate::Culler::occlusion).
     pub occluder: bool,
 }
 
@@ -75,8 +77,9 @@ impl Default for Prepared {
 }
 
 impl Prepared {
-    /// Makes the wanted data of a mesh. Cost: for back faces linear in triangles and clusters, more where the normals
-    /// of a cluster spread; nothing for a mesh whose back faces are never culled, because it is two-sided or can deform.
+    /// Makes the wanted data of a mesh. Cost: for back faces linear in triangles and clusters, more
+    /// where the normals of a cluster spread; nothing for a mesh whose back faces are never culled,
+    /// because it is two-sided or can deform.
     #[must_use]
     pub fn of(mesh: &Mesh, wanted: Preparation) -> Self {
         let mut made = Self::default();
@@ -118,8 +121,8 @@ impl Prepared {
         self.made
     }
 
-    /// Takes an occluder of the caller's, such as one that was baked, in place of [`Occluder::of_mesh`]. Its shapes
-    /// must lie within what the mesh hides.
+    /// Takes an occluder of the caller's, such as one that was baked, in place of
+    /// [`Occluder::of_mesh`]. Its shapes must lie within what the mesh hides.
     #[must_use]
     pub fn with_occluder(mut self, occluder: Occluder) -> Self {
         self.occluder = Some(occluder);
@@ -127,15 +130,16 @@ impl Prepared {
         self
     }
 
-    /// The planes of the triangles of one-sided parts, in the mesh's order; `None` where they were not made, and for
-    /// a mesh without backs.
+    /// The planes of the triangles of one-sided parts, in the mesh's order; `None` where they were
+    /// not made, and for a mesh without backs.
     #[must_use]
     pub fn backfaces(&self) -> Option<&Backfaces> {
         self.planes.as_ref()
     }
 
-    /// The cones of the clusters, those of two-sided parts left out, for eyes that see this side of them; `None`
-    /// where they were not made, and where no eye is before or behind all of any cluster.
+    /// The cones of the clusters, those of two-sided parts left out, for eyes that see this side of
+    /// them; `None` where they were not made, and where no eye is before or behind all of any
+    /// cluster.
     #[must_use]
     pub fn cluster_cones(&self, facing: Facing) -> Option<&ClusterCones> {
         let cones = if facing == Facing::Front { &self.before } else { &self.behind };

@@ -1,15 +1,16 @@
 //! SIMD levels, and the two ways to compile a kernel for them.
 //!
-//! A kernel is generic over [`fearless_simd::Simd`]; each level it is compiled for costs the build as much as the kernel
-//! itself. So two levels of x86 are left out where they earn nothing: SSE4.2 everywhere (as fast as SSE2 in every kernel
-//! but the byte shuffles, which ask for it themselves) and AVX-512 in kernels that wait for memory or run once a frame.
+//! A kernel is generic over [`fearless_simd::Simd`]; each level it is compiled for costs the build
+//! as much as the kernel itself. So two levels of x86 are left out where they earn nothing: SSE4.2
+//! everywhere (as fast as SSE2 in every kernel but the byte shuffles, which ask for it themselves)
+//! and AVX-512 in kernels that wait for memory or run once a frame.
 
 use std::fmt;
 
 use fearless_simd::Level;
 
-/// Runs `$op` compiled for the level of `$simd`, which is a [`Simd`]: at SSE2, AVX2 and AVX-512, or the one level of
-/// another architecture.
+/// Runs `$op` compiled for the level of `$simd`, which is a [`Simd`]: at SSE2, AVX2 and AVX-512, or
+/// the one level of another architecture.
 macro_rules! dispatch {
     ($simd:expr, $token:ident => $op:expr) => {
         match $simd.0 {
@@ -83,8 +84,8 @@ impl Simd {
 
     /// Every level that this machine and this build have, best first.
     ///
-    /// The scalar level is among them where the machine has no other, or with the feature `force_support_fallback`. For
-    /// tests and measurements.
+    /// The scalar level is among them where the machine has no other, or with the feature
+    /// `force_support_fallback`. For tests and measurements.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let Self(best) = Self::best();
@@ -114,7 +115,8 @@ impl Simd {
         self.0
     }
 
-    /// The level as `fearless_simd` has it, for kernels outside of this crate that are measured or tested beside its own.
+    /// The level as `fearless_simd` has it, for kernels outside of this crate that are measured or
+    /// tested beside its own.
     #[doc(hidden)]
     #[must_use]
     pub fn level(self) -> Level {

@@ -1,8 +1,8 @@
 //! Sorting by numbers.
 //!
-//! Each pair of a type and a comparison that `sort_unstable_by` is given compiles to two thousand lines of LLVM IR, and
-//! the thirty of the engine were a seventh of its build. So what is sorted has a number for a key, and one sort of
-//! numbers serves all.
+//! Each pair of a type and a comparison that `sort_unstable_by` is given compiles to two thousand
+//! lines of LLVM IR, and the thirty of the engine were a seventh of its build. So what is sorted
+//! has a number for a key, and one sort of numbers serves all.
 
 /// Memory for sorting: nothing is allocated once it has held as many items.
 #[derive(Clone, Debug, Default)]
@@ -19,8 +19,8 @@ impl Sorter {
         self.arrange(items);
     }
 
-    /// Puts the items of the `count` least keys first, and of those of one key the first ones; in no order on either
-    /// side.
+    /// Puts the items of the `count` least keys first, and of those of one key the first ones; in
+    /// no order on either side.
     ///
     /// # Panics
     /// If there are no more than `count`.

@@ -89,15 +89,15 @@ impl Transform {
         self.linear_f64().determinant()
     }
 
-    /// Whether the transform mirrors, so that what is wound counter-clockwise becomes clockwise: the exact sign of the
-    /// determinant. False where a number is not finite.
+    /// Whether the transform mirrors, so that what is wound counter-clockwise becomes clockwise:
+    /// the exact sign of the determinant. False where a number is not finite.
     #[must_use]
     pub fn is_mirrored(&self) -> bool {
         self.is_finite() && exact::determinant_sign(&self.linear) < 0
     }
 
-    /// The rank of the linear part, exactly: 3 ordinarily, 2 flattens to a plane, 1 to a line, 0 to a
-    /// point. A transform with a number that is not finite is taken for 3, since it must keep
+    /// The rank of the linear part, exactly: 3 ordinarily, 2 flattens to a plane, 1 to a line, 0 to
+    /// a point. A transform with a number that is not finite is taken for 3, since it must keep
     /// everything.
     #[must_use]
     pub fn rank(&self) -> u8 {
@@ -125,8 +125,8 @@ impl Transform {
         }
     }
 
-    /// The box around the image of `b`, relative to `origin`, rounded outward: it holds the image of
-    /// every point of `b` though each be computed in f64 with rounding of its own.
+    /// The box around the image of `b`, relative to `origin`, rounded outward: it holds the image
+    /// of every point of `b` though each be computed in f64 with rounding of its own.
     /// [`Aabb::EVERYTHING`] where a number is not finite; empty for an empty box.
     ///
     /// (Arvo, *Transforming Axis-Aligned Bounding Boxes*, 1990.)

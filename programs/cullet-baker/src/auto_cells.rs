@@ -51,11 +51,13 @@ fn take_rooms(model: &mut Model, path: &Path, args: &SceneArgs) -> Result<(), Fa
     Ok(())
 }
 
-/// Gives a model the cells that are found in its triangles, in place of its own. Doors and windows hide nothing: leafs of the doors of its
-/// own portals, and instances whose names begin as those of a BIM model do.
+/// Gives a model the cells that are found in its triangles, in place of its own. Doors and windows
+/// hide nothing: leafs of the doors of its own portals, and instances whose names begin as those of
+/// a BIM model do.
 ///
 /// # Errors
-/// If it moves, for then what hides would not stay where it is; if nothing in it is closed; if there are too many voxels.
+/// If it moves, for then what hides would not stay where it is; if nothing in it is closed; if
+/// there are too many voxels.
 pub(crate) fn find(
     model: &mut Model,
     voxel: Option<f64>,

@@ -72,10 +72,12 @@ pub struct BakeArgs {
     /// Chains as nodes too, by `MSFT_lod`, for programs that draw those; of a glTF alone
     #[arg(long, conflicts_with = "no_chain")]
     pub msft_lod: bool,
-    /// Groups of instances too, merged and simplified as one, each of which stands for all of them from afar
+    /// Groups of instances too, merged and simplified as one, each of which stands for all of them
+    /// from afar
     #[arg(long)]
     pub merge: bool,
-    /// Impostors too, of meshes of which many triangles would be drawn far away: pictures from all around
+    /// Impostors too, of meshes of which many triangles would be drawn far away: pictures from all
+    /// around
     #[arg(long)]
     pub impostors: bool,
     /// Write each impostor as PNGs and as a glTF of cards too, into this folder

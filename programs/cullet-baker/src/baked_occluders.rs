@@ -36,8 +36,8 @@ pub fn of_meshes<M: Sync, T: Send>(
 
 /// Gives every mesh the occluder of the arguments, and prints a line with the result.
 ///
-/// Polygons off the axes lie near the surface and not in it, by a tolerance that a buffer would have to allow for at
-/// each slope; they are left out.
+/// Polygons off the axes lie near the surface and not in it, by a tolerance that a buffer would
+/// have to allow for at each slope; they are left out.
 ///
 /// # Errors
 /// If one cannot be made, or Ctrl-C was pressed.
@@ -51,7 +51,8 @@ pub fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Result<(),
         options.directions = 0;
     }
     model.scene.prepare(Preparation { occluder: true, ..Preparation::NONE });
-    // What the file has need not be made, nor anything for meshes that are there to hold the levels of others.
+    // What the file has need not be made, nor anything for meshes that are there to hold the levels
+    // of others.
     let baked = model.baked.as_ref();
     let stored = |id: u32| baked?.of(id)?.occluders.as_ref();
     let mut drawn = vec![false; model.scene.meshes().len()];

@@ -1,6 +1,7 @@
 //! The commands of `cullet` that write files, as a library for the programs beside it.
 //!
-//! A command is a module: its arguments and its `run`. [`bakery()`] is what the commands of [`cullet_cli`] need of it.
+//! A command is a module: its arguments and its `run`. [`bakery()`] is what the commands of
+//! [`cullet_cli`] need of it.
 #![forbid(unsafe_code)]
 
 pub mod args;

@@ -60,7 +60,8 @@ pub struct PvsArgs {
     /// The portal graph, a .prt; or a map, a .bsp; or a scene
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Write the sets, with the lines that prove them; with the ending .bsp, the map with the sets in it
+    /// Write the sets, with the lines that prove them; with the ending .bsp, the map with the sets
+    /// in it
     #[arg(long, short, value_name = "PATH", value_parser = parse::output, conflicts_with = "unit")]
     out: Option<PathBuf>,
     /// Write the sets as plain bit rows, PVSROWS1; of a scene PVSROWS2
@@ -81,7 +82,8 @@ pub struct PvsArgs {
     /// Width of a slit that counts as closed, as a share of the map's diagonal, 1e-7 to 1e-3
     #[arg(long, value_name = "SHARE", default_value_t = 1e-6, value_parser = tolerance)]
     tolerance: f64,
-    /// Hold the result against N lines of sight, sampled by code of their own; of a scene, N pictures all around
+    /// Hold the result against N lines of sight, sampled by code of their own; of a scene, N
+    /// pictures all around
     #[arg(long, value_name = "N", conflicts_with = "unit")]
     check: Option<u64>,
     /// How far inside of each portal the lines of --check pass [default: five times the tolerance]

@@ -26,7 +26,8 @@ pub(crate) struct PvsSceneArgs {
     /// How many view cells to make [default: 500]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
     view_cells: Option<u32>,
-    /// A box to make cells in, its low and its high corner; may be given many times [default: the scene's bounds]
+    /// A box to make cells in, its low and its high corner; may be given many times [default: the
+    /// scene's bounds]
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = region, allow_hyphen_values = true)]
     region: Vec<Region>,
     /// Cells only so far above the scene's lowest point, such as 1..2.5 for eyes
@@ -41,16 +42,19 @@ pub(crate) struct PvsSceneArgs {
     /// End after about so many rays [default: 100000000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     rays: Option<u64>,
-    /// End where so small a share of looks is estimated to go to what is missing, 0 to 1 [default: 0.00002]
+    /// End where so small a share of looks is estimated to go to what is missing, 0 to 1 [default:
+    /// 0.00002]
     #[arg(long, value_name = "SHARE", value_parser = share)]
     missing: Option<f64>,
-    /// Keep whatever could appear wider than this, in degrees, above 0 to 180 [default: 180, what a cell touches]
+    /// Keep whatever could appear wider than this, in degrees, above 0 to 180 [default: 180, what a
+    /// cell touches]
     #[arg(long, value_name = "DEGREES", value_parser = degrees)]
     keep_angle: Option<f64>,
     /// Give each cell what cells within this distance see
     #[arg(long, value_name = "DISTANCE", value_parser = radius)]
     join: Option<f64>,
-    /// Also prove what is hidden by solid voxels, so many along the longest side, and hold the lines against it
+    /// Also prove what is hidden by solid voxels, so many along the longest side, and hold the
+    /// lines against it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=512))]
     solid: Option<u32>,
 }

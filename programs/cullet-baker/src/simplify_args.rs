@@ -48,8 +48,8 @@ pub struct SimplifyArgs {
     /// How far the eye is from the middle of the scene, in bounding radii
     #[arg(long, value_name = "D", value_parser = parse::distance, allow_hyphen_values = true, requires = "pixels")]
     pub distance: Option<f64>,
-    /// Join vertices at one position even where normals, texture coordinates or colours differ: of these, the
-    /// first stay, but for normals, which are left out
+    /// Join vertices at one position even where normals, texture coordinates or colours differ: of
+    /// these, the first stay, but for normals, which are left out
     #[arg(long)]
     pub weld: bool,
     /// Points from which the result is measured, each way

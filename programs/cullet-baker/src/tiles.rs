@@ -193,7 +193,8 @@ fn load(args: &TilesArgs, console: &Console) -> Result<Model, Failure> {
     Ok(Model { name: model.name, ..baked })
 }
 
-/// A stand-in as tiles have it; `None` where it has no mesh, as that of nothing but what is too small for numbers.
+/// A stand-in as tiles have it; `None` where it has no mesh, as that of nothing but what is too
+/// small for numbers.
 fn as_tile(made: StandIn) -> Option<TileStandIn> {
     let mesh = Mesh::new(made.mesh).ok()?;
     let attributes = Attributes { uvs: made.uvs, colors: made.colors, ..Attributes::default() };

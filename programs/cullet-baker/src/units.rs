@@ -35,7 +35,8 @@ impl<'a> Units<'a> {
         self.kept.as_ref().map(|(path, _)| path.as_path())
     }
 
-    /// Runs what is left of a work, or this process's share of it. Of `options` folder and share are those of the units.
+    /// Runs what is left of a work, or this process's share of it. Of `options` folder and share
+    /// are those of the units.
     ///
     /// # Errors
     /// If a unit cannot be written to the folder, or that cannot be read.

@@ -1,5 +1,5 @@
-//! `cullet-baker bake`, run as a program: what it writes is what the library makes, on any number of threads and however
-//! often it was stopped.
+//! `cullet-baker bake`, run as a program: what it writes is what the library makes, on any number
+//! of threads and however often it was stopped.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -38,7 +38,8 @@ fn bytes(path: &str) -> Vec<u8> {
     std::fs::read(path).unwrap()
 }
 
-/// A ball of two parts, large enough for a hierarchy; a small one; a triangle; and nothing but triangles without area.
+/// A ball of two parts, large enough for a hierarchy; a small one; a triangle; and nothing but
+/// triangles without area.
 fn model() -> Model {
     let mut scene = Scene::new();
     let half = |(positions, indices): soups::Soup, half: u32| {
@@ -168,7 +169,8 @@ fn what_is_killed_leaves_the_file_before_and_goes_on_from_there() {
     assert!(bytes(&out) == whole);
 }
 
-/// Forty bumpy balls that touch, whose groups take most of the time, and one far away. Texture coordinates are places.
+/// Forty bumpy balls that touch, whose groups take most of the time, and one far away. Texture
+/// coordinates are places.
 fn row() -> Model {
     let mut scene = Scene::new();
     let (positions, indices) = soups::bumpy_ball(12, 0.1);
@@ -297,8 +299,8 @@ fn what_cannot_be_written_or_baked_is_said() {
     assert_eq!((&record["meshes"], &record["levels_triangles"]), (&0.into(), &0.into()));
 }
 
-/// The mean time of the processor that nine runs took on this thread, in ms, as systems tell it in steps; where the system does not tell it, that of the
-/// clock on the wall.
+/// The mean time of the processor that nine runs took on this thread, in ms, as systems tell it in
+/// steps; where the system does not tell it, that of the clock on the wall.
 fn spent(run: &dyn Fn()) -> f64 {
     let start = std::time::Instant::now();
     let busy = || {
@@ -335,7 +337,8 @@ fn opening_a_baked_file() {
     }
 }
 
-/// Bakes a model in shares, one of three never begun and one done twice; joined it has the bytes of one process.
+/// Bakes a model in shares, one of three never begun and one done twice; joined it has the bytes of
+/// one process.
 fn shares_join(model: &Model, options: &[&str], kinds: &[&str]) {
     let folder = Folder::new("shares");
     let [plain, out, whole] = ["plain.glb", "out.glb", "whole.glb"].map(|name| folder.path(name));

@@ -1,5 +1,5 @@
-//! `cullet-baker bake --impostors`, run as a program: impostors are made where they pay, come back from the file, and are the
-//! same bytes whatever the threads.
+//! `cullet-baker bake --impostors`, run as a program: impostors are made where they pay, come back
+//! from the file, and are the same bytes whatever the threads.
 
 use std::path::Path;
 use std::process::Command;
@@ -20,8 +20,8 @@ fn figures(args: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// Leaves around the crown of a tree, of which no simplification makes few that are near them; and a block, of which that is
-/// easy.
+/// Leaves around the crown of a tree, of which no simplification makes few that are near them; and
+/// a block, of which that is easy.
 fn model() -> Model {
     let mut rng = Rng(3);
     let mut leaf = || {

@@ -34,7 +34,8 @@ struct Kind {
     name: &'static str,
     /// Shapes that a view draws, on average.
     shapes: f64,
-    /// Choosing and drawing them and testing the instances, on average over the views, in milliseconds.
+    /// Choosing and drawing them and testing the instances, on average over the views, in
+    /// milliseconds.
     ms: f64,
     /// How its answers stand beside the reference.
     #[serde(flatten)]

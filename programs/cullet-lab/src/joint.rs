@@ -1,13 +1,14 @@
 //! A hierarchy of joint clusters: one test that may decide many clusters.
 //!
-//! A node stands for all clusters below it. Where its bounds prove that all their triangles face away,
-//! or that all face the eye, none of them is looked at. Johannsen & Carter, *Clustered Backface Culling*
-//! (1998), build such a tree; here a node is kept only where it is expected to save more tests than the
-//! one it costs, so on bumpy meshes few are left.
+//! A node stands for all clusters below it. Where its bounds prove that all their triangles face
+//! away, or that all face the eye, none of them is looked at. Johannsen & Carter, *Clustered
+//! Backface Culling* (1998), build such a tree; here a node is kept only where it is expected to
+//! save more tests than the one it costs, so on bumpy meshes few are left.
 //!
-//! Seen from 3 radii, the bunny's 872 clusters take 665 tests, the armadillo's 1092 take 1040. A flat sweep
-//! with vector instructions does a test in half a nanosecond, so it is faster all the same: use a
-//! hierarchy where a test is expensive, and read [`JointHierarchy::expected_tests`] first.
+//! Seen from 3 radii, the bunny's 872 clusters take 665 tests, the armadillo's 1092 take 1040. A
+//! flat sweep with vector instructions does a test in half a nanosecond, so it is faster all the
+//! same: use a hierarchy where a test is expensive, and read [`JointHierarchy::expected_tests`]
+//! first.
 //!
 //! ```
 //! use cullet_lab::methods::cluster::{ClusterFacing};
@@ -81,12 +82,13 @@ struct Joint {
 }
 
 impl JointHierarchy {
-    /// Joins the clusters of `mesh`, for viewers at the given distances from its middle, in radii of the
-    /// sphere around its box (above 0, may be infinite; others are left out, and without any it is 3).
+    /// Joins the clusters of `mesh`, for viewers at the given distances from its middle, in radii
+    /// of the sphere around its box (above 0, may be infinite; others are left out, and without any
+    /// it is 3).
     ///
-    /// Two nodes are joined where the pair is decided from most view points; a joint node stays only if
-    /// over the view points it saves tests. Clusters of two-sided parts are never tested, and neither
-    /// is any cluster of a deformable mesh. Deterministic. Some 2 µs a triangle.
+    /// Two nodes are joined where the pair is decided from most view points; a joint node stays
+    /// only if over the view points it saves tests. Clusters of two-sided parts are never tested,
+    /// and neither is any cluster of a deformable mesh. Deterministic. Some 2 µs a triangle.
     #[must_use]
     pub fn build(mesh: &Mesh, distances: &[f64]) -> Self {
         let bounds = mesh.bounds();
@@ -135,12 +137,12 @@ impl JointHierarchy {
         result
     }
 
-    /// Calls `visit` with lists of clusters and how they face: each cluster of the mesh is in just one
-    /// list, and `Back` and `Front` are proved. Every cluster that [`flat`](Self::flat) decides is decided
-    /// here; a joint bound may decide some more. Returns the number of tests.
+    /// Calls `visit` with lists of clusters and how they face: each cluster of the mesh is in just
+    /// one list, and `Back` and `Front` are proved. Every cluster that [`flat`](Self::flat) decides
+    /// is decided here; a joint bound may decide some more. Returns the number of tests.
     ///
-    /// The eye is homogeneous and in the space of the mesh: (position, 1), or (direction, 0). One that
-    /// is not finite makes all clusters `Mixed`.
+    /// The eye is homogeneous and in the space of the mesh: (position, 1), or (direction, 0). One
+    /// that is not finite makes all clusters `Mixed`.
     pub fn visit(&self, eye: [f64; 4], mut visit: impl FnMut(&[u32], ClusterFacing)) -> usize {
         let mut tests = 0;
         let mut at = 0;
@@ -169,9 +171,9 @@ impl JointHierarchy {
         self.leaves
     }
 
-    /// The mean number of tests over the view points: of the hierarchy, and of the flat sweep. It pays
-    /// where the first is lower by more than what walking a tree costs over a sweep (in practice a factor
-    /// of several, where the sweep has vector instructions).
+    /// The mean number of tests over the view points: of the hierarchy, and of the flat sweep. It
+    /// pays where the first is lower by more than what walking a tree costs over a sweep (in
+    /// practice a factor of several, where the sweep has vector instructions).
     #[must_use]
     pub fn expected_tests(&self) -> (f64, usize) {
         (self.expected, self.leaves)
@@ -290,9 +292,9 @@ struct Planner<'a> {
 }
 
 impl Planner<'_> {
-    /// Appends what is left of the tree of `root`, depth first; returns how many tests each view point
-    /// then takes. Children are planned before their parent, without recursion: trees can be as deep as
-    /// there are clusters.
+    /// Appends what is left of the tree of `root`, depth first; returns how many tests each view
+    /// point then takes. Children are planned before their parent, without recursion: trees can be
+    /// as deep as there are clusters.
     fn plan(&mut self, root: u32, out: &mut JointHierarchy) -> Vec<u32> {
         enum Step {
             Enter(u32),

@@ -6,12 +6,14 @@ use cullet_io::{MatrixView, Model};
 use cullet_maps::occscn::{MakeOptions, Objects, Occscn};
 use cullet_scenes::paths::{self, Overrides, PathSpec};
 
-/// Triangles of a mesh and boxes to be tested where nobody says another number: those of published figures.
+/// Triangles of a mesh and boxes to be tested where nobody says another number: those of published
+/// figures.
 const CLUSTER: u32 = 128;
 const BOXES: u32 = 20_000;
 /// Distance of the near plane, by the scene's diagonal.
 const NEAR: f64 = 1e-3;
-/// The benchmark scene of a built-in scene or a file, as `cullet occscn` makes it where nothing is said.
+/// The benchmark scene of a built-in scene or a file, as `cullet occscn` makes it where nothing is
+/// said.
 ///
 /// # Errors
 /// If it cannot be made of this model.
@@ -85,7 +87,8 @@ pub fn views(
     let mut overrides = *overrides;
     let own = matches!(path, PathSpec::Camera(_) | PathSpec::File(_));
     if overrides.near.is_none() && !own {
-        // Nearer planes fit too, but would leave 32-bit depths of far surfaces nothing to differ by.
+        // Nearer planes fit too, but would leave 32-bit depths of far surfaces nothing to differ
+        // by.
         let extent = model.scene.extent();
         let square = |k: usize| (f64::from(extent.max[k]) - f64::from(extent.min[k])).powi(2);
         let near = (0..3).map(square).sum::<f64>().sqrt() * NEAR;

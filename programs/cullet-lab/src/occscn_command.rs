@@ -38,8 +38,8 @@ pub struct OccscnArgs {
     /// The file to write
     #[arg(long, short, value_name = "PATH", value_parser = cullet_command::parse::output)]
     out: PathBuf,
-    /// Instances that occlude: those with this in their name, their mesh's, or that of a node above them; may
-    /// be given several times
+    /// Instances that occlude: those with this in their name, their mesh's, or that of a node above
+    /// them; may be given several times
     #[arg(long, value_name = "NAME")]
     occluders: Vec<String>,
     /// Most triangles of a mesh, or 'none' for one mesh an instance
@@ -51,7 +51,8 @@ pub struct OccscnArgs {
     /// Where from: as of cullet report [default: the scene's own views or cameras, else walk]
     #[arg(long, value_name = "PATH")]
     path: Option<String>,
-    /// Distance of the near plane [default: the camera's own, else a thousandth of the scene's diagonal]
+    /// Distance of the near plane [default: the camera's own, else a thousandth of the scene's
+    /// diagonal]
     #[arg(long, value_name = "DISTANCE", value_parser = parse::distance)]
     near: Option<f64>,
     /// How many views along the path

@@ -11,8 +11,8 @@ pub fn fibonacci(i: usize, count: usize) -> [f64; 3] {
     [r * cos, r * sin, z]
 }
 
-/// A ball with waves on it, of `len` triangles, within the unit sphere; in strips of 32 quads, so that
-/// runs of 64 triangles are clusters.
+/// A ball with waves on it, of `len` triangles, within the unit sphere; in strips of 32 quads, so
+/// that runs of 64 triangles are clusters.
 #[must_use]
 pub fn bumpy_ball(len: usize) -> (Vec<[f32; 3]>, Vec<u32>) {
     const STRIP: usize = 32;

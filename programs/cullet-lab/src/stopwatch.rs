@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
-/// Time that some work took of this thread's processor, where the system tells it: what else runs on a busy machine
-/// takes none of it, but for the caches that it shares. Elsewhere the clock on the wall.
+/// Time that some work took of this thread's processor, where the system tells it: what else runs
+/// on a busy machine takes none of it, but for the caches that it shares. Elsewhere the clock on
+/// the wall.
 pub(crate) fn of_thread(work: impl FnOnce()) -> Duration {
     let begin = now();
     work();

@@ -1,5 +1,5 @@
-//! Every pixel that the occlusion buffer claims, and its depth, against jittered samples: of adversaries, of built-in scenes and of
-//! models; and that the check finds claims that are wrong.
+//! Every pixel that the occlusion buffer claims, and its depth, against jittered samples: of
+//! adversaries, of built-in scenes and of models; and that the check finds claims that are wrong.
 
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Convex, DynamicSurface, OcclusionBuffer};
@@ -176,7 +176,8 @@ fn a_depth_that_is_too_near_is_found() {
     for view in kinds_of_views() {
         let (claims, triangles) = drawn(&occluders, &view);
         for pixel in [[80, 60], [70, 50], [91, 66]] {
-            // The nearest that may be claimed is that of the farthest point in the pixel: more is found, less is right.
+            // The nearest that may be claimed is that of the farthest point in the pixel: more is
+            // found, less is right.
             let [x, y] = pixel;
             let right = claims.nearness(x, y);
             assert!(right > 0.0);
@@ -281,7 +282,8 @@ fn the_side_that_is_not_drawn_covers_nothing() {
 fn nothing_before_the_near_plane_covers() {
     let [view] = [[0.0; 3]]
         .map(|eye| View::perspective(eye, [0.0, 0.0, -1.0], 1.0, 2.0, 90.0, SIZE).unwrap());
-    // A floor through the near plane: of what is claimed of it, all that lies before the plane is wrong.
+    // A floor through the near plane: of what is claimed of it, all that lies before the plane is
+    // wrong.
     let positions = [[-9.0, -0.5, 5.0], [9.0, -0.5, 5.0], [9.0, -0.5, -50.0], [-9.0, -0.5, -50.0]];
     let floor = [OccluderTriangles {
         positions: &positions,
@@ -300,7 +302,8 @@ fn nothing_before_the_near_plane_covers() {
     assert_eq!(found.len() as u32, (SIZE[1] - edge) * SIZE[0]);
 }
 
-/// Mutants of drawing: what is drawn is a little more, nearer or elsewhere than what it is held against.
+/// Mutants of drawing: what is drawn is a little more, nearer or elsewhere than what it is held
+/// against.
 #[test]
 fn mutants_of_drawing_are_found() {
     let scene = bumpy_sheet(false);
@@ -322,7 +325,8 @@ fn mutants_of_drawing_are_found() {
             let found = wrong(&view, &Claims::of(&buffer), &triangles);
             assert!(!found.is_empty(), "{name} {}", view.is_orthographic());
         }
-        // Triangles one by one, each as an outline a hundredth wider: gaps at folds are closed, and the border is too far out.
+        // Triangles one by one, each as an outline a hundredth wider: gaps at folds are closed, and
+        // the border is too far out.
         buffer.begin(&view, [0.0; 3]);
         for t in triangles.iter().flat_map(|o| o.indices.chunks_exact(3)) {
             let corners = [0, 1, 2].map(|k| scene.meshes()[0].positions()[t[k] as usize]);
@@ -441,7 +445,8 @@ fn dynamic_adversaries_find_no_wrong_claim_however_they_deform() {
         let triangles = occluders.triangles(view);
         let mut surfaces = vec![DynamicSurface::default(); triangles.len()];
         claimed += check_dynamic(&a.name, &mut surfaces, &triangles, view);
-        // The indices stay: what was paired to quads bends, what faced the eye turns away, what was apart is crossed.
+        // The indices stay: what was paired to quads bends, what faced the eye turns away, what was
+        // apart is crossed.
         for strength in [0.01_f32, 0.3] {
             let moved: Vec<Vec<[f32; 3]>> = triangles
                 .iter()

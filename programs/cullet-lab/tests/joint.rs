@@ -60,7 +60,8 @@ fn check(mesh: &Mesh, distance: f64, views: usize) -> [f64; 2] {
                 ClusterFacing::Mixed => {}
             }
             decided += usize::from(*t != ClusterFacing::Mixed);
-            // A cluster that its own bound decides is decided by the hierarchy too, and in the same way.
+            // A cluster that its own bound decides is decided by the hierarchy too, and in the same
+            // way.
             assert!(f == t || *f == ClusterFacing::Mixed, "cluster {c}: {t:?}, flat {f:?}");
         }
         sum = [sum[0] + tests[0] as f64, sum[1] + tests[1] as f64];

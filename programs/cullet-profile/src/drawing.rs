@@ -76,7 +76,8 @@ impl Drawing {
             place
         };
         let places = scene.meshes().iter().map(of_mesh).collect();
-        // An instance may be in the list once for each of its parts that is drawn by itself, of which it has few.
+        // An instance may be in the list once for each of its parts that is drawn by itself, of
+        // which it has few.
         let bytes = u64::from(scene.slot_count().max(1)) * 4;
         let slots = [(); 2].map(|()| buffer(device, "slots", bytes, BufferUsages::VERTEX));
         Ok(Self { scene: on_device, places, pipelines, eye, group, layout, module, targets, slots })

@@ -13,8 +13,8 @@ use super::link::{Link, Way};
 use super::measure::Workload;
 use super::relief::Work;
 
-/// A scene in some views, culled in several ways: as a program would that has the engine's lists and draws them, instances of one
-/// mesh in one draw.
+/// A scene in some views, culled in several ways: as a program would that has the engine's lists
+/// and draws them, instances of one mesh in one draw.
 #[derive(Debug)]
 pub struct Drawn<'a> {
     scene: &'a Scene,
@@ -34,8 +34,8 @@ struct Culled {
 }
 
 impl<'a> Drawn<'a> {
-    /// Uploads a scene, to be drawn in views of one size: plain frames are culled as the first culler says,
-    /// [`Way::Culled`] as the others do. O(triangles + slots).
+    /// Uploads a scene, to be drawn in views of one size: plain frames are culled as the first
+    /// culler says, [`Way::Culled`] as the others do. O(triangles + slots).
     ///
     /// # Errors
     /// If it does not fit the device.

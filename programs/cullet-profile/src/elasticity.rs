@@ -9,7 +9,8 @@ use super::link::Link;
 pub struct Elasticity {
     /// The median of all rounds.
     pub value: f64,
-    /// Where the median lies in 95 of 100 draws of the rounds with replacement (B. Efron, *Bootstrap Methods*, 1979).
+    /// Where the median lies in 95 of 100 draws of the rounds with replacement (B. Efron,
+    /// *Bootstrap Methods*, 1979).
     pub interval: [f64; 2],
 }
 
@@ -57,8 +58,8 @@ pub(crate) fn median(mut all: Vec<f64>) -> f64 {
     low + (high - low) / 2.0
 }
 
-/// The link that a frame waits for: the one whose elasticity is [large enough](NAMED), with an interval above those of all others;
-/// `None` where there is no such.
+/// The link that a frame waits for: the one whose elasticity is [large enough](NAMED), with an
+/// interval above those of all others; `None` where there is no such.
 #[must_use]
 pub fn limit(all: &[Elasticity; 4]) -> Option<Link> {
     let (at, most) = (0..4).zip(all).max_by(|a, b| a.1.value.total_cmp(&b.1.value))?;

@@ -8,7 +8,8 @@ use serde::Serialize;
 pub enum Link {
     /// Pixels: doubled by a picture of twice the area, of the same view and the same draws.
     Fill,
-    /// Triangles and their vertices: doubled by drawing all again where no pixel passes the depth test.
+    /// Triangles and their vertices: doubled by drawing all again where no pixel passes the depth
+    /// test.
     Transform,
     /// Uploads: doubled by writing the frame's into another buffer as well.
     Bus,
@@ -56,7 +57,8 @@ impl Way {
         self == Self::Doubled(link)
     }
 
-    /// How many instances draws that follow the frame's own have, of so many; `None` where there are no such draws.
+    /// How many instances draws that follow the frame's own have, of so many; `None` where there
+    /// are no such draws.
     #[must_use]
     pub fn again(self, instances: u32) -> Option<u32> {
         match self {

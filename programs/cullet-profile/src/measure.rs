@@ -43,8 +43,9 @@ pub struct Times {
 }
 
 impl Times {
-    /// Draws bursts of frames in each way, in another order each round, so that what else the machine does meets all alike. At most two
-    /// frames are under way at a time. After each round `go_on` is asked whether there is time for another.
+    /// Draws bursts of frames in each way, in another order each round, so that what else the
+    /// machine does meets all alike. At most two frames are under way at a time. After each round
+    /// `go_on` is asked whether there is time for another.
     ///
     /// # Errors
     /// If the device cannot.

@@ -1,4 +1,5 @@
-//! The chain of a frame as a picture: three stages, what doubling each link costs, and what culling gives. Pure computation.
+//! The chain of a frame as a picture: three stages, what doubling each link costs, and what culling
+//! gives. Pure computation.
 
 use std::fmt::Write as _;
 

@@ -110,7 +110,8 @@ impl Profile {
         out
     }
 
-    /// In words: the chain with a bar for each link, the link that is waited for, and what culling gives.
+    /// In words: the chain with a bar for each link, the link that is waited for, and what culling
+    /// gives.
     #[must_use]
     pub fn to_text(&self) -> String {
         let mut out = String::new();

@@ -52,7 +52,8 @@ impl Relief {
 pub struct Work {
     /// Covered samples, hidden ones too: work of [`Link::Fill`](super::Link::Fill).
     pub samples: f64,
-    /// Triangles that reach the screen, for which a device sets up where their edges run: work of the transform, as those that follow are.
+    /// Triangles that reach the screen, for which a device sets up where their edges run: work of
+    /// the transform, as those that follow are.
     pub on_screen: f64,
     /// Triangles that are drawn, each with its vertices.
     pub triangles: f64,
@@ -117,12 +118,13 @@ impl Waits {
     }
 }
 
-/// The share of a frame that goes if its work falls from `before` to `after`: Σ s (1 − after / before). Below 0 where work is added. Work that
-/// was none before counts nothing.
+/// The share of a frame that goes if its work falls from `before` to `after`: Σ s (1 − after /
+/// before). Below 0 where work is added. Work that was none before counts nothing.
 ///
-/// Elasticities are taken as at least 0, and that of the program as no more than its share of the frame: what it does more of by many times
-/// would turn the error of a small one into a large one. Where they come to more than a whole frame, as where a triangle that is drawn again takes
-/// some of the time that its pixels take, they are shares of their sum.
+/// Elasticities are taken as at least 0, and that of the program as no more than its share of the
+/// frame: what it does more of by many times would turn the error of a small one into a large one.
+/// Where they come to more than a whole frame, as where a triangle that is drawn again takes some
+/// of the time that its pixels take, they are shares of their sum.
 #[must_use]
 pub fn predicted(waits: &Waits, before: &Work, after: &Work) -> f64 {
     let Waits { seconds, fill, set_up, vertices, bus, cpu } = *waits;

@@ -19,7 +19,8 @@ fn json(words: &[&str]) -> Option<Value> {
     Some(serde_json::from_slice(&found.stdout).unwrap())
 }
 
-/// Whether a frame that waits for one link is found to, in one of three tries: other tests run beside.
+/// Whether a frame that waits for one link is found to, in one of three tries: other tests run
+/// beside.
 fn is_named(link: &str) -> Option<bool> {
     for _ in 0..3 {
         let found = json(&["--quiet", link, "--rounds", "11", "--json", "-"])?;

@@ -21,8 +21,8 @@ use crate::world::Source;
 /// Frames that a step of a script, or what a screenshot shows, gets to settle in.
 const FRAMES_TO_SETTLE: u32 = 3;
 
-/// Decisions that a screenshot waits for after the first, whose time is that of a program that finds everything cold.
-/// An even number: the camera goes aside, and back.
+/// Decisions that a screenshot waits for after the first, whose time is that of a program that
+/// finds everything cold. An even number: the camera goes aside, and back.
 const WARM_UPS: u32 = 4;
 
 /// How the viewer starts.
@@ -123,7 +123,8 @@ impl App {
 
 /// A quieter, denser style than the default: a small window holds all panels.
 fn style(ctx: &egui::Context) {
-    // Secondary text must be readable as well: its luminance differs from the background's by a factor of six.
+    // Secondary text must be readable as well: its luminance differs from the background's by a
+    // factor of six.
     for (theme, grey) in [(egui::Theme::Dark, 155), (egui::Theme::Light, 92)] {
         ctx.style_mut_of(theme, |style| {
             style.visuals.weak_text_color = Some(egui::Color32::from_gray(grey));
@@ -195,8 +196,8 @@ impl eframe::App for App {
 }
 
 impl App {
-    /// Takes in what the graphics device said. One that is lost ends the window: what was shown is in
-    /// [`link`](Self::link), to begin again with.
+    /// Takes in what the graphics device said. One that is lost ends the window: what was shown is
+    /// in [`link`](Self::link), to begin again with.
     fn listen(&mut self, ctx: &egui::Context) {
         if let Some(error) = self.watch.error() {
             self.session.tell(error, true);
@@ -243,7 +244,8 @@ impl App {
                     Step::Lose => {
                         let device = self.painter.device();
                         device.destroy();
-                        // A device that is lost says so at once; one that is destroyed, when it is asked.
+                        // A device that is lost says so at once; one that is destroyed, when it is
+                        // asked.
                         let _ = device.poll(wgpu::PollType::Poll);
                     }
                 }
@@ -265,7 +267,8 @@ impl App {
         }
     }
 
-    /// Turns the cameras by a little, or puts them back, so that what is drawn is decided once more.
+    /// Turns the cameras by a little, or puts them back, so that what is drawn is decided once
+    /// more.
     fn nudge(&mut self, aside: bool) {
         let State { camera, frozen, .. } = &mut self.session.state;
         if !aside {
@@ -284,8 +287,8 @@ impl App {
         self.session.notices.iter().any(|n| n.bad)
     }
 
-    /// Keeps the page's address and its attributes in step, for links and for tests: the counters, the notices
-    /// and whether all is settled.
+    /// Keeps the page's address and its attributes in step, for links and for tests: the counters,
+    /// the notices and whether all is settled.
     #[cfg(target_arch = "wasm32")]
     fn tell_page(&mut self) {
         let link = link::to_text(&self.session.state);
@@ -318,8 +321,8 @@ pub fn has_failed() -> bool {
     snapshot::FAILED.load(std::sync::atomic::Ordering::Relaxed)
 }
 
-/// How eframe asks for the device: the adapter's own limits, so that large scenes fit where the card can hold
-/// them, and a clock where it has one. `backends` restricts where to look.
+/// How eframe asks for the device: the adapter's own limits, so that large scenes fit where the
+/// card can hold them, and a clock where it has one. `backends` restricts where to look.
 #[must_use]
 pub fn setup(backends: Option<wgpu::Backends>) -> egui_wgpu::WgpuConfiguration {
     let mut new = egui_wgpu::WgpuSetupCreateNew::without_display_handle();

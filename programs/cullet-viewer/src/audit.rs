@@ -1,4 +1,5 @@
-//! The audit of bounds: which instances leave the boxes that culling tests, and so may vanish while they are visible.
+//! The audit of bounds: which instances leave the boxes that culling tests, and so may vanish while
+//! they are visible.
 
 use std::sync::Arc;
 
@@ -39,8 +40,8 @@ impl Audit {
         self.task.is_none()
     }
 
-    /// Begins, goes on or forgets, as `wanted`; what the user is to be told is returned. `wake` is called when it is
-    /// done.
+    /// Begins, goes on or forgets, as `wanted`; what the user is to be told is returned. `wake` is
+    /// called when it is done.
     pub fn advance(
         &mut self,
         shown: &Arc<World>,

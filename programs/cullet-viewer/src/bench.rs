@@ -1,5 +1,6 @@
-//! Savings of each stage of culling for a renderer: frame times against those of a renderer that leaves back faces to
-//! the graphics hardware and hands it everything, and the check that the pictures are the same.
+//! Savings of each stage of culling for a renderer: frame times against those of a renderer that
+//! leaves back faces to the graphics hardware and hands it everything, and the check that the
+//! pictures are the same.
 
 use std::io::Write;
 use std::time::Instant;
@@ -18,8 +19,8 @@ use crate::world::World;
 const SIZE: [u32; 2] = [1280, 720];
 /// Views of each path.
 const VIEWS: usize = 4;
-/// Measured frames of each view, of which the fastest counts: what else the machine does only adds. One before them
-/// makes lists and pipelines.
+/// Measured frames of each view, of which the fastest counts: what else the machine does only adds.
+/// One before them makes lists and pipelines.
 const FRAMES: usize = 5;
 const GROUND: [f32; 3] = [0.1, 0.12, 0.15];
 
@@ -75,8 +76,9 @@ struct Took {
     other: u64,
 }
 
-/// Measures a scene and writes a table to `out`. Returns how many pixels culling changed: none, unless something is
-/// wrong. A frame is culling, drawing and waiting for the device, one after the other.
+/// Measures a scene and writes a table to `out`. Returns how many pixels culling changed: none,
+/// unless something is wrong. A frame is culling, drawing and waiting for the device, one after the
+/// other.
 ///
 /// # Errors
 /// See [`BenchError`].

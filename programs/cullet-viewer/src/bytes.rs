@@ -1,5 +1,5 @@
-//! Messages as bytes and back: settings and results by `postcard`, long arrays of plain data as they lie in memory; with
-//! every count held against what is there.
+//! Messages as bytes and back: settings and results by `postcard`, long arrays of plain data as
+//! they lie in memory; with every count held against what is there.
 
 use bytemuck::{AnyBitPattern, NoUninit};
 use serde::Serialize;
@@ -24,8 +24,8 @@ pub(crate) struct Writer {
 }
 
 impl Writer {
-    /// A value of any type but maps and iterators of unknown length, which `postcard` refuses: nothing is left then, and the
-    /// reader says that the bytes end early.
+    /// A value of any type but maps and iterators of unknown length, which `postcard` refuses:
+    /// nothing is left then, and the reader says that the bytes end early.
     pub(crate) fn value(&mut self, value: &(impl Serialize + ?Sized)) {
         let bytes = std::mem::take(&mut self.bytes);
         self.bytes = postcard::to_extend(value, bytes).unwrap_or_default();

@@ -1,5 +1,5 @@
-//! Cameras as a user moves them: around a point, free, or from above. Angles in degrees, so that links
-//! read well.
+//! Cameras as a user moves them: around a point, free, or from above. Angles in degrees, so that
+//! links read well.
 
 use cullet::view::ViewError;
 use cullet::{Camera, Depth, Projection, View};
@@ -57,8 +57,8 @@ impl Default for Rig {
 }
 
 impl Rig {
-    /// The rig that stands and looks as `camera` does, with its target at `distance`. What cannot be said
-    /// of a rig (roll, off-centre windows) is lost.
+    /// The rig that stands and looks as `camera` does, with its target at `distance`. What cannot
+    /// be said of a rig (roll, off-centre windows) is lost.
     #[must_use]
     pub fn of(camera: &Camera, distance: f64) -> Self {
         let d = DVec3::from(camera.direction).normalize_or(DVec3::NEG_Z);
@@ -199,9 +199,10 @@ impl Rig {
         }
     }
 
-    /// A camera behind and above this one, that has its frustum and much of the scene before it; and where this one
-    /// is outside of the scene, whose middle is `centre` and whose radius is `reach`, one that looks at the scene
-    /// from aside and sees it about as large. The farther out, from 1 to 1.5 radii, the more of the second.
+    /// A camera behind and above this one, that has its frustum and much of the scene before it;
+    /// and where this one is outside of the scene, whose middle is `centre` and whose radius is
+    /// `reach`, one that looks at the scene from aside and sees it about as large. The farther out,
+    /// from 1 to 1.5 radii, the more of the second.
     #[must_use]
     pub fn outside(&self, centre: [f64; 3], reach: f64, chase: &Chase) -> Self {
         let (eye, centre) = (DVec3::from(self.eye()), DVec3::from(centre));

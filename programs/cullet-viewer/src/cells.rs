@@ -1,5 +1,5 @@
-//! Cells and portals of the shown scene: the portals that the culling view is seen through, boxes around cells, and
-//! which cells can see each other.
+//! Cells and portals of the shown scene: the portals that the culling view is seen through, boxes
+//! around cells, and which cells can see each other.
 
 use cullet::{Backface, Culler, Output, View};
 use cullet_bake::pvs::{PairState, Pvs, PvsSettings, bake};
@@ -25,7 +25,8 @@ pub struct Chain {
     pub(crate) decided: u64,
     /// The cell of the eye.
     pub cell: Option<u32>,
-    /// Cells that are reached, ascending; `None` where portals hide nothing, as where the eye is in no cell.
+    /// Cells that are reached, ascending; `None` where portals hide nothing, as where the eye is in
+    /// no cell.
     pub reached: Option<Vec<u32>>,
     /// The portals that are seen through, depth first.
     pub steps: Vec<ShownPortal>,
@@ -128,8 +129,9 @@ impl Cells {
     }
 }
 
-/// A box in each cell: of a room of six walls the room, of another shape what is measured across its middle. Found by where
-/// its scene says that the cell ends, so that it serves cells of any kind; none of a cell without portals.
+/// A box in each cell: of a room of six walls the room, of another shape what is measured across
+/// its middle. Found by where its scene says that the cell ends, so that it serves cells of any
+/// kind; none of a cell without portals.
 pub(crate) fn cell_boxes(cells: &PlacedCells, reach: f64) -> Vec<Option<[DVec3; 2]>> {
     (0..cells.graph().cell_count()).map(|cell| cell_box(cells, cell, reach)).collect()
 }

@@ -40,8 +40,8 @@ impl Chooser {
         }
     }
 
-    /// Returns the file chosen since the last call, or why no dialog could be opened. `ctx` is woken when there is
-    /// something new.
+    /// Returns the file chosen since the last call, or why no dialog could be opened. `ctx` is
+    /// woken when there is something new.
     pub(crate) fn poll(&mut self, ctx: &egui::Context) -> Option<Result<PathBuf, String>> {
         let (since, dialog) = self.open.as_mut()?;
         let waker = Waker::from(Arc::new(Repaint(ctx.clone())));

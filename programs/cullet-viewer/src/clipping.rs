@@ -1,5 +1,6 @@
-//! The clipping playground: a polygon that the user draws, cut by a convex window one plane after another, as
-//! Sutherland & Hodgman do. What cuts is [`cullet_draw::clip`]; here is only who came from where.
+//! The clipping playground: a polygon that the user draws, cut by a convex window one plane after
+//! another, as Sutherland & Hodgman do. What cuts is [`cullet_draw::clip`]; here is only who came
+//! from where.
 
 use cullet_draw::clip::outcode::{Outcode, OutcodeResult};
 use cullet_draw::clip::{Clipper, HalfSpace, Region, Vertex};
@@ -90,8 +91,8 @@ impl Clipping {
         region
     }
 
-    /// Classifies the polygon by its outcodes alone. It need not be convex: all of it is inside a plane that all its
-    /// corners are inside of.
+    /// Classifies the polygon by its outcodes alone. It need not be convex: all of it is inside a
+    /// plane that all its corners are inside of.
     #[must_use]
     pub fn classify(&self) -> OutcodeResult {
         let region = self.region();
@@ -117,7 +118,8 @@ impl Clipping {
             for corner in &mut polygon {
                 if corner.from == From::Fresh {
                     corner.from = From::Cut(plane);
-                    // Rounding may leave it a little outside of the planes that have cut; it counts as on them.
+                    // Rounding may leave it a little outside of the planes that have cut; it counts
+                    // as on them.
                     corner.code = region.outcode(&corner.at) & !((2 << plane) - 1);
                 }
             }
@@ -126,7 +128,8 @@ impl Clipping {
         steps
     }
 
-    /// Adds a corner in the middle of the longest edge; nothing where there are as many as there may be.
+    /// Adds a corner in the middle of the longest edge; nothing where there are as many as there
+    /// may be.
     pub fn add_corner(&mut self) {
         let n = self.polygon.len();
         let long = |i: usize| {

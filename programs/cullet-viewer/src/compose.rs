@@ -140,7 +140,8 @@ pub fn compose(session: &Session) -> Composition {
     let half = (w / 2).max(1);
     let state = &session.state;
     let frozen = state.frozen.is_some();
-    // The decision's own view, so that the picture and what was decided for it always fit. The device decides for the picture itself.
+    // The decision's own view, so that the picture and what was decided for it always fit. The
+    // device decides for the picture itself.
     let by_device = session.by_device();
     made.by_device = session.culling_view().filter(|_| by_device);
     let decided = match by_device {
@@ -335,7 +336,8 @@ fn decorate(session: &Session, made: &mut Composition) {
             Role::Culling | Role::Depth => false,
         };
         if from_outside {
-            // Seen from outside, the visible set shows its backs too: they face away from here, not from the culling camera.
+            // Seen from outside, the visible set shows its backs too: they face away from here, not
+            // from the culling camera.
             panel.view.cull_face = CullFace::None;
             panel.overlay.0.extend_from_slice(&path.0);
             panel.overlay.0.extend_from_slice(&rooms.0.0);
@@ -360,8 +362,8 @@ fn decorate(session: &Session, made: &mut Composition) {
     }
 }
 
-/// The back faces that a bound proves of what is inspected, the culling volume of the cluster that was clicked, and
-/// the outcodes of its triangle. Returns whether there is such a volume.
+/// The back faces that a bound proves of what is inspected, the culling volume of the cluster that
+/// was clicked, and the outcodes of its triangle. Returns whether there is such a volume.
 fn study(session: &Session, lines: &mut Lines, sides: &mut Lines) -> Option<bool> {
     let (world, inspected) = (session.world.as_ref()?, session.inspected.as_ref()?);
     let view = &session.decision.as_ref()?.request.view;
@@ -385,7 +387,8 @@ fn study(session: &Session, lines: &mut Lines, sides: &mut Lines) -> Option<bool
     structure.volume.then(|| seen.volume(cluster, lines, sides))
 }
 
-/// The outlines of the cut, of planes whose cut side is in sight: from behind there is scene between.
+/// The outlines of the cut, of planes whose cut side is in sight: from behind there is scene
+/// between.
 fn outlines(session: &Session, view: &View, lines: &mut Lines) {
     let inside = session.state.cut.part == Part::Inside;
     let ink = if session.state.dark { palette::CHALK } else { palette::INK };

@@ -1,13 +1,15 @@
-//! The window's controls in words, for readers of a screen: egui knows them all, but in a browser it tells nobody. What it
-//! knows becomes text, of which the page makes elements beside the canvas; what is done to those comes back as a request.
+//! The window's controls in words, for readers of a screen: egui knows them all, but in a browser
+//! it tells nobody. What it knows becomes text, of which the page makes elements beside the canvas;
+//! what is done to those comes back as a request.
 
 use eframe::egui::accesskit::{
     Action, ActionData, ActionRequest, Node, NodeId, Role, Toggled, TreeId, TreeUpdate,
 };
 
-/// A line for each text and control, in the order in which they are shown: its number, kind, name, state, value, least and
-/// greatest value, between tabs. A kind is `text`, `button`, `checkbox`, `radio` or `number`; a state is empty, `on`, `off` or
-/// `disabled`. What cannot be named is left out; a test holds that no control is.
+/// A line for each text and control, in the order in which they are shown: its number, kind, name,
+/// state, value, least and greatest value, between tabs. A kind is `text`, `button`, `checkbox`,
+/// `radio` or `number`; a state is empty, `on`, `off` or `disabled`. What cannot be named is left
+/// out; a test holds that no control is.
 ///
 /// Cost: each node is looked for among all, which are some hundreds.
 #[must_use]

@@ -1,5 +1,5 @@
-//! Culling cost of every camera of a path: culled one after the other in the background, and shown as a strip, on the
-//! map and as a line through the scene.
+//! Culling cost of every camera of a path: culled one after the other in the background, and shown
+//! as a strip, on the map and as a line through the scene.
 
 use std::sync::Arc;
 
@@ -49,8 +49,8 @@ impl Costs {
         palette::heat(0.2 + 0.8 * (cost.triangles - self.least) as f64 / wide)
     }
 
-    /// Culls every camera of a path for pictures of `size` pixels, in order, so that what is remembered between
-    /// frames helps as it would in flight.
+    /// Culls every camera of a path for pictures of `size` pixels, in order, so that what is
+    /// remembered between frames helps as it would in flight.
     #[must_use]
     pub fn measure(
         world: &World,

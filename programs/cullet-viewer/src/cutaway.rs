@@ -1,5 +1,5 @@
-//! The cut-away: a scene cut by a plane or a box, its solids closed by caps, as a scene of its own. It is culled,
-//! drawn and clicked like any other.
+//! The cut-away: a scene cut by a plane or a box, its solids closed by caps, as a scene of its own.
+//! It is culled, drawn and clicked like any other.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -13,8 +13,8 @@ use crate::state::{CutAway, Part, Shape};
 use crate::task::{Progress, Task};
 use crate::world::World;
 
-/// The most triangles of things that a plane goes through: each becomes a mesh of its own. A page has less memory,
-/// and waits while it cuts.
+/// The most triangles of things that a plane goes through: each becomes a mesh of its own. A page
+/// has less memory, and waits while it cuts.
 pub const MOST_CUT: u64 = if cfg!(target_arch = "wasm32") { 400_000 } else { 4_000_000 };
 /// An outline of a cut, in world space.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,11 +56,12 @@ pub struct CutWorld {
     pub milliseconds: f32,
 }
 
-/// Cuts every instance of a scene, as [`cut_model`] does. Of a mesh that is left open, because it has no cap, both
-/// sides are shown. Bounds are those of the meshes, whatever they were set to.
+/// Cuts every instance of a scene, as [`cut_model`] does. Of a mesh that is left open, because it
+/// has no cap, both sides are shown. Bounds are those of the meshes, whatever they were set to.
 ///
 /// # Errors
-/// The text of what is wrong, for the user: more than [`MOST_CUT`] triangles to cut, or nothing left.
+/// The text of what is wrong, for the user: more than [`MOST_CUT`] triangles to cut, or nothing
+/// left.
 pub fn cut(whole: &World, how: &CutAway) -> Result<CutWorld, String> {
     let began = crate::task::clock();
     let planes = planes(how, whole);
@@ -132,8 +133,9 @@ impl Cutting {
         shown && self.task.is_none()
     }
 
-    /// Goes on towards what is wanted of the scene that is shown: begins a cut, one at a time, and returns the
-    /// scene to show in its place, or what the user is to be told. `wake` is called when a cut is done.
+    /// Goes on towards what is wanted of the scene that is shown: begins a cut, one at a time, and
+    /// returns the scene to show in its place, or what the user is to be told. `wake` is called
+    /// when a cut is done.
     pub fn advance(
         &mut self,
         shown: &Arc<World>,

@@ -18,8 +18,8 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Begins to listen. Without it an error of the device would end the program. `ctx` is woken when something
-    /// is said.
+    /// Begins to listen. Without it an error of the device would end the program. `ctx` is woken
+    /// when something is said.
     pub(crate) fn new(device: &wgpu::Device, ctx: &egui::Context) -> Self {
         let watch = Self { said: Arc::default() };
         let (told, wake) = (watch.clone(), ctx.clone());

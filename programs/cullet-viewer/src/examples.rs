@@ -1,6 +1,6 @@
-//! Small scenes that the tour shows where no scene of cullet-io has what a kind of culling is about: layers, triangles
-//! without area, levels of detail, and sets of cells that were worked out beforehand. Made in the viewer, natively and on a
-//! page.
+//! Small scenes that the tour shows where no scene of cullet-io has what a kind of culling is
+//! about: layers, triangles without area, levels of detail, and sets of cells that were worked out
+//! beforehand. Made in the viewer, natively and on a page.
 
 use std::f64::consts::{PI, TAU};
 
@@ -42,8 +42,8 @@ fn fault<E>(_: E) -> String {
     "An example scene of the tour cannot be made: a fault of cullet".to_owned()
 }
 
-/// A ball of radius 1 of `rings` × 2 `rings` quads. At the poles quads come to a point, so that half of each has no area:
-/// with `poles` those halves are there.
+/// A ball of radius 1 of `rings` × 2 `rings` quads. At the poles quads come to a point, so that
+/// half of each has no area: with `poles` those halves are there.
 fn ball(rings: u32, poles: bool) -> MeshData {
     let around = 2 * rings;
     let mut data = MeshData::default();

@@ -1,5 +1,5 @@
-//! Fades from one level of detail to the next: for some time both are drawn, each in the pixels that the other leaves, so that
-//! nothing pops and nothing is seen through.
+//! Fades from one level of detail to the next: for some time both are drawn, each in the pixels
+//! that the other leaves, so that nothing pops and nothing is seen through.
 
 use std::collections::BTreeMap;
 
@@ -82,8 +82,9 @@ impl Cut<'_> {
 }
 
 impl Fades {
-    /// Goes on to the next decision of the same scene; those `without` change at once. Costs a sweep over what is not drawn in
-    /// full, and of instances that stand for others and come one over the slots.
+    /// Goes on to the next decision of the same scene; those `without` change at once. Costs a
+    /// sweep over what is not drawn in full, and of instances that stand for others and come one
+    /// over the slots.
     pub fn follow(
         &mut self,
         scene: &Scene,
@@ -102,7 +103,8 @@ impl Fades {
             if old == new {
                 continue;
             }
-            // What comes with the edge of the picture, or from behind something, was not there before in another form.
+            // What comes with the edge of the picture, or from behind something, was not there
+            // before in another form.
             let is_new = || !scene.stood_for_by(slot).into_iter().any(|s| before.is_shown(s));
             if without(slot) || old == Shape::Nothing && scene.is_stand_in(slot) && is_new() {
                 self.slots.remove(&slot);

@@ -4,8 +4,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use eframe::egui;
 
-/// Result of reading files: their names and bytes, the model first; or the name of one that could not be
-/// read, and why.
+/// Result of reading files: their names and bytes, the model first; or the name of one that could
+/// not be read, and why.
 pub type Read = Result<Vec<(String, Vec<u8>)>, (String, String)>;
 
 /// Returns which of several files is the model, and how many more models there are; the others may

@@ -1,5 +1,5 @@
-//! Camera paths: recorded or the scene's own, played, scrubbed, and written as the JSON that `cullet report`
-//! reads.
+//! Camera paths: recorded or the scene's own, played, scrubbed, and written as the JSON that
+//! `cullet report` reads.
 
 use std::sync::Arc;
 
@@ -54,8 +54,8 @@ impl Journey {
         }
     }
 
-    /// Goes by so many cameras along the path, to its ends at most, and stops there: the camera of that place.
-    /// `None` without a path, and while one is recorded.
+    /// Goes by so many cameras along the path, to its ends at most, and stops there: the camera of
+    /// that place. `None` without a path, and while one is recorded.
     pub fn step(&mut self, by: f64) -> Option<Rig> {
         if self.recording {
             return None;
@@ -84,8 +84,8 @@ impl Journey {
         self.making.is_some()
     }
 
-    /// Lets `dt` seconds pass for the flown camera: it is recorded, or moved where the path is played. Returns
-    /// what went wrong, for the user.
+    /// Lets `dt` seconds pass for the flown camera: it is recorded, or moved where the path is
+    /// played. Returns what went wrong, for the user.
     pub fn advance(&mut self, dt: f64, flown: &mut Rig) -> Option<String> {
         let mut trouble = None;
         match self.making.as_ref().map(Task::poll) {

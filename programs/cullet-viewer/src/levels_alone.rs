@@ -3,8 +3,9 @@
 
 use cullet::{Culler, Output, Reason, Scene, Stage, View, ViewState, Visible, draw::DrawRange};
 
-/// The cut at the threshold that a decision came to; `None` where it was made without levels. With instances that stand for
-/// others, or, where these are chosen by what other stages leave, each as itself. Cost: a cull by one stage.
+/// The cut at the threshold that a decision came to; `None` where it was made without levels. With
+/// instances that stand for others, or, where these are chosen by what other stages leave, each as
+/// itself. Cost: a cull by one stage.
 pub(crate) fn levels_alone(
     scene: &Scene,
     (culler, view): (&Culler, &View),
@@ -33,8 +34,8 @@ pub(crate) fn ranges_of(visible: &Visible, slot: u32) -> &[DrawRange] {
     &all[first..first + count]
 }
 
-/// Whether an instance that has a reason is missing from the picture: not where another stands for it, nor one that would
-/// stand for others.
+/// Whether an instance that has a reason is missing from the picture: not where another stands for
+/// it, nor one that would stand for others.
 pub(crate) fn is_dropped(scene: &Scene, slot: u32, reason: Reason) -> bool {
     reason.stage != Stage::Lod && !scene.is_stand_in(slot)
 }

@@ -75,8 +75,8 @@ impl Lines {
         }
     }
 
-    /// The edges of what a view sees, to `length` beyond its near plane; and its sides as translucent
-    /// triangles into `sides`.
+    /// The edges of what a view sees, to `length` beyond its near plane; and its sides as
+    /// translucent triangles into `sides`.
     pub fn frustum(&mut self, view: &View, length: f64, colour: [u8; 4], sides: &mut Self) {
         let [w, h] = view.viewport().map(f64::from);
         let rays: Option<Vec<_>> = [[0.0, 0.0], [w, 0.0], [w, h], [0.0, h]]

@@ -1,5 +1,5 @@
-//! A state as the text of a link, and back: `scene=city&stages.frustum=false`. Only what differs from the
-//! default is written, so links stay short and readable.
+//! A state as the text of a link, and back: `scene=city&stages.frustum=false`. Only what differs
+//! from the default is written, so links stay short and readable.
 
 use serde_json::{Map, Value};
 use thiserror::Error;
@@ -35,8 +35,8 @@ pub fn to_text(state: &State) -> String {
 /// The state of a text; a leading `#` or `?` is not minded. An empty text is the default.
 ///
 /// # Errors
-/// If anything of it is unknown, not finite or out of its range. Whoever shows a link that failed shows the
-/// default state, and says why.
+/// If anything of it is unknown, not finite or out of its range. Whoever shows a link that failed
+/// shows the default state, and says why.
 pub fn from_text(text: &str) -> Result<State, LinkError> {
     if text.len() > MAX_LENGTH {
         return Err(LinkError::TooLong(text.len()));
@@ -44,7 +44,8 @@ pub fn from_text(text: &str) -> Result<State, LinkError> {
     let text = text.trim().trim_start_matches(['#', '?']);
     let parts: Vec<&str> = text.split('&').filter(|p| !p.is_empty()).collect();
     let state = read(&parts)?.map_err(|why| {
-        // A value that cannot be is told by its type alone: the part is the one without which all can be.
+        // A value that cannot be is told by its type alone: the part is the one without which all
+        // can be.
         let all_but = |n: usize| [&parts[..n], &parts[n + 1..]].concat();
         let few = parts.len() <= MOST_TRIED;
         let invalid = (0..parts.len()).find(|&n| few && matches!(read(&all_but(n)), Ok(Ok(_))));

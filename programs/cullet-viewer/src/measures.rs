@@ -23,7 +23,8 @@ pub struct Counts {
     pub clusters: u64,
 }
 
-/// Measures of a scene, found once, in time that grows with its instances and with its largest two-sided mesh.
+/// Measures of a scene, found once, in time that grows with its instances and with its largest
+/// two-sided mesh.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measures {
     /// How much there is of it.
@@ -65,7 +66,8 @@ impl Measures {
     }
 }
 
-/// The box around all instances but those that are more than half as large as the whole: a ground, a sky.
+/// The box around all instances but those that are more than half as large as the whole: a ground,
+/// a sky.
 fn usual_extent(model: &Model) -> Aabb {
     let scene = &model.scene;
     let size = |b: &Aabb| DVec3::from(b.half_extent()).length();

@@ -73,7 +73,8 @@ enum Measurement {
     Culling,
 }
 
-/// Reads the command line; what is to be printed in place of a window is the error, with the exit code.
+/// Reads the command line; what is to be printed in place of a window is the error, with the exit
+/// code.
 fn parse(mut args: impl Iterator<Item = String>) -> Result<CommandLine, (u8, String)> {
     let wrong = |text: String| (2, format!("error: {text}\nTry cullet-viewer --help."));
     let mut line = CommandLine {
@@ -265,8 +266,8 @@ fn lost_for_good(reason: &str, link: &str) -> ExitCode {
     ExitCode::from(69)
 }
 
-/// Opens the window again with what it showed, in a program of its own: little of what drew can be trusted after its
-/// device was lost.
+/// Opens the window again with what it showed, in a program of its own: little of what drew can be
+/// trusted after its device was lost.
 fn reopen(
     reason: &str,
     link: &str,
@@ -311,8 +312,8 @@ fn window(line: CommandLine, left: &Arc<Left>) -> eframe::Result {
         let app = App::new(cc, start)?;
         Ok(Box::new(Judged { app, unattended, left: own }) as Box<dyn eframe::App>)
     });
-    // The panels' renderer panics when a buffer is refused, as it is after the loss of the device. That is no fault
-    // to be shown; any other is.
+    // The panels' renderer panics when a buffer is refused, as it is after the loss of the device.
+    // That is no fault to be shown; any other is.
     let (before, quiet) = (panic::take_hook(), Arc::clone(left));
     panic::set_hook(Box::new(move |info| {
         if quiet.lost().is_none() {

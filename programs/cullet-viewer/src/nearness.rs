@@ -1,5 +1,6 @@
-//! The occlusion buffer as a picture, in the greys of [`Paint::Depth`](crate::draw::Paint), so that it can lie
-//! beside the true depth of the same view: what of the two differs is what the buffer does not know.
+//! The occlusion buffer as a picture, in the greys of [`Paint::Depth`](crate::draw::Paint), so that
+//! it can lie beside the true depth of the same view: what of the two differs is what the buffer
+//! does not know.
 
 use cullet::View;
 use cullet::cull::occlusion::{OcclusionBuffer, TILE};
@@ -17,10 +18,11 @@ pub struct Picture {
     pub pixels: Vec<[u8; 4]>,
 }
 
-/// Paints a buffer that was made for `view`. Covered pixels are as light as [`Paint::Depth`](crate::draw::Paint)
-/// paints their distance where `radius` is that of the scene; in a view without perspective the nearest of the
-/// picture is white and the farthest dark. `tiles` paints the coarser level, a pixel a tile. With `over` what is
-/// open is clear and the rest lets the picture below through. O(pixels).
+/// Paints a buffer that was made for `view`. Covered pixels are as light as
+/// [`Paint::Depth`](crate::draw::Paint) paints their distance where `radius` is that of the scene;
+/// in a view without perspective the nearest of the picture is white and the farthest dark. `tiles`
+/// paints the coarser level, a pixel a tile. With `over` what is open is clear and the rest lets
+/// the picture below through. O(pixels).
 #[must_use]
 pub fn paint(
     buffer: &OcclusionBuffer,
@@ -74,7 +76,8 @@ impl Depth {
     fn grey(&self, near: f32, at: [f64; 2]) -> u8 {
         let share = match self {
             Self::Perspective { half, slopes: [x, y] } => {
-                // The buffer knows w, which is measured along the view's axis; distance is along the ray.
+                // The buffer knows w, which is measured along the view's axis; distance is along
+                // the ray.
                 let slant = (1.0 + (at[0] * x).powi(2) + (at[1] * y).powi(2)).sqrt();
                 half / (half + slant / f64::from(near))
             }

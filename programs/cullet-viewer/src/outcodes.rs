@@ -1,5 +1,5 @@
-//! Outcodes of what is inspected: beyond which planes of the frustum the corners of the triangle that was clicked
-//! lie, and what is left of it when it is cut by them.
+//! Outcodes of what is inspected: beyond which planes of the frustum the corners of the triangle
+//! that was clicked lie, and what is left of it when it is cut by them.
 
 use cullet::bounds::Plane;
 use cullet::view::FrustumPlane;
@@ -72,7 +72,8 @@ impl Coded {
         }
     }
 
-    /// Adds the planes as squares beside an instance of this middle and radius, and the triangle with what is left of it.
+    /// Adds the planes as squares beside an instance of this middle and radius, and the triangle
+    /// with what is left of it.
     pub fn draw(&self, middle: DVec3, radius: f64, lines: &mut Lines, sides: &mut Lines) {
         let blue = palette::reason_color(Some(cullet::Stage::Frustum));
         for (_, plane) in &self.planes {

@@ -1,5 +1,5 @@
-//! How long the viewer's decider takes for a camera that stands, turns and flies: the time that the window shows
-//! beside the faces, and where in it the stages are.
+//! How long the viewer's decider takes for a camera that stands, turns and flies: the time that the
+//! window shows beside the faces, and where in it the stages are.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -28,8 +28,9 @@ const MOVES: [Move; 3] = [
     ("flies", |rig, reach| rig.shift(0.0, 0.0, reach * 0.16 / 60.0)),
 ];
 
-/// Measures a scene from where the viewer begins, with the default settings and without occlusion, down to clusters
-/// and for whole instances, and writes a table to `out`: milliseconds, the median and the worst of 60 decisions.
+/// Measures a scene from where the viewer begins, with the default settings and without occlusion,
+/// down to clusters and for whole instances, and writes a table to `out`: milliseconds, the median
+/// and the worst of 60 decisions.
 ///
 /// # Errors
 /// If the table cannot be written.

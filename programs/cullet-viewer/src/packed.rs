@@ -1,8 +1,8 @@
 //! A model as bytes, to go from the worker that parsed it to the page that shows it.
 //!
-//! Geometry is copied as it lies in memory; all else is the engine's and the loader's own types, by `postcard`. Both sides run
-//! the same program, so this is no file format: there is no version, and nothing of it outlives a message. Even so every
-//! count is held against the bytes there are.
+//! Geometry is copied as it lies in memory; all else is the engine's and the loader's own types, by
+//! `postcard`. Both sides run the same program, so this is no file format: there is no version, and
+//! nothing of it outlives a message. Even so every count is held against the bytes there are.
 
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::Occluder;
@@ -17,9 +17,9 @@ use cullet_io::{CellGraph, Model, NodeTree, Warning};
 use crate::bytes::{Reader, UnpackError, Writer};
 use crate::measures::{Measures, at_rest};
 
-/// Packs all of a model but how it moves, which is told as a warning: what moves stands as it is stored. Instances come
-/// in the order of their slots, so that they need no second sort; the handle of each is its place among them.
-/// Costs a copy of everything.
+/// Packs all of a model but how it moves, which is told as a warning: what moves stands as it is
+/// stored. Instances come in the order of their slots, so that they need no second sort; the handle
+/// of each is its place among them. Costs a copy of everything.
 #[must_use]
 pub fn pack(model: &Model) -> Vec<u8> {
     let Model { name, scene, mesh_names, node_tree, materials, cameras, views, .. } = model;
@@ -60,8 +60,8 @@ fn cells(model: &Model, slots: &[(u32, Handle)]) -> CellGraph {
     cells
 }
 
-/// Packs the instance in a slot, with its box in the scene. There may be a million of them, so the long fields of each
-/// are copied as they lie in memory.
+/// Packs the instance in a slot, with its box in the scene. There may be a million of them, so the
+/// long fields of each are copied as they lie in memory.
 fn instance(out: &mut Writer, scene: &Scene, slot: u32) {
     let flags = scene.flags(slot);
     let exempt = scene.exempt().get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 == 1);
@@ -74,8 +74,9 @@ fn instance(out: &mut Writer, scene: &Scene, slot: u32) {
     out.pod(&scene.bounds(slot));
 }
 
-/// Short fields of a mesh beside its long arrays: its parts, how many polygons it had, whether it deforms, its clusters, which
-/// take most of the time to build, and its occluder, where one was given.
+/// Short fields of a mesh beside its long arrays: its parts, how many polygons it had, whether it
+/// deforms, its clusters, which take most of the time to build, and its occluder, where one was
+/// given.
 type Rest<P, C, O> = (P, u32, bool, C, Option<O>);
 
 fn mesh(out: &mut Writer, mesh: &Mesh, prepared: &Prepared) {
@@ -151,8 +152,9 @@ impl Unpacker {
         self.measures.clone()
     }
 
-    /// Goes on a little: a mesh, with what culling prepares of it, or some thousand names or instances; `false` when
-    /// all is there. Only the nodes over the instances are made all at once.
+    /// Goes on a little: a mesh, with what culling prepares of it, or some thousand names or
+    /// instances; `false` when all is there. Only the nodes over the instances are made all at
+    /// once.
     ///
     /// # Errors
     /// If the bytes are none that [`pack`] wrote.
@@ -221,8 +223,8 @@ impl Unpacker {
         Ok(())
     }
 
-    /// Adds the next instances, with the bounds that they had. Those that were given, as those of what deforms are, are
-    /// not those of the mesh.
+    /// Adds the next instances, with the bounds that they had. Those that were given, as those of
+    /// what deforms are, are not those of the mesh.
     fn place(&mut self, count: usize) -> Result<(), UnpackError> {
         let wrong = |e: cullet::SceneError| UnpackError::Damaged(e.to_string());
         let mut from = Reader::new(&self.bytes, self.at);
@@ -274,7 +276,8 @@ mod tests {
         .unwrap()[1];
         let view = View::new(camera, cullet::Depth::Reversed, [320, 200]).unwrap();
         let mut visible = Visible::default();
-        // Which facets an occluder has depends on the order of triangles, which comes back in that of the clusters.
+        // Which facets an occluder has depends on the order of triangles, which comes back in that
+        // of the clusters.
         let culler = cullet::Culler::default().with_reasons(true).with_occlusion(None);
         model.in_cells().cull(&culler, &view, &mut ViewState::default(), &mut visible);
         let stage = |slot: u32| visible.reasons[slot as usize].map(|r| r.stage.name());

@@ -1,4 +1,5 @@
-//! The picture of a session: what of it changed is given to the renderer, and shown to the window as a texture.
+//! The picture of a session: what of it changed is given to the renderer, and shown to the window
+//! as a texture.
 
 use std::sync::Arc;
 
@@ -43,7 +44,8 @@ pub(crate) struct Painter {
     /// How many instances faded from one level to the next in the last picture.
     faded: usize,
     last: Option<PictureKey>,
-    /// The frame of the device whose figures are awaited, and how many pictures more may be drawn for them.
+    /// The frame of the device whose figures are awaited, and how many pictures more may be drawn
+    /// for them.
     awaited: (u64, u32),
     composition: Composition,
 }
@@ -83,8 +85,8 @@ impl Painter {
         &self.composition
     }
 
-    /// Draws the session's picture if it changed, in a frame that began at `began` on the clock, `dt` seconds after the
-    /// one before.
+    /// Draws the session's picture if it changed, in a frame that began at `began` on the clock,
+    /// `dt` seconds after the one before.
     pub(crate) fn paint(&mut self, session: &mut Session, began: u64, dt: f64) {
         if session.world.is_none() && self.uploaded.is_some() {
             self.clear();
@@ -110,7 +112,8 @@ impl Painter {
         let changed = self.last.as_ref() != Some(&now);
         let again = std::mem::take(&mut session.refresh) || session.state.always;
         let again = self.wait_for_figures(session, changed) || again;
-        // Before anything is decided there is nothing to draw: all of a large scene would take long.
+        // Before anything is decided there is nothing to draw: all of a large scene would take
+        // long.
         if !(changed || again) || world.is_none() || session.decision.is_none() {
             return;
         }
@@ -178,8 +181,9 @@ impl Painter {
         }
     }
 
-    /// Takes in what the device tells of its pictures; true while the next has to be drawn to hear more. One that `begins` is told of when the one
-    /// after it is drawn, too: what it hides is tested against what it showed.
+    /// Takes in what the device tells of its pictures; true while the next has to be drawn to hear
+    /// more. One that `begins` is told of when the one after it is drawn, too: what it hides is
+    /// tested against what it showed.
     fn wait_for_figures(&mut self, session: &mut Session, begins: bool) -> bool {
         if !session.by_device() {
             session.device.awaited = false;
@@ -200,8 +204,8 @@ impl Painter {
         session.device.awaited
     }
 
-    /// Gives the renderer the scene, if it has another; on a page, which has one thread, a piece at a time. True when
-    /// it has it.
+    /// Gives the renderer the scene, if it has another; on a page, which has one thread, a piece at
+    /// a time. True when it has it.
     fn upload(&mut self, session: &mut Session, began: u64) -> bool {
         let Some(world) = session.world.clone() else { return true };
         if self.uploaded.as_ref().is_some_and(|w| Arc::ptr_eq(w, &world)) {

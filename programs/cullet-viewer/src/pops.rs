@@ -5,7 +5,8 @@ use cullet::{Culler, Scene, Stage, View, Visible};
 
 use crate::levels_alone::levels_alone;
 
-/// Instances that changed from one decision to the next for no other reason than their size on the screen; ascending.
+/// Instances that changed from one decision to the next for no other reason than their size on the
+/// screen; ascending.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pops {
     /// Instances that were too small before.
@@ -19,8 +20,8 @@ pub struct Pops {
 }
 
 impl Pops {
-    /// Goes on to the next decision, of the same scene, with the culler and view that it was made by. Cost: a sweep over the
-    /// slots, and where levels are drawn a cull by these alone.
+    /// Goes on to the next decision, of the same scene, with the culler and view that it was made
+    /// by. Cost: a sweep over the slots, and where levels are drawn a cull by these alone.
     pub(crate) fn follow(
         &mut self,
         scene: &Scene,

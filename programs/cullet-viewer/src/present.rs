@@ -1,6 +1,7 @@
-//! The renderer's picture as egui takes it. The picture is stored as sRGB, so that sampling it gives linear
-//! light; egui takes what it samples for encoded values, and would show it too dark. One pass encodes it. (A
-//! second view of the same texture would be free, but WebGL2 knows none of another format.)
+//! The renderer's picture as egui takes it. The picture is stored as sRGB, so that sampling it
+//! gives linear light; egui takes what it samples for encoded values, and would show it too dark.
+//! One pass encodes it. (A second view of the same texture would be free, but WebGL2 knows none of
+//! another format.)
 
 use eframe::wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Color,
@@ -66,8 +67,8 @@ impl Present {
         Self { pipeline, made: None }
     }
 
-    /// Encodes `picture` of `size` pixels; `fresh` says that its texture is another than last time. True where
-    /// the texture of [`shown`](Self::shown) was made anew.
+    /// Encodes `picture` of `size` pixels; `fresh` says that its texture is another than last time.
+    /// True where the texture of [`shown`](Self::shown) was made anew.
     pub(crate) fn encode(
         &mut self,
         device: &Device,

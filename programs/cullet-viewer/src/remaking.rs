@@ -21,8 +21,8 @@ impl Remaking {
         self.task.is_none() && (is_of(wanted, whole) || self.refused.as_ref() == Some(wanted))
     }
 
-    /// Goes on towards what is wanted of a whole scene: begins to make it again, and returns it once it is
-    /// made, or what the user is to be told. `wake` is called when it is.
+    /// Goes on towards what is wanted of a whole scene: begins to make it again, and returns it
+    /// once it is made, or what the user is to be told. `wake` is called when it is.
     pub fn advance(
         &mut self,
         whole: &Arc<World>,

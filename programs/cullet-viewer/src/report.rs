@@ -99,8 +99,9 @@ impl ReportOrder {
         find()
     }
 
-    /// Writes the cameras to a file and runs `cullet report`, from beside this program or from PATH. What is to
-    /// be told comes back: where the report is, or what went wrong and what to type.
+    /// Writes the cameras to a file and runs `cullet report`, from beside this program or from
+    /// PATH. What is to be told comes back: where the report is, or what went wrong and what to
+    /// type.
     ///
     /// # Errors
     /// In words for the user.

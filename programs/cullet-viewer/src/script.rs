@@ -166,8 +166,8 @@ pub const TOGGLES: &[&str] = &[
     "scene=city",
 ];
 
-/// The state with the switches of a part of a link thrown. What the part says of no camera leaves the present
-/// one.
+/// The state with the switches of a part of a link thrown. What the part says of no camera leaves
+/// the present one.
 #[must_use]
 pub fn thrown(state: &State, toggle: &str) -> Option<State> {
     let mut thrown = link::from_text(toggle).ok()?;

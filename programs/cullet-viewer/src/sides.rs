@@ -1,4 +1,5 @@
-//! Sides of the triangles of a model: what its file declares, how that is declared anew, and why back faces are kept.
+//! Sides of the triangles of a model: what its file declares, how that is declared anew, and why
+//! back faces are kept.
 
 use cullet::Mesh;
 use cullet::mesh::{Clustering, MeshError};
@@ -13,8 +14,8 @@ pub(crate) fn of_parts(model: &Model) -> Vec<bool> {
     model.scene.meshes().iter().flat_map(Mesh::parts).map(|part| part.two_sided).collect()
 }
 
-/// Declares every part of a model as `stored` has it, or as `sides` has it where that says something. What was prepared
-/// of the meshes is made anew.
+/// Declares every part of a model as `stored` has it, or as `sides` has it where that says
+/// something. What was prepared of the meshes is made anew.
 ///
 /// # Errors
 /// None for the parts of this model; those of another do not fit its meshes.
@@ -66,7 +67,8 @@ pub struct KeptBacks {
 }
 
 impl KeptBacks {
-    /// Finds them. O(instances), and [`cullet_mesh::solid`] of the mesh that most two-sided triangles are of.
+    /// Finds them. O(instances), and [`cullet_mesh::solid`] of the mesh that most two-sided
+    /// triangles are of.
     #[must_use]
     pub fn of(model: &Model, sides: Sides) -> Self {
         let scene = &model.scene;
@@ -112,8 +114,8 @@ impl KeptBacks {
         self.two_sided + self.moving > all / 2
     }
 
-    /// The sentence for the user, of a scene of `all` triangles; none where fewer than a hundredth of them keep their
-    /// backs.
+    /// The sentence for the user, of a scene of `all` triangles; none where fewer than a hundredth
+    /// of them keep their backs.
     #[must_use]
     pub fn sentence(&self, all: u64) -> Option<String> {
         let kept = self.two_sided + self.moving;
@@ -139,7 +141,8 @@ fn why_two_sided(model: &Model, mesh: &Mesh, sides: Sides) -> String {
     if sides == Sides::TwoSided {
         return "that was chosen".to_owned();
     }
-    // A format without sides leaves a mesh two-sided where it is not solid; glTF and built-in scenes declare the sides.
+    // A format without sides leaves a mesh two-sided where it is not solid; glTF and built-in
+    // scenes declare the sides.
     let who = match cullet_scenes::is_builtin(&model.name) {
         true => Some("the scene declares it so"),
         false if is_gltf(&model.name) => Some("the file declares it so (doubleSided)"),

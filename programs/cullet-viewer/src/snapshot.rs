@@ -4,8 +4,8 @@ use eframe::egui;
 
 use crate::task::Task;
 
-/// Takes a picture of the window with the next frame and saves it where the user finds it; what is to be told of
-/// it comes back.
+/// Takes a picture of the window with the next frame and saves it where the user finds it; what is
+/// to be told of it comes back.
 pub(crate) fn save(ctx: &egui::Context) -> Task<Result<String, String>> {
     let (send, task) = Task::waiting();
     let wake = ctx.clone();

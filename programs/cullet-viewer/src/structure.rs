@@ -1,5 +1,5 @@
-//! The structures behind the answer, as lines: the hierarchy's boxes by what they answered, and the cones
-//! of normals of clusters.
+//! The structures behind the answer, as lines: the hierarchy's boxes by what they answered, and the
+//! cones of normals of clusters.
 
 use cullet::bounds::{Boxes, Side};
 use cullet::cull::frustum::batch::Planes;
@@ -29,8 +29,8 @@ pub fn level_count(scene: &Scene) -> u32 {
     scene.hierarchy().nodes().levels().len() as u32
 }
 
-/// Adds the boxes of one level (1 is just above the instances) that the walk for `view` tested, coloured by
-/// the result. Nothing for a level that is not there. O(boxes of the scene).
+/// Adds the boxes of one level (1 is just above the instances) that the walk for `view` tested,
+/// coloured by the result. Nothing for a level that is not there. O(boxes of the scene).
 pub fn hierarchy(scene: &Scene, view: &View, level: u32, lines: &mut Lines) -> LevelTally {
     let tree = scene.hierarchy();
     let boxes: Option<&Boxes> =
@@ -57,9 +57,10 @@ pub fn hierarchy(scene: &Scene, view: &View, level: u32, lines: &mut Lines) -> L
     tally
 }
 
-/// Adds, for each cluster of a slot's mesh, the cone that its normals lie in: from the middle of its box.
-/// Red-violet ones face away from `view` and are dropped whole; a cluster whose normals lie all around has none.
-/// Returns how many cones there are and how many clusters. O(triangles of the mesh).
+/// Adds, for each cluster of a slot's mesh, the cone that its normals lie in: from the middle of
+/// its box. Red-violet ones face away from `view` and are dropped whole; a cluster whose normals
+/// lie all around has none. Returns how many cones there are and how many clusters. O(triangles of
+/// the mesh).
 pub fn cones(scene: &Scene, view: &View, slot: u32, lines: &mut Lines) -> [usize; 2] {
     let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
     let flip = if transform.is_mirrored() { -1.0 } else { 1.0 };

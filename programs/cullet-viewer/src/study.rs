@@ -1,5 +1,5 @@
-//! Back faces, studied: the directions that face away as a mask on the cube of directions, and how much of the
-//! inspected instance each bound proves to be seen from behind.
+//! Back faces, studied: the directions that face away as a mask on the cube of directions, and how
+//! much of the inspected instance each bound proves to be seen from behind.
 
 use cullet::cull::backface::ClusterEye;
 use cullet::cull::backface::Facing;
@@ -31,7 +31,8 @@ pub struct Cube {
 }
 
 impl Cube {
-    /// The cube of `cells` for lines of sight; `None` where there are none, as where the eye is within the instance.
+    /// The cube of `cells` for lines of sight; `None` where there are none, as where the eye is
+    /// within the instance.
     #[must_use]
     pub fn new(cells: u32, cone: Option<ViewCone>) -> Option<Self> {
         let (grid, cone) = (MaskGrid::new(cells)?, cone?);
@@ -40,8 +41,8 @@ impl Cube {
         Some(Self { cone, grid, mask, away })
     }
 
-    /// Whether a cell faces away: of the face across `axis`, on its positive side or not, the cell that begins at
-    /// these two numbers.
+    /// Whether a cell faces away: of the face across `axis`, on its positive side or not, the cell
+    /// that begins at these two numbers.
     #[must_use]
     pub fn is_away(&self, axis: usize, positive: bool, cell: [u32; 2]) -> bool {
         let n = f64::from(self.grid.cells());
@@ -96,8 +97,9 @@ impl Seen<'_> {
         DMat3::from_cols_array_2d(&self.transform.linear.map(|c| c.map(f64::from)))
     }
 
-    /// The corners of a triangle, wound so that what is culled is seen clockwise in the space of the mesh; `None`
-    /// where the view culls no side. A mirror in the transform changes nothing: outside stays outside.
+    /// The corners of a triangle, wound so that what is culled is seen clockwise in the space of
+    /// the mesh; `None` where the view culls no side. A mirror in the transform changes nothing:
+    /// outside stays outside.
     fn wound(&self, t: u32) -> Option<[[f32; 3]; 3]> {
         let [a, b, c] = self.mesh.corners(t);
         match ViewEye::new(self.view).culled_side() {
@@ -168,8 +170,8 @@ impl Seen<'_> {
         Figures { triangles, away, proved, too_large: false }
     }
 
-    /// Adds the region of eyes that see a cluster wholly from behind, within three times the mesh's box. False
-    /// where there is none: the normals span half of space or more.
+    /// Adds the region of eyes that see a cluster wholly from behind, within three times the mesh's
+    /// box. False where there is none: the normals span half of space or more.
     pub fn volume(&self, cluster: usize, lines: &mut Lines, sides: &mut Lines) -> bool {
         if cluster >= self.mesh.clusters().len() {
             return false;

@@ -68,7 +68,8 @@ pub fn clock() -> u64 {
 /// For how many nanoseconds at a time a page, which has one thread, may be kept from drawing.
 pub(crate) const SLICE: u64 = 12_000_000;
 
-/// Until when work may go on that began at some moment and can be left half done: natively to its end.
+/// Until when work may go on that began at some moment and can be left half done: natively to its
+/// end.
 pub(crate) fn until(began: u64) -> u64 {
     if cfg!(target_arch = "wasm32") { began + SLICE } else { u64::MAX }
 }

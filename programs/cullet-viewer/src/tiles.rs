@@ -1,5 +1,6 @@
-//! Worlds that do not fit in memory: their tiles are loaded by threads of their own, and what is loaded comes as one scene after
-//! the other, each ready to be shown. No picture waits for any of it.
+//! Worlds that do not fit in memory: their tiles are loaded by threads of their own, and what is
+//! loaded comes as one scene after the other, each ready to be shown. No picture waits for any of
+//! it.
 
 use std::path::Path;
 use std::sync::mpsc::{
@@ -22,14 +23,16 @@ use crate::sides::{KeptBacks, declare, of_parts};
 use crate::state::Sides;
 use crate::task::Progress;
 
-/// Bytes that the tiles of a world and the scenes made of them may take. A window has its own copy of the scene beside them, or
-/// two while the next is taken in.
+/// Bytes that the tiles of a world and the scenes made of them may take. A window has its own copy
+/// of the scene beside them, or two while the next is taken in.
 pub const BUDGET: u64 = 1 << 30;
-/// Half of a side of what is around one in such a city: the part of it that is on the map, and one flies through in some seconds.
+/// Half of a side of what is around one in such a city: the part of it that is on the map, and one
+/// flies through in some seconds.
 const AROUND: f64 = 500.0;
 /// Between two looks for what was loaded.
 const PAUSE: Duration = Duration::from_millis(20);
-/// The thread that loads holds what [`TiledWorld::look`] needs for moments only: of so many looks, a pause apart, one is heard.
+/// The thread that loads holds what [`TiledWorld::look`] needs for moments only: of so many looks,
+/// a pause apart, one is heard.
 const LOOKS: u32 = 3;
 
 /// Materials of a tile of a tileset that have colours of their own.
@@ -47,7 +50,8 @@ pub struct Look {
     pub velocity: [f64; 3],
     /// The sides that triangles are taken to have.
     pub sides: Sides,
-    /// Whether all that matters is waited for: for pictures and tests. Such a look is always answered, unless a newer one is there.
+    /// Whether all that matters is waited for: for pictures and tests. Such a look is always
+    /// answered, unless a newer one is there.
     pub settle: bool,
 }
 
@@ -165,7 +169,8 @@ struct Common {
 
 type Opened = Result<(Tiles, TiledScene), String>;
 
-/// Opens a built-in city that is too large to be made whole; `None` where the text is of another scene.
+/// Opens a built-in city that is too large to be made whole; `None` where the text is of another
+/// scene.
 pub(crate) fn open_city(text: &str, wake: Wake) -> Option<Opened> {
     let open = |CityName { instances, seed }| {
         let tiles = CityTiles::new(instances, seed);
@@ -212,14 +217,15 @@ pub(crate) fn open_folder(path: &Path, wake: Wake) -> Option<Opened> {
     Some(FolderTiles::open(&tileset, &options).map_err(|e| e.to_string()).and_then(open))
 }
 
-/// A material in place of one of a tileset, whose tiles bring none: of a colour that depends on its number in its tile alone, so that no
-/// mesh changes its colour when other tiles come.
+/// A material in place of one of a tileset, whose tiles bring none: of a colour that depends on its
+/// number in its tile alone, so that no mesh changes its colour when other tiles come.
 fn stand_in(number: u32) -> Material {
     let [r, g, b] = palette::material_color(number).map(linear);
     Material { name: format!("material {number}"), color: [r, g, b, 1.0] }
 }
 
-/// A city that is loaded in tiles; `None` of a scene that is made whole, or that the words of all built-in scenes refuse.
+/// A city that is loaded in tiles; `None` of a scene that is made whole, or that the words of all
+/// built-in scenes refuse.
 fn large_city(text: &str) -> Option<Result<CityName, String>> {
     match text.parse::<CityName>() {
         Ok(city) => city.needs_tiles().then_some(Ok(city)),
@@ -350,7 +356,8 @@ impl Follower {
             measures.half = half.into();
             measures.reach = half.length().max(f64::MIN_POSITIVE);
         }
-        // The parts are its own. Were they not, the session would find that the sides are others than are wanted.
+        // The parts are its own. Were they not, the session would find that the sides are others
+        // than are wanted.
         let is_other = sides != Sides::Automatic && declare(&mut model, sides, &stored).is_ok();
         let sides = if is_other { sides } else { Sides::Automatic };
         if is_other {
@@ -360,8 +367,8 @@ impl Follower {
     }
 }
 
-/// A scene of tiles again, slot for slot, with all that is prepared of it: such a scene has no cells, and no bounds but those of its
-/// meshes. Cost: that of adding all instances.
+/// A scene of tiles again, slot for slot, with all that is prepared of it: such a scene has no
+/// cells, and no bounds but those of its meshes. Cost: that of adding all instances.
 fn copy(of: &Scene) -> Scene {
     let mut scene = Scene::new();
     scene.rebase(of.origin());

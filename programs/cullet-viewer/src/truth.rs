@@ -81,7 +81,8 @@ impl Truth {
     }
 }
 
-/// Draws the view with and without culling, each without levels of detail, and compares, at most [`LONGEST`] pixels wide and high.
+/// Draws the view with and without culling, each without levels of detail, and compares, at most
+/// [`LONGEST`] pixels wide and high.
 fn find(world: &World, view: &View, culler: &Culler) -> Finding {
     let [w, h] = view.viewport();
     let longest = w.max(h).max(1);

@@ -1,10 +1,10 @@
-//! The parts that only a page needs: its start, its state in a form that programs can read, files that go in and out,
-//! and scenes that are made in a worker.
+//! The parts that only a page needs: its start, its state in a form that programs can read, files
+//! that go in and out, and scenes that are made in a worker.
 //!
-//! A page has one thread, which draws. A file is therefore parsed, and a built-in scene made, in a worker, with
-//! the same code in a memory of its own, and comes back [packed](crate::packed) into bytes; unpacking is cut into pieces
-//! between which the page goes on. The worker unpacks the same bytes and keeps the scene, for it is the one that
-//! [decides](crate::decide) what of it is drawn.
+//! A page has one thread, which draws. A file is therefore parsed, and a built-in scene made, in a
+//! worker, with the same code in a memory of its own, and comes back [packed](crate::packed) into
+//! bytes; unpacking is cut into pieces between which the page goes on. The worker unpacks the same
+//! bytes and keeps the scene, for it is the one that [decides](crate::decide) what of it is drawn.
 
 #[cfg(target_arch = "wasm32")]
 mod files;

@@ -18,7 +18,8 @@ use crate::state::{Colour, Layout, Look, Manner, Sides, Stages};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::tiles::{self, TiledScene, Tiles};
 
-/// Natively with impostors; on a page without levels of detail, which do not go from the worker to the page.
+/// Natively with impostors; on a page without levels of detail, which do not go from the worker to
+/// the page.
 fn options() -> LoadOptions {
     let is_native = cfg!(not(target_arch = "wasm32"));
     LoadOptions { levels: is_native, impostors: is_native, ..LoadOptions::default() }
@@ -100,8 +101,9 @@ pub struct World {
 }
 
 impl World {
-    /// Opens a scene as a window shows it: a world that does not fit in memory as a whole by its coarsest tiles, and all else
-    /// [whole](Self::load). `wake` is called whenever there is something new of its tiles.
+    /// Opens a scene as a window shows it: a world that does not fit in memory as a whole by its
+    /// coarsest tiles, and all else [whole](Self::load). `wake` is called whenever there is
+    /// something new of its tiles.
     ///
     /// # Errors
     /// As [`load`](Self::load).
@@ -198,8 +200,8 @@ impl World {
         }
     }
 
-    /// Takes its triangles to have these sides from now on. Costs what [`Scene::prepare`](cullet::Scene::prepare)
-    /// costs for meshes that change.
+    /// Takes its triangles to have these sides from now on. Costs what
+    /// [`Scene::prepare`](cullet::Scene::prepare) costs for meshes that change.
     ///
     /// # Errors
     /// In words for the user; only of a scene that was not made by this program.
@@ -265,8 +267,8 @@ impl World {
         Ok(again)
     }
 
-    /// The cameras of one of the scene's own paths, as `cullet report` has them; none where the scene leaves
-    /// no room for such a path.
+    /// The cameras of one of the scene's own paths, as `cullet report` has them; none where the
+    /// scene leaves no room for such a path.
     #[must_use]
     pub fn path(&self, path: &PathSpec, count: usize, size: [u32; 2]) -> Vec<Rig> {
         let size = size.map(|v| v.clamp(1, 65_536));
@@ -299,9 +301,9 @@ impl World {
         self.is_tiled() || self.counts.instances >= MANY
     }
 
-    /// How a user begins: of a small scene the frustum drops nothing, so that its back faces are to be seen to go,
-    /// one by one, in a view from aside. What such a view shows of the inside of a shell has a colour of its own, but
-    /// where materials tell parts apart.
+    /// How a user begins: of a small scene the frustum drops nothing, so that its back faces are to
+    /// be seen to go, one by one, in a view from aside. What such a view shows of the inside of a
+    /// shell has a colour of its own, but where materials tell parts apart.
     #[must_use]
     pub fn manner(&self) -> Manner {
         if self.is_large() {
@@ -316,8 +318,8 @@ impl World {
         }
     }
 
-    /// Where a user begins: before the whole of a small scene, and in the midst of a large one, where there
-    /// is something to cull.
+    /// Where a user begins: before the whole of a small scene, and in the midst of a large one,
+    /// where there is something to cull.
     #[must_use]
     pub fn first_sight(&self, size: [u32; 2]) -> Rig {
         let all = self.overview(size);

@@ -58,7 +58,8 @@ fn every_state_that_the_book_shows_opens() {
     }
     for name in ["backface.md", "clipping.md", "frustum.md", "hierarchy.md", "occlusion.md"] {
         let of = chapters.iter().find(|c| c.chapter == name).expect("it is a chapter");
-        // Once as a link and once as a command: where one does nothing the other must show the same.
+        // Once as a link and once as a command: where one does nothing the other must show the
+        // same.
         assert!(of.links.len() == 1 && of.links == of.commands, "{name} shows {:?}", of.links);
     }
 }

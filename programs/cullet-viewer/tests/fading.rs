@@ -1,4 +1,5 @@
-//! A level of detail fades into the next: at half time each pixel is of one or the other, and none of neither.
+//! A level of detail fades into the next: at half time each pixel is of one or the other, and none
+//! of neither.
 
 use std::time::{Duration, Instant};
 

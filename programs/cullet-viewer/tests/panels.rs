@@ -1,4 +1,5 @@
-//! Panels without a window: keys are pressed and buttons clicked as a user would, and what comes of it is read.
+//! Panels without a window: keys are pressed and buttons clicked as a user would, and what comes of
+//! it is read.
 
 mod shown;
 

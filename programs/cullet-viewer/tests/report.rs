@@ -1,5 +1,5 @@
-//! The button that makes a report, where the program `cullet` is not to be found: alone in its program, for what it
-//! writes goes into the present folder.
+//! The button that makes a report, where the program `cullet` is not to be found: alone in its
+//! program, for what it writes goes into the present folder.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,5 @@
-//! The program under clients that hold on to it: whoever sends a whole request is answered all the same.
+//! The program under clients that hold on to it: whoever sends a whole request is answered all the
+//! same.
 
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -14,7 +15,8 @@ use std::time::{Duration, Instant};
 const HELD: usize = 500;
 /// Bytes of the scene: more than the system takes for a client who does not read.
 const SCENE: u64 = 24 << 20;
-/// Less than the server waits for a head, so that nobody waited for one that hangs; and as much as a slow machine needs.
+/// Less than the server waits for a head, so that nobody waited for one that hangs; and as much as
+/// a slow machine needs.
 const SOON: Duration = Duration::from_secs(4);
 /// One test at a time: each measures times, and has hundreds of connections.
 static ALONE: Mutex<()> = Mutex::new(());
@@ -183,7 +185,8 @@ fn heads_and_bodies_that_trickle_lock_nobody_out() {
 fn whoever_takes_nothing_of_its_answer_locks_nobody_out() {
     let _alone = ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let program = Program::start();
-    // At first all places are theirs, until they have taken what the system takes for them, and no more after.
+    // At first all places are theirs, until they have taken what the system takes for them, and no
+    // more after.
     let held = program.held(&whole("/scene/scene.bin"));
     program.answers_within(Duration::from_secs(10));
     program.is_bounded();

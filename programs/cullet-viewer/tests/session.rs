@@ -303,7 +303,8 @@ fn a_click_tells_why_a_thing_is_drawn_or_not() {
     let alive = session.inspected.clone().expect("the city fills the middle");
     assert_eq!(alive.explanation.reason, None);
     assert!(alive.explanation.steps.iter().all(|s| s.left > 0 && !s.to_string().is_empty()));
-    // From inside the city most of it is outside of the frustum; from outside, its ghosts can be clicked.
+    // From inside the city most of it is outside of the frustum; from outside, its ghosts can be
+    // clicked.
     let target = session.world.as_ref().expect("loaded").centre;
     if let Some(rig) = &mut session.state.camera {
         (rig.target, rig.distance) = (target, 5.0);

@@ -1,5 +1,5 @@
-//! Sides and first sight: a closed model opens with its back faces culled, an open one says why they are kept and is
-//! culled as soon as it is taken for one-sided.
+//! Sides and first sight: a closed model opens with its back faces culled, an open one says why
+//! they are kept and is culled as soon as it is taken for one-sided.
 
 use std::time::{Duration, Instant};
 
@@ -70,7 +70,8 @@ fn a_closed_solid_opens_with_half_of_its_faces_culled_and_seen_to_be() {
         let left = left(&session);
         assert!((0.35..0.6).contains(&left), "{name}: {left} of the faces are drawn");
         assert_eq!(session.kept_backs(), None, "{name}");
-        // Beside what the camera sees there is a view that shows what was dropped: from aside, with all of it.
+        // Beside what the camera sees there is a view that shows what was dropped: from aside, with
+        // all of it.
         let made = compose(&session);
         assert_eq!(
             made.panels.iter().map(|p| p.role).collect::<Vec<_>>(),

@@ -1,4 +1,5 @@
-//! The tour: every kind of culling has a stop, every stop is reached, and what it asks is answered by the engine.
+//! The tour: every kind of culling has a stop, every stop is reached, and what it asks is answered
+//! by the engine.
 
 mod shown;
 
@@ -47,7 +48,8 @@ fn every_stage_of_the_engine_has_a_stop() {
     }
 }
 
-/// The choices that are right in a window as large as that of these tests. The tour itself asks the engine.
+/// The choices that are right in a window as large as that of these tests. The tour itself asks the
+/// engine.
 const RIGHT: [&str; STOPS.len()] = [
     "All of it",
     "More than two thirds",
@@ -123,7 +125,8 @@ fn only_lossy_stops_change_what_is_seen() {
     for at in 0..STOPS.len() {
         let stop = stop(&mut panels);
         let is_lossy = [Stage::Detail, Stage::Lod].iter().any(|s| stop.stages.contains(s));
-        // Another level is another mesh, whose triangles no comparison of triangles knows; a city takes long to draw.
+        // Another level is another mesh, whose triangles no comparison of triangles knows; a city
+        // takes long to draw.
         let is_drawn = stop.stages != [Stage::Lod] && (is_lossy || at > 3);
         if is_drawn {
             panels.press(Key::V);
@@ -189,7 +192,8 @@ fn with_reduced_motion_the_camera_jumps() {
             }
         };
         until(&mut session);
-        // From the stop before that about back faces, of the same scene, to the one after it, and back.
+        // From the stop before that about back faces, of the same scene, to the one after it, and
+        // back.
         (0..7).for_each(|_| session.tour_on());
         until(&mut session);
         let near = session.chase;

@@ -1,5 +1,5 @@
-//! The program itself, in a window of a virtual display. Skipped, with a line that says so, where there is no
-//! `xvfb-run` or no graphics device; with `CULLET_REQUIRE_GPU` that is a failure.
+//! The program itself, in a window of a virtual display. Skipped, with a line that says so, where
+//! there is no `xvfb-run` or no graphics device; with `CULLET_REQUIRE_GPU` that is a failure.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -83,8 +83,9 @@ const GOLDEN: [(&str, &str, &str); 5] = [
     ("office", "office", "layout=wipe&look.colour=overdraw"),
 ];
 
-/// Compares with tests/golden; `CULLET_GOLDEN=new` makes the pictures there anew. Another driver rounds edges in another
-/// way: a hundredth of the pixels may be quite different, and all of them a little.
+/// Compares with tests/golden; `CULLET_GOLDEN=new` makes the pictures there anew. Another driver
+/// rounds edges in another way: a hundredth of the pixels may be quite different, and all of them a
+/// little.
 #[test]
 fn pictures_are_like_the_golden_ones() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");

@@ -105,8 +105,8 @@ struct LevelsRecord {
     kind: &'static str,
     clusters: u64,
     groups: u64,
-    /// How many triangles each level has, from the mesh itself to the coarsest. In a hierarchy a level is what was
-    /// simplified as often.
+    /// How many triangles each level has, from the mesh itself to the coarsest. In a hierarchy a
+    /// level is what was simplified as often.
     triangles_by_level: Vec<u64>,
     /// Least and largest error of a group, in units of the mesh.
     errors: [f32; 2],

@@ -22,8 +22,8 @@ pub struct InfoArgs {
     /// List every mesh and warning, not only the first ones
     #[arg(long)]
     pub(crate) all: bool,
-    /// Only what is baked in a .glb, which takes milliseconds however large it is: nothing else is read, and sums are
-    /// looked at with --all alone
+    /// Only what is baked in a .glb, which takes milliseconds however large it is: nothing else is
+    /// read, and sums are looked at with --all alone
     #[arg(long)]
     pub(crate) baked: bool,
     /// Write the result as JSON; - is the standard output

@@ -1,7 +1,8 @@
 //! The commands of the program `cullet`, as a library for the programs beside it.
 //!
-//! `cullet-baker` runs these commands too, with what bakes at hand (see [`cullet_command::bakery`]); `cullet-lab` takes parts of
-//! them. A command is a module: its arguments and its `run`.
+//! `cullet-baker` runs these commands too, with what bakes at hand (see
+//! [`cullet_command::bakery`]); `cullet-lab` takes parts of them. A command is a module: its
+//! arguments and its `run`.
 #![forbid(unsafe_code)]
 
 mod args;

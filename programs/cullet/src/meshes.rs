@@ -11,7 +11,8 @@ use crate::names::mesh_name;
 use crate::record::{MeshRecord, SceneRecord};
 use crate::survey::MeshTally;
 
-/// Facts of each mesh that no view changes; in the order of the scene, without those that hold levels of others. Costs a sort of all edges.
+/// Facts of each mesh that no view changes; in the order of the scene, without those that hold
+/// levels of others. Costs a sort of all edges.
 pub(crate) fn facts(model: &Model) -> Vec<MeshRecord> {
     let scene = &model.scene;
     let mut instances = vec![0u64; scene.meshes().len()];
@@ -97,8 +98,8 @@ fn sides(mesh: &Mesh) -> &'static str {
     }
 }
 
-/// Triangles with the same three corners as an earlier one, whichever way they are wound; degenerate
-/// ones aside.
+/// Triangles with the same three corners as an earlier one, whichever way they are wound;
+/// degenerate ones aside.
 fn duplicates(mesh: &Mesh) -> u64 {
     let drawn = mesh.triangle_count() - mesh.degenerate_count();
     let mut seen: HashMap<[[u32; 3]; 3], ()> = HashMap::with_capacity(drawn as usize);

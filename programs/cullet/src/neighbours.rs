@@ -110,7 +110,8 @@ pub const ELSEWHERE: &[Elsewhere] = commands! {
         "fetch" "Fetch a model that everybody knows: bunny, armadillo, teapot, on its maker's terms";
 };
 
-/// The kinds of `cullet picture` that the lab draws: diagrams that teach, and what is made for them.
+/// The kinds of `cullet picture` that the lab draws: diagrams that teach, and what is made for
+/// them.
 pub const LAB_PICTURES: &[&str] = &[
     "impostor",
     "coverage",

@@ -5,8 +5,8 @@ use cullet::{Scene, View, Visible};
 use cullet_draw::clip::{HalfSpace, Region};
 use cullet_draw::{Opening, Outlook, Picture};
 
-/// Draws the scene as it is, or cut open above the eye; then with the height of the cut. `result` has reasons and
-/// triangles.
+/// Draws the scene as it is, or cut open above the eye; then with the height of the cut. `result`
+/// has reasons and triangles.
 pub(crate) fn kinds(
     scene: &Scene,
     view: &View,

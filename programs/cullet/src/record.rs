@@ -109,7 +109,8 @@ pub(crate) struct BoundsRecord {
     pub(crate) tested: u64,
     pub(crate) boxes_kept: u64,
     pub(crate) spheres_kept: u64,
-    /// Instances with a triangle that the frustum's triangle test keeps: what a perfect bound keeps.
+    /// Instances with a triangle that the frustum's triangle test keeps: what a perfect bound
+    /// keeps.
     pub(crate) in_frustum: u64,
     pub(crate) box_ns: f64,
     pub(crate) sphere_ns: f64,
@@ -209,8 +210,8 @@ pub(crate) struct Summary {
     pub(crate) advice: Vec<Advice>,
 }
 
-/// Counts where only whole instances are culled, as a renderer that draws instance by instance sees it: the classic
-/// table of the power plant.
+/// Counts where only whole instances are culled, as a renderer that draws instance by instance sees
+/// it: the classic table of the power plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct WholeRecord {
     /// Instances, and the triangles of all of them, that are in the frustum.
@@ -343,7 +344,8 @@ impl DepthRecord {
             n += 1;
             sum.fragments += v.fragments;
             sum.covered_pixels += v.covered_pixels;
-            // Weighted by the pixels they are means over, so that an empty view does not pull it down.
+            // Weighted by the pixels they are means over, so that an empty view does not pull it
+            // down.
             sum.mean_layers += v.mean_layers * v.covered_pixels as f64;
             sum.max_layers = sum.max_layers.max(v.max_layers);
             sum.primitives_per_pixel += v.primitives_per_pixel;

@@ -8,8 +8,8 @@ use cullet_command::console::{Console, count, grouped};
 use cullet_command::exit::Failure;
 use cullet_maps::recording::Recording;
 
-/// Records what a culler did in its occlusion stage: what it drew, in its order, and each instance that it
-/// tested.
+/// Records what a culler did in its occlusion stage: what it drew, in its order, and each instance
+/// that it tested.
 pub(crate) fn record<'a>(
     world: impl Into<InCells<'a>>,
     view: &View,

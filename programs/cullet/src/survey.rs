@@ -44,7 +44,8 @@ pub(crate) struct MeshTally {
     pub(crate) drawn: u64,
     pub(crate) visible: u64,
     pub(crate) facing_away: u64,
-    /// Pixels it owns over the views that were verified, and those of them where nothing is proved to hide.
+    /// Pixels it owns over the views that were verified, and those of them where nothing is proved
+    /// to hide.
     pub(crate) pixels: u64,
     pub(crate) open_pixels: u64,
     last_kept: Option<usize>,
@@ -223,7 +224,8 @@ impl Survey {
         Ok(seen)
     }
 
-    /// Culls one view, verifies it on request, and says what levels of detail made of it where they are on.
+    /// Culls one view, verifies it on request, and says what levels of detail made of it where they
+    /// are on.
     fn see(&mut self, view: &View, verify: bool) -> (Seen, Option<LevelsRecord>) {
         let (scene, world) = (&self.model.scene, self.model.in_cells());
         let cull = |culler: &Culler, state: &mut ViewState| {
@@ -306,7 +308,8 @@ impl Survey {
                 mesh.kept += 1;
             }
         }
-        // Of instances that are drawn, the clusters that are outside; what other stages took of them is not.
+        // Of instances that are drawn, the clusters that are outside; what other stages took of
+        // them is not.
         for ranges in result.dropped.chunk_by(|a, b| a.slot == b.slot) {
             let slot = ranges[0].slot;
             let clusters = scene.mesh_at(slot, ranges[0].level).clusters();
@@ -339,7 +342,8 @@ impl Survey {
         instances
     }
 
-    /// Adds the pixels that each mesh owns, and those where the occlusion buffer has nothing for it.
+    /// Adds the pixels that each mesh owns, and those where the occlusion buffer has nothing for
+    /// it.
     fn tally_open(&mut self, frame: &Frame) {
         let Some(buffer) =
             self.state.occlusion_buffer().filter(|_| self.culler.occlusion.is_some())

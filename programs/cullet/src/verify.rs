@@ -87,7 +87,8 @@ struct VerifyRecord<'a> {
 /// Error that sampled sets state, and the error that was found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 struct Stated {
-    /// Share of looks that are estimated to go to what is missing: mean of the cells, and the worst.
+    /// Share of looks that are estimated to go to what is missing: mean of the cells, and the
+    /// worst.
     mean: f64,
     worst: f64,
     /// Pixels of all views, and those that show what only the sets dropped.
@@ -167,8 +168,8 @@ struct Work {
     failure: Option<Failure>,
 }
 
-/// All that a view's result is a function of besides the files, in words: unit files of other options and versions are of
-/// another work.
+/// All that a view's result is a function of besides the files, in words: unit files of other
+/// options and versions are of another work.
 fn options(args: &VerifyArgs, views: usize) -> String {
     let mut input = args.input.clone();
     input.view.threads = 0;

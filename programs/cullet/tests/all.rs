@@ -1,5 +1,5 @@
-//! The tests of the program in one program: by itself each file would have all that it uses compiled and linked anew.
-//! The lectures stand apart: they measure times.
+//! The tests of the program in one program: by itself each file would have all that it uses
+//! compiled and linked anew. The lectures stand apart: they measure times.
 
 mod cell_sets;
 mod check_occlusion;

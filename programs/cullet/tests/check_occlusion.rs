@@ -1,4 +1,5 @@
-//! `cullet check-occlusion` as its users meet it: built-in scenes, adversaries, its messages and exit codes.
+//! `cullet check-occlusion` as its users meet it: built-in scenes, adversaries, its messages and
+//! exit codes.
 
 use std::process::{Command, Output};
 

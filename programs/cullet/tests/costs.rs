@@ -36,7 +36,8 @@ fn what_calibrate_measures_is_kept_shown_and_forgotten() {
     let run = |args: &[&str]| cullet_with_costs(&file, &[&["calibrate"], args].concat());
     assert_eq!(run(&["--show"]).status.code(), Some(3));
     let dry = run(&["--dry-run", "--rounds", "1", "--json", "-"]);
-    // A machine may be so busy that one round is no measurement; it then says so, and keeps nothing.
+    // A machine may be so busy that one round is no measurement; it then says so, and keeps
+    // nothing.
     match dry.status.code() {
         Some(0) => {
             let printed: Value = serde_json::from_slice(&dry.stdout).unwrap();
@@ -87,7 +88,8 @@ fn a_report_speaks_of_milliseconds_where_costs_are_known() {
     assert!(lines.contains("culling saves about"), "{lines}");
     assert!(lines.contains("measured with a painter on 2026-03-09, on another machine"), "{lines}");
     assert!(page().contains("culling saves about") && page().contains("4.0 ns for one outside"));
-    // Occluded triangles would have been drawn; those culled by the other stages would have been rejected.
+    // Occluded triangles would have been drawn; those culled by the other stages would have been
+    // rejected.
     let drawn = with["costs"]["drawn_triangle_ns"].as_f64().unwrap();
     let removed = with["summary"]["removed"].as_object().unwrap();
     let price = |stage: &str| match stage {

@@ -41,8 +41,8 @@ fn culler() -> Culler {
     culler
 }
 
-/// Every instance of every view: the reason is that of the cull, and the numbers of the stage that dropped it say why. How many
-/// each stage dropped by such numbers.
+/// Every instance of every view: the reason is that of the cull, and the numbers of the stage that
+/// dropped it say why. How many each stage dropped by such numbers.
 fn hold(model: &Model, views: &[View], culler: &Culler) -> [u64; 10] {
     let scene = &model.scene;
     let mut proved = [0; 10];
@@ -215,8 +215,8 @@ fn an_instance_is_told_of_in_text_json_and_picture() {
     }
 }
 
-/// The words of a drawing, each piece of text a line, after a look whether it is well-formed: every tag closed by its own, quotes
-/// in pairs, and no sign that ought to be escaped.
+/// The words of a drawing, each piece of text a line, after a look whether it is well-formed: every
+/// tag closed by its own, quotes in pairs, and no sign that ought to be escaped.
 fn words_of(svg: &str) -> String {
     let (mut open, mut words) = (Vec::new(), String::new());
     for part in svg.split('<').skip(1) {

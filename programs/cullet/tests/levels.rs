@@ -110,7 +110,8 @@ fn what_levels_state_is_what_verify_finds() {
     let drawn: f64 = levels["drawn"].as_array().unwrap().iter().map(number).sum();
     assert_eq!(drawn, rungs[4]);
 
-    // A budget comes to a threshold of its own, which is the one that is stated; the second view stays in the ball of the first.
+    // A budget comes to a threshold of its own, which is the one that is stated; the second view
+    // stays in the ball of the first.
     let more = ["--lod-triangles", "2300", "--lod-ball", "100"];
     let (code, said, found) = verify(&honest, &folder.path("budget.json"), &more);
     let levels = &found["summary"]["levels"];

@@ -1,5 +1,5 @@
-//! `cullet reproduce assarsson-moller`: all answers agree, the tricks save what they promise, and bad input
-//! is told.
+//! `cullet reproduce assarsson-moller`: all answers agree, the tricks save what they promise, and
+//! bad input is told.
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,4 +1,5 @@
-//! `cullet reproduce johannsen-carter`: shares of the ideal, the checks beside them, and what it refuses.
+//! `cullet reproduce johannsen-carter`: shares of the ideal, the checks beside them, and what it
+//! refuses.
 
 use std::process::{Command, Output};
 
@@ -84,7 +85,8 @@ fn scanned_models_reach_the_shares_of_the_ideal() {
         let culled = |list: &str, name: &str| number(bound(&record, list, name), "culled_percent");
         let lost = culled("bounds", "elliptic") - culled("bounds", "elliptic_quantised");
         assert!(lost <= 0.3, "{file}: {lost}");
-        // The lectures' questions: an origin of one's own pays, a search for it does not, turning does.
+        // The lectures' questions: an origin of one's own pays, a search for it does not, turning
+        // does.
         let [global, centre, best, rotated] =
             ["global", "box_centre", "best_of_nine", "rotated"].map(|n| culled("origins", n));
         assert!(global + 0.5 < centre && centre + 0.5 < rotated, "{file}: {global} {centre}");
@@ -103,7 +105,8 @@ fn scanned_models_reach_the_shares_of_the_ideal() {
 
 #[test]
 fn built_in_models_need_no_data() {
-    // The model where none is named has 69,312 triangles, which take long: it is run where all cases are wanted.
+    // The model where none is named has 69,312 triangles, which take long: it is run where all
+    // cases are wanted.
     let all = cases(4) >= 4;
     let record = found(if all { &[] } else { &["knobs"] });
     assert_eq!(record["model"]["triangles"], if all { 69_312 } else { 19_200 });

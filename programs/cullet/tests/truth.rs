@@ -1,5 +1,6 @@
-//! The project's conscience: every built-in scene and every model of the test data is drawn with and
-//! without culling, nothing visible may be lost, and culling must stay as good as it was recorded.
+//! The project's conscience: every built-in scene and every model of the test data is drawn with
+//! and without culling, nothing visible may be lost, and culling must stay as good as it was
+//! recorded.
 
 use std::process::Command;
 
@@ -54,8 +55,8 @@ fn built_in_scenes() {
     }
 }
 
-/// Models, and the percent of triangles kept on an orbit: about half of what is one-sided; all of what
-/// is two-sided, since an orbit leaves nothing outside of the frustum.
+/// Models, and the percent of triangles kept on an orbit: about half of what is one-sided; all of
+/// what is two-sided, since an orbit leaves nothing outside of the frustum.
 const MODELS: &[(&str, f64)] = &[
     ("cad-2cylinder/2CylinderEngine.glb", 46.0),
     ("cad-satellite/FM1_satellite.glb", 50.0),

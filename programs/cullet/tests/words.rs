@@ -1,4 +1,5 @@
-//! Messages of the program: numbers agree with their words, figures are readable, and a misspelt name gets a suggestion.
+//! Messages of the program: numbers agree with their words, figures are readable, and a misspelt
+//! name gets a suggestion.
 
 use std::process::{Command, Output};
 

@@ -1,7 +1,9 @@
-//! `bindgen FILE.wasm OUT_DIR`: writes the JavaScript that loads a wasm-bindgen module, and the module it loads.
+//! `bindgen FILE.wasm OUT_DIR`: writes the JavaScript that loads a wasm-bindgen module, and the
+//! module it loads.
 //!
-//! It does what the program `wasm-bindgen --target web` does. Here its version stands in the same lock file as the library's, so
-//! that the two cannot part; as a program of its own, behind a feature, it is built only where a page is.
+//! It does what the program `wasm-bindgen --target web` does. Here its version stands in the same
+//! lock file as the library's, so that the two cannot part; as a program of its own, behind a
+//! feature, it is built only where a page is.
 #![forbid(unsafe_code)]
 
 use std::path::PathBuf;
@@ -14,9 +16,11 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     let mut bindgen = wasm_bindgen_cli_support::Bindgen::new();
-    // Names of functions are a fifth of the module, for traces that no visitor reads; a panic says its place all the same.
+    // Names of functions are a fifth of the module, for traces that no visitor reads; a panic says
+    // its place all the same.
     bindgen.remove_name_section(true).remove_producers_section(true);
-    // Without the default path `init()` of the written module would need to be told where its wasm lies.
+    // Without the default path `init()` of the written module would need to be told where its wasm
+    // lies.
     let written = bindgen
         .input_path(&input)
         .web(true)

@@ -1,4 +1,5 @@
-//! The C and C++ interface: installed, then compiled against and run as its users do, by each compiler that is there.
+//! The C and C++ interface: installed, then compiled against and run as its users do, by each
+//! compiler that is there.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -11,7 +11,8 @@ pub(crate) fn folder() -> PathBuf {
     target().join("golden")
 }
 
-/// Bakes the files, writes the answers, and holds them against those that are kept, by a test of the baker.
+/// Bakes the files, writes the answers, and holds them against those that are kept, by a test of
+/// the baker.
 pub(crate) fn test() -> Ended {
     // All packages, so that nothing is built that was not built before.
     let mut test = command(&cargo_program(), &plain::TEST);

@@ -1,4 +1,5 @@
-//! The bindings, each built and tested in the host that it is for: `cargo xtask bindings [NAME]`, and steps of `test`.
+//! The bindings, each built and tested in the host that it is for: `cargo xtask bindings [NAME]`,
+//! and steps of `test`.
 
 mod bevy;
 mod c;

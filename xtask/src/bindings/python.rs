@@ -1,5 +1,5 @@
-//! The Python package: its wheel and sdist are built and checked, the wheel is installed into a fresh environment, and
-//! used there as a user would.
+//! The Python package: its wheel and sdist are built and checked, the wheel is installed into a
+//! fresh environment, and used there as a user would.
 
 use std::fs;
 use std::path::{Path, PathBuf};

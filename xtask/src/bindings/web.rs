@@ -51,7 +51,8 @@ fn build() -> Result<PathBuf, String> {
     Ok(out)
 }
 
-/// Fetches what the tests need into the cache, of the versions that their list names; the folder with `node_modules`.
+/// Fetches what the tests need into the cache, of the versions that their list names; the folder
+/// with `node_modules`.
 fn fetch() -> Result<PathBuf, String> {
     let folder = cache().join("npm-web");
     let list = root().join(SOURCES).join("test/tools/package.json");

@@ -1,7 +1,8 @@
-//! Links of the book as it was built: each leads to a file that is there, and to a place in it that is there.
+//! Links of the book as it was built: each leads to a file that is there, and to a place in it that
+//! is there.
 //!
-//! A page must open under any path of a host, and from the file system: no link begins at a host's root, and none leads to
-//! a folder, which only a server turns into a page.
+//! A page must open under any path of a host, and from the file system: no link begins at a host's
+//! root, and none leads to a folder, which only a server turns into a page.
 
 mod html;
 
@@ -16,7 +17,8 @@ use html::Html;
 /// Files of a site, by their paths from its root; of a page of HTML with what it has.
 type Site = BTreeMap<String, Option<Html>>;
 
-/// Every link of every page in a folder leads somewhere; those to the viewer's page only have to where it lies there.
+/// Every link of every page in a folder leads somewhere; those to the viewer's page only have to
+/// where it lies there.
 pub(super) fn all_alive(folder: &Path) -> Done {
     let mut site = Site::new();
     gather(folder, "", &mut site)?;

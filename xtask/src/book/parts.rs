@@ -1,5 +1,5 @@
-//! Parts of a chapter on a kind of culling: each has the same ones in the same order, so that who knows one chapter finds
-//! their way in all.
+//! Parts of a chapter on a kind of culling: each has the same ones in the same order, so that who
+//! knows one chapter finds their way in all.
 
 use std::ops::RangeInclusive;
 
@@ -16,7 +16,8 @@ const KINDS: [&str; 6] = [
     "Scenes that move",
 ];
 
-/// A part: its name, what its heading contains or, where that is one word, is, and whether a chapter must have it.
+/// A part: its name, what its heading contains or, where that is one word, is, and whether a
+/// chapter must have it.
 struct Part {
     name: &'static str,
     headings: &'static [&'static str],
@@ -29,13 +30,16 @@ const ALGORITHM: &str = "algorithm";
 /// Lines that the code of an algorithm has.
 const ALGORITHM_LINES: RangeInclusive<usize> = 6..=30;
 
-/// Languages of fences in which an algorithm is written: none, for words in the form of a program, or that of the engine.
+/// Languages of fences in which an algorithm is written: none, for words in the form of a program,
+/// or that of the engine.
 const ALGORITHM_LANGUAGES: [&str; 2] = ["", "rust"];
 
-/// First words of lines by which code decides something or repeats it; a list of formulas or of commands has none.
+/// First words of lines by which code decides something or repeats it; a list of formulas or of
+/// commands has none.
 const CONTROL: [&str; 4] = ["for", "if", "while", "repeat"];
 
-/// The parts below the idea, the picture, the derivation and the algorithm, which have headings of their own.
+/// The parts below the idea, the picture, the derivation and the algorithm, which have headings of
+/// their own.
 const PARTS: [Part; 7] = [
     Part {
         name: "what goes wrong",
@@ -130,7 +134,8 @@ struct Block<'a> {
 }
 
 impl Block<'_> {
-    /// Whether it may be an algorithm: neither too short nor too long, and it decides or repeats something.
+    /// Whether it may be an algorithm: neither too short nor too long, and it decides or repeats
+    /// something.
     fn is_algorithm(&self) -> bool {
         let first = |line: &&str| line.split_whitespace().next().unwrap_or_default().to_owned();
         let is_control = |word: String| CONTROL.contains(&word.as_str());

@@ -8,7 +8,8 @@ use crate::web;
 /// Folder of the scripts that use a browser, from the root.
 const SCRIPTS: &str = "programs/cullet-viewer/web/tests";
 
-/// The step of `test`: every chapter opens, nothing that it shows is missing, and the page starts or says why it cannot.
+/// The step of `test`: every chapter opens, nothing that it shows is missing, and the page starts
+/// or says why it cannot.
 pub(crate) fn test() -> Ended {
     let what = "the book with the page in it, opened from a server's path and from files";
     let browser = match web::browser(what)? {

@@ -1,4 +1,5 @@
-//! Drawings of the book: every SVG is well-formed and says in words what it shows, and so does every picture of a chapter.
+//! Drawings of the book: every SVG is well-formed and says in words what it shows, and so does
+//! every picture of a chapter.
 
 use std::fs;
 
@@ -11,7 +12,8 @@ use crate::tools::{Done, root};
 const FOLDER: &str = "docs/src/pictures";
 const SVG: &str = "http://www.w3.org/2000/svg";
 
-/// Every SVG can be read and has a title, and every picture that a chapter shows has words in its place.
+/// Every SVG can be read and has a title, and every picture that a chapter shows has words in its
+/// place.
 pub(super) fn all_sound() -> Done {
     let folder = root().join(FOLDER);
     let mut wrong = Vec::new();

@@ -1,4 +1,5 @@
-//! Spelling of texts, by [typos](https://github.com/crate-ci/typos), in a Python environment that CI makes for it.
+//! Spelling of texts, by [typos](https://github.com/crate-ci/typos), in a Python environment that
+//! CI makes for it.
 
 use std::fs;
 use std::io::Write;
@@ -13,7 +14,8 @@ use crate::tools::{Done, cache, command, install, install_words, is_ci, output, 
 const TOOLS: &[&str] = &["typos==1.52.*"];
 /// System packages that an environment needs.
 const SYSTEM: &[&str] = &["python3-venv"];
-/// Texts whose spelling is checked, as git lists them: those for readers, and the comments of all Rust.
+/// Texts whose spelling is checked, as git lists them: those for readers, and the comments of all
+/// Rust.
 const SPELLED: &[&str] = &["*.md", "*.rs"];
 
 /// Checks the spelling; or returns what is skipped, where the tool is missing and this is not CI.

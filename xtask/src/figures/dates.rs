@@ -7,7 +7,8 @@ use crate::tools::{Done, root};
 /// How the line begins that every section with times in a table has; a date follows.
 const MEASURED: &str = "Measured on ";
 
-/// Every section of README and docs that has times in a table says when and on what they were measured.
+/// Every section of README and docs that has times in a table says when and on what they were
+/// measured.
 pub(crate) fn all_dated() -> Done {
     for (name, text) in pages()? {
         let mut bare = undated(&text);

@@ -51,8 +51,9 @@ impl Files {
         Ok(files)
     }
 
-    /// Every arrow: a file, and one that it names. What a module takes from those that it lies in counts where
-    /// `strict`: else they are one room, and the outer ones hold what the inner ones share.
+    /// Every arrow: a file, and one that it names. What a module takes from those that it lies in
+    /// counts where `strict`: else they are one room, and the outer ones hold what the inner ones
+    /// share.
     pub(super) fn arrows(&self, strict: bool) -> BTreeSet<(PathBuf, PathBuf)> {
         let mut found = BTreeSet::new();
         for (at, (file, text)) in &self.source {

@@ -1,4 +1,5 @@
-//! Where the tests of a crate are one program, every file of them is in it: cargo does not look for others there.
+//! Where the tests of a crate are one program, every file of them is in it: cargo does not look for
+//! others there.
 
 use std::fs;
 use std::path::Path;
@@ -47,7 +48,8 @@ fn left_out_of(folder: &Path) -> Result<Vec<String>, String> {
         .collect())
 }
 
-/// The programs of tests in the folder of a crate that the testkit builds, as the crate's own manifest would name them.
+/// The programs of tests in the folder of a crate that the testkit builds, as the crate's own
+/// manifest would name them.
 fn programs_at(testkit: &str, folder: &str) -> String {
     let begins = format!("path = \"../{folder}/tests/");
     let names = testkit.lines().filter_map(|l| l.strip_prefix(&begins)?.strip_suffix(".rs\""));

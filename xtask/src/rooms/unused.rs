@@ -1,6 +1,7 @@
 //! Nothing of the engine is public that no other crate, binding, example or page of the book names.
 //!
-//! Names are looked up as words: of functions that share a name with others the check says too little, never too much.
+//! Names are looked up as words: of functions that share a name with others the check says too
+//! little, never too much.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -9,7 +10,8 @@ use crate::tools::{Done, output, root};
 
 const ENGINE: &str = "crates/cullet/src/";
 
-/// Files whose names are no use: tests, which may reach for whatever there is, and what serves them.
+/// Files whose names are no use: tests, which may reach for whatever there is, and what serves
+/// them.
 const TESTS: [&str; 3] = ["/tests/", "/tests.rs", "crates/cullet-testkit/"];
 
 /// Public functions that only tests name so far, each with the reason why it stays.
@@ -39,7 +41,8 @@ const KNOWN: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// Returns an error that names each public function and constant that nothing outside the engine names.
+/// Returns an error that names each public function and constant that nothing outside the engine
+/// names.
 pub(crate) fn check() -> Done {
     let listed = output("git", &["-C", &root().to_string_lossy(), "ls-files"])
         .ok_or("git ls-files cannot be run")?;

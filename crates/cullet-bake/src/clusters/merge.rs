@@ -1,9 +1,10 @@
 //! Greedy merging of neighbouring clusters under the cost model T = t + (1 − P) n r.
 //!
-//! Two clusters are merged where that lowers the expected cost: what is saved is one test, what is lost
-//! are those triangles that each alone would have culled more often. Johannsen & Carter, *Clustered
-//! Backface Culling* (1998). The best pair goes first; a queue holds every pair of neighbours, and pairs
-//! whose clusters have since been merged with others are dropped when they come up.
+//! Two clusters are merged where that lowers the expected cost: what is saved is one test, what is
+//! lost are those triangles that each alone would have culled more often. Johannsen & Carter,
+//! *Clustered Backface Culling* (1998). The best pair goes first; a queue holds every pair of
+//! neighbours, and pairs whose clusters have since been merged with others are dropped when they
+//! come up.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -70,8 +71,8 @@ pub(super) fn links(surface: &PartSurface, of: &[u32]) -> Vec<(u32, u32)> {
 pub(super) struct MergeCosts {
     /// t/r.
     pub(super) test: f64,
-    /// The widest box that a merged cluster may have, as its diagonal; narrower ones go first. Infinite
-    /// where only the cost counts.
+    /// The widest box that a merged cluster may have, as its diagonal; narrower ones go first.
+    /// Infinite where only the cost counts.
     pub(super) widest: f32,
 }
 
@@ -92,8 +93,8 @@ struct Node<S> {
 
 /// Merges clusters; returns the cluster of each triangle, and the number of clusters.
 ///
-/// O(n log n), some 4 µs a triangle from single ones. `step` is told now and then how many merges were
-/// made, and stops them by returning false: what was merged stays.
+/// O(n log n), some 4 µs a triangle from single ones. `step` is told now and then how many merges
+/// were made, and stops them by returning false: what was merged stays.
 pub(super) fn merge<E: Estimate>(
     surface: &PartSurface,
     estimate: &E,
@@ -296,7 +297,8 @@ pub(super) mod tests {
         (positions, surface, views)
     }
 
-    /// The oracle: looks at all pairs of clusters in each step, and knows a cluster by its triangles.
+    /// The oracle: looks at all pairs of clusters in each step, and knows a cluster by its
+    /// triangles.
     fn merge_ref(
         surface: &PartSurface,
         views: &Views<4>,

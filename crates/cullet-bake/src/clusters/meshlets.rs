@@ -8,8 +8,8 @@ use super::{ClusterError, checked_parts, drawn};
 use crate::corners::turned;
 
 /// Clusters as meshoptimizer's `meshopt_buildMeshlets` makes them, part by part, in the form that
-/// [`Mesh::with_clusters`](cullet::Mesh::with_clusters) takes. Degenerate triangles are left out as in
-/// [`build`](super::build).
+/// [`Mesh::with_clusters`](cullet::Mesh::with_clusters) takes. Degenerate triangles are left out as
+/// in [`build`](super::build).
 ///
 /// `max_vertices` is 3 to 64 and `max_triangles` 4 to 124, rounded down to a multiple of 4 as
 /// meshoptimizer requires; `cone_weight` is 0 to 1, more for clusters that are culled more often.
@@ -56,8 +56,8 @@ pub fn build_meshopt(
             max_triangles as usize & !3,
             cone_weight,
         );
-        // Meshlets name vertices, not triangles. Each triangle is found by its corners, and of equal ones
-        // each is taken once, last first.
+        // Meshlets name vertices, not triangles. Each triangle is found by its corners, and of
+        // equal ones each is taken once, last first.
         triangles.sort_unstable();
         let mut free: Vec<u32> = Vec::with_capacity(triangles.len());
         let mut left = vec![0usize; triangles.len()];

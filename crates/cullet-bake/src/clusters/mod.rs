@@ -3,17 +3,19 @@
 //! A cluster is culled where the eye is behind every one of its triangles, so what counts is which
 //! triangles are together. [`build`] makes clusters in three steps, for each part of the mesh:
 //!
-//! 1. Greedy merging. From single triangles, the two neighbours are merged that lower the expected cost
-//!    T = t + (1 − P) n r most, where t is the cost of a test, r that of drawing a triangle, and P the
-//!    share of view points behind all n triangles (Johannsen & Carter, *Clustered Backface Culling*,
-//!    1998). P of two clusters together is an AND and a population count of two bit sets.
-//! 2. Filling. Limited to 64 vertices, greedy merging stops at some 62 triangles a cluster. So clusters
-//!    are dissolved where their neighbours have room and the test saved is more than what is lost,
-//!    and triangles change sides at borders, at first at random, then only for the better.
-//! 3. Clusters whose culling does not pay for a test, and small connected components, are merged by where
-//!    they lie; clusters that are never culled come last in their part.
+//! 1. Greedy merging. From single triangles, the two neighbours are merged that lower the expected
+//!    cost T = t + (1 − P) n r most, where t is the cost of a test, r that of drawing a triangle,
+//!    and P the share of view points behind all n triangles (Johannsen & Carter, *Clustered
+//!    Backface Culling*, 1998). P of two clusters together is an AND and a population count of two
+//!    bit sets.
+//! 2. Filling. Limited to 64 vertices, greedy merging stops at some 62 triangles a cluster. So
+//!    clusters are dissolved where their neighbours have room and the test saved is more than what
+//!    is lost, and triangles change sides at borders, at first at random, then only for the better.
+//! 3. Clusters whose culling does not pay for a test, and small connected components, are merged by
+//!    where they lie; clusters that are never culled come last in their part.
 //!
-//! Parts that are drawn from both sides are never culled by facing; their clusters are only compact.
+//! Parts that are drawn from both sides are never culled by facing; their clusters are only
+//! compact.
 //!
 //! ```
 //! use cullet::{Mesh, MeshData};
@@ -77,13 +79,15 @@ pub struct Progress {
 
 /// Makes clusters for [`Mesh::with_clusters`](cullet::Mesh::with_clusters).
 ///
-/// Every triangle that is not degenerate is in just one cluster, within the limits of `options` and of
-/// one part; degenerate triangles are left out unless the mesh is deformable (its clusters are then made
-/// for the pose at hand). The same input gives the same clusters, whatever the machine's speed or number
-/// of cores. An empty mesh has no clusters. O(n log n); some 10 µs a triangle by default.
+/// Every triangle that is not degenerate is in just one cluster, within the limits of `options` and
+/// of one part; degenerate triangles are left out unless the mesh is deformable (its clusters are
+/// then made for the pose at hand). The same input gives the same clusters, whatever the machine's
+/// speed or number of cores. An empty mesh has no clusters. O(n log n); some 10 µs a triangle by
+/// default.
 ///
 /// # Errors
-/// If the mesh is invalid, as [`Mesh::new`](cullet::Mesh::new) has it, or an option is out of range.
+/// If the mesh is invalid, as [`Mesh::new`](cullet::Mesh::new) has it, or an option is out of
+/// range.
 pub fn build(data: &MeshData, options: &ClusterOptions) -> Result<Clustering, ClusterError> {
     Ok(build_reported(data, options, |_| ControlFlow::Continue(()))?.0)
 }
@@ -156,7 +160,8 @@ pub fn build_reported(
 
 /// The parts of a mesh that was checked; one that names none has one.
 fn checked_parts(data: &MeshData) -> Result<Vec<Part>, ClusterError> {
-    // The simple clustering checks all that a mesh is checked for, in a hundredth of the time of ours.
+    // The simple clustering checks all that a mesh is checked for, in a hundredth of the time of
+    // ours.
     Clustering::spatial(data)?;
     if !data.parts.is_empty() {
         return Ok(data.parts.clone());

@@ -3,21 +3,21 @@
 use cullet::mesh::{MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES, MeshError};
 use thiserror::Error;
 
-/// From what the probability P that a cluster is culled is estimated while clusters grow. Borders are
-/// always improved by view points.
+/// From what the probability P that a cluster is culled is estimated while clusters grow. Borders
+/// are always improved by view points.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Probability {
     /// The share of view points behind all triangles: fastest and best.
     #[default]
     Views,
-    /// The volume of the Johannsen–Carter culling region inside the box around the mesh, grown about its
-    /// middle to `scale` times its size: viewers anywhere in a scene. 1 or more.
+    /// The volume of the Johannsen–Carter culling region inside the box around the mesh, grown
+    /// about its middle to `scale` times its size: viewers anywhere in a scene. 1 or more.
     SceneBox {
         /// The size of the scene, in sizes of the mesh's box.
         scale: f64,
     },
-    /// The same inside the cluster's own box, grown by so many of its diagonals on each side: viewers
-    /// nearby. Above 0.
+    /// The same inside the cluster's own box, grown by so many of its diagonals on each side:
+    /// viewers nearby. Above 0.
     NearBox {
         /// The margin, in diagonals of the cluster's box.
         diagonals: f64,
@@ -32,33 +32,34 @@ pub struct ClusterOptions {
     pub max_vertices: u32,
     /// The most triangles in a cluster, 1 to 124 (default 124).
     pub max_triangles: u32,
-    /// t/r: what a test of a cluster costs, in triangles drawn (default 16). Not negative; more makes
-    /// fewer, larger clusters, of which fewer are culled.
+    /// t/r: what a test of a cluster costs, in triangles drawn (default 16). Not negative; more
+    /// makes fewer, larger clusters, of which fewer are culled.
     pub test_cost: f64,
     /// Cost of a vertex in a cluster, in triangles drawn (default 0.1). Not negative; more makes
     /// clusters rounder and fuller, of which fewer are culled.
     pub vertex_cost: f64,
-    /// How many view points to sample, 1 to 1024, rounded up to 256, 512 or 1024 (default 256). Time and
-    /// memory are in proportion.
+    /// How many view points to sample, 1 to 1024, rounded up to 256, 512 or 1024 (default 256).
+    /// Time and memory are in proportion.
     pub views: u32,
-    /// How far view points are from the middle of the mesh, in radii of the sphere around it; each is
-    /// above 0 and may be infinite. Near ones favour viewers who walk past (default 1.25, 2, 3, 6).
+    /// How far view points are from the middle of the mesh, in radii of the sphere around it; each
+    /// is above 0 and may be infinite. Near ones favour viewers who walk past (default 1.25, 2, 3,
+    /// 6).
     pub distances: [f64; 4],
     /// How P is estimated while clusters grow.
     pub probability: Probability,
-    /// How often clusters are dissolved into their neighbours and borders improved after that (default
-    /// 3). 0 leaves what greedy merging makes.
+    /// How often clusters are dissolved into their neighbours and borders improved after that
+    /// (default 3). 0 leaves what greedy merging makes.
     pub rounds: u32,
     /// Passes of random moves over all triangles in each round (default 60).
     pub sweeps: u32,
-    /// Whether to cluster a second time as if the mesh had one material, to report what the split costs
-    /// (default no). Doubles the time where there are several parts.
+    /// Whether to cluster a second time as if the mesh had one material, to report what the split
+    /// costs (default no). Doubles the time where there are several parts.
     pub measure_parts: bool,
 }
 
 impl ClusterOptions {
-    /// Greedy merging and one pass of improvement: half the time of the default, some 8 % more clusters,
-    /// of which about as much is culled.
+    /// Greedy merging and one pass of improvement: half the time of the default, some 8 % more
+    /// clusters, of which about as much is culled.
     #[must_use]
     pub const fn fast() -> Self {
         Self { rounds: 1, sweeps: 0, ..Self::balanced() }
@@ -81,21 +82,22 @@ impl ClusterOptions {
         }
     }
 
-    /// Three times the time of the default, for what is baked once: some 3 % fewer clusters, and half a
-    /// point more culled.
+    /// Three times the time of the default, for what is baked once: some 3 % fewer clusters, and
+    /// half a point more culled.
     #[must_use]
     pub const fn best() -> Self {
         Self { views: 1024, rounds: 4, sweeps: 200, ..Self::balanced() }
     }
 
-    /// The default with `test_cost` from what a machine and its renderer cost: the test of a cluster, and
-    /// the draw that a cluster which stays may need by itself, over what the renderer takes for a triangle
-    /// that it rejects because it faces away, all in nanoseconds. Costs that are not above 0 may give a `test_cost` that
-    /// [`build`](super::build) refuses.
+    /// The default with `test_cost` from what a machine and its renderer cost: the test of a
+    /// cluster, and the draw that a cluster which stays may need by itself, over what the renderer
+    /// takes for a triangle that it rejects because it faces away, all in nanoseconds. Costs that
+    /// are not above 0 may give a `test_cost` that [`build`](super::build) refuses.
     ///
-    /// The bare t/r is so small on a CPU (some 0.002 for the reference renderer) that it leaves clusters half
-    /// empty, as if each cost nothing but its test: on the bunny more than twice as many as by default, and with
-    /// the draw a sixth more (`cullet reproduce johannsen-carter --test-cost`).
+    /// The bare t/r is so small on a CPU (some 0.002 for the reference renderer) that it leaves
+    /// clusters half empty, as if each cost nothing but its test: on the bunny more than twice as
+    /// many as by default, and with the draw a sixth more (`cullet reproduce johannsen-carter
+    /// --test-cost`).
     #[must_use]
     pub const fn from_costs(cluster_test: f64, draw: f64, rejected_triangle: f64) -> Self {
         Self { test_cost: (cluster_test + draw) / rejected_triangle, ..Self::balanced() }

@@ -38,8 +38,8 @@ pub(super) struct Made {
 const HEAT: f64 = 0.4;
 
 impl Task<'_> {
-    /// `step` is told the share that is done; once it returns false, the rest is done in the quickest
-    /// way.
+    /// `step` is told the share that is done; once it returns false, the rest is done in the
+    /// quickest way.
     pub(super) fn run(&self, step: &mut dyn FnMut(f32) -> bool) -> Made {
         if self.two_sided {
             // Nobody is behind a triangle with two fronts.

@@ -7,8 +7,9 @@ use super::views::{Bits, Views, count};
 /// A cluster under change.
 #[derive(Clone)]
 struct Cell<const W: usize> {
-    /// For each view point, how many of the cluster's triangles it sees from the front: a binary number
-    /// whose bit k is in plane k, so that a triangle is added to all of them by seven ANDs and XORs.
+    /// For each view point, how many of the cluster's triangles it sees from the front: a binary
+    /// number whose bit k is in plane k, so that a triangle is added to all of them by seven ANDs
+    /// and XORs.
     planes: [Bits<W>; 7],
     /// The view points that see none.
     none: Bits<W>,
@@ -145,7 +146,8 @@ impl<'a, const W: usize> Partition<'a, W> {
     }
 
     /// The gain of moving a triangle. `None` if a limit forbids it, or if it cannot be more than
-    /// `floor`: most moves cost far more than vertices could make up for, which need not be counted.
+    /// `floor`: most moves cost far more than vertices could make up for, which need not be
+    /// counted.
     fn gain(&self, t: u32, to: u32, floor: i64) -> Option<i64> {
         let (a, b) = (&self.cells[self.of[t as usize] as usize], &self.cells[to as usize]);
         if b.triangles as usize >= self.limits.triangles {
@@ -180,7 +182,8 @@ impl<'a, const W: usize> Partition<'a, W> {
         self.of[t as usize] = to;
     }
 
-    /// The neighbouring cluster to which a triangle would best move, if that gains more than `floor`.
+    /// The neighbouring cluster to which a triangle would best move, if that gains more than
+    /// `floor`.
     fn best(&self, t: u32, floor: i64) -> Option<(i64, u32)> {
         let own = self.of[t as usize];
         let mut best: Option<(i64, u32)> = None;
@@ -197,8 +200,8 @@ impl<'a, const W: usize> Partition<'a, W> {
         best
     }
 
-    /// Moves triangles while a move gains something, at most `sweeps` times over all of them. Returns the
-    /// number of moves.
+    /// Moves triangles while a move gains something, at most `sweeps` times over all of them.
+    /// Returns the number of moves.
     pub(super) fn descend(&mut self, sweeps: usize) -> usize {
         let mut moves = 0;
         let mut active = vec![true; self.of.len()];
@@ -223,12 +226,12 @@ impl<'a, const W: usize> Partition<'a, W> {
         moves
     }
 
-    /// Random moves, of which worse ones are made less and less often, after the idea of Kirkpatrick,
-    /// Gelatt & Vecchi, *Optimization by Simulated Annealing*, 1983. `heat` is a loss in triangles that
-    /// is often accepted at first.
+    /// Random moves, of which worse ones are made less and less often, after the idea of
+    /// Kirkpatrick, Gelatt & Vecchi, *Optimization by Simulated Annealing*, 1983. `heat` is a loss
+    /// in triangles that is often accepted at first.
     ///
-    /// The chance of a loss x falls as heat / (heat + x), not as an exponential: that needs no logarithm,
-    /// whose last bit differs between machines, and does as well. The seed is fixed.
+    /// The chance of a loss x falls as heat / (heat + x), not as an exponential: that needs no
+    /// logarithm, whose last bit differs between machines, and does as well. The seed is fixed.
     pub(super) fn anneal(&mut self, heat: f64, sweeps: u32, mut step: impl FnMut(u32) -> bool) {
         let mut state = 0x9E37_79B9_7F4A_7C15u64;
         let mut random = || {
@@ -263,7 +266,8 @@ impl<'a, const W: usize> Partition<'a, W> {
         }
     }
 
-    /// The gain of adding a triangle to a cluster, whatever it was in before. `None` if a limit forbids it.
+    /// The gain of adding a triangle to a cluster, whatever it was in before. `None` if a limit
+    /// forbids it.
     fn welcome(&self, t: u32, to: u32) -> Option<i64> {
         let (cell, behind) = (&self.cells[to as usize], &self.views.behind[t as usize]);
         let missing = cell.missing(self.surface.corners[t as usize]);
@@ -285,8 +289,8 @@ impl<'a, const W: usize> Partition<'a, W> {
             .max_by_key(|&(g, c)| (g, std::cmp::Reverse(c)))
     }
 
-    /// Gives away the triangles of clusters, smallest first, where that costs less than the test that it
-    /// saves. Returns how many clusters went.
+    /// Gives away the triangles of clusters, smallest first, where that costs less than the test
+    /// that it saves. Returns how many clusters went.
     pub(super) fn dissolve(&mut self) -> usize {
         let mut members = vec![Vec::new(); self.cells.len()];
         for (t, &c) in self.of.iter().enumerate() {

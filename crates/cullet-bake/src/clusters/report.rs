@@ -18,11 +18,11 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// The mean over 200 directions, seen from `distance` radii of the sphere around the middle of the
-    /// mesh's box; an infinite distance is a parallel view. Both shares are 0 for a mesh without
-    /// triangles; clusters and triangles that the mesh does not have are passed over, and a distance of
-    /// NaN culls nothing. Sides are not looked at: a two-sided part is judged as if it were one-sided.
-    /// Some 4 µs a triangle.
+    /// The mean over 200 directions, seen from `distance` radii of the sphere around the middle of
+    /// the mesh's box; an infinite distance is a parallel view. Both shares are 0 for a mesh
+    /// without triangles; clusters and triangles that the mesh does not have are passed over, and a
+    /// distance of NaN culls nothing. Sides are not looked at: a two-sided part is judged as if it
+    /// were one-sided. Some 4 µs a triangle.
     #[must_use]
     pub fn of(data: &MeshData, clustering: &Clustering, distance: f64) -> Self {
         const VIEWS: usize = 200;
@@ -90,8 +90,8 @@ pub struct Report {
     pub degenerate: u32,
     /// Clusters.
     pub clusters: u32,
-    /// Clusters of one-sided parts that are culled too seldom to pay for a test of each: the last of
-    /// their part.
+    /// Clusters of one-sided parts that are culled too seldom to pay for a test of each: the last
+    /// of their part.
     pub never_culled: u32,
     /// Triangles in those.
     pub never_culled_triangles: u32,
@@ -106,11 +106,12 @@ pub struct Report {
     pub ideal_share: f64,
     /// The same share of single triangles.
     pub exact_share: f64,
-    /// The expected cost T = Σ t + (1 − P) n r, with the clusters that are never culled drawn untested.
+    /// The expected cost T = Σ t + (1 − P) n r, with the clusters that are never culled drawn
+    /// untested.
     pub expected_cost: f64,
     /// The clusters that one material instead of several would give; `None` unless
-    /// [`measure_parts`](super::ClusterOptions::measure_parts) is set, and where there are fewer than two
-    /// one-sided parts.
+    /// [`measure_parts`](super::ClusterOptions::measure_parts) is set, and where there are fewer
+    /// than two one-sided parts.
     pub as_one_part: Option<OnePart>,
     /// False if the caller stopped it: the clusters are valid, but not what they might be.
     pub complete: bool,

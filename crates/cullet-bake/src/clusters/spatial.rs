@@ -5,8 +5,8 @@ use cullet::bounds::Aabb;
 use super::merge::Limits;
 use super::surface::PartSurface;
 
-/// Halves triangles by the middle of their centres along the longest axis until each group is within
-/// the limits; returns the group of each, and their number. O(n log n).
+/// Halves triangles by the middle of their centres along the longest axis until each group is
+/// within the limits; returns the group of each, and their number. O(n log n).
 pub(super) fn split(surface: &PartSurface, limits: Limits) -> (Vec<u32>, usize) {
     let mut of = vec![0; surface.len()];
     let mut groups = 0;

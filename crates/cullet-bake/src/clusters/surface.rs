@@ -20,8 +20,8 @@ pub(super) struct PartSurface {
 }
 
 impl PartSurface {
-    /// The triangles `source` of an index list. Edges are joined where the positions of their ends are
-    /// equal, so that a seam of texture coordinates is no border. O(n log n).
+    /// The triangles `source` of an index list. Edges are joined where the positions of their ends
+    /// are equal, so that a seam of texture coordinates is no border. O(n log n).
     pub(super) fn new(
         positions: &[[f32; 3]],
         indices: &[u32],
@@ -48,8 +48,8 @@ impl PartSurface {
     }
 }
 
-/// Neighbours of each triangle as ranges of one list. The triangles at an edge are linked in a row, each to
-/// the next: at an edge of thousands of triangles, all pairs would be millions.
+/// Neighbours of each triangle as ranges of one list. The triangles at an edge are linked in a row,
+/// each to the next: at an edge of thousands of triangles, all pairs would be millions.
 fn edges(corners: &[[u32; 3]], welded: &[u32]) -> (Vec<u32>, Vec<u32>) {
     let mut half: Vec<(u64, u32)> = Vec::with_capacity(corners.len() * 3);
     for (t, c) in corners.iter().enumerate() {

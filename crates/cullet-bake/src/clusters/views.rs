@@ -1,8 +1,9 @@
-//! From where clusters are culled: sampled view points, and for each triangle the set of those that see
-//! its back.
+//! From where clusters are culled: sampled view points, and for each triangle the set of those that
+//! see its back.
 //!
 //! The share of view points behind every triangle of a cluster estimates the probability that the
-//! cluster is culled. Of two clusters together it is the intersection: an AND and a population count.
+//! cluster is culled. Of two clusters together it is the intersection: an AND and a population
+//! count.
 
 use glam::DVec4;
 
@@ -46,7 +47,8 @@ impl<const W: usize> Views<W> {
                         let j = at + i;
                         value[i] = n.x * x[j] + n.y * y[j] + n.z * z[j] - d * w[j];
                     }
-                    // A triangle without area is behind nothing and in front of nothing: no hindrance.
+                    // A triangle without area is behind nothing and in front of nothing: no
+                    // hindrance.
                     value.iter().enumerate().fold(0, |b, (i, v)| b | u64::from(*v <= 0.0) << i)
                 })
             })

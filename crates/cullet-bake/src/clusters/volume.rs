@@ -1,10 +1,10 @@
 //! The probability of a cluster as the volume from which it is culled.
 //!
-//! Johannsen & Carter, *Clustered Backface Culling* (1998): of the normals of a cluster only their box is
-//! kept, m' ≤ n ≤ m on each axis, and of the planes the least n·p. An eye at x from a local origin c is
-//! behind all planes if the greatest value of n·x over the box, comb(m', m; x)·x, is at most that least.
-//! In each octant around c this is one half-space, so the volume of the region inside a box is a sum of
-//! eight boxes cut by a plane each.
+//! Johannsen & Carter, *Clustered Backface Culling* (1998): of the normals of a cluster only their
+//! box is kept, m' ≤ n ≤ m on each axis, and of the planes the least n·p. An eye at x from a local
+//! origin c is behind all planes if the greatest value of n·x over the box, comb(m', m; x)·x, is at
+//! most that least. In each octant around c this is one half-space, so the volume of the region
+//! inside a box is a sum of eight boxes cut by a plane each.
 
 use glam::DVec3;
 
@@ -36,8 +36,8 @@ impl Culling {
         (self.corners[0] + self.corners[1]) * 0.5
     }
 
-    /// The least value about another origin: n·(p − c') = n·(p − c) − n·(c' − c), and the last is at most
-    /// what the box of normals allows. To take the old value over would be wrong.
+    /// The least value about another origin: n·(p − c') = n·(p − c) − n·(c' − c), and the last is
+    /// at most what the box of normals allows. To take the old value over would be wrong.
     fn least_about(&self, origin: DVec3) -> f64 {
         self.least - greatest(self.normals, origin - self.middle())
     }
@@ -257,8 +257,8 @@ mod tests {
         assert!(half > share && half < 0.6, "{half}");
     }
 
-    /// The share as that of a polyhedron: the greatest n·x over a box of normals is that of one of its
-    /// eight corners, so the region is where all eight half-spaces meet.
+    /// The share as that of a polyhedron: the greatest n·x over a box of normals is that of one of
+    /// its eight corners, so the region is where all eight half-spaces meet.
     fn share_ref(c: &Culling, low: DVec3, high: DVec3) -> f64 {
         let half_spaces = (0..8usize).map(|i| {
             let n: [f64; 3] = std::array::from_fn(|k| c.normals[i >> k & 1][k]);

@@ -1,8 +1,9 @@
 //! Long bakes as plans that any process on any machine may work on.
 //!
-//! A [`Plan`] is a short text: which file, by the hash of its content, and with which settings. Whoever holds plan and file
-//! opens a [`Job`], runs *units* of its rounds (see [`work`](crate::work)), and takes in those that others ran, as bytes. The
-//! result is the same for every split, order, repetition and loss.
+//! A [`Plan`] is a short text: which file, by the hash of its content, and with which settings.
+//! Whoever holds plan and file opens a [`Job`], runs *units* of its rounds (see
+//! [`work`](crate::work)), and takes in those that others ran, as bytes. The result is the same for
+//! every split, order, repetition and loss.
 //!
 //! ```
 //! use cullet_bake::job::{Job, Plan, Settings};

@@ -34,7 +34,8 @@ pub struct Plan {
     pub product: Product,
     /// How.
     pub settings: Settings,
-    /// The key of the work, see [`crate::work::Rounds::key`]: it depends on the whole scene, also on files that the file names.
+    /// The key of the work, see [`crate::work::Rounds::key`]: it depends on the whole scene, also
+    /// on files that the file names.
     pub key: u64,
 }
 

@@ -19,7 +19,8 @@ use super::source::{CellSource, content_of, is_named_scene, scene};
 /// The bytes of units, each with its items.
 type Units = Vec<(Range<u32>, Vec<u8>)>;
 
-/// A bake that is held open: scene, tree and what is known, on a thread of its own. A closed job's thread ends with it.
+/// A bake that is held open: scene, tree and what is known, on a thread of its own. A closed job's
+/// thread ends with it.
 #[derive(Debug)]
 pub struct Job {
     asks: Sender<Ask>,
@@ -64,11 +65,12 @@ enum Ask {
 }
 
 impl Job {
-    /// Opens a planned bake, with the file of the plan at a place of this machine. Cost: loading the scene, and what is
-    /// prepared of it.
+    /// Opens a planned bake, with the file of the plan at a place of this machine. Cost: loading
+    /// the scene, and what is prepared of it.
     ///
     /// # Errors
-    /// If the file is another, cannot be loaded or baked, or makes other work here than where it was planned.
+    /// If the file is another, cannot be loaded or baked, or makes other work here than where it
+    /// was planned.
     pub fn open(plan: &Plan, scene: &str, threads: usize) -> Result<Self, WorkError> {
         plan.check(scene)?;
         let job = Self::start(scene, &plan.settings, threads)?;
@@ -127,14 +129,16 @@ impl Job {
         self.state.costs.is_empty()
     }
 
-    /// The share of the work that is expected to be over before the round that is next, and once that has ended: 0 to 1.
+    /// The share of the work that is expected to be over before the round that is next, and once
+    /// that has ended: 0 to 1.
     #[must_use]
     pub fn shares(&self) -> [f64; 2] {
         self.state.shares
     }
 
-    /// The units that the round lacks beside those that there are, cut into at most so many, and where others lie between. The
-    /// first are the largest (see [`taper`]). Of a round of which there are none, the same for whoever holds the job.
+    /// The units that the round lacks beside those that there are, cut into at most so many, and
+    /// where others lie between. The first are the largest (see [`taper`]). Of a round of which
+    /// there are none, the same for whoever holds the job.
     #[must_use]
     pub fn missing(&self, have: &[Range<u32>], units: u32) -> Vec<Range<u32>> {
         let (_, gaps) = tile(have.to_vec(), self.item_count());
@@ -230,8 +234,8 @@ impl Drop for Job {
 }
 
 impl Plan {
-    /// Plans the sets of a file: of its cells, if it is a portal graph, a map or a scene with cells and no view cells are
-    /// asked for; else of view cells. Loads it, to know.
+    /// Plans the sets of a file: of its cells, if it is a portal graph, a map or a scene with cells
+    /// and no view cells are asked for; else of view cells. Loads it, to know.
     ///
     /// # Errors
     /// If it cannot be loaded or baked.

@@ -4,7 +4,8 @@ use crate::pvs::{PvsPreset, PvsSettings};
 use crate::sampled::{Granularity, RayTree, Region, SampledError, SampledSettings, ViewCells};
 use serde::{Deserialize, Serialize};
 
-/// Settings of sets: of cells that a file has, and of view cells of a scene. What concerns the other kind has no effect.
+/// Settings of sets: of cells that a file has, and of view cells of a scene. What concerns the
+/// other kind has no effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {

@@ -1,4 +1,5 @@
-//! Chains of levels: the whole mesh again and again, each time of fewer triangles, with errors that are measured.
+//! Chains of levels: the whole mesh again and again, each time of fewer triangles, with errors that
+//! are measured.
 
 use cullet::MeshData;
 use cullet::mesh::{Cluster, Clustering, Part};
@@ -12,8 +13,8 @@ use super::within::{Within, WithinOptions, check};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ChainOptions<'a> {
-    /// How each level is made. By default with two shares of its bound and six rounds: a few percent more triangles than
-    /// at its best, in a third of the time.
+    /// How each level is made. By default with two shares of its bound and six rounds: a few
+    /// percent more triangles than at its best, in a third of the time.
     pub within: WithinOptions<'a>,
     /// The bound of the first level, in bounding radii; above 0. Default 0.0005.
     pub first: f32,
@@ -21,8 +22,8 @@ pub struct ChainOptions<'a> {
     pub last: f32,
     /// Factor by which the bound grows from level to level; above 1. Default 1.6.
     pub growth: f32,
-    /// How many of the triangles of the level before one may have at the most; others are not kept. Above 0, below 1.
-    /// Default 0.7.
+    /// How many of the triangles of the level before one may have at the most; others are not kept.
+    /// Above 0, below 1. Default 0.7.
     pub keep: f32,
 }
 
@@ -54,13 +55,14 @@ impl ChainOptions<'_> {
     }
 }
 
-/// A chain of levels of a mesh, each made from the original within a bound that grows from level to level, as
-/// [`simplify_within`](super::simplify_within) does. The error of a level is what was measured, and at least that of the
-/// level before. The last two are of a sheet of two triangles and of one for each part, twice where it is one-sided. A mesh
-/// that cannot be simplified has the one level that it is.
+/// A chain of levels of a mesh, each made from the original within a bound that grows from level to
+/// level, as [`simplify_within`](super::simplify_within) does. The error of a level is what was
+/// measured, and at least that of the level before. The last two are of a sheet of two triangles
+/// and of one for each part, twice where it is one-sided. A mesh that cannot be simplified has the
+/// one level that it is.
 ///
-/// Each level but the original is one group, whose sphere is around the whole mesh. Vertices keep their numbers. The same
-/// on every run, on one target.
+/// Each level but the original is one group, whose sphere is around the whole mesh. Vertices keep
+/// their numbers. The same on every run, on one target.
 ///
 /// # Errors
 /// If the mesh is invalid or extends too far, or an option is out of range.
@@ -124,8 +126,8 @@ fn sphere(points: &[[f32; 3]]) -> ([f32; 3], f32) {
     (centre, if f64::from(rounded) < radius { rounded.next_up() } else { rounded })
 }
 
-/// Puts the triangles of the levels behind those of the mesh, part by part, each level cut into clusters. A mesh without
-/// triangles is no level.
+/// Puts the triangles of the levels behind those of the mesh, part by part, each level cut into
+/// clusters. A mesh without triangles is no level.
 pub(crate) fn chain_of(
     data: &MeshData,
     parts: &[Part],

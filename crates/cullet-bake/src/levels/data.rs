@@ -1,4 +1,5 @@
-//! Levels as they are baked: triangles of all levels, their clusters, and the groups by which they are chosen.
+//! Levels as they are baked: triangles of all levels, their clusters, and the groups by which they
+//! are chosen.
 
 use cullet::lod::Levels;
 pub use cullet::lod::{Group, NO_GROUP};
@@ -9,13 +10,15 @@ use super::error::LevelsError;
 
 /// Levels of a mesh: a hierarchy of clusters or a chain.
 ///
-/// A cluster is drawn if and only if the group it was made from is not over the threshold (originals: never over) and the
-/// group that replaced it is (the coarsest: always over). Errors and spheres of groups enclose those below, so whatever the
-/// threshold and the eye, each part of the surface is drawn once.
+/// A cluster is drawn if and only if the group it was made from is not over the threshold
+/// (originals: never over) and the group that replaced it is (the coarsest: always over). Errors
+/// and spheres of groups enclose those below, so whatever the threshold and the eye, each part of
+/// the surface is drawn once.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LevelsData {
-    /// Positions of the base mesh, triangles of all levels, parts as the base mesh's: all levels of part 0, then those
-    /// of part 1, and so on. Within a part the base mesh's triangles come first, in their order.
+    /// Positions of the base mesh, triangles of all levels, parts as the base mesh's: all levels of
+    /// part 0, then those of part 1, and so on. Within a part the base mesh's triangles come first,
+    /// in their order.
     pub mesh: MeshData,
     /// Clusters of all levels; each part's from the finest to the coarsest.
     pub clustering: Clustering,
@@ -23,13 +26,15 @@ pub struct LevelsData {
     pub groups: Vec<Group>,
     /// For each cluster the group that simplified it further, or [`NO_GROUP`] at the top.
     pub replaced_by: Vec<u32>,
-    /// For each cluster the group whose simplification it is, or [`NO_GROUP`] for an original cluster.
+    /// For each cluster the group whose simplification it is, or [`NO_GROUP`] for an original
+    /// cluster.
     pub made_from: Vec<u32>,
 }
 
 impl LevelsData {
-    /// The mesh that holds the levels, and the levels, for [`Scene::add_levels`](cullet::Scene::add_levels). Triangles that are
-    /// in no cluster, which are degenerate, are left out.
+    /// The mesh that holds the levels, and the levels, for
+    /// [`Scene::add_levels`](cullet::Scene::add_levels). Triangles that are in no cluster, which
+    /// are degenerate, are left out.
     ///
     /// # Errors
     /// If something that was changed since the bake no longer fits.
@@ -85,8 +90,8 @@ impl LevelsData {
             .flat_map(|&t| self.mesh.indices[t as usize * 3..][..3].iter().copied())
     }
 
-    /// Checks that numbers are in range, that each group replaces and makes something, and that errors and spheres of
-    /// groups enclose those of the groups below. The first error, in words.
+    /// Checks that numbers are in range, that each group replaces and makes something, and that
+    /// errors and spheres of groups enclose those of the groups below. The first error, in words.
     ///
     /// # Errors
     /// As said.

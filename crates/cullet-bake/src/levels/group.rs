@@ -77,9 +77,10 @@ pub(super) fn cluster_size(options: &HierarchyOptions) -> ClusterSize {
     ClusterSize { vertices: 64, least, most, split_factor: 2.0 }
 }
 
-/// Simplifies a group to half. Where what comes out is off by much more than the simplifier thinks, the vertices that it
-/// is far from are locked and it is done again; the attempt that is worth most is kept. Locking within groups ruins nothing:
-/// locked for good, in all levels, vertices of the finest ones took armadillo from 2,346 triangles to 8,135 at 20 radii.
+/// Simplifies a group to half. Where what comes out is off by much more than the simplifier thinks,
+/// the vertices that it is far from are locked and it is done again; the attempt that is worth most
+/// is kept. Locking within groups ruins nothing: locked for good, in all levels, vertices of the
+/// finest ones took armadillo from 2,346 triangles to 8,135 at 20 radii.
 pub(super) fn make(
     level: &Level<'_>,
     scratch: &mut Scratch,

@@ -1,8 +1,10 @@
-//! The hierarchy of clusters: groups of clusters are simplified to half and cut into clusters again, level by level.
+//! The hierarchy of clusters: groups of clusters are simplified to half and cut into clusters
+//! again, level by level.
 //!
-//! Vertices that two groups share stay, so groups meet without cracks whichever of them are drawn. After Ponchio & Scopigno
-//! and others, *Batched Multi Triangulation*, 2005, and Karis, Stubbe & Wihlidal, *A Deep Dive into Nanite Virtualized
-//! Geometry*, 2021; the simplifier's estimate of the error is replaced by measuring.
+//! Vertices that two groups share stay, so groups meet without cracks whichever of them are drawn.
+//! After Ponchio & Scopigno and others, *Batched Multi Triangulation*, 2005, and Karis, Stubbe &
+//! Wihlidal, *A Deep Dive into Nanite Virtualized Geometry*, 2021; the simplifier's estimate of the
+//! error is replaced by measuring.
 
 use cullet::MeshData;
 use cullet::mesh::{Clustering, MeshError, Part};
@@ -40,18 +42,21 @@ impl HierarchyOptions {
     }
 }
 
-/// The most triangles of a mesh: all levels together must have fewer than 2³² / 3, even where little is gained.
+/// The most triangles of a mesh: all levels together must have fewer than 2³² / 3, even where
+/// little is gained.
 const MOST_TRIANGLES: usize = 200_000_000;
 
 /// Makes a hierarchy of clusters of each part of a mesh.
 ///
-/// Vertices keep their numbers, so attributes go with them. Those at one position are one vertex, named by the first of
-/// them; where `attributes` are given, only those with the same attributes, and edges along which attributes change are
-/// kept as edges. Vertices that parts share stay where they are, open borders move along themselves, and no cut of the
-/// hierarchy has cracks between clusters. For meshes that deform the error is that of the pose at hand.
+/// Vertices keep their numbers, so attributes go with them. Those at one position are one vertex,
+/// named by the first of them; where `attributes` are given, only those with the same attributes,
+/// and edges along which attributes change are kept as edges. Vertices that parts share stay where
+/// they are, open borders move along themselves, and no cut of the hierarchy has cracks between
+/// clusters. For meshes that deform the error is that of the pose at hand.
 ///
-/// Triangles of which two corners are at one position are in no cluster, unless the mesh is deformable; a mesh of nothing
-/// else has no clusters. Deterministic on one target, whatever the number of threads.
+/// Triangles of which two corners are at one position are in no cluster, unless the mesh is
+/// deformable; a mesh of nothing else has no clusters. Deterministic on one target, whatever the
+/// number of threads.
 ///
 /// # Errors
 /// If the mesh, an attribute or an option is invalid, or the mesh extends over more than

@@ -1,5 +1,5 @@
-//! The error of a group: how far sample points of the original are from what was made of them, and how far points of that
-//! are from the original.
+//! The error of a group: how far sample points of the original are from what was made of them, and
+//! how far points of that are from the original.
 
 use glam::Vec3;
 
@@ -7,7 +7,8 @@ use cullet_draw::surface::LargestDistances;
 use cullet_draw::surface::SurfaceTree;
 use cullet_draw::surface::inner_points;
 
-/// Sample points of the original surface that triangles stand for, triangle by triangle, so that neighbours follow each other.
+/// Sample points of the original surface that triangles stand for, triangle by triangle, so that
+/// neighbours follow each other.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Carried {
     pub(super) points: Vec<[f32; 3]>,
@@ -48,7 +49,8 @@ pub(super) struct Measured {
     pub(super) offenders: Vec<u32>,
 }
 
-/// A triangle with a point that is farther off than this share of the error so far is looked at more closely.
+/// A triangle with a point that is farther off than this share of the error so far is looked at
+/// more closely.
 const WARM: f32 = 0.7;
 
 /// How far it is looked towards other points of the triangle, first far, then near.
@@ -68,8 +70,8 @@ impl Bar {
     }
 }
 
-/// Measures with a search that stops at the first triangle within the error so far: only what is further off has its
-/// distance taken.
+/// Measures with a search that stops at the first triangle within the error so far: only what is
+/// further off has its distance taken.
 pub(super) fn measure(task: &Task<'_>) -> Measured {
     let tree = SurfaceTree::new(task.positions, task.after);
     let corners = |t: u32| {
@@ -141,8 +143,9 @@ pub(super) fn measure(task: &Task<'_>) -> Measured {
     Measured { error: bar.now, carried, offenders }
 }
 
-/// Measures points of one of the triangles after. Where one is nearly as far off as the farthest of the group, goes on from
-/// it to where the triangle is farther off. The farthest point, if it is farther off than wanted.
+/// Measures points of one of the triangles after. Where one is nearly as far off as the farthest of
+/// the group, goes on from it to where the triangle is farther off. The farthest point, if it is
+/// farther off than wanted.
 fn reverse(
     task: &Task<'_>,
     triangle: u32,
@@ -206,8 +209,9 @@ fn hand_over(task: &Task<'_>, found: &[u32]) -> Carried {
     Carried { points, counts }
 }
 
-/// Whether a point is surely at most so far from a triangle, but for the last digits: a look at the triangle where the
-/// last point was, before the tree is searched. Says no to some that are, along the edges.
+/// Whether a point is surely at most so far from a triangle, but for the last digits: a look at the
+/// triangle where the last point was, before the tree is searched. Says no to some that are, along
+/// the edges.
 #[inline]
 fn is_within(point: [f32; 3], corners: [[f32; 3]; 3], limit: f32) -> bool {
     let p = Vec3::from_array(point);

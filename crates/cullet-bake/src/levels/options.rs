@@ -6,25 +6,27 @@ pub enum ErrorSource {
     /// Measured against the original surface.
     #[default]
     Measured,
-    /// The simplifier's own estimate, the largest of the groups below where that is larger: no bound, to compare with.
+    /// The simplifier's own estimate, the largest of the groups below where that is larger: no
+    /// bound, to compare with.
     Returned,
 }
 
 /// How a hierarchy is made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HierarchyOptions {
-    /// The most triangles in a cluster: a multiple of 4 from 8 to 124 (default 64). Fewer follow the surface better, more
-    /// are fewer clusters to choose from.
+    /// The most triangles in a cluster: a multiple of 4 from 8 to 124 (default 64). Fewer follow
+    /// the surface better, more are fewer clusters to choose from.
     pub cluster_triangles: u32,
-    /// How many clusters make a group, 2 to 64 (default 8): a third more in some. With more, fewer vertices are held where
-    /// they are, but larger areas are drawn at one level.
+    /// How many clusters make a group, 2 to 64 (default 8): a third more in some. With more, fewer
+    /// vertices are held where they are, but larger areas are drawn at one level.
     pub group_clusters: u32,
     /// Where errors come from.
     pub errors: ErrorSource,
-    /// Random points on each triangle whose deviation is measured, beside the vertices (default 1, at most 64). More find
-    /// deviations better and take longer, in proportion.
+    /// Random points on each triangle whose deviation is measured, beside the vertices (default 1,
+    /// at most 64). More find deviations better and take longer, in proportion.
     pub points: u32,
-    /// Points on each new triangle whose distance from the original is measured (default 4, at most 64).
+    /// Points on each new triangle whose distance from the original is measured (default 4, at most
+    /// 64).
     pub reverse_points: u32,
     /// The share of points that may deviate by more than the error (default 0.001, 0 to 0.5).
     pub share_over: f64,
@@ -32,10 +34,12 @@ pub struct HierarchyOptions {
     /// none). Points that were not measured may exceed it a little, in the test models by up to a
     /// fifth.
     pub most_over: f32,
-    /// Vertices of a group's triangles that come to be off by more than so many times the simplifier's estimate are locked
-    /// (default 2, above 0). At 1.5 armadillo and buddha have a seventh fewer triangles at 5 radii and the castle a quarter more.
+    /// Vertices of a group's triangles that come to be off by more than so many times the
+    /// simplifier's estimate are locked (default 2, above 0). At 1.5 armadillo and buddha have a
+    /// seventh fewer triangles at 5 radii and the castle a quarter more.
     pub lock_beyond: f32,
-    /// How often a group is simplified again after that (default 2, at most 16); what is worth most is kept. 0 locks none.
+    /// How often a group is simplified again after that (default 2, at most 16); what is worth most
+    /// is kept. 0 locks none.
     pub lock_rounds: u32,
     /// Seed of the random points (default 0).
     pub seed: u64,

@@ -7,14 +7,15 @@ use super::error::LevelsError;
 use cullet_draw::surface::SurfaceTree;
 use cullet_draw::surface::{SurfacePoint, inner_points, surface_points};
 
-/// Seeds of the points that are measured while levels are made: others than [`deviation`](super::deviation) is given.
+/// Seeds of the points that are measured while levels are made: others than
+/// [`deviation`](super::deviation) is given.
 const SEED: u64 = 0x6c65_7665_6c73;
 
 /// A mesh, welded, in the form that is simplified and measured.
 ///
-/// Equal positions are one vertex, or as the caller says. A vertex that several parts use is one for each, so that the
-/// simplifier keeps the line between parts on both sides and simplifies it along itself. Triangles without area in
-/// indices are left out.
+/// Equal positions are one vertex, or as the caller says. A vertex that several parts use is one
+/// for each, so that the simplifier keeps the line between parts on both sides and simplifies it
+/// along itself. Triangles without area in indices are left out.
 #[derive(Debug)]
 pub(crate) struct Original {
     pub(crate) positions: Vec<[f32; 3]>,
@@ -29,15 +30,15 @@ pub(crate) struct Original {
     pub(crate) points: Vec<SurfacePoint>,
 }
 
-/// How many points confirm a result of so many triangles of the original. With four a triangle fandisk was off by 1.24 of
-/// its bound between them.
+/// How many points confirm a result of so many triangles of the original. With four a triangle
+/// fandisk was off by 1.24 of its bound between them.
 fn confirming(triangles: usize) -> usize {
     (5000 + 16 * triangles).min((4 * triangles).max(1_000_000))
 }
 
 impl Original {
-    /// Prepares a mesh. `same` says for each vertex which vertex it is the same as, in position and all else that matters;
-    /// where it is empty, that is the position.
+    /// Prepares a mesh. `same` says for each vertex which vertex it is the same as, in position and
+    /// all else that matters; where it is empty, that is the position.
     pub(crate) fn new(data: &MeshData, same: &[u32]) -> Result<Self, LevelsError> {
         let parts = checked(data)?;
         let vertices = data.positions.len();
@@ -88,7 +89,8 @@ impl Original {
         Ok(original)
     }
 
-    /// A point of each triangle, and as many spread by area, so that neither small nor large triangles are missed.
+    /// A point of each triangle, and as many spread by area, so that neither small nor large
+    /// triangles are missed.
     fn take_points(&mut self) {
         let triangles = self.indices.len() / 3;
         self.points = surface_points(&self.positions, &self.indices, triangles, SEED);
@@ -108,8 +110,8 @@ impl Original {
         [0, 1, 2].map(|k| self.positions[indices[at + k] as usize])
     }
 
-    /// Points of a simplified surface from which the way back is measured: some of each triangle, and as many spread by
-    /// area as the original has.
+    /// Points of a simplified surface from which the way back is measured: some of each triangle,
+    /// and as many spread by area as the original has.
     pub(crate) fn points_back(&self, indices: &[u32]) -> Vec<SurfacePoint> {
         const EACH: u32 = 4;
         let mut points = surface_points(&self.positions, indices, self.triangle_count(), SEED + 1);
@@ -120,8 +122,8 @@ impl Original {
         points
     }
 
-    /// Many more points of the original, or of a simplified surface, by which a result is confirmed that has passed the
-    /// others. They are made when they are needed, for they need much memory.
+    /// Many more points of the original, or of a simplified surface, by which a result is confirmed
+    /// that has passed the others. They are made when they are needed, for they need much memory.
     pub(crate) fn confirming_points(&self, indices: &[u32]) -> Vec<SurfacePoint> {
         let count = confirming(self.triangle_count());
         surface_points(&self.positions, indices, count, SEED + 2)

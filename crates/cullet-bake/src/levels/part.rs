@@ -24,8 +24,8 @@ const TRIES: u8 = 2;
 pub(super) struct PartSurface {
     /// For each of its vertices that of the mesh.
     pub(super) vertices: Vec<u32>,
-    /// The original triangles, cluster by cluster: their numbers from the part's first, and their corners as numbers of
-    /// its own vertices.
+    /// The original triangles, cluster by cluster: their numbers from the part's first, and their
+    /// corners as numbers of its own vertices.
     pub(super) order: Vec<u32>,
     indices: Vec<u32>,
     positions: Vec<[f32; 3]>,
@@ -112,8 +112,8 @@ impl PartSurface {
     /// Cuts the triangles into clusters and puts them in their order; how many triangles each has.
     fn cut(&mut self, options: &HierarchyOptions) -> Result<Vec<u32>, LevelsError> {
         let cut = cut_into_clusters(&self.positions, &self.indices, cluster_size(options))?;
-        // Clusters name vertices, not triangles. Each triangle is found by its corners, and of equal ones each is taken
-        // once.
+        // Clusters name vertices, not triangles. Each triangle is found by its corners, and of
+        // equal ones each is taken once.
         let corners = self.indices.as_chunks().0.iter().map(|t| turned(*t));
         let mut known: Vec<([u32; 3], u32)> = corners.zip(self.order.iter().copied()).collect();
         known.sort_unstable();
@@ -128,7 +128,8 @@ impl PartSurface {
         Ok(cut.counts)
     }
 
-    /// The original clusters with their sample points: each vertex with the first triangle that has it.
+    /// The original clusters with their sample points: each vertex with the first triangle that has
+    /// it.
     fn originals(&self, counts: &[u32], options: &HierarchyOptions, seed: u64) -> Vec<Pending> {
         let mut sampled = vec![options.errors != ErrorSource::Measured; self.positions.len()];
         let mut first = 0;

@@ -1,8 +1,9 @@
 //! Peaks of the distance between two surfaces: uphill from the farthest of random points.
 //!
-//! Where a thin place of a surface is far from the other, few random points lie in it, and none at its top. Of a floor of
-//! a house, of 5,000 points none was farther than 0.82 of what 800,000 found. So from the farthest ones, each of another triangle, the
-//! top is looked for in steps that become smaller, as far as the triangle reaches.
+//! Where a thin place of a surface is far from the other, few random points lie in it, and none at
+//! its top. Of a floor of a house, of 5,000 points none was farther than 0.82 of what 800,000
+//! found. So from the farthest ones, each of another triangle, the top is looked for in steps that
+//! become smaller, as far as the triangle reaches.
 
 use std::collections::HashMap;
 
@@ -43,8 +44,8 @@ impl Peaks {
         Some(distance)
     }
 
-    /// Points at tops, each with its triangle; `corners` are those of a triangle. In the order of triangles that were the
-    /// farthest.
+    /// Points at tops, each with its triangle; `corners` are those of a triangle. In the order of
+    /// triangles that were the farthest.
     pub(super) fn climb(
         self,
         tree: &SurfaceTree,
@@ -71,7 +72,8 @@ fn top(tree: &SurfaceTree, corners: &[[f32; 3]; 3], start: [f32; 3], mut height:
     while step >= STEPS[1] && tries < TRIES && height.is_finite() {
         let mut moved = false;
         for corner in corners {
-            // Towards a corner never leaves the triangle; away from it goes towards a point of the side across.
+            // Towards a corner never leaves the triangle; away from it goes towards a point of the
+            // side across.
             for towards in [*corner, across(corners, corner)] {
                 let point = [0, 1, 2].map(|a| best[a] + (towards[a] - best[a]) * step);
                 tries += 1;

@@ -1,7 +1,9 @@
-//! The last levels of a chain: of each part a triangle, or two that share an edge, seen from both sides.
+//! The last levels of a chain: of each part a triangle, or two that share an edge, seen from both
+//! sides.
 //!
-//! Collapsing edges ends at a handful of triangles, or at none at all. What is a few pixels large needs no more than a
-//! sheet through its middle: for a box that lies in the plane of two opposite edges.
+//! Collapsing edges ends at a handful of triangles, or at none at all. What is a few pixels large
+//! needs no more than a sheet through its middle: for a box that lies in the plane of two opposite
+//! edges.
 
 use glam::DVec3;
 
@@ -11,7 +13,8 @@ use super::within::Found;
 use cullet_draw::surface::SurfacePoint;
 use cullet_draw::surface::{SurfaceTree, closest_point};
 
-/// Directions to whose ends corners of a sheet are looked for. Of so few all triangles between them can be tried.
+/// Directions to whose ends corners of a sheet are looked for. Of so few all triangles between them
+/// can be tried.
 const DIRECTIONS: [[f32; 3]; 7] = [
     [1.0, 0.0, 0.0],
     [0.0, 1.0, 0.0],
@@ -94,8 +97,8 @@ impl Original {
         ends
     }
 
-    /// The largest distance that is found between the original and a list of triangles, either way, by all points there are and the
-    /// tops that are reached from them.
+    /// The largest distance that is found between the original and a list of triangles, either way,
+    /// by all points there are and the tops that are reached from them.
     fn largest_distance(&self, indices: &[u32]) -> f32 {
         let tree = SurfaceTree::new(&self.positions, indices);
         let mut error = 0.0_f32;
@@ -112,7 +115,8 @@ impl Original {
         self.highest(&self.tree, indices, back, error)
     }
 
-    /// The largest distance of points of a surface from another, and of the tops that are reached from them, at least `error`.
+    /// The largest distance of points of a surface from another, and of the tops that are reached
+    /// from them, at least `error`.
     fn highest(
         &self,
         from: &SurfaceTree,

@@ -1,5 +1,5 @@
-//! Meshoptimizer's simplifier, partitioner and cluster builder behind checks: its assertions abort the process, and
-//! without them it writes where it should not, so nothing unchecked reaches it.
+//! Meshoptimizer's simplifier, partitioner and cluster builder behind checks: its assertions abort
+//! the process, and without them it writes where it should not, so nothing unchecked reaches it.
 
 use cullet::mesh::{MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES, MeshError};
 use meshopt::{SimplifyOptions, VertexDataAdapter};
@@ -14,8 +14,9 @@ pub const MAX_EXTENT: f64 = 1e18;
 pub struct Target {
     /// Stop at so many triangles. 0 leaves the error to decide.
     pub triangles: usize,
-    /// Stop before the simplifier's own estimate of the error exceeds this, in units of the mesh. It is an estimate:
-    /// the true deviation is often larger. Infinity leaves the number of triangles to decide.
+    /// Stop before the simplifier's own estimate of the error exceeds this, in units of the mesh.
+    /// It is an estimate: the true deviation is often larger. Infinity leaves the number of
+    /// triangles to decide.
     pub error: f32,
     /// Whether open borders stay as they are. Where not, they are simplified along themselves.
     pub lock_border: bool,
@@ -27,7 +28,8 @@ impl Default for Target {
     }
 }
 
-/// Attributes of vertices that the simplifier weighs against positions: normals, colours, texture coordinates.
+/// Attributes of vertices that the simplifier weighs against positions: normals, colours, texture
+/// coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Attributes<'a> {
     /// So many values a vertex as there are weights, vertex by vertex; finite.
@@ -46,18 +48,20 @@ pub struct Simplified {
     pub error: f32,
 }
 
-/// Collapses edges until the target is reached, or nothing more can be collapsed. Vertices keep their places and
-/// numbers. Those at the same position are joined by it; where several numbers share a position, edges of attributes
-/// are kept along it.
+/// Collapses edges until the target is reached, or nothing more can be collapsed. Vertices keep
+/// their places and numbers. Those at the same position are joined by it; where several numbers
+/// share a position, edges of attributes are kept along it.
 ///
-/// `locks` is empty, or says for each vertex whether it must stay (and with it all at its position).
+/// `locks` is empty, or says for each vertex whether it must stay (and with it all at its
+/// position).
 ///
-/// No triangles, and triangles that all lie in one point, come back as they are, with an error of 0. Deterministic on
-/// one target; O(n log n).
+/// No triangles, and triangles that all lie in one point, come back as they are, with an error of
+/// 0. Deterministic on one target; O(n log n).
 ///
 /// # Errors
-/// If an index is not below the number of positions, indices are not whole triangles, a position or an attribute is
-/// not finite, the mesh extends over more than [`MAX_EXTENT`], or the target's error is below 0 or NaN.
+/// If an index is not below the number of positions, indices are not whole triangles, a position or
+/// an attribute is not finite, the mesh extends over more than [`MAX_EXTENT`], or the target's
+/// error is below 0 or NaN.
 pub fn simplify(
     positions: &[[f32; 3]],
     indices: &[u32],
@@ -91,7 +95,8 @@ pub fn simplify(
         options |= SimplifyOptions::LockBorder;
     }
     let count = target.triangles.saturating_mul(3).min(indices.len());
-    // Larger than any estimate, and its square in units of the extent does not matter: infinite is as good.
+    // Larger than any estimate, and its square in units of the extent does not matter: infinite is
+    // as good.
     let most = target.error.min(f32::MAX);
     let mut error = 0.0;
     let none;
@@ -127,9 +132,10 @@ pub fn simplify(
     Ok(Simplified { indices, error })
 }
 
-/// Groups of some `size` clusters (at most a third more) that share vertices, or are near each other where none do: for
-/// each cluster its group, numbered from 0 in the order of their first clusters. `indices` are the triangles of all
-/// clusters, one after the other, and `counts` how many indices each has. Welded vertices must have one number.
+/// Groups of some `size` clusters (at most a third more) that share vertices, or are near each
+/// other where none do: for each cluster its group, numbered from 0 in the order of their first
+/// clusters. `indices` are the triangles of all clusters, one after the other, and `counts` how
+/// many indices each has. Welded vertices must have one number.
 ///
 /// # Errors
 /// As [`simplify`]; if the counts do not sum up to the indices or one is 0; if `size` is 0.
@@ -173,16 +179,18 @@ pub fn partition(
 pub struct ClusterSize {
     /// The most vertices, 3 to 64.
     pub vertices: usize,
-    /// The fewest triangles, where a cluster might be larger but would extend too far: a multiple of 4.
+    /// The fewest triangles, where a cluster might be larger but would extend too far: a multiple
+    /// of 4.
     pub least: usize,
     /// The most triangles, 4 to 124: a multiple of 4.
     pub most: usize,
-    /// How many times larger than expected a cluster must be to be ended before it is full; 0 for never.
+    /// How many times larger than expected a cluster must be to be ended before it is full; 0 for
+    /// never.
     pub split_factor: f32,
 }
 
-/// Triangles cut into clusters: their indices, cluster by cluster (each triangle in its turn, though it may begin
-/// with another corner), and how many triangles each cluster has.
+/// Triangles cut into clusters: their indices, cluster by cluster (each triangle in its turn,
+/// though it may begin with another corner), and how many triangles each cluster has.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Clusters {
     /// Three vertices a triangle.

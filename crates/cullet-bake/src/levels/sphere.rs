@@ -9,11 +9,12 @@ pub(crate) struct Ball {
     pub(crate) radius: f32,
 }
 
-/// How often the middle moves towards what is farthest. With 60 steps the radius is within some 2 % of the least.
+/// How often the middle moves towards what is farthest. With 60 steps the radius is within some 2 %
+/// of the least.
 const STEPS: usize = 60;
 
-/// A sphere around spheres (points where the radius is 0), nearly the smallest; 0 around none. Encloses them by more than
-/// rounding. Bădoiu & Clarkson, *Smaller Core-Sets for Balls*, 2003.
+/// A sphere around spheres (points where the radius is 0), nearly the smallest; 0 around none.
+/// Encloses them by more than rounding. Bădoiu & Clarkson, *Smaller Core-Sets for Balls*, 2003.
 pub(crate) fn around(balls: &[Ball]) -> Ball {
     let point = |b: &Ball| DVec3::from_array(b.centre.map(f64::from));
     let farthest = |c: DVec3| {
@@ -49,7 +50,8 @@ pub(crate) fn around(balls: &[Ball]) -> Ball {
     }
     let centre = best.1.as_vec3();
     let reach = farthest(centre.as_dvec3()).0;
-    // More than the rounding of a sum and of a root, so that it also encloses them in f64 arithmetic.
+    // More than the rounding of a sum and of a root, so that it also encloses them in f64
+    // arithmetic.
     Ball { centre: centre.to_array(), radius: (reach * (1.0 + 1e-12)).next_up() as f32 }
         .grown(reach)
 }

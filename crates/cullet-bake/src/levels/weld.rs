@@ -4,8 +4,8 @@ use cullet::mesh::weld;
 
 use super::simplifier::Attributes;
 
-/// For each vertex the first at its position, and the first at its position with the same attributes. Bits are compared,
-/// but −0 is 0 as a coordinate.
+/// For each vertex the first at its position, and the first at its position with the same
+/// attributes. Bits are compared, but −0 is 0 as a coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Welded {
     /// Position number of each vertex; it decides which triangles meet.

@@ -1,4 +1,5 @@
-//! The fewest triangles within a bound that is measured: simplify, lock what is too far, and repeat.
+//! The fewest triangles within a bound that is measured: simplify, lock what is too far, and
+//! repeat.
 
 use cullet::MeshData;
 use cullet::mesh::Part;
@@ -14,14 +15,15 @@ use cullet_draw::surface::SurfaceTree;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct WithinOptions<'a> {
-    /// For each vertex the number of one that it is the same as, in position and all else that must be kept (normals,
-    /// texture coordinates); empty for equal positions. Vertices at one position that are not the same are a seam: it is
-    /// kept, and simplified along itself.
+    /// For each vertex the number of one that it is the same as, in position and all else that must
+    /// be kept (normals, texture coordinates); empty for equal positions. Vertices at one position
+    /// that are not the same are a seam: it is kept, and simplified along itself.
     pub same: &'a [u32],
     /// How often what is too far is locked and all simplified again, for each share. Default 10.
     pub rounds: u32,
-    /// The shares of the bound that the simplifier is given, whose own estimate of the error is too small more often than
-    /// not. Each that is tried costs up to as many rounds, and the best is kept. Default 1, 0.7, 0.5 and 0.35.
+    /// The shares of the bound that the simplifier is given, whose own estimate of the error is too
+    /// small more often than not. Each that is tried costs up to as many rounds, and the best is
+    /// kept. Default 1, 0.7, 0.5 and 0.35.
     pub shares: &'a [f32],
 }
 
@@ -45,21 +47,25 @@ pub struct Within {
 /// The shares that are tried where none of those wanted is within the bound.
 const LAST_SHARES: [f32; 5] = [0.25, 0.125, 0.06, 0.03, 0.01];
 
-/// How far beyond the bound the points may be that confirm a result. With none allowed beyond it, armadillo has a fifth to a
-/// half more triangles at 0.1 and 0.3 % of its radius.
+/// How far beyond the bound the points may be that confirm a result. With none allowed beyond it,
+/// armadillo has a fifth to a half more triangles at 0.1 and 0.3 % of its radius.
 const CONFIRMED: f32 = 1.08;
 
-/// Simplifies a mesh to few triangles, which deviate by no more than `bound` from the mesh, nor the mesh from them: no corner
-/// does, nor any of the random points, one and more of each triangle. Some four to sixteen points a triangle confirm that, and the tops
-/// that are reached uphill from the farthest of them; none may be farther than 1.08 of the bound. That is measured, unlike the simplifier's own error, which is no bound.
-/// Of other points fewer than one in a thousand is beyond the bound, and none was found beyond 1.2 of it.
+/// Simplifies a mesh to few triangles, which deviate by no more than `bound` from the mesh, nor the
+/// mesh from them: no corner does, nor any of the random points, one and more of each triangle.
+/// Some four to sixteen points a triangle confirm that, and the tops that are reached uphill from
+/// the farthest of them; none may be farther than 1.08 of the bound. That is measured, unlike the
+/// simplifier's own error, which is no bound. Of other points fewer than one in a thousand is
+/// beyond the bound, and none was found beyond 1.2 of it.
 ///
-/// Vertices keep their places and numbers, so that their attributes go on to be right. Parts stay apart: the line between
-/// two is simplified like an edge. Open borders are, too. Triangles with corners in one place are left out. What cannot be
-/// simplified comes back as it is, with an error of 0.
+/// Vertices keep their places and numbers, so that their attributes go on to be right. Parts stay
+/// apart: the line between two is simplified like an edge. Open borders are, too. Triangles with
+/// corners in one place are left out. What cannot be simplified comes back as it is, with an error
+/// of 0.
 ///
-/// Simplifies towards shares of the bound; vertices of triangles that are farther away than the bound are locked, and that
-/// is repeated. Costs some ten to forty simplifications and measurements. The same on every run, on one target.
+/// Simplifies towards shares of the bound; vertices of triangles that are farther away than the
+/// bound are locked, and that is repeated. Costs some ten to forty simplifications and
+/// measurements. The same on every run, on one target.
 ///
 /// # Errors
 /// If the mesh is invalid or extends too far, the bound or an option is out of range.
@@ -126,8 +132,8 @@ impl Original {
         Ok(best)
     }
 
-    /// Simplifies towards a share of the bound, with more and more locked, until all is within; nothing if that does not
-    /// happen with fewer triangles than `fewer_than`.
+    /// Simplifies towards a share of the bound, with more and more locked, until all is within;
+    /// nothing if that does not happen with fewer triangles than `fewer_than`.
     fn locked_within(
         &self,
         bound: f32,
@@ -152,7 +158,8 @@ impl Original {
         Ok(None)
     }
 
-    /// Whether all points are within a bound; else locks the vertices of original triangles where they are not.
+    /// Whether all points are within a bound; else locks the vertices of original triangles where
+    /// they are not.
     fn measure(&self, indices: &[u32], bound: f32, locks: &mut [bool]) -> Measured {
         let tree = SurfaceTree::new(&self.positions, indices);
         let mut state = State { bound, error: 0.0, exceeded: false, newly: 0, locks };

@@ -14,7 +14,8 @@ use crate::levels::{LevelsError, Within, chain_of};
 use crate::threads;
 use crate::work::order_of_share;
 
-/// Errors that are stated are so much larger than the largest distance that was found, for the points that were not measured.
+/// Errors that are stated are so much larger than the largest distance that was found, for the
+/// points that were not measured.
 const STATED: f32 = 1.05;
 
 pub(super) fn build(

@@ -1,4 +1,5 @@
-//! The fewest triangles of a surface within a bound that is measured against another: the instances in full.
+//! The fewest triangles of a surface within a bound that is measured against another: the instances
+//! in full.
 
 use super::MEASURED;
 use crate::gather::Surface;
@@ -7,7 +8,8 @@ use cullet_draw::surface::{SurfaceTree, inner_points, surface_points};
 
 use crate::levels::LevelsError;
 
-/// Shares of the bound that the simplifier is given, whose own estimate is too small more often than not.
+/// Shares of the bound that the simplifier is given, whose own estimate is too small more often
+/// than not.
 const SHARES: [f32; 3] = [0.5, 0.7, 0.3];
 /// How often what is too far is locked and all simplified again, for each share.
 const ROUNDS: u32 = 6;
@@ -35,8 +37,8 @@ impl Measure {
         Self { tree: SurfaceTree::new(positions, indices), points }
     }
 
-    /// The fewest triangles of `input` that are within a bound of the instances, if they are fewer than `fewer_than`; and how
-    /// far they were found to be off at the most.
+    /// The fewest triangles of `input` that are within a bound of the instances, if they are fewer
+    /// than `fewer_than`; and how far they were found to be off at the most.
     pub(super) fn fewest(
         &self,
         input: &Surface,

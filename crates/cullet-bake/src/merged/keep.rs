@@ -12,7 +12,8 @@ use crate::gather::Surface;
 use cullet_io::baked::{Container, Tag, write_chunks};
 use cullet_io::baked::{Sum, hash};
 
-/// Counted up whenever the same instances and options give other groups, so that those of before are not taken for them.
+/// Counted up whenever the same instances and options give other groups, so that those of before
+/// are not taken for them.
 const VERSION: u64 = 2;
 
 /// Groups of fewer triangles are made in less time than a file takes to be found.
@@ -20,10 +21,12 @@ const LEAST_TRIANGLES: u64 = 1000;
 
 /// Where finished groups are kept, so that a merge that was stopped goes on from them.
 pub trait Keep: Sync {
-    /// The bytes that were kept under a key; `None` where there are none. What is damaged is not taken for a group.
+    /// The bytes that were kept under a key; `None` where there are none. What is damaged is not
+    /// taken for a group.
     fn read(&self, key: u64) -> Option<Vec<u8>>;
 
-    /// Keeps bytes under a key. Whether that succeeds is for the keeper to know: the group is used either way.
+    /// Keeps bytes under a key. Whether that succeeds is for the keeper to know: the group is used
+    /// either way.
     fn write(&self, key: u64, bytes: &[u8]);
 }
 
@@ -60,7 +63,8 @@ impl<'a> Kept<'a> {
     }
 }
 
-/// For each node the sum of all that its levels are a function of. Those below come first, and count by their sums.
+/// For each node the sum of all that its levels are a function of. Those below come first, and
+/// count by their sums.
 fn keys(scene: &Scene, input: &MergeInput<'_>, options: &MergeOptions, nodes: &[Node]) -> Vec<u64> {
     // Threads change nothing.
     let settings = format!("{:?}", MergeOptions { threads: 1, ..*options });
@@ -142,8 +146,8 @@ fn tag(what: [u8; 3], level: usize) -> Tag {
     [what[0], what[1], what[2], b'a' + level as u8]
 }
 
-/// A file of chunks: of all the origin (three f64), the radius and the error of each level; of each level positions, attributes,
-/// indices and parts.
+/// A file of chunks: of all the origin (three f64), the radius and the error of each level; of each
+/// level positions, attributes, indices and parts.
 fn to_bytes(made: Option<&Made>) -> Vec<u8> {
     let mut chunks: Vec<(Tag, Vec<u8>)> = Vec::new();
     let mut head = Vec::new();

@@ -1,11 +1,13 @@
-//! Groups of instances merged into one mesh with levels of detail, each of which may stand for all of them where it is far
-//! away ([`Scene::stand_for`](cullet::Scene::stand_for)).
+//! Groups of instances merged into one mesh with levels of detail, each of which may stand for all
+//! of them where it is far away ([`Scene::stand_for`](cullet::Scene::stand_for)).
 //!
-//! Instances are grouped by place, groups are grouped again, and so on. The surface of a group is simplified as one: what was
-//! a border of a mesh is none any more, and what is small beside its neighbours goes. The error of each level is measured
-//! against the instances in full. A group that has no fewer triangles than its members at the same error is none.
+//! Instances are grouped by place, groups are grouped again, and so on. The surface of a group is
+//! simplified as one: what was a border of a mesh is none any more, and what is small beside its
+//! neighbours goes. The error of each level is measured against the instances in full. A group that
+//! has no fewer triangles than its members at the same error is none.
 //!
-//! After C. Erikson, D. Manocha, W. Baxter, *HLODs for faster display of large static and dynamic environments*, 2001.
+//! After C. Erikson, D. Manocha, W. Baxter, *HLODs for faster display of large static and dynamic
+//! environments*, 2001.
 
 mod build;
 mod fewest;
@@ -24,7 +26,8 @@ pub use keep::Keep;
 /// A group of instances, as it is baked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MergedGroup {
-    /// Levels whose finest is left out: where even the first is off by too much, the members are drawn.
+    /// Levels whose finest is left out: where even the first is off by too much, the members are
+    /// drawn.
     pub levels: LevelsData,
     /// Texture coordinates of the vertices of the levels' mesh; empty where no instance has any.
     pub uvs: Vec<[f32; 2]>,
@@ -45,8 +48,9 @@ pub enum Member {
     Group(u32),
 }
 
-/// How errors of groups are found: by so many points of each triangle, up to a million of a group, to the surface of the
-/// instances and back; the error that is stated is 1.05 times the largest distance of all of them.
+/// How errors of groups are found: by so many points of each triangle, up to a million of a group,
+/// to the surface of the instances and back; the error that is stated is 1.05 times the largest
+/// distance of all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PointsMeasured {
     /// Points of each triangle of the instances, beside its corners.
@@ -69,16 +73,17 @@ pub struct MergeOptions {
     pub smallest: u32,
     /// How many groups a larger one is made of at the most: a power of two from 2 to 64. Default 8.
     pub fan: u32,
-    /// Groups have no more triangles than this, all instances counted: what is measured at once has to fit in memory.
-    /// Default 2,000,000.
+    /// Groups have no more triangles than this, all instances counted: what is measured at once has
+    /// to fit in memory. Default 2,000,000.
     pub most_triangles: u64,
-    /// The error of the first level of a group, in radii of it; above 0. Default 1/800: a pixel of 60° and 720 lines at a
-    /// distance of some 0.8 radii.
+    /// The error of the first level of a group, in radii of it; above 0. Default 1/800: a pixel of
+    /// 60° and 720 lines at a distance of some 0.8 radii.
     pub first: f64,
-    /// How many levels a group has at the most, each of twice the error of the one before: 1 to 16. Default 4.
+    /// How many levels a group has at the most, each of twice the error of the one before: 1 to 16.
+    /// Default 4.
     pub levels: u32,
-    /// How many triangles it must have at the most, of those that its members have at the same error: above 0, at most 1.
-    /// Default 0.8.
+    /// How many triangles it must have at the most, of those that its members have at the same
+    /// error: above 0, at most 1. Default 0.8.
     pub keep: f64,
     /// On how many threads, from 1. The result is the same.
     pub threads: usize,
@@ -105,9 +110,10 @@ pub struct MergeInput<'a> {
     pub attributes: &'a [MeshAttributes<'a>],
     /// Where finished groups are kept, and found again.
     pub keep: Option<&'a dyn Keep>,
-    /// Do only the i-th of n shares, `[i, n]` with i from 0, for others to find where finished groups are kept; nothing comes of it
-    /// here. At each level of the tree its own groups are made first; those of others that are not there by then too, but for
-    /// the topmost, which nobody needs. Default: all.
+    /// Do only the i-th of n shares, `[i, n]` with i from 0, for others to find where finished
+    /// groups are kept; nothing comes of it here. At each level of the tree its own groups are made
+    /// first; those of others that are not there by then too, but for the topmost, which nobody
+    /// needs. Default: all.
     pub share: Option<[u32; 2]>,
 }
 
@@ -140,19 +146,22 @@ impl MergeOptions {
     }
 }
 
-/// Merges groups of a scene's instances. `go_on` is asked before each group, with the share of all work that is done, and
-/// ends it where it says no: `None`.
+/// Merges groups of a scene's instances. `go_on` is asked before each group, with the share of all
+/// work that is done, and ends it where it says no: `None`.
 ///
-/// Members are instances that are drawn just as their mesh says, in the same layers and with the same flags, whose materials
-/// are not blended; those much larger than their neighbours, such as a ground, are left alone. The levels that their
-/// meshes have are used, and are better there before. Groups have parts by material. Vertices keep texture coordinates and
-/// colours where they have some, and zeros and white where others of the group have some: where these differ at one place a
+/// Members are instances that are drawn just as their mesh says, in the same layers and with the
+/// same flags, whose materials are not blended; those much larger than their neighbours, such as a
+/// ground, are left alone. The levels that their meshes have are used, and are better there before.
+/// Groups have parts by material. Vertices keep texture coordinates and colours where they have
+/// some, and zeros and white where others of the group have some: where these differ at one place a
 /// seam is kept, as in meshes. They have no normals.
 ///
-/// With [`MergeInput::keep`], groups of many triangles are taken from there where instances, levels and options are as they
-/// were, and kept there as soon as they are finished; the result is the same.
+/// With [`MergeInput::keep`], groups of many triangles are taken from there where instances, levels
+/// and options are as they were, and kept there as soon as they are finished; the result is the
+/// same.
 ///
-/// Some 10 µs a triangle of all instances and level of the tree, of which there are some log₈ of their number.
+/// Some 10 µs a triangle of all instances and level of the tree, of which there are some log₈ of
+/// their number.
 ///
 /// # Errors
 /// If an option is out of range.
@@ -166,7 +175,8 @@ pub fn merge(
     build::build(scene, input, options, &go_on)
 }
 
-/// Adds groups to the scene that they were merged of, whose slots are as they were: the slots of their instances.
+/// Adds groups to the scene that they were merged of, whose slots are as they were: the slots of
+/// their instances.
 ///
 /// # Errors
 /// If something does not fit the scene, as after a change; then some are added and others not.

@@ -55,7 +55,8 @@ pub(super) fn tree(scene: &Scene, options: &MergeOptions) -> Vec<Node> {
     nodes
 }
 
-/// Groups instances by halving them at the middle of the longest side; the number of the group of all.
+/// Groups instances by halving them at the middle of the longest side; the number of the group of
+/// all.
 fn grow(items: &mut [Placed], options: &MergeOptions, nodes: &mut Vec<Node>) -> u32 {
     let slots: Vec<u32> = items.iter().map(|i| i.0).collect();
     let (mut below, mut height) = (Vec::new(), 0);

@@ -9,10 +9,10 @@ const SEEDS: usize = 1536;
 
 /// Blocks of solid cells, and the share of the area that each adds.
 ///
-/// Looking along an axis, every unbroken run of solid cells hides what is behind it; a block hides the runs
-/// that pass through it, once. The area of all runs along the axes of weight is what there is to gain.
-/// Blocks are taken greedily: the gain of a block only falls as others are taken, so a heap with gains
-/// brought up to date at its top finds the best.
+/// Looking along an axis, every unbroken run of solid cells hides what is behind it; a block hides
+/// the runs that pass through it, once. The area of all runs along the axes of weight is what there
+/// is to gain. Blocks are taken greedily: the gain of a block only falls as others are taken, so a
+/// heap with gains brought up to date at its top finds the best.
 pub(super) fn choose(
     grid: &Grid,
     solid: &[bool],
@@ -155,7 +155,8 @@ fn candidates(grid: &Grid, solid: &[bool]) -> Vec<Block> {
     blocks
 }
 
-/// How many cells are solid before each corner of the grid: whether a block is all solid costs 8 look-ups.
+/// How many cells are solid before each corner of the grid: whether a block is all solid costs 8
+/// look-ups.
 #[derive(Debug)]
 struct Sums {
     size: [usize; 3],

@@ -8,8 +8,8 @@ use super::grow::cut;
 use super::surface::{Edges, Surface, normal};
 use super::voxels::Grid;
 
-/// A ray that meets the plane of a polygon at a lower slope than this may pass beside the surface, where
-/// the polygon has a tolerance: polygons are drawn in by the tolerance over the slope.
+/// A ray that meets the plane of a polygon at a lower slope than this may pass beside the surface,
+/// where the polygon has a tolerance: polygons are drawn in by the tolerance over the slope.
 pub(super) const SLOPE: f64 = OccluderPolygon::LEAST_SLOPE;
 /// Cells along the longest side of a flat region.
 const CELLS: u32 = 64;
@@ -46,8 +46,8 @@ struct Candidate {
     cells: Vec<u32>,
 }
 
-/// Polygons in the surface, those first that hide the most that is not hidden `behind` them already; and
-/// the share of the whole area that each adds.
+/// Polygons in the surface, those first that hide the most that is not hidden `behind` them
+/// already; and the share of the whole area that each adds.
 pub(super) fn polygons(
     surface: &Surface,
     most: usize,
@@ -111,7 +111,8 @@ fn regions(surface: &Surface, min_area: f64) -> Vec<FlatRegion> {
     });
     let mut taken = vec![false; normals.len()];
     let mut regions = Vec::new();
-    // Twice the rounding of a coordinate in f32: the corners of a wall that was rotated lie this far off it.
+    // Twice the rounding of a coordinate in f32: the corners of a wall that was rotated lie this
+    // far off it.
     let tolerance = surface.reach * f64::from(f32::EPSILON) * 2.0;
     for first in order {
         let Some(axis) = normals[first as usize].try_normalize() else { continue };
@@ -251,12 +252,13 @@ impl FlatRegion {
         min_gain: f64,
     ) -> Vec<(OccluderPolygon, Vec<DVec2>)> {
         let mut found = Vec::new();
-        // Corners of the mesh are exact; those of other polygons are rounded to f32, off the plane too.
+        // Corners of the mesh are exact; those of other polygons are rounded to f32, off the plane
+        // too.
         let rounding = surface.reach * f64::from(f32::EPSILON);
         let off = if self.flat.is_some() { 0.0 } else { 2.0 * (self.off + rounding) };
         let inset = off / SLOPE + rounding;
-        // All of it, where it is convex but for rounding: what holds is drawn in once more, for the corners
-        // that are rounded.
+        // All of it, where it is convex but for rounding: what holds is drawn in once more, for the
+        // corners that are rounded.
         let points: Vec<DVec2> = self.outline.iter().flatten().copied().collect();
         let outer = drawn_in(&hull(points), inset);
         if self.holds(&outer) {
@@ -310,8 +312,8 @@ impl FlatRegion {
         [low, high]
     }
 
-    /// Whether a convex polygon is within the region: no outline passes through it, and a point of it is
-    /// in a triangle.
+    /// Whether a convex polygon is within the region: no outline passes through it, and a point of
+    /// it is in a triangle.
     fn holds(&self, polygon: &[DVec2]) -> bool {
         if polygon.len() < 3 {
             return false;
@@ -320,8 +322,8 @@ impl FlatRegion {
         if !self.triangles.iter().any(|t| within(&t.0, middle)) {
             return false;
         }
-        // The part of each edge within the polygon, drawn in by far more than f64 rounds and far less than f32
-        // does.
+        // The part of each edge within the polygon, drawn in by far more than f64 rounds and far
+        // less than f32 does.
         let size = polygon.iter().fold(0.0, |m: f64, p| m.max((*p - middle).length()));
         let reach = self.origin.length() + size;
         let slack = reach * f64::from(f32::EPSILON) / 256.0;

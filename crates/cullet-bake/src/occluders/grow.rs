@@ -7,9 +7,9 @@ use super::voxels::touches;
 
 /// Pushes each side of a box outward by up to `limit`, as far as no triangle of a shell is met.
 ///
-/// The box is within what the shells seal, and no path that crosses none of their triangles leaves that; so
-/// the larger box is within it too. Sides are pushed in turn, those first that have the farthest to go in
-/// proportion to the box.
+/// The box is within what the shells seal, and no path that crosses none of their triangles leaves
+/// that; so the larger box is within it too. Sides are pushed in turn, those first that have the
+/// farthest to go in proportion to the box.
 pub(super) fn push_out(
     low: DVec3,
     high: DVec3,
@@ -25,7 +25,8 @@ pub(super) fn push_out(
         .collect();
     for axis in 0..3 {
         for up in [true, false] {
-            // The slab ahead of the side, its own cross-section widened so that no triangle slips by.
+            // The slab ahead of the side, its own cross-section widened so that no triangle slips
+            // by.
             let (mut from, mut to) = (low - DVec3::splat(margin), high + DVec3::splat(margin));
             let sign = if up { 1.0 } else { -1.0 };
             let side = if up { high[axis] } else { low[axis] };

@@ -1,23 +1,26 @@
 //! Occluders made from a mesh: boxes inside of it, and convex polygons in its surface.
 //!
-//! An occluder must never hide what the mesh itself lets through. So a box is taken only where it is
-//! *proved* to lie within what the mesh seals off, and a polygon only where it lies in the surface:
+//! An occluder must never hide what the mesh itself lets through. So a box is taken only where it
+//! is *proved* to lie within what the mesh seals off, and a polygon only where it lies in the
+//! surface:
 //!
-//! 1. Triangles that are blended or alpha-masked are left out, equal positions welded, and triangles with
-//!    a free edge taken away again and again. What remains closed is a *shell*. Winding numbers, where it
-//!    is consistently wound, or the parity of crossings, where it is drawn from both sides, tell what it
-//!    seals: every path from outside to there crosses the shell where it is drawn.
-//! 2. Each shell is put into a grid. Cells that no triangle of it comes near, and whose region three rays
-//!    agree to be sealed, are solid. Cells inside of any shell count, so shells that overlap act as one.
-//! 3. Boxes of solid cells are grown to the largest and chosen greedily by the area they newly hide. They
-//!    overlap, since between boxes that only touch a strict rasteriser leaves seams (compare Darnell,
-//!    *Automated Occluders for GPU Culling*, 2011, who grows boxes from the densest voxel). Then each side
-//!    is pushed out to the surface, and rounded inward.
-//! 4. Where walls are thinner than cells, where the mesh is open, and on slopes: triangles joined by edges
-//!    that lie in one plane make a region; convex polygons within it are chosen in the same way, where no box
-//!    is behind them.
-//! 5. Where those leave much (slopes, round walls, open shells), triangles of the mesh stand for themselves; and so they do
-//!    for eyes so near that the boxes do not serve them.
+//! 1. Triangles that are blended or alpha-masked are left out, equal positions welded, and
+//!    triangles with a free edge taken away again and again. What remains closed is a *shell*.
+//!    Winding numbers, where it is consistently wound, or the parity of crossings, where it is
+//!    drawn from both sides, tell what it seals: every path from outside to there crosses the shell
+//!    where it is drawn.
+//! 2. Each shell is put into a grid. Cells that no triangle of it comes near, and whose region
+//!    three rays agree to be sealed, are solid. Cells inside of any shell count, so shells that
+//!    overlap act as one.
+//! 3. Boxes of solid cells are grown to the largest and chosen greedily by the area they newly
+//!    hide. They overlap, since between boxes that only touch a strict rasteriser leaves seams
+//!    (compare Darnell, *Automated Occluders for GPU Culling*, 2011, who grows boxes from the
+//!    densest voxel). Then each side is pushed out to the surface, and rounded inward.
+//! 4. Where walls are thinner than cells, where the mesh is open, and on slopes: triangles joined
+//!    by edges that lie in one plane make a region; convex polygons within it are chosen in the
+//!    same way, where no box is behind them.
+//! 5. Where those leave much (slopes, round walls, open shells), triangles of the mesh stand for
+//!    themselves; and so they do for eyes so near that the boxes do not serve them.
 //!
 //! ```
 //! use cullet::mesh::Part;
@@ -70,20 +73,20 @@ pub struct OccluderOptions {
     pub max_boxes: u32,
     /// Polygons at the most.
     pub max_polygons: u32,
-    /// Triangles of the mesh itself at the most. They are taken where boxes and polygons leave more than a
-    /// twentieth of the surface that boxes leave. Each costs a view about what a box does.
+    /// Triangles of the mesh itself at the most. They are taken where boxes and polygons leave more
+    /// than a twentieth of the surface that boxes leave. Each costs a view about what a box does.
     pub max_triangles: u32,
-    /// Triangles of the mesh at the most for eyes so near that its boxes do not serve them: who stands on a
-    /// terrain, or in a house. Only such a view has them.
+    /// Triangles of the mesh at the most for eyes so near that its boxes do not serve them: who
+    /// stands on a terrain, or in a house. Only such a view has them.
     pub max_near: u32,
-    /// A box must add at least this share of what solid cells hide, and a polygon this share of the area of
-    /// the surface: 0 to 1. Lower makes more occluders that each hide less.
+    /// A box must add at least this share of what solid cells hide, and a polygon this share of the
+    /// area of the surface: 0 to 1. Lower makes more occluders that each hide less.
     pub min_gain: f64,
-    /// Cells along the longest side, 4 to [`MAX_RESOLUTION`](Self::MAX_RESOLUTION). Walls thinner than some
-    /// two cells get no box. Time and memory grow by its cube, to 30 bytes a cell.
+    /// Cells along the longest side, 4 to [`MAX_RESOLUTION`](Self::MAX_RESOLUTION). Walls thinner
+    /// than some two cells get no box. Time and memory grow by its cube, to 30 bytes a cell.
     pub resolution: u32,
-    /// Directions from which the report compares, at most [`MAX_DIRECTIONS`](Self::MAX_DIRECTIONS); each
-    /// costs a picture of the mesh. 0 leaves that out.
+    /// Directions from which the report compares, at most [`MAX_DIRECTIONS`](Self::MAX_DIRECTIONS);
+    /// each costs a picture of the mesh. 0 leaves that out.
     pub directions: u32,
 }
 
@@ -156,12 +159,14 @@ pub enum NoOccluders {
 /// Counts of the occluders that were made, and the areas that they hide.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OccluderReport {
-    /// The share of what solid cells hide along the axes that each box adds, in the order of the boxes.
+    /// The share of what solid cells hide along the axes that each box adds, in the order of the
+    /// boxes.
     pub box_gains: Vec<f64>,
-    /// The share of the surface's area that each polygon adds to what boxes and polygons before it hide.
+    /// The share of the surface's area that each polygon adds to what boxes and polygons before it
+    /// hide.
     pub polygon_gains: Vec<f64>,
-    /// The share of the surface's area that triangles add to what boxes hide, and where they are not all that
-    /// boxes leave, to what polygons do.
+    /// The share of the surface's area that triangles add to what boxes hide, and where they are
+    /// not all that boxes leave, to what polygons do.
     pub triangle_gain: f64,
     /// Why there are no boxes.
     pub no_boxes: Option<NoOccluders>,
@@ -182,8 +187,9 @@ pub struct OccluderReport {
 }
 
 impl OccluderReport {
-    /// The area that the occluders hide over that which the mesh hides, over all directions: 1 is perfect,
-    /// 0 where the mesh hides nothing or the options have no directions. An estimate from samples.
+    /// The area that the occluders hide over that which the mesh hides, over all directions: 1 is
+    /// perfect, 0 where the mesh hides nothing or the options have no directions. An estimate from
+    /// samples.
     #[must_use]
     pub fn efficiency(&self) -> f64 {
         let sum = |of: fn(&HiddenFrom) -> f64| self.hidden.iter().map(of).sum::<f64>();
@@ -198,9 +204,9 @@ const MOST_SEALED: usize = 16;
 /// Makes occluders for a mesh: what they block, the mesh blocks, for the eyes that
 /// [`Occluders::boxes_hold`] and [`OccluderPolygon::holds_from`] allow.
 ///
-/// Never from blended or alpha-masked parts, nor from a mesh that deforms; the report says why there are
-/// none. Sides are those that the mesh declares. Deterministic. About 0.1 s for a mesh of some thousand
-/// triangles at the default resolution.
+/// Never from blended or alpha-masked parts, nor from a mesh that deforms; the report says why
+/// there are none. Sides are those that the mesh declares. Deterministic. About 0.1 s for a mesh of
+/// some thousand triangles at the default resolution.
 ///
 /// # Errors
 /// If an option is out of its range.

@@ -1,4 +1,5 @@
-//! Triangles of the mesh itself, where neither boxes nor polygons stand for them: slopes, round walls, open shells.
+//! Triangles of the mesh itself, where neither boxes nor polygons stand for them: slopes, round
+//! walls, open shells.
 
 use glam::DVec3;
 
@@ -7,10 +8,11 @@ use super::{OccluderPolygon, OccluderSheet};
 
 /// A triangle of which boxes hide all but this share is left to them.
 const LEAST_OPEN: f64 = 0.05;
-/// Polygons do alone where they leave less than this share of what boxes leave: they are cheaper than triangles.
+/// Polygons do alone where they leave less than this share of what boxes leave: they are cheaper
+/// than triangles.
 const LEFT_BY_POLYGONS: f64 = 0.05;
-/// Where not all triangles fit, one must have this part of what a polygon must add: smaller ones hide little
-/// once their edges are drawn in.
+/// Where not all triangles fit, one must have this part of what a polygon must add: smaller ones
+/// hide little once their edges are drawn in.
 const SMALLEST: f64 = 1.0 / 16.0;
 
 /// Triangles that were chosen.
@@ -26,8 +28,8 @@ pub(super) struct Chosen {
 /// A triangle, and the area of it that nothing stands for.
 type Open = (u32, f64);
 
-/// Triangles of the surface, at most `most`: all that boxes leave, if they are so few and polygons do not do; else the
-/// largest that neither leaves.
+/// Triangles of the surface, at most `most`: all that boxes leave, if they are so few and polygons
+/// do not do; else the largest that neither leaves.
 pub(super) fn sheets(
     surface: &Surface,
     polygons: &[OccluderPolygon],

@@ -75,8 +75,8 @@ impl Surface {
         triangle.vertices.map(|v| self.points[v as usize])
     }
 
-    /// Bound on the error of coordinates computed from those of the mesh, with plenty to spare: a margin
-    /// for every comparison in f64, and 4 thousandths of what f32 rounds.
+    /// Bound on the error of coordinates computed from those of the mesh, with plenty to spare: a
+    /// margin for every comparison in f64, and 4 thousandths of what f32 rounds.
     pub(super) fn margin(&self) -> f64 {
         self.reach * f64::from_bits((1023 - 32) << 52) + f64::MIN_POSITIVE
     }
@@ -215,9 +215,10 @@ impl Edges {
 
 /// Triangles without boundary, so that a path from a point within to one without must cross them.
 ///
-/// Where as many triangles run along every edge one way as the other, the winding number is defined: a path
-/// from outside to a point of winding number 1 or more crosses at least one triangle from its front. Where
-/// triangles are drawn from both sides, any crossing will do, and an odd number of crossings is proof.
+/// Where as many triangles run along every edge one way as the other, the winding number is
+/// defined: a path from outside to a point of winding number 1 or more crosses at least one
+/// triangle from its front. Where triangles are drawn from both sides, any crossing will do, and an
+/// odd number of crossings is proof.
 #[derive(Clone, Debug)]
 pub(super) struct Shell {
     pub(super) triangles: Vec<[DVec3; 3]>,
@@ -242,8 +243,8 @@ const WAYS: [[f64; 3]; 10] = [
 ];
 
 impl Shell {
-    /// `None` where it proves nothing: edges with an odd number of triangles, or one-sided triangles that
-    /// are wound inconsistently.
+    /// `None` where it proves nothing: edges with an odd number of triangles, or one-sided
+    /// triangles that are wound inconsistently.
     fn new(surface: &Surface, edges: &Edges, live: &[bool], of: &[u32]) -> Option<Self> {
         let two_sided = of.iter().all(|&t| surface.triangles[t as usize].two_sided);
         let (mut signed, mut even) = (true, true);
@@ -267,8 +268,8 @@ impl Shell {
         Some(Self { low, high, two_sided, signed, triangles })
     }
 
-    /// Whether all ways from outside to `p` are proved to cross the shell where it is drawn. Doubt is no.
-    /// Three rays must agree; those that pass an edge too closely are replaced.
+    /// Whether all ways from outside to `p` are proved to cross the shell where it is drawn. Doubt
+    /// is no. Three rays must agree; those that pass an edge too closely are replaced.
     pub(super) fn seals(&self, p: DVec3) -> bool {
         if !(p.cmpgt(self.low).all() && p.cmplt(self.high).all()) {
             return false;
@@ -291,8 +292,8 @@ impl Shell {
         self.signed && (net >= 1 || net != 0 && self.two_sided) || self.two_sided && odd == 1
     }
 
-    /// How often a ray leaves, less how often it enters; and 1 if the number of both is odd. `None` where
-    /// it cannot be told from rounding.
+    /// How often a ray leaves, less how often it enters; and 1 if the number of both is odd. `None`
+    /// where it cannot be told from rounding.
     fn crossings(&self, from: DVec3, way: DVec3) -> Option<[i32; 2]> {
         // Of products of three: some 20 roundings of 1.1e-16 each.
         const ERROR: f64 = 1e-14;

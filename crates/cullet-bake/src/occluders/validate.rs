@@ -71,11 +71,11 @@ const MOST_PIECES: u32 = 200_000;
 
 /// Proves that occluders lie within what a mesh hides, without the grid by which they were made.
 ///
-/// A box is proved if a closed shell has no triangle near it and seals its middle; else it is halved and both
-/// halves are proved. A triangle is proved if the mesh has it. Independently of shells, from `samples` points
-/// of each box a ray is shot outward, which must cross a triangle that is drawn from there; and as many points
-/// of each polygon must be within its tolerance of a triangle that faces as it does. Costs some 10 ns for each
-/// sample and triangle.
+/// A box is proved if a closed shell has no triangle near it and seals its middle; else it is
+/// halved and both halves are proved. A triangle is proved if the mesh has it. Independently of
+/// shells, from `samples` points of each box a ray is shot outward, which must cross a triangle
+/// that is drawn from there; and as many points of each polygon must be within its tolerance of a
+/// triangle that faces as it does. Costs some 10 ns for each sample and triangle.
 #[must_use]
 pub fn validate(mesh: &Mesh, occluders: &Occluders, samples: u32) -> Validation {
     let surface = Surface::of(mesh);
@@ -129,8 +129,8 @@ pub fn validate(mesh: &Mesh, occluders: &Occluders, samples: u32) -> Validation 
     found
 }
 
-/// Whether every point of a box is proved to be sealed. `near` are the triangles of each shell that may
-/// touch it.
+/// Whether every point of a box is proved to be sealed. `near` are the triangles of each shell that
+/// may touch it.
 fn is_sealed(
     low: DVec3,
     high: DVec3,
@@ -164,7 +164,8 @@ fn is_sealed(
     let (mut below, mut above) = (high, low);
     below[axis] = middle;
     above[axis] = middle;
-    // A shell without a triangle here that seals nothing here seals nothing in a part of here either.
+    // A shell without a triangle here that seals nothing here seals nothing in a part of here
+    // either.
     is_sealed(low, below, margin, here.clone(), left) && is_sealed(above, high, margin, here, left)
 }
 
@@ -197,8 +198,8 @@ fn escape_of_box(
     })
 }
 
-/// Whether a ray outward crosses a triangle that is drawn for an eye that looks the other way. Rays through an
-/// edge cross both its triangles.
+/// Whether a ray outward crosses a triangle that is drawn for an eye that looks the other way. Rays
+/// through an edge cross both its triangles.
 fn crosses(t: &[DVec3; 3], two_sided: bool, from: DVec3, way: DVec3) -> bool {
     let [a, b, c] = t.map(|p| p - from);
     let [u, v, w] = [way.dot(b.cross(c)), way.dot(c.cross(a)), way.dot(a.cross(b))];
@@ -230,8 +231,8 @@ fn point_of(polygon: &OccluderPolygon, i: u32) -> DVec3 {
     point(0) + (point(k) - point(0)) * s + (point(k + 1) - point(0)) * t
 }
 
-/// How far a point is from the nearest triangle that faces as `facing`, or the other way if it is drawn from
-/// both sides. A polygon that blocks from both sides needs triangles that do.
+/// How far a point is from the nearest triangle that faces as `facing`, or the other way if it is
+/// drawn from both sides. A polygon that blocks from both sides needs triangles that do.
 fn distance(triangles: &[([DVec3; 3], bool)], p: DVec3, facing: DVec3, both: bool) -> f64 {
     let mut least = f64::INFINITY;
     for (t, two_sided) in triangles {
@@ -244,8 +245,8 @@ fn distance(triangles: &[([DVec3; 3], bool)], p: DVec3, facing: DVec3, both: boo
     least
 }
 
-/// The point of a triangle that is nearest to `p` (Ericson, *Real-Time Collision Detection*, 2005, 5.1.5, by
-/// another way: the plane if `p` is over the triangle, else the nearest edge).
+/// The point of a triangle that is nearest to `p` (Ericson, *Real-Time Collision Detection*, 2005,
+/// 5.1.5, by another way: the plane if `p` is over the triangle, else the nearest edge).
 fn nearest(t: &[DVec3; 3], p: DVec3) -> DVec3 {
     let n = normal(t);
     let over = (0..3).all(|k| n.dot((t[(k + 1) % 3] - t[k]).cross(p - t[k])) >= 0.0);

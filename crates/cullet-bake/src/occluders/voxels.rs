@@ -19,7 +19,8 @@ impl Grid {
     /// Along its shortest side a mesh has at least this many cells, so that a slab is not thin.
     const LEAST: f64 = 12.0;
 
-    /// Over a box, with `resolution` cells along its longest side. Cells are no cubes where the box is flat.
+    /// Over a box, with `resolution` cells along its longest side. Cells are no cubes where the box
+    /// is flat.
     pub(super) fn new(low: DVec3, high: DVec3, resolution: u32) -> Self {
         let extent = high - low;
         let most = f64::from(resolution);
@@ -94,7 +95,8 @@ impl Voxels {
         for shell in order {
             let block = voxels.grid.block(shell.low, shell.high, 1);
             let cells = block.iter().map(|[a, b]| b - a).product::<usize>();
-            // Two of the cells along each axis are border, and one between two that are touched is solid.
+            // Two of the cells along each axis are border, and one between two that are touched is
+            // solid.
             if block.iter().any(|[a, b]| b - a < 5) {
                 continue;
             }
@@ -129,8 +131,8 @@ impl Voxels {
                         continue;
                     }
                     flood(&local, &mut state, [x, y, z], &mut region);
-                    // All of a region is on one side of the shell; testing twice guards against a gap in
-                    // that reasoning as well as in the arithmetic.
+                    // All of a region is on one side of the shell; testing twice guards against a
+                    // gap in that reasoning as well as in the arithmetic.
                     let tested = [region[0], region[region.len() / 2]];
                     let middle = |c: &[u16; 3]| {
                         local.low + local.cell * DVec3::from(c.map(|v| f64::from(v) + 0.5))
@@ -239,8 +241,8 @@ fn flood(grid: &Grid, state: &mut [u8], from: [usize; 3], region: &mut Vec<[u16;
     }
 }
 
-/// At most `most` boxes that together hold all marked cells: the box around them, split where that saves
-/// the most space.
+/// At most `most` boxes that together hold all marked cells: the box around them, split where that
+/// saves the most space.
 pub(super) fn cover(grid: &Grid, marked: &[bool], most: usize) -> Vec<Block> {
     let Some(all) = shrunk(grid, marked, &grid.whole()) else { return Vec::new() };
     let mut blocks = vec![all];

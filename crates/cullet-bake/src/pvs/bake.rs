@@ -21,7 +21,8 @@ use cullet_draw::Random;
 /// Changed whenever results change, so that units of another version are not taken for this one's.
 const VERSION: u32 = 1;
 
-/// Rounds of the first side at the most. More rounds know more of what others found, and wait for each other more often.
+/// Rounds of the first side at the most. More rounds know more of what others found, and wait for
+/// each other more often.
 const ROUNDS: usize = 16;
 /// A round has so many cells at least, but for the last.
 const LEAST_CELLS: usize = 16;
@@ -41,8 +42,8 @@ enum Task {
 
 /// A bake of a cell graph's potentially visible sets, in rounds.
 ///
-/// Its items are cells; what one finds is a pure function of graph, settings and what the rounds before found, whoever
-/// runs it, when and on how many threads.
+/// Its items are cells; what one finds is a pure function of graph, settings and what the rounds
+/// before found, whoever runs it, when and on how many threads.
 #[derive(Debug)]
 pub struct Bake {
     openings: Openings,
@@ -158,8 +159,9 @@ impl Bake {
         result
     }
 
-    /// Runs what is left, from the round that is next on. `step` is called after each cell with the share of the time that is
-    /// expected to be over, and says whether to go on; what is already in the folder is passed over.
+    /// Runs what is left, from the round that is next on. `step` is called after each cell with the
+    /// share of the time that is expected to be over, and says whether to go on; what is already in
+    /// the folder is passed over.
     ///
     /// # Errors
     /// If a unit cannot be written to the folder, or that cannot be read.
@@ -171,7 +173,8 @@ impl Bake {
         work::run(self, options, step)
     }
 
-    /// The result: whatever is not proven hidden by now is kept, so that it is sound even before the last round.
+    /// The result: whatever is not proven hidden by now is kept, so that it is sound even before
+    /// the last round.
     #[must_use]
     pub fn finish(self) -> Pvs {
         Pvs::new(&self.openings, self.key, self.known, self.candidates, &self.lines)

@@ -6,8 +6,8 @@ use super::openings::{Bounds, Openings, Plane32};
 use super::polygon::HalfSpaces;
 use crate::rows::{BitRows, has, meet, set};
 
-/// Cells that a line through an opening may reach: through portals that are not wholly behind it, and that it is not
-/// wholly ahead of.
+/// Cells that a line through an opening may reach: through portals that are not wholly behind it,
+/// and that it is not wholly ahead of.
 pub(super) fn candidates(openings: &Openings, through: u32, row: &mut [u64], stack: &mut Vec<u32>) {
     let opening = openings.get(through);
     let (plane, bounds) = (openings.plane32(through), openings.bounds(through));

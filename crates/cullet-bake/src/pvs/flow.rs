@@ -1,4 +1,5 @@
-//! Flow through portals: what is seen through a chain of them, clipped ever smaller, until nothing undecided is left.
+//! Flow through portals: what is seen through a chain of them, clipped ever smaller, until nothing
+//! undecided is left.
 
 use super::flood::{FloodInput, FloodScratch, Shaft, flood};
 use super::known::Known;
@@ -165,8 +166,8 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// Follows all chains of portals that could lead to something wanted through an opening of the cell, and notes what
-    /// is not seen through it.
+    /// Follows all chains of portals that could lead to something wanted through an opening of the
+    /// cell, and notes what is not seen through it.
     pub(super) fn through(&mut self, door: u32, result: &mut UnitResult) {
         let width = self.wanted.len();
         let opening = self.openings.get(door);
@@ -189,8 +190,9 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// A chain reached a cell: if it was wanted, looks for a line through what the chain leaves of its first portal and its
-    /// last. False where there is none, so that the chain leads nowhere; else the cell is done with, found or kept.
+    /// A chain reached a cell: if it was wanted, looks for a line through what the chain leaves of
+    /// its first portal and its last. False where there is none, so that the chain leads nowhere;
+    /// else the cell is done with, found or kept.
     fn reach(&mut self, door: u32, to: u32, source: &Polygon, target: &Polygon) -> bool {
         if !has(&self.wanted, to) {
             return true;
@@ -220,8 +222,8 @@ impl<'a> Flow<'a> {
         true
     }
 
-    /// Looks for a line through the whole chain: cuts source and target in halves, and clips each pair of halves by what is
-    /// between them, until nothing is left or a line is found.
+    /// Looks for a line through the whole chain: cuts source and target in halves, and clips each
+    /// pair of halves by what is between them, until nothing is left or a line is found.
     fn stab(&mut self, door: u32, to: u32, source: &Polygon, target: &Polygon) -> Stab {
         if self.passes.is_empty() {
             return Stab::Open;
@@ -276,8 +278,8 @@ impl<'a> Flow<'a> {
         result
     }
 
-    /// The wanted cells that lie ahead at `depth - 1` are sought beyond the last of a chain's openings, `door` being the
-    /// first: `source` is what is left of that, `pass` of the last.
+    /// The wanted cells that lie ahead at `depth - 1` are sought beyond the last of a chain's
+    /// openings, `door` being the first: `source` is what is left of that, `pass` of the last.
     fn descend(&mut self, depth: usize, [door, last]: [u32; 2], source: &Polygon, pass: &Polygon) {
         let width = self.wanted.len();
         let openings = self.openings;

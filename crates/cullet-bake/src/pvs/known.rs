@@ -80,7 +80,8 @@ impl Known {
         row
     }
 
-    /// Whatever is hidden from a cell is not seen through its openings, nor through those that lead to it.
+    /// Whatever is hidden from a cell is not seen through its openings, nor through those that lead
+    /// to it.
     fn narrow(&mut self, openings: &Openings) {
         for number in 0..openings.len() {
             let opening = openings.get(number);
@@ -91,8 +92,8 @@ impl Known {
         }
     }
 
-    /// A cell can be seen through an opening only if the cells before and behind that can be seen back through one of the
-    /// cell's own.
+    /// A cell can be seen through an opening only if the cells before and behind that can be seen
+    /// back through one of the cell's own.
     fn tighten(&mut self, openings: &Openings) {
         self.narrow(openings);
         for number in 0..openings.len() {

@@ -8,7 +8,8 @@ use crate::rows::BitRows;
 /// Cells that one line is followed through, each way.
 const MOST_CELLS: usize = 512;
 
-/// Share of the tolerance by which a line must be inside of every portal that it passes: enough for what is rounded.
+/// Share of the tolerance by which a line must be inside of every portal that it passes: enough for
+/// what is rounded.
 const MARGIN: f64 = 1e-3;
 
 /// A line through a point of an opening, which proves that all cells along it see each other.
@@ -20,10 +21,11 @@ pub(super) struct Line {
     pub(super) direction: DVec3,
 }
 
-/// Follows a line both ways. The cells along it, from the one behind to the one ahead; none where it does not pass its
-/// opening.
+/// Follows a line both ways. The cells along it, from the one behind to the one ahead; none where
+/// it does not pass its opening.
 ///
-/// Followed as if from the point in coordinates of the graph: so it gives the same cells whenever it is followed again.
+/// Followed as if from the point in coordinates of the graph: so it gives the same cells whenever
+/// it is followed again.
 pub(super) fn follow(openings: &Openings, line: &Line, cells: &mut Vec<u32>) {
     cells.clear();
     let margin = openings.tolerance * MARGIN;

@@ -1,13 +1,16 @@
-//! Potentially visible sets of cells joined by portals: who sees whom, known before a frame is drawn.
+//! Potentially visible sets of cells joined by portals: who sees whom, known before a frame is
+//! drawn.
 //!
-//! Each pair of cells ends in one of three states. *Visible*: a line of sight was found, and is stored. *Hidden*: for every
-//! chain of portals between the two, planes part what a line would have to pass. *Undecided*: neither was shown within the
-//! budget, and the pair is kept, so that the sets are conservative and say themselves how much they may be too large by.
+//! Each pair of cells ends in one of three states. *Visible*: a line of sight was found, and is
+//! stored. *Hidden*: for every chain of portals between the two, planes part what a line would have
+//! to pass. *Undecided*: neither was shown within the budget, and the pair is kept, so that the
+//! sets are conservative and say themselves how much they may be too large by.
 //!
-//! The way there: floods through whole portals leave candidates; lines through the portals of each cell prove most of what
-//! is visible; then, cell after cell, flow through chains of portals, clipped ever smaller, decides what is left, one side
-//! of a pair for both. Lines come from a hash of seed and cell, and cells work on what earlier rounds found, never on each
-//! other's half-done work: so the bytes are the same for any number of threads and any split into units.
+//! The way there: floods through whole portals leave candidates; lines through the portals of each
+//! cell prove most of what is visible; then, cell after cell, flow through chains of portals,
+//! clipped ever smaller, decides what is left, one side of a pair for both. Lines come from a hash
+//! of seed and cell, and cells work on what earlier rounds found, never on each other's half-done
+//! work: so the bytes are the same for any number of threads and any split into units.
 //!
 //! ```
 //! use cullet_cells::cell::{CellGraph, Portal};

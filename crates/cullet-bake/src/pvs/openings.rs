@@ -1,4 +1,5 @@
-//! Portals as they are passed: each twice, once in either direction, with what tests of lines and shafts read.
+//! Portals as they are passed: each twice, once in either direction, with what tests of lines and
+//! shafts read.
 
 use cullet_cells::cell::CellGraph;
 use cullet_io::baked::graph_hash;
@@ -127,7 +128,8 @@ impl Openings {
     fn push(&mut self, graph: &CellGraph, number: u32, side: usize, diagonal: f64) {
         let portal = &graph.portals()[number as usize];
         let plane = graph.plane(number);
-        // The graph's normal points to the first cell, and its polygon is counter-clockwise from there.
+        // The graph's normal points to the first cell, and its polygon is counter-clockwise from
+        // there.
         let ahead = side == 1;
         let sign = if ahead { 1.0 } else { -1.0 };
         let normal = DVec3::from(plane.normal) * sign;
@@ -172,8 +174,8 @@ impl Openings {
         self.firsts.len() as u32 - 1
     }
 
-    /// The opening of a portal, passed from its first cell to its second or the other way; the first of all where there is
-    /// no such portal.
+    /// The opening of a portal, passed from its first cell to its second or the other way; the
+    /// first of all where there is no such portal.
     pub(super) fn of_portal(&self, portal: u32, forward: bool) -> u32 {
         self.places.get(portal as usize).map_or(0, |places| places[usize::from(!forward)])
     }

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-/// Most corners of a polygon. One with more is replaced by a rectangle around it, and a clip that would make more is not
-/// done: both only keep more.
+/// Most corners of a polygon. One with more is replaced by a rectangle around it, and a clip that
+/// would make more is not done: both only keep more.
 const MOST: usize = 12;
 
 /// Most planes between two polygons.
@@ -128,7 +128,8 @@ impl Polygon {
         planes.all().iter().all(|p| self.clip(p.normal, p.d, tolerance))
     }
 
-    /// The point with these weights, each 0 to 1: of a triangle of the fan about a corner, no matter how large.
+    /// The point with these weights, each 0 to 1: of a triangle of the fan about a corner, no
+    /// matter how large.
     pub(super) fn point(&self, [which, u, v]: [f64; 3]) -> DVec3 {
         let triangles = self.len.saturating_sub(2).max(1);
         let k = ((which * triangles as f64) as usize).min(triangles - 1);
@@ -156,12 +157,13 @@ impl Polygon {
     }
 }
 
-/// The planes through an edge of one polygon and a corner of the other that part them, the side of `pass` kept: whatever
-/// a line through both meets beyond `pass` is in all of them (Teller and Séquin, *Visibility Preprocessing for Interactive
-/// Walkthroughs*, 1991).
+/// The planes through an edge of one polygon and a corner of the other that part them, the side of
+/// `pass` kept: whatever a line through both meets beyond `pass` is in all of them (Teller and
+/// Séquin, *Visibility Preprocessing for Interactive Walkthroughs*, 1991).
 ///
-/// Both polygons are counter-clockwise as seen from where lines go, or both clockwise and `back` true. `pass` is ahead of
-/// the plane of `source`. A plane that does not part them, for what was rounded, is left out.
+/// Both polygons are counter-clockwise as seen from where lines go, or both clockwise and `back`
+/// true. `pass` is ahead of the plane of `source`. A plane that does not part them, for what was
+/// rounded, is left out.
 #[inline]
 pub(super) fn separators(
     source: &Polygon,

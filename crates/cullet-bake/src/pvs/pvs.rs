@@ -81,7 +81,8 @@ impl Pvs {
         self.visible.columns()
     }
 
-    /// The sets: bit b of row a is 1 where cell a may see cell b. Symmetric, and every cell sees itself.
+    /// The sets: bit b of row a is 1 where cell a may see cell b. Symmetric, and every cell sees
+    /// itself.
     #[must_use]
     pub fn visible(&self) -> &BitRows {
         &self.visible
@@ -145,8 +146,8 @@ impl Pvs {
         hash(&self.rows_bytes())
     }
 
-    /// The rows as tools exchange them: `PVSROWS1`, the number of cells and the bytes of a row as u32, little-endian, then
-    /// the rows; bit b of row a is bit b mod 8 of its byte b / 8.
+    /// The rows as tools exchange them: `PVSROWS1`, the number of cells and the bytes of a row as
+    /// u32, little-endian, then the rows; bit b of row a is bit b mod 8 of its byte b / 8.
     #[must_use]
     pub fn rows_bytes(&self) -> Vec<u8> {
         self.visible.to_exchange()
@@ -183,9 +184,9 @@ impl Pvs {
         })
     }
 
-    /// A line of sight between two cells: proof that they see each other. `None` where they do not, where that is
-    /// [undecided](PairState::Undecided), and for a cell with itself. Follows the lines until one is found: O(lines · cells
-    /// along one).
+    /// A line of sight between two cells: proof that they see each other. `None` where they do not,
+    /// where that is [undecided](PairState::Undecided), and for a cell with itself. Follows the
+    /// lines until one is found: O(lines · cells along one).
     ///
     /// # Errors
     /// If the graph is not the one that was baked.

@@ -3,7 +3,8 @@
 /// How far a bake goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PvsPreset {
-    /// Floods through whole portals, and some lines: several times too much is kept, in a hundredth of the time.
+    /// Floods through whole portals, and some lines: several times too much is kept, in a hundredth
+    /// of the time.
     Fast,
     /// Every pair of cells is decided, as far as the budget of each goes.
     #[default]
@@ -18,18 +19,19 @@ pub struct PvsSettings {
     pub preset: PvsPreset,
     /// Seed of the sampled lines. Default: 1.
     pub seed: u64,
-    /// Openings through which a line can only just pass count as none: those at most so wide, as a share of the graph's
-    /// diagonal, of 1e-7 to 1e-3. Less keeps more pairs that only touch. Default: 1e-6, 8 mm in a map of 8 km, or 0.008
-    /// units in a map of Quake.
+    /// Openings through which a line can only just pass count as none: those at most so wide, as a
+    /// share of the graph's diagonal, of 1e-7 to 1e-3. Less keeps more pairs that only touch.
+    /// Default: 1e-6, 8 mm in a map of 8 km, or 0.008 units in a map of Quake.
     pub tolerance: f64,
-    /// Lines through each pair of a cell's portals, to begin with. More find more pairs cheaply and take longer. Default: 4.
+    /// Lines through each pair of a cell's portals, to begin with. More find more pairs cheaply and
+    /// take longer. Default: 4.
     pub local_lines: u32,
     /// Lines aimed at each undecided cell next to those that are seen. Default: 8.
     pub aimed_lines: u32,
     /// Lines through what a chain of portals leaves open, before it is searched. Default: 8.
     pub chain_lines: u32,
-    /// How often such a chain is split in the search for a line through it, or for the proof that there is none. More
-    /// leaves less undecided. Default: 32.
+    /// How often such a chain is split in the search for a line through it, or for the proof that
+    /// there is none. More leaves less undecided. Default: 32.
     pub splits: u32,
 }
 

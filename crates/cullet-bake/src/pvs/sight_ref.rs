@@ -1,4 +1,5 @@
-//! The oracle: lines of sight sampled by code of its own, slow and plain, against which sets of cells are held.
+//! The oracle: lines of sight sampled by code of its own, slow and plain, against which sets of
+//! cells are held.
 
 use cullet_cells::cell::CellGraph;
 use glam::DVec3;
@@ -38,10 +39,11 @@ const SHOWN: usize = 8;
 /// Lines of a job.
 const LINES: u64 = 1 << 14;
 
-/// Samples lines of sight and looks each pair of cells along them up in `rows`. A line counts only where it is `margin`
-/// inside of each portal that it passes.
+/// Samples lines of sight and looks each pair of cells along them up in `rows`. A line counts only
+/// where it is `margin` inside of each portal that it passes.
 ///
-/// Lines start at random points of random portals, in random directions. Equal for any number of threads.
+/// Lines start at random points of random portals, in random directions. Equal for any number of
+/// threads.
 #[must_use]
 pub fn check_sight_ref(
     graph: &CellGraph,

@@ -56,8 +56,8 @@ impl UnitResult {
         out
     }
 
-    /// Reads such bytes; `None` where they are not whole, or name what a graph of so many openings and cells, with rows
-    /// of `width` words, does not have.
+    /// Reads such bytes; `None` where they are not whole, or name what a graph of so many openings
+    /// and cells, with rows of `width` words, does not have.
     pub(super) fn from_bytes(
         bytes: &[u8],
         openings: u32,

@@ -1,4 +1,5 @@
-//! Where one sees out of rooms: rays along their borders, and portals around those that nothing stops.
+//! Where one sees out of rooms: rays along their borders, and portals around those that nothing
+//! stops.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +15,8 @@ use cullet_io::reader::Winding;
 use cullet_io::reader::numbers;
 use cullet_io::{CellGraph, Portal};
 
-/// How far within the border rays begin, and how far within the next room they end, so that a surface on a border is met.
+/// How far within the border rays begin, and how far within the next room they end, so that a
+/// surface on a border is met.
 const WITHIN: f64 = 0.005;
 /// How far a cell reaches out through its portals at least: there the portal is on its border.
 const WAFER: f64 = 1e-3;
@@ -109,7 +111,8 @@ impl Borders<'_> {
         (0..self.pieces.len()).filter(|&n| is_near(&self.pieces[n])).collect()
     }
 
-    /// Where one sees to straight out of a point of a face; `None` if a wall is there, or more of the room.
+    /// Where one sees to straight out of a point of a face; `None` if a wall is there, or more of
+    /// the room.
     fn leads(&self, own: usize, face: &Face<'_>, point: DVec3, near: &[usize]) -> Option<u32> {
         let normal = DVec3::from(face.plane.normal);
         let entries = near.iter().filter(|&&n| n != own).filter_map(|&n| {
@@ -182,7 +185,8 @@ impl Face<'_> {
     }
 }
 
-/// How far from a point along a direction a piece begins; `None` if the ray does not come to it, or leaves it there.
+/// How far from a point along a direction a piece begins; `None` if the ray does not come to it, or
+/// leaves it there.
 fn entry(piece: &Convex, point: DVec3, along: DVec3) -> Option<f64> {
     let (mut first, mut last) = (0.0_f64, f64::INFINITY);
     for (plane, _) in piece.faces() {
@@ -224,7 +228,8 @@ fn together(squares: &[[usize; 2]]) -> Vec<[[usize; 2]; 2]> {
     groups
 }
 
-/// A thin piece over a polygon that is counter-clockwise about `normal`, to the side where that points.
+/// A thin piece over a polygon that is counter-clockwise about `normal`, to the side where that
+/// points.
 fn wafer(polygon: &[DVec3], normal: DVec3) -> Vec<[f64; 4]> {
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
     let sides = edges.filter_map(|(a, b)| Plane::from_point_normal(*a, (*b - *a).cross(normal)));

@@ -1,8 +1,9 @@
 //! Cells of a building from the volumes of its rooms, as BIM models have them (`IfcSpace`).
 //!
-//! A volume says where a room is, not where one sees out of it. That is looked for along the border of each: rays straight
-//! outward tell where the border is closed within a few centimetres, where another room begins behind, and where neither is so.
-//! Whatever is not proven closed is a portal: to the room behind, or to the *outside*, a cell that is wherever no room is.
+//! A volume says where a room is, not where one sees out of it. That is looked for along the border
+//! of each: rays straight outward tell where the border is closed within a few centimetres, where
+//! another room begins behind, and where neither is so. Whatever is not proven closed is a portal:
+//! to the room behind, or to the *outside*, a cell that is wherever no room is.
 
 mod borders;
 mod solids;
@@ -19,15 +20,17 @@ use cullet_io::{Model, Warning};
 /// Settings of [`cells_of_rooms`], in world units; the defaults are for metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoomOptions {
-    /// Distance of the rays along a border: an opening that is narrower may be missed, and what is seen through it alone is
-    /// lost. Costs its inverse square. Default 0.05, at least 0.001.
+    /// Distance of the rays along a border: an opening that is narrower may be missed, and what is
+    /// seen through it alone is lost. Costs its inverse square. Default 0.05, at least 0.001.
     pub step: f64,
-    /// How thick walls between rooms are, at the most: how far rays look for the room behind. Default 0.75.
+    /// How thick walls between rooms are, at the most: how far rays look for the room behind.
+    /// Default 0.75.
     pub reach: f64,
-    /// How far off the border of a volume its wall may stand and count as closing it; also [`CellGraph::walls`]. Default 0.05.
+    /// How far off the border of a volume its wall may stand and count as closing it; also
+    /// [`CellGraph::walls`]. Default 0.05.
     pub walls: f64,
-    /// Instances whose names begin so are doors and windows: rays go through them, shut as they may be. Default `IfcDoor`,
-    /// `IfcWindow`.
+    /// Instances whose names begin so are doors and windows: rays go through them, shut as they may
+    /// be. Default `IfcDoor`, `IfcWindow`.
     pub openings: Vec<String>,
 }
 
@@ -41,18 +44,21 @@ impl Default for RoomOptions {
 /// Cells that were made of rooms.
 #[derive(Debug, Default)]
 pub struct RoomCells {
-    /// A cell for each volume, in order, with its name; the last is the outside, where any portal leads there.
+    /// A cell for each volume, in order, with its name; the last is the outside, where any portal
+    /// leads there.
     pub cells: CellGraph,
     /// Volumes that are none, and rooms that overlap.
     pub warnings: Vec<Warning>,
 }
 
-/// Cells of a model from the volumes of its rooms, which are the instances of another model in the same world space: each a
-/// closed mesh, however it is wound. What two of them share belongs to the first.
+/// Cells of a model from the volumes of its rooms, which are the instances of another model in the
+/// same world space: each a closed mesh, however it is wound. What two of them share belongs to the
+/// first.
 ///
-/// Portals are where a ray of a grid, from within a room straight through its border, meets nothing within
-/// [`RoomOptions::walls`] / 2; all are open. They lead to the room that begins behind within [`RoomOptions::reach`], if the ray
-/// meets nothing before, or to the outside. So what a model does not close is no loss, but makes for more that is seen.
+/// Portals are where a ray of a grid, from within a room straight through its border, meets nothing
+/// within [`RoomOptions::walls`] / 2; all are open. They lead to the room that begins behind within
+/// [`RoomOptions::reach`], if the ray meets nothing before, or to the outside. So what a model does
+/// not close is no loss, but makes for more that is seen.
 ///
 /// Cost: a ray for each square of [`RoomOptions::step`] of all borders.
 #[must_use]

@@ -32,8 +32,9 @@ impl std::fmt::Display for NoVolume {
     }
 }
 
-/// Convex pieces of what triangles enclose, however they are wound: the box around them, cut at the planes of the triangles
-/// where these lie, and of the parts those that a ray leaves through an odd number of triangles.
+/// Convex pieces of what triangles enclose, however they are wound: the box around them, cut at the
+/// planes of the triangles where these lie, and of the parts those that a ray leaves through an odd
+/// number of triangles.
 ///
 /// # Errors
 /// If there are too many planes or pieces, or nothing is enclosed.
@@ -84,8 +85,8 @@ fn is_within(triangle: &[DVec3; 3], piece: &Convex) -> bool {
     left.is_some_and(|w| w.0.len() >= 3 && w.width() > ON)
 }
 
-/// Whether most of three rays leave a point through an odd number of triangles. They are askew, so that they meet no edge
-/// of what stands along the axes.
+/// Whether most of three rays leave a point through an odd number of triangles. They are askew, so
+/// that they meet no edge of what stands along the axes.
 fn encloses(triangles: &[[DVec3; 3]], point: DVec3) -> bool {
     let rays = [[0.571, 0.313, 0.759], [-0.417, 0.831, 0.367], [0.229, -0.531, -0.816]];
     let is_odd = |ray: &[f64; 3]| {
@@ -106,7 +107,8 @@ fn encloses(triangles: &[[DVec3; 3]], point: DVec3) -> bool {
 mod tests {
     use super::*;
 
-    /// The sides of a prism over a polygon in x and z, from 0 to 3 in y; with `broken` half of them wound the wrong way.
+    /// The sides of a prism over a polygon in x and z, from 0 to 3 in y; with `broken` half of them
+    /// wound the wrong way.
     fn prism(polygon: &[[f64; 2]], broken: bool) -> Vec<[DVec3; 3]> {
         let at = |[x, z]: [f64; 2], y: f64| DVec3::new(x, y, z);
         let mut out = Vec::new();

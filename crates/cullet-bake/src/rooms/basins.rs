@@ -1,7 +1,9 @@
-//! Basins of free space: each about a place that is far from all walls, cut from others where the way is narrow.
+//! Basins of free space: each about a place that is far from all walls, cut from others where the
+//! way is narrow.
 //!
-//! Voxels are flooded from the farthest off a wall to the nearest. Where two basins meet, the distance is half the width of
-//! the way between them: if that is nearly the half width of the narrower of the two, they are one.
+//! Voxels are flooded from the farthest off a wall to the nearest. Where two basins meet, the
+//! distance is half the width of the way between them: if that is nearly the half width of the
+//! narrower of the two, they are one.
 
 use super::options::{FindOptions, RoomsError};
 use super::voxels::{FREE, Grid};
@@ -82,8 +84,9 @@ impl Basins {
             if done >> 20 != (done - level.len()) >> 20 && !go_on() {
                 return Err(RoomsError::Stopped);
             }
-            // What is as far off a wall goes to the basins that reach it, step by step from all at once: voxel by voxel in
-            // their order, one would creep along all edges of the next room.
+            // What is as far off a wall goes to the basins that reach it, step by step from all at
+            // once: voxel by voxel in their order, one would creep along all edges of the next
+            // room.
             queue.clear();
             // Those at the border of the grid have a basin, and nothing beyond.
             let reached = |v: &&u32| {
@@ -143,7 +146,8 @@ impl Flood<'_> {
         queue.extend(self.around(voxel).filter(is_next).map(|beside| beside as u32));
     }
 
-    /// Gives all voxels of a queue, and those of their level that they lead to, to basins beside them.
+    /// Gives all voxels of a queue, and those of their level that they lead to, to basins beside
+    /// them.
     fn fill(&self, queue: &mut Vec<u32>, labels: &mut [u32], sets: &mut Sets) {
         let mut at = 0;
         while let Some(&voxel) = queue.get(at) {
@@ -155,7 +159,8 @@ impl Flood<'_> {
         }
     }
 
-    /// Gives a voxel to the basin beside it that is farthest off a wall there, and joins those that meet in it.
+    /// Gives a voxel to the basin beside it that is farthest off a wall there, and joins those that
+    /// meet in it.
     fn give(&self, voxel: u32, labels: &mut [u32], sets: &mut Sets) {
         let pass = self.distances[voxel as usize];
         let mut best: Option<(u16, u32)> = None;
@@ -203,8 +208,8 @@ fn order(states: &[u8], distances: &[u16]) -> Vec<u32> {
     order
 }
 
-/// The distance of each voxel to the nearest that is not free, in parts: exact between their middles (Felzenszwalb &
-/// Huttenlocher, *Distance transforms of sampled functions*, 2012).
+/// The distance of each voxel to the nearest that is not free, in parts: exact between their
+/// middles (Felzenszwalb & Huttenlocher, *Distance transforms of sampled functions*, 2012).
 fn distances(grid: &Grid, states: &[u8]) -> Vec<u16> {
     // Squares of whole numbers below 2²⁴ are exact; farther off, nothing is narrow.
     const FAR: f32 = 1e9;

@@ -18,17 +18,21 @@ const STEPS: u32 = 5;
 
 /// Finds the rooms of a scene, and the openings between them.
 ///
-/// Conservative: a line of sight from an eye in a cell to any place in the scene, that meets no surface, goes through the
-/// portals of all cells on its way. Walls are the instances that are closed meshes, opaque, rigid, and not
-/// [ignored](FindOptions::ignored); the cells are true for as long as these stand where they are, and are drawn. Cracks
-/// narrower than a thousandth of a voxel count as closed. The same for any number of threads.
+/// Conservative: a line of sight from an eye in a cell to any place in the scene, that meets no
+/// surface, goes through the portals of all cells on its way. Walls are the instances that are
+/// closed meshes, opaque, rigid, and not [ignored](FindOptions::ignored); the cells are true for as
+/// long as these stand where they are, and are drawn. Cracks narrower than a thousandth of a voxel
+/// count as closed. The same for any number of threads.
 ///
-/// `progress` is called between steps, and `false` from it ends the work, as does `go_on` within them.
+/// `progress` is called between steps, and `false` from it ends the work, as does `go_on` within
+/// them.
 ///
-/// Cost: linear in the voxels, and in the triangles of walls by the voxels that they touch; some 20 bytes a voxel.
+/// Cost: linear in the voxels, and in the triangles of walls by the voxels that they touch; some 20
+/// bytes a voxel.
 ///
 /// # Errors
-/// If an option is out of its range, nothing is a wall, voxels are too many, or all that is free is one cell.
+/// If an option is out of its range, nothing is a wall, voxels are too many, or all that is free is
+/// one cell.
 pub fn find_cells(
     scene: &Scene,
     options: &FindOptions,

@@ -25,7 +25,8 @@ pub struct FoundCells {
 }
 
 impl FoundCells {
-    /// The engine's graph and shapes, sealed: what is neither in a piece nor in a skin is seen from no cell.
+    /// The engine's graph and shapes, sealed: what is neither in a piece nor in a skin is seen from
+    /// no cell.
     ///
     /// # Errors
     /// As of [`CellGraph::new`] and [`CellShapes::new`].

@@ -3,22 +3,25 @@
 use cullet::Handle;
 use thiserror::Error;
 
-/// Settings of [`find_cells`](super::find_cells). Lengths are in world units; the defaults are for metres.
+/// Settings of [`find_cells`](super::find_cells). Lengths are in world units; the defaults are for
+/// metres.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FindOptions {
-    /// Side of a voxel, above 0. It should be no more than half as thick as the walls: walls that are thinner than a
-    /// voxel (slanted ones, than 1.7) are open all over. Costs its inverse third power. Default: half as thick as the
-    /// thinner walls, and larger where that would be more than [`AUTO_VOXELS`](Self::AUTO_VOXELS).
+    /// Side of a voxel, above 0. It should be no more than half as thick as the walls: walls that
+    /// are thinner than a voxel (slanted ones, than 1.7) are open all over. Costs its inverse third
+    /// power. Default: half as thick as the thinner walls, and larger where that would be more than
+    /// [`AUTO_VOXELS`](Self::AUTO_VOXELS).
     pub voxel: Option<f64>,
-    /// Two basins are one cell if the way between them is at least so wide as a share of the narrower of them, 0 to 1.
-    /// Lower cuts less. Default 0.75.
+    /// Two basins are one cell if the way between them is at least so wide as a share of the
+    /// narrower of them, 0 to 1. Lower cuts less. Default 0.75.
     pub merge: f64,
     /// Half the width below which a basin is no room of its own, from 0. Default 0.35.
     pub smallest: f64,
     /// Instances that hide nothing because they move: leafs of doors. Default: none.
     pub ignored: Vec<Handle>,
-    /// Instances in none of these layers hide nothing: cells are for views of just these layers. Default: all.
+    /// Instances in none of these layers hide nothing: cells are for views of just these layers.
+    /// Default: all.
     pub layers: u32,
 }
 

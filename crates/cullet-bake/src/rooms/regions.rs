@@ -1,4 +1,5 @@
-//! From basins to the cells of voxels: straight cuts, and touched voxels given to those from which they are reached.
+//! From basins to the cells of voxels: straight cuts, and touched voxels given to those from which
+//! they are reached.
 
 use super::basins::NONE;
 use super::voxels::{Grid, SOLID};
@@ -13,8 +14,9 @@ pub(super) fn is_open(state: u8, beyond: u8, axis: usize) -> bool {
     state & 15 != SOLID && beyond & 15 != SOLID && state >> (4 + axis) & 1 == 0
 }
 
-/// Makes cuts straight, by the open sides between voxels, where that makes them hardly larger: between two basins, along one plane of the grid. Any cut is
-/// sound; straight ones are few rectangles.
+/// Makes cuts straight, by the open sides between voxels, where that makes them hardly larger:
+/// between two basins, along one plane of the grid. Any cut is sound; straight ones are few
+/// rectangles.
 pub(super) fn straighten(grid: &Grid, states: &[u8], labels: &mut [u32]) {
     let strides = grid.strides();
     // Voxels on the border of two basins, by the two.
@@ -117,7 +119,8 @@ fn straighten_one(grid: &Grid, states: &[u8], labels: &mut [u32], pair: [u32; 2]
         of_low[usize::from(at[axis] >= middle)] += one;
     });
     let [first, second] = if of_low[0] >= of_low[1] { pair } else { [pair[1], pair[0]] };
-    // By layer: sides to the layer before, and to voxels of each of the two around the box; sides that the cut has now.
+    // By layer: sides to the layer before, and to voxels of each of the two around the box; sides
+    // that the cut has now.
     let deep = high[axis] - low[axis] + 1;
     let mut layers = vec![[0_usize; 3]; deep];
     let (mut ends, mut now) = ([[0_usize; 2]; 2], 0);
@@ -182,8 +185,8 @@ fn each_in(
     }
 }
 
-/// Gives all that is reached through open sides, and of no cell, to the cell that is nearest in steps. What is not reached
-/// is seen from no cell.
+/// Gives all that is reached through open sides, and of no cell, to the cell that is nearest in
+/// steps. What is not reached is seen from no cell.
 pub(super) fn spread(grid: &Grid, states: &[u8], labels: &mut [u32]) {
     let strides = grid.strides();
     let inner = grid.counts.map(|n| n - 1);

@@ -99,7 +99,8 @@ pub(super) fn portals(grid: &Grid, states: &[u8], labels: &[u32]) -> Vec<Portal>
                         p[c] = grid.coordinate(c, j);
                         p
                     };
-                    // Along b and then c they turn about the axis, and face whoever looks from above.
+                    // Along b and then c they turn about the axis, and face whoever looks from
+                    // above.
                     let polygon = vec![
                         corner(low[0], low[1]),
                         corner(high[0], low[1]),
@@ -115,8 +116,8 @@ pub(super) fn portals(grid: &Grid, states: &[u8], labels: &[u32]) -> Vec<Portal>
     out
 }
 
-/// Rectangles that places make up, each by its first and behind its last; places are sorted by row. The fewer of those
-/// that grow along rows first, and along columns.
+/// Rectangles that places make up, each by its first and behind its last; places are sorted by row.
+/// The fewer of those that grow along rows first, and along columns.
 fn rectangles(places: &[[usize; 2]]) -> Vec<[[usize; 2]; 2]> {
     let turned = |places: &[[usize; 2]]| -> Vec<[usize; 2]> {
         let mut turned: Vec<_> = places.iter().map(|&[i, j]| [j, i]).collect();

@@ -1,9 +1,10 @@
-//! Sides between touched voxels: which are proven closed, because each of their points lies within a wall.
+//! Sides between touched voxels: which are proven closed, because each of their points lies within
+//! a wall.
 //!
-//! The planes of all triangles near a side cut it into convex polygons. No surface crosses one of them, so it lies wholly
-//! within a wall if one of its points does. That needs no wall of voxels: a wall that is thicker than one is enough, and
-//! walls that only touch each other close what is between them. Contacts that are open by less than a thousandth of a
-//! voxel count as closed.
+//! The planes of all triangles near a side cut it into convex polygons. No surface crosses one of
+//! them, so it lies wholly within a wall if one of its points does. That needs no wall of voxels: a
+//! wall that is thicker than one is enough, and walls that only touch each other close what is
+//! between them. Contacts that are open by less than a thousandth of a voxel count as closed.
 
 use glam::{DVec2, DVec3};
 
@@ -124,7 +125,8 @@ impl Scratch {
             let Some(normal) = (q - p).cross(r - p).try_normalize() else { continue };
             let across = DVec2::new(normal[b], normal[c]);
             let steep = across.length();
-            // In the plane of the side itself: the triangles beside it along their edges are what cuts it.
+            // In the plane of the side itself: the triangles beside it along their edges are what
+            // cuts it.
             if steep < 1e-6 {
                 continue;
             }
@@ -156,7 +158,8 @@ impl Scratch {
         })
     }
 
-    /// Cuts the side, about its middle, at all lines; what would be a thinner strip than a crack is not cut off.
+    /// Cuts the side, about its middle, at all lines; what would be a thinner strip than a crack is
+    /// not cut off.
     fn cut(&mut self, half: f64, crack: f64) {
         let corner = |x: f64, y: f64| DVec2::new(x, y) * half;
         self.polygons.clear();

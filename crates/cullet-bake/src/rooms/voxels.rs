@@ -1,8 +1,8 @@
 //! Voxels of a scene: touched by the surface of a wall, within one, or free.
 //!
-//! A *wall* is an instance that is closed, opaque and does not move. Everything else hides nothing here. Along a line that no
-//! surface stops, which is drawn from its front at least, the surface of a wall is never wound more often: so who is outside of
-//! it never sees a place within.
+//! A *wall* is an instance that is closed, opaque and does not move. Everything else hides nothing
+//! here. Along a line that no surface stops, which is drawn from its front at least, the surface of
+//! a wall is never wound more often: so who is outside of it never sees a place within.
 
 use cullet::mesh::{Alpha, Mesh};
 use glam::{DVec3, IVec3};
@@ -76,7 +76,8 @@ impl Grid {
         [number % nx, number / nx % ny, number / (nx * ny)]
     }
 
-    /// Where the voxels of a number begin along an axis: the same float for all that end or begin there.
+    /// Where the voxels of a number begin along an axis: the same float for all that end or begin
+    /// there.
     pub(super) fn coordinate(&self, axis: usize, at: usize) -> f64 {
         self.low[axis] + at as f64 * self.size
     }
@@ -136,9 +137,10 @@ pub(super) fn walls<'a>(tree: &'a RayTree<'_>, options: &FindOptions) -> Vec<&'a
     walls
 }
 
-/// Whether each edge is gone along as often one way as the other, by the places of its ends. Then how often the surface is
-/// wound around a point is a whole number that changes at the surface alone, by one: also where more than two triangles meet, as at
-/// the holes that were cut into a wall.
+/// Whether each edge is gone along as often one way as the other, by the places of its ends. Then
+/// how often the surface is wound around a point is a whole number that changes at the surface
+/// alone, by one: also where more than two triangles meet, as at the holes that were cut into a
+/// wall.
 fn is_closed(mesh: &Mesh) -> bool {
     // Both zeros are one place.
     let place = |p: [f32; 3]| p.map(|v| (v + 0.0).to_bits());
@@ -155,7 +157,8 @@ fn is_closed(mesh: &Mesh) -> bool {
     !edges.is_empty() && edges.chunk_by(|a, b| a.0 == b.0).all(of_edge)
 }
 
-/// How thick a wall is: twice its volume over its surface, which is right for a plate; with its surface.
+/// How thick a wall is: twice its volume over its surface, which is right for a plate; with its
+/// surface.
 pub(super) fn thickness(tree: &RayTree<'_>, body: &Body) -> [f64; 2] {
     let mesh = tree.scene().mesh(body.slot);
     let (mut volume, mut area) = (0.0, 0.0);
@@ -305,7 +308,8 @@ fn fill(tree: &RayTree<'_>, body: &Body, grid: &Grid) -> Filled {
     out
 }
 
-/// Whether the surface of a wall is wound around a point, by three rays; `None` where they disagree.
+/// Whether the surface of a wall is wound around a point, by three rays; `None` where they
+/// disagree.
 pub(super) fn winding(
     tree: &RayTree<'_>,
     body: &Body,
@@ -317,7 +321,8 @@ pub(super) fn winding(
     all.then_some(first > 0)
 }
 
-/// Calls `touch` with all voxels that a triangle may come into: those of its box that its plane comes into.
+/// Calls `touch` with all voxels that a triangle may come into: those of its box that its plane
+/// comes into.
 fn touch(grid: &Grid, corners: &[DVec3; 3], slack: f64, mut touch: impl FnMut(usize)) {
     let [p, q, r] = *corners;
     let range = grid.range(p.min(q).min(r) - slack, p.max(q).max(r) + slack);
@@ -328,7 +333,8 @@ fn touch(grid: &Grid, corners: &[DVec3; 3], slack: f64, mut touch: impl FnMut(us
     let strides = grid.strides();
     let [first, last] = range[along];
     let (b, c) = ((along + 1) % 3, (along + 2) % 3);
-    // A voxel as far from the plane as this holds nothing of it; a triangle without area has no plane.
+    // A voxel as far from the plane as this holds nothing of it; a triangle without area has no
+    // plane.
     let reach = normal.abs().element_sum() * grid.size * 0.5 + length * slack;
     for j in range[c][0]..=range[c][1] {
         for i in range[b][0]..=range[b][1] {

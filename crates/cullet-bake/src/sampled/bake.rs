@@ -25,8 +25,8 @@ const MOST_BYTES: u64 = 8 << 30;
 
 /// A bake under way.
 ///
-/// Each round is a list of items that is known when it begins; what an item finds is a pure function of scene, cells, settings,
-/// what the rounds before found, and its number.
+/// Each round is a list of items that is known when it begins; what an item finds is a pure
+/// function of scene, cells, settings, what the rounds before found, and its number.
 #[derive(Debug)]
 pub struct SampledBake<'a> {
     tree: &'a RayTree<'a>,
@@ -49,7 +49,8 @@ pub struct SampledBake<'a> {
     rounds: u32,
 }
 
-/// Looks of lines without an aim from a cell, and how many of them met what was not known when their round began.
+/// Looks of lines without an aim from a cell, and how many of them met what was not known when
+/// their round began.
 #[derive(Clone, Copy, Debug, Default)]
 struct Looks {
     /// All, but for those in `now`.
@@ -153,8 +154,8 @@ impl<'a> SampledBake<'a> {
         };
     }
 
-    /// Whether the settings are met: the budget of rays is spent; or so little is estimated to be missing, each cell was
-    /// swept, and nothing of what was found waits to be followed up.
+    /// Whether the settings are met: the budget of rays is spent; or so little is estimated to be
+    /// missing, each cell was swept, and nothing of what was found waits to be followed up.
     #[must_use]
     pub fn is_done(&self) -> bool {
         self.rays >= self.settings.rays
@@ -188,8 +189,9 @@ impl<'a> SampledBake<'a> {
         sum / self.looks.len().max(1) as f64
     }
 
-    /// Runs what is left. `step` is called after each item with the share of the budget that is spent, and says whether to
-    /// go on. After [`RunEnd::Stopped`] it holds the rounds that were ended; to go on within the next, begin anew with the same folder.
+    /// Runs what is left. `step` is called after each item with the share of the budget that is
+    /// spent, and says whether to go on. After [`RunEnd::Stopped`] it holds the rounds that were
+    /// ended; to go on within the next, begin anew with the same folder.
     ///
     /// # Errors
     /// If a unit cannot be written to the folder, or that cannot be read.
@@ -212,7 +214,8 @@ impl<'a> SampledBake<'a> {
         }
     }
 
-    /// Takes in what an item found. In the order of the items, so that it is the same for any number of threads.
+    /// Takes in what an item found. In the order of the items, so that it is the same for any
+    /// number of threads.
     fn take(&mut self, unit: &Work, found: &Findings) {
         let mut weight = 0.0;
         for &(discovery, lines) in &found.seen {
@@ -265,7 +268,8 @@ impl Rounds for SampledBake<'_> {
         self.tree.kept().iter().for_each(|t| bytes.extend(t.to_le_bytes()));
         let ends = self.cells.boxes().iter().flatten();
         ends.for_each(|v| v.to_array().iter().for_each(|n| bytes.extend(n.to_le_bytes())));
-        // Neither when it ends nor what is kept besides: finished units serve a larger budget and other choices of that.
+        // Neither when it ends nor what is kept besides: finished units serve a larger budget and
+        // other choices of that.
         bytes.extend(self.settings.seed.to_le_bytes());
         hash(&bytes)
     }

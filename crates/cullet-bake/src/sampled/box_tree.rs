@@ -1,4 +1,5 @@
-//! Trees of boxes that rays walk: those of `obvhs`, in coordinates in which f32 and its constants do no harm.
+//! Trees of boxes that rays walk: those of `obvhs`, in coordinates in which f32 and its constants
+//! do no harm.
 
 use std::time::Duration;
 
@@ -23,13 +24,13 @@ pub(super) struct BoxTree {
 /// Boxes are made larger by so much on each side, in the cube: some ten roundings of f32.
 const SLACK: f64 = 2e-6;
 
-/// How far before its start, or the cube's box, a ray begins: the tree takes nothing for met that is nearer than 1e-4. More
-/// would have it visit all that lies so far behind the start.
+/// How far before its start, or the cube's box, a ray begins: the tree takes nothing for met that
+/// is nearer than 1e-4. More would have it visit all that lies so far behind the start.
 const BEFORE: f64 = 2e-4;
 
 impl BoxTree {
-    /// A tree over boxes, of which there must be one and all must be finite; and for each place in the tree the number of
-    /// its box.
+    /// A tree over boxes, of which there must be one and all must be finite; and for each place in
+    /// the tree the number of its box.
     pub(super) fn new(boxes: &[[DVec3; 2]]) -> (Self, Vec<u32>) {
         let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let [low, high] = boxes.iter().fold(none, |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
@@ -57,9 +58,9 @@ impl BoxTree {
         self.bounds
     }
 
-    /// Visits the places of the boxes that a ray meets up to a distance in lengths of `along`, roughly from near to far.
-    /// `visit` returns the distance from which on nothing is wanted any more. A box is never left out; one that is nearly
-    /// met may be visited as well.
+    /// Visits the places of the boxes that a ray meets up to a distance in lengths of `along`,
+    /// roughly from near to far. `visit` returns the distance from which on nothing is wanted any
+    /// more. A box is never left out; one that is nearly met may be visited as well.
     #[inline]
     pub(super) fn walk(
         &self,

@@ -8,7 +8,8 @@ use super::crossing::through_box;
 
 /// Boxes that an eye may be in, none of which overlap within a region.
 ///
-/// Each region given is cut by planes along the axes until there are as many cells as were asked for.
+/// Each region given is cut by planes along the axes until there are as many cells as were asked
+/// for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ViewCells {
     boxes: Vec<[DVec3; 2]>,
@@ -127,7 +128,8 @@ impl ViewCells {
         self.boxes[cell as usize].map(Into::into)
     }
 
-    /// The cell that a point is in, border included; of the first region that holds it. `None` outside, and for a NaN.
+    /// The cell that a point is in, border included; of the first region that holds it. `None`
+    /// outside, and for a NaN.
     #[must_use]
     pub fn cell_of(&self, point: [f64; 3]) -> Option<u32> {
         let point = DVec3::from(point);
@@ -143,7 +145,8 @@ impl ViewCells {
         &self.boxes
     }
 
-    /// The cells that a line from a point along a direction passes between two distances, and where.
+    /// The cells that a line from a point along a direction passes between two distances, and
+    /// where.
     pub(super) fn along(
         &self,
         from: DVec3,

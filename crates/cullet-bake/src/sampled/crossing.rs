@@ -11,10 +11,12 @@ pub(super) struct Crossing {
     pub(super) from_front: bool,
 }
 
-/// Where a ray crosses a triangle or its border. `None` where it does not, and for a triangle seen edge-on.
+/// Where a ray crosses a triangle or its border. `None` where it does not, and for a triangle seen
+/// edge-on.
 ///
-/// The sign of an edge is the same number negated for the two triangles that share it by the position of its ends, so that
-/// no ray slips through between them (after Woop, Benthin & Wald, *Watertight Ray/Triangle Intersection*, 2013).
+/// The sign of an edge is the same number negated for the two triangles that share it by the
+/// position of its ends, so that no ray slips through between them (after Woop, Benthin & Wald,
+/// *Watertight Ray/Triangle Intersection*, 2013).
 #[inline]
 pub(super) fn crossing(start: DVec3, along: DVec3, corners: [[f32; 3]; 3]) -> Option<Crossing> {
     let [p, q, r] = corners.map(|v| DVec3::from(v.map(f64::from)) - start);
@@ -37,8 +39,8 @@ pub(super) fn crossing(start: DVec3, along: DVec3, corners: [[f32; 3]; 3]) -> Op
         .then_some(Crossing { distance, from_front: through < 0.0 })
 }
 
-/// Where a ray enters a box: 0 where it starts within, `None` where it misses it. Never later than it does, but for what is
-/// rounded.
+/// Where a ray enters a box: 0 where it starts within, `None` where it misses it. Never later than
+/// it does, but for what is rounded.
 #[inline]
 pub(super) fn enter_box(bounds: &[DVec3; 2], start: DVec3, along: DVec3) -> Option<f64> {
     let [near, far] = through_box(bounds, start, along);

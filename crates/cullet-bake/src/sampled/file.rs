@@ -6,7 +6,8 @@ use cullet_io::baked::SceneSets;
 use super::sets::ScenePvs;
 
 impl ScenePvs {
-    /// The sets as a scene takes them. Of an instance that was baked by clusters, the set holds it where it holds any of them.
+    /// The sets as a scene takes them. Of an instance that was baked by clusters, the set holds it
+    /// where it holds any of them.
     #[must_use]
     pub fn to_sets(&self) -> SceneSets {
         let count = (0..).take_while(|&index| self.targets.range(index).is_some()).count() as u32;

@@ -35,8 +35,8 @@ pub(super) trait Finder {
 }
 
 impl Tracer {
-    /// Follows a line from a point to what stops it, or both ways: one ray or two. Whether the point is out of all that is
-    /// solid, as far as these tell, and how far ahead the line goes.
+    /// Follows a line from a point to what stops it, or both ways: one ray or two. Whether the
+    /// point is out of all that is solid, as far as these tell, and how far ahead the line goes.
     pub(super) fn trace(
         &mut self,
         tree: &RayTree<'_>,
@@ -67,8 +67,8 @@ impl Tracer {
         self.passed.extend(self.ahead.iter().map(|p| (p.distance, p.target, p.seen)));
         let turned = |p: &Passed| (-p.distance, p.target, [p.seen[1], p.seen[0]]);
         self.passed.extend(self.behind.iter().map(turned));
-        // One-sided faces that the ray behind passed from their backs stop who looks along the line from beyond them, and
-        // those that the ray ahead passed who looks back.
+        // One-sided faces that the ray behind passed from their backs stop who looks along the line
+        // from beyond them, and those that the ray ahead passed who looks back.
         let along_from =
             behind.and_then(|cast| cast.back).map_or(f64::NEG_INFINITY, |b| -b.distance);
         let against_to = ahead.back.map_or(f64::INFINITY, |b| b.distance);

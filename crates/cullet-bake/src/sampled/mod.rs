@@ -1,11 +1,14 @@
-//! Potentially visible sets of any scene: what can be seen from boxes that an eye may be in, found by sampled lines.
+//! Potentially visible sets of any scene: what can be seen from boxes that an eye may be in, found
+//! by sampled lines.
 //!
-//! For scenes without cells and portals. Nothing is asked of the geometry: rays meet just the triangles that are drawn, as
-//! they are drawn, so no crack or foliage spoils it. Every line serves all cells that it passes; what is new is followed
-//! up, past its outline and from the cells beside. What no line found is missing: the result says how much that is likely
-//! to be, by [an estimate](ScenePvs::missing) that costs nothing and by [pictures](check_pictures) from random places.
-//! [Solid voxels](SolidVoxels) prove some of the rest hidden, which no line may ever contradict.
-//! Where nothing may ever be missing, bake a [graph of portals](crate::pvs), or use no sets.
+//! For scenes without cells and portals. Nothing is asked of the geometry: rays meet just the
+//! triangles that are drawn, as they are drawn, so no crack or foliage spoils it. Every line serves
+//! all cells that it passes; what is new is followed up, past its outline and from the cells
+//! beside. What no line found is missing: the result says how much that is likely to be, by [an
+//! estimate](ScenePvs::missing) that costs nothing and by [pictures](check_pictures) from random
+//! places. [Solid voxels](SolidVoxels) prove some of the rest hidden, which no line may ever
+//! contradict. Where nothing may ever be missing, bake a [graph of portals](crate::pvs), or use no
+//! sets.
 //!
 //! ```
 //! use cullet::{Instance, Scene, Transform};

@@ -54,8 +54,9 @@ impl NearTargets {
     }
 }
 
-/// Brings places in the order of a tree: each range is halved at its middle along its longest side, which is noted for the
-/// range's number. Ranges at the same depth differ in length by one at the most.
+/// Brings places in the order of a tree: each range is halved at its middle along its longest side,
+/// which is noted for the range's number. Ranges at the same depth differ in length by one at the
+/// most.
 fn order(places: &mut [(DVec3, u32)], cuts: &mut Vec<(u8, f64)>, number: usize) {
     if places.len() <= LEAF {
         return;

@@ -50,9 +50,10 @@ impl PictureCheck {
     }
 }
 
-/// Draws pictures of all that is around random points of random cells, and holds them against the cells' rows: six faces of
-/// a cube, of `side` × `side` pixels each, a ray through the middle of each. The points have nothing to do with those of a
-/// bake, and what is drawn does not know the sets.
+/// Draws pictures of all that is around random points of random cells, and holds them against the
+/// cells' rows: six faces of a cube, of `side` × `side` pixels each, a ray through the middle of
+/// each. The points have nothing to do with those of a bake, and what is drawn does not know the
+/// sets.
 ///
 /// Cost: 6 · `side`² rays a pose, on so many threads, which change nothing but time.
 #[must_use]
@@ -105,7 +106,8 @@ fn mixed(seed: u64) -> u64 {
     seed ^ 0x7069_6374_7572_6573
 }
 
-/// Draws all that is around a point; how many pixels show what the row lacks. `seen` gets a bit for each target.
+/// Draws all that is around a point; how many pixels show what the row lacks. `seen` gets a bit for
+/// each target.
 fn picture(
     tree: &RayTree<'_>,
     eye: DVec3,

@@ -14,8 +14,9 @@ pub(super) const RAYS_SWEPT: u64 = 256;
 /// beside what it meets.
 pub(super) const RAYS_AROUND: u64 = 9;
 
-/// Rays of a round: so many at least, and this part of all before. Rounds know nothing of what is found meanwhile, so that
-/// large ones find the same again; small ones make threads wait and leave many files.
+/// Rays of a round: so many at least, and this part of all before. Rounds know nothing of what is
+/// found meanwhile, so that large ones find the same again; small ones make threads wait and leave
+/// many files.
 const LEAST: u64 = 100_000;
 const GROWTH: u64 = 16;
 
@@ -73,8 +74,8 @@ impl Work {
         }
     }
 
-    /// How long it is expected to take, in rays without an aim, to cut rounds into even units: as measured on the built-in city.
-    /// `rays_swept` is what sweeps took of late.
+    /// How long it is expected to take, in rays without an aim, to cut rounds into even units: as
+    /// measured on the built-in city. `rays_swept` is what sweeps took of late.
     pub(super) fn time(&self, sweeps: &[Sweep], rays_around: u64, rays_swept: u64) -> f64 {
         let rays = self.rays(sweeps, rays_around) as f64;
         match self {
@@ -82,7 +83,8 @@ impl Work {
             Self::Follow(_) => rays * 1.1,
             Self::Around => rays * 1.6,
             Self::Sweep(cell) if sweeps[*cell as usize].times == 0 => rays_swept as f64 * 1.4,
-            // Since its last sweep more is known to be seen, and so its border is longer by two fifths.
+            // Since its last sweep more is known to be seen, and so its border is longer by two
+            // fifths.
             Self::Sweep(_) => rays * 1.4 * 1.4,
         }
     }
@@ -138,8 +140,9 @@ impl Waiting {
     }
 }
 
-/// The units of the next round: what waits to be followed up is taken from the list, and the cells whose last sweep found
-/// most are swept. `rays_around` is what a line around which is looked took in the round before.
+/// The units of the next round: what waits to be followed up is taken from the list, and the cells
+/// whose last sweep found most are swept. `rays_around` is what a line around which is looked took
+/// in the round before.
 pub(super) fn plan(
     rays: u64,
     rays_around: u64,

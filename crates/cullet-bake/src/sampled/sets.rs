@@ -31,8 +31,9 @@ pub struct ScenePvs {
     /// aim that hit what no other line found before or since. It leaves out what the settings keep
     /// besides. It is an estimate, not a bound; 1 where no line passed.
     pub missing: Vec<f32>,
-    /// Cells within something solid, as far as lines tell: whichever way one looks from them, the first that is met are backs
-    /// of triangles. Their rows hold what would be seen, which need be of no use.
+    /// Cells within something solid, as far as lines tell: whichever way one looks from them, the
+    /// first that is met are backs of triangles. Their rows hold what would be seen, which need be
+    /// of no use.
     pub buried: Vec<u32>,
     /// Rays that were traced.
     pub rays: u64,
@@ -84,8 +85,9 @@ impl ScenePvs {
         ones(self.visible.row(cell))
     }
 
-    /// The rows as plain bytes, little-endian: `PVSROWS2`, then u32 how many rows, bits and bytes a row has, then the rows
-    /// one after the other, bit k of a row in byte k / 8 at place k % 8. Bits beyond the last are 0.
+    /// The rows as plain bytes, little-endian: `PVSROWS2`, then u32 how many rows, bits and bytes a
+    /// row has, then the rows one after the other, bit k of a row in byte k / 8 at place k % 8.
+    /// Bits beyond the last are 0.
     #[must_use]
     pub fn rows_bytes(&self) -> Vec<u8> {
         let columns = self.visible.columns();

@@ -2,24 +2,26 @@
 
 use super::SampledError;
 
-/// Settings of a bake by sampled lines. Results are a function of these, the scene and the cells, and of nothing else.
+/// Settings of a bake by sampled lines. Results are a function of these, the scene and the cells,
+/// and of nothing else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SampledSettings {
     /// Seed of the lines. Default: 1.
     pub seed: u64,
-    /// The bake ends after about so many rays, each traced to its first hit; at least 1. A round that was begun is
-    /// ended. Time grows with it. Default: 100,000,000.
+    /// The bake ends after about so many rays, each traced to its first hit; at least 1. A round
+    /// that was begun is ended. Time grows with it. Default: 100,000,000.
     pub rays: u64,
-    /// The bake ends earlier where the mean over the cells of what is [estimated](super::ScenePvs::missing) to be missing
-    /// is at most this share, 0 to 1. Less takes longer and misses less; 0 uses all rays. Default: 0.00002.
+    /// The bake ends earlier where the mean over the cells of what is
+    /// [estimated](super::ScenePvs::missing) to be missing is at most this share, 0 to 1. Less
+    /// takes longer and misses less; 0 uses all rays. Default: 0.00002.
     pub missing: f64,
-    /// Whatever could appear wider than this from some point of a cell is kept there, whether a line found it or not: in
-    /// radians, above 0 to π, of the ball around its bounds. Less keeps more of what stands near a cell. Default: π, only
-    /// what the cell may touch.
+    /// Whatever could appear wider than this from some point of a cell is kept there, whether a
+    /// line found it or not: in radians, above 0 to π, of the ball around its bounds. Less keeps
+    /// more of what stands near a cell. Default: π, only what the cell may touch.
     pub keep_angle: f64,
-    /// Cells get what cells within this distance see, in units of the world, from 0: those that touch. It hides what
-    /// lines missed, and keeps more. Default: none, each cell has its own.
+    /// Cells get what cells within this distance see, in units of the world, from 0: those that
+    /// touch. It hides what lines missed, and keeps more. Default: none, each cell has its own.
     pub union_radius: Option<f64>,
 }
 

@@ -1,9 +1,10 @@
 //! Proof that targets are hidden: things behind voxels that are solid, whatever lines say.
 //!
-//! A voxel is solid if it lies wholly within a closed mesh: no triangle of that mesh comes into it, and the mesh is wound
-//! around it. A line from outside of the mesh into the voxel then crosses a front of the mesh, which is drawn and hides. From
-//! a cell to a box, all lines cross each layer of voxels between the two within a rectangle; if all voxels of one layer in
-//! it are solid, nothing of the box is seen from the cell. That proves less than is hidden: occluders behind each other
+//! A voxel is solid if it lies wholly within a closed mesh: no triangle of that mesh comes into it,
+//! and the mesh is wound around it. A line from outside of the mesh into the voxel then crosses a
+//! front of the mesh, which is drawn and hides. From a cell to a box, all lines cross each layer of
+//! voxels between the two within a rectangle; if all voxels of one layer in it are solid, nothing
+//! of the box is seen from the cell. That proves less than is hidden: occluders behind each other
 //! are not joined, and thin walls hold no voxel.
 
 use cullet::mesh::Alpha;
@@ -32,8 +33,8 @@ pub struct SolidVoxels {
 }
 
 impl SolidVoxels {
-    /// Voxels over the bounds of all instances, so many along their longest side: 2 to 512. Time and memory grow with the
-    /// third power of that.
+    /// Voxels over the bounds of all instances, so many along their longest side: 2 to 512. Time
+    /// and memory grow with the third power of that.
     ///
     /// # Errors
     /// If the number is out of its range.
@@ -149,7 +150,8 @@ impl SolidVoxels {
         let Some(range) = self.range(low, high) else { return };
         let normal = (q - p).cross(r - p);
         let half = self.size * 0.5;
-        // A voxel as far from the plane as this holds nothing of it; a triangle without area has no plane.
+        // A voxel as far from the plane as this holds nothing of it; a triangle without area has no
+        // plane.
         let reach = normal.abs().element_sum() * half + normal.length() * slack;
         let first: [usize; 3] = std::array::from_fn(|a| range[a][0].max(within[a][0]));
         let last: [usize; 3] = std::array::from_fn(|a| range[a][1].min(within[a][1]));
@@ -206,8 +208,9 @@ impl SolidVoxels {
         }
     }
 
-    /// Whether a box is proven hidden from every point of a cell, both in the world. Instances that the cell may reach into
-    /// prove nothing for it: from within, one-sided ones are looked through.
+    /// Whether a box is proven hidden from every point of a cell, both in the world. Instances that
+    /// the cell may reach into prove nothing for it: from within, one-sided ones are looked
+    /// through.
     #[must_use]
     pub fn hides(&self, cell: [[f64; 3]; 2], target: [[f64; 3]; 2]) -> bool {
         let (cell, target) = (cell.map(DVec3::from), target.map(DVec3::from));
@@ -250,8 +253,8 @@ impl SolidVoxels {
             let place = |k: usize| self.low[axis] + k as f64 * self.size;
             let (mut least, mut most) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
             for height in [place(layer), place(layer + 1)] {
-                // How far on the way from the one to the other, from each end of both; the lines that are farthest out go
-                // from border to border.
+                // How far on the way from the one to the other, from each end of both; the lines
+                // that are farthest out go from border to border.
                 for k in 0..2 {
                     for l in 0..2 {
                         let span = target[l][axis] - cell[k][axis];
@@ -273,7 +276,8 @@ impl SolidVoxels {
         false
     }
 
-    /// Whether all voxels of a rectangle of a layer are solid, by instances that a cell is not around.
+    /// Whether all voxels of a rectangle of a layer are solid, by instances that a cell is not
+    /// around.
     fn is_full(
         &self,
         axis: usize,

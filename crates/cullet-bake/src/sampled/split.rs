@@ -17,12 +17,12 @@ const LOOKS: u32 = 24;
 const OPEN: f64 = 0.02;
 
 impl ViewCells {
-    /// So many cells in some regions, cut where geometry is near: again and again the cell whose surface, times the share
-    /// of rays in it that end within its own length, is largest, at the middle of its longest side. Deterministic by the
-    /// seed. Some 24 rays a cell.
+    /// So many cells in some regions, cut where geometry is near: again and again the cell whose
+    /// surface, times the share of rays in it that end within its own length, is largest, at the
+    /// middle of its longest side. Deterministic by the seed. Some 24 rays a cell.
     ///
-    /// Cells are cut without regard to walls, so that one may reach through a wall: its set then holds what both sides see.
-    /// More cells make that rarer.
+    /// Cells are cut without regard to walls, so that one may reach through a wall: its set then
+    /// holds what both sides see. More cells make that rarer.
     ///
     /// # Errors
     /// If a region is no box, or there are too many cells or fewer than regions.

@@ -11,7 +11,8 @@ pub enum Granularity {
     /// Instances, by the index of their handle.
     #[default]
     Instance,
-    /// Clusters of instances: the instance's [first](Targets::first) and the number of the cluster in its mesh.
+    /// Clusters of instances: the instance's [first](Targets::first) and the number of the cluster
+    /// in its mesh.
     Cluster,
 }
 
@@ -69,8 +70,8 @@ impl Targets {
         self.first.last().copied().unwrap_or(0)
     }
 
-    /// First number of the instance whose handle has this index; for instances that is the index itself. `None` beyond
-    /// the last.
+    /// First number of the instance whose handle has this index; for instances that is the index
+    /// itself. `None` beyond the last.
     #[must_use]
     pub fn first(&self, index: u32) -> Option<u32> {
         self.range(index).map(|range| range.start)

@@ -16,8 +16,8 @@ use cullet_draw::Random;
 pub struct RayTreeOptions {
     /// Items of rows. Default: instances.
     pub granularity: Granularity,
-    /// Instances in none of these layers hide nothing, and are kept in every row: sets are for views of just these
-    /// layers. Default: all.
+    /// Instances in none of these layers hide nothing, and are kept in every row: sets are for
+    /// views of just these layers. Default: all.
     pub layers: u32,
 }
 
@@ -29,10 +29,11 @@ impl Default for RayTreeOptions {
 
 /// The triangles of a scene, as rays meet them.
 ///
-/// An opaque triangle stops who looks at a side of it that is drawn; a one-sided one is looked through from behind, as in
-/// a picture. Blended and alpha-masked parts, and instances that are flagged transparent, stop nothing and are seen.
-/// Instances whose triangles are not known now (their mesh can deform, or the caller gave their bounds), and those with a
-/// transform that is not finite or flattens them, hide nothing and are [kept](Self::kept) in all rows.
+/// An opaque triangle stops who looks at a side of it that is drawn; a one-sided one is looked
+/// through from behind, as in a picture. Blended and alpha-masked parts, and instances that are
+/// flagged transparent, stop nothing and are seen. Instances whose triangles are not known now
+/// (their mesh can deform, or the caller gave their bounds), and those with a transform that is not
+/// finite or flattens them, hide nothing and are [kept](Self::kept) in all rows.
 #[derive(Debug)]
 pub struct RayTree<'a> {
     pub(super) scene: &'a Scene,
@@ -113,10 +114,11 @@ pub(super) struct Passed {
 pub(super) struct Cast {
     /// Hit that stops the ray.
     pub(super) hit: Option<TreeHit>,
-    /// The nearest triangle before that which is seen against the ray only: who looks back from beyond it sees that.
+    /// The nearest triangle before that which is seen against the ray only: who looks back from
+    /// beyond it sees that.
     pub(super) back: Option<TreeHit>,
-    /// Whether the first opaque triangle that it crosses, seen or not, turns its front to it, or there is none: not so from
-    /// within something solid.
+    /// Whether the first opaque triangle that it crosses, seen or not, turns its front to it, or
+    /// there is none: not so from within something solid.
     pub(super) open: bool,
 }
 
@@ -257,7 +259,8 @@ impl<'a> RayTree<'a> {
         &self.kept
     }
 
-    /// The box around all instances that take part, in the world; a little larger, for what is rounded.
+    /// The box around all instances that take part, in the world; a little larger, for what is
+    /// rounded.
     #[must_use]
     pub fn bounds(&self) -> [[f64; 3]; 2] {
         self.top.bounds().map(|v| (v + self.origin).into())
@@ -317,7 +320,8 @@ impl<'a> RayTree<'a> {
         Cast { hit, back, open }
     }
 
-    /// [`first_hit`](Self::first_hit) by a plain loop over all triangles: the oracle of its tests. O(triangles).
+    /// [`first_hit`](Self::first_hit) by a plain loop over all triangles: the oracle of its tests.
+    /// O(triangles).
     #[must_use]
     pub fn first_hit_ref(&self, from: [f64; 3], direction: [f64; 3]) -> Option<TreeHit> {
         let (from, direction) = (DVec3::from(from) - self.origin, DVec3::from(direction));
@@ -355,8 +359,8 @@ impl<'a> RayTree<'a> {
         }
     }
 
-    /// How often a ray leaves a body by a face's back, less how often it enters by a front: how many times its surface is
-    /// wound around the point that it starts from.
+    /// How often a ray leaves a body by a face's back, less how often it enters by a front: how
+    /// many times its surface is wound around the point that it starts from.
     pub(crate) fn winding(&self, body: &Body, from: DVec3, direction: DVec3) -> i32 {
         let (start, along) = body.ray(from - self.origin, direction);
         let mesh = self.mesh_of(body);

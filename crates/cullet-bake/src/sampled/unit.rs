@@ -1,9 +1,11 @@
-//! A unit of work: some lines, their numbers drawn from a hash of what they are, and what they found.
+//! A unit of work: some lines, their numbers drawn from a hash of what they are, and what they
+//! found.
 //!
-//! Lines without an aim tell how much is missing; lines to things that were drawn by lot find the small ones; what was found
-//! is followed up, past its outline, to what stands beside it and to the cells around (after Wonka et al., *Guided Visibility
-//! Sampling*, 2006, and Bittner et al., *Adaptive Global Visibility Sampling*, 2009); and the border between what a cell
-//! sees and what it is not known to see is swept again and again.
+//! Lines without an aim tell how much is missing; lines to things that were drawn by lot find the
+//! small ones; what was found is followed up, past its outline, to what stands beside it and to the
+//! cells around (after Wonka et al., *Guided Visibility Sampling*, 2006, and Bittner et al.,
+//! *Adaptive Global Visibility Sampling*, 2009); and the border between what a cell sees and what
+//! it is not known to see is swept again and again.
 
 use std::collections::HashMap;
 
@@ -27,13 +29,14 @@ const BORDER_LINES: u32 = 4;
 const TRIED_CELLS: usize = 6;
 const TRIED_TARGETS: usize = 6;
 
-/// The solid angle from which on all things matter alike: a fifth of a pixel of the pictures that check sets. What is smaller
-/// matters as it is larger, for the less often does a picture show it; but never less than this.
+/// The solid angle from which on all things matter alike: a fifth of a pixel of the pictures that
+/// check sets. What is smaller matters as it is larger, for the less often does a picture show it;
+/// but never less than this.
 const WHOLE_WEIGHT: f64 = 1e-4;
 const LEAST_WEIGHT: f64 = 1.0 / 64.0;
 
-/// Something that a cell was not known to see. It waits by the million, and is written to files: so the two ends of the line
-/// are kept roughly.
+/// Something that a cell was not known to see. It waits by the million, and is written to files: so
+/// the two ends of the line are kept roughly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Discovery {
     pub(super) cell: u32,
@@ -51,12 +54,13 @@ pub(super) enum Work {
     Free,
     /// Lines to random points of random targets.
     Aimed,
-    /// Lines from random points of random cells, any way; and from there to what stands beside that which they meet, and is
-    /// not known to be seen.
+    /// Lines from random points of random cells, any way; and from there to what stands beside that
+    /// which they meet, and is not known to be seen.
     Around,
     /// Follows up earlier discoveries.
     Follow(Vec<Discovery>),
-    /// From a cell to all that it is not known to see, and cells beside it do, or it sees what is beside.
+    /// From a cell to all that it is not known to see, and cells beside it do, or it sees what is
+    /// beside.
     Sweep(u32),
 }
 
@@ -265,7 +269,8 @@ impl Known<'_> {
         border
     }
 
-    /// How much it would matter that a cell's set lacked a target, 0 to 1: by the solid angle that it can take at the most.
+    /// How much it would matter that a cell's set lacked a target, 0 to 1: by the solid angle that
+    /// it can take at the most.
     pub(super) fn weight(&self, cell: u32, target: u32) -> f64 {
         let Some(ball) = self.tree.ball(target) else { return 0.0 };
         let [low, high] = self.cells.boxes()[cell as usize];

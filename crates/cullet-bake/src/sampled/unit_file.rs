@@ -28,7 +28,8 @@ pub(super) fn write(units: &[Findings]) -> Vec<u8> {
     out
 }
 
-/// Reads the bytes of so many units; `None` where they are not whole, or name cells or targets beyond those that there are.
+/// Reads the bytes of so many units; `None` where they are not whole, or name cells or targets
+/// beyond those that there are.
 pub(super) fn read(bytes: &[u8], units: usize, limits: [u32; 2]) -> Option<Vec<Findings>> {
     let (body, sum) = bytes.split_last_chunk::<8>()?;
     if u64::from_le_bytes(*sum) != hash(body) {

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 /// Ending of the files.
 const ENDING: &str = "unit";
 
-/// A folder in which units lie as files, each named by what it is a function of: the key of the work, the round, and the
-/// first item and the one after the last.
+/// A folder in which units lie as files, each named by what it is a function of: the key of the
+/// work, the round, and the first item and the one after the last.
 #[derive(Clone, Debug)]
 pub struct UnitFolder {
     path: PathBuf,
@@ -37,7 +37,8 @@ impl UnitFolder {
         std::fs::read(self.file(key, round, items)).ok()
     }
 
-    /// The items of the units of a round that lie there, whether they are whole or not; in no order. Cost: the folder's list.
+    /// The items of the units of a round that lie there, whether they are whole or not; in no
+    /// order. Cost: the folder's list.
     ///
     /// # Errors
     /// If the folder cannot be listed.
@@ -54,7 +55,8 @@ impl UnitFolder {
         Ok(units)
     }
 
-    /// Writes a unit beside and renames, so that whoever looks finds all of it or nothing. Where that fails, nothing is left.
+    /// Writes a unit beside and renames, so that whoever looks finds all of it or nothing. Where
+    /// that fails, nothing is left.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -67,8 +69,9 @@ impl UnitFolder {
     ) -> std::io::Result<()> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let file = self.file(key, round, items);
-        // Others may be at the same unit, in this process and on other machines, where process numbers come again: they
-        // write the same bytes, and what is torn between two is noticed by its checksum.
+        // Others may be at the same unit, in this process and on other machines, where process
+        // numbers come again: they write the same bytes, and what is torn between two is noticed by
+        // its checksum.
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         let beside = file.with_extension(format!("{}-{number}.part", std::process::id()));
         let written = std::fs::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, &file));

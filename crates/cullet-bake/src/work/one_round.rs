@@ -21,8 +21,8 @@ impl<F> std::fmt::Debug for OneRound<F> {
 }
 
 impl<F: Fn(u32) -> Option<Vec<u8>> + Sync> OneRound<F> {
-    /// Work under a key, with what each item is expected to cost. `make` gives the bytes of an item, a function of the key
-    /// and the item alone; `None` ends the work there.
+    /// Work under a key, with what each item is expected to cost. `make` gives the bytes of an
+    /// item, a function of the key and the item alone; `None` ends the work there.
     pub fn new(key: u64, costs: Vec<f64>, make: F) -> Self {
         Self { key, costs, make, found: None }
     }

@@ -24,9 +24,11 @@ pub struct RunOptions<'a> {
     pub threads: usize,
     /// Where finished units are written, and looked for.
     pub folder: Option<&'a UnitFolder>,
-    /// This process's share, `[i, n]` with i from 0: it does its own units first, and of the last round no others.
+    /// This process's share, `[i, n]` with i from 0: it does its own units first, and of the last
+    /// round no others.
     pub share: Option<[u32; 2]>,
-    /// Units of a round at the most, where there is a folder; with a share at least as many as there are shares.
+    /// Units of a round at the most, where there is a folder; with a share at least as many as
+    /// there are shares.
     pub units: u32,
 }
 
@@ -39,12 +41,14 @@ impl Default for RunOptions<'_> {
     }
 }
 
-/// Runs what is left, from the round that is next on. `step` is called after each item with the share of the whole that is
-/// over, and says whether to go on. What lies in the folder is passed over, however it was split. After
-/// [`RunEnd::Stopped`] the rounds that were ended are merged; to go on within the next, begin anew with the same folder.
+/// Runs what is left, from the round that is next on. `step` is called after each item with the
+/// share of the whole that is over, and says whether to go on. What lies in the folder is passed
+/// over, however it was split. After [`RunEnd::Stopped`] the rounds that were ended are merged; to
+/// go on within the next, begin anew with the same folder.
 ///
 /// # Errors
-/// If the folder cannot be read, or a unit cannot be written to it. What was finished before is kept.
+/// If the folder cannot be read, or a unit cannot be written to it. What was finished before is
+/// kept.
 pub fn run<R: Rounds>(
     work: &mut R,
     options: &RunOptions<'_>,
@@ -102,8 +106,8 @@ impl<R: Rounds> Round<'_, R> {
         self.work.run_items(items, self.threads, &|item| self.end(item..item + 1))
     }
 
-    /// Runs the items of which no unit lies in the folder, and leaves units there; all parts, in order, or those that
-    /// there are, where only its own are wanted.
+    /// Runs the items of which no unit lies in the folder, and leaves units there; all parts, in
+    /// order, or those that there are, where only its own are wanted.
     fn in_folder(
         &self,
         folder: &UnitFolder,
@@ -139,7 +143,8 @@ impl<R: Rounds> Round<'_, R> {
         Ok(Some(have.into_iter().map(|(_, part)| part).collect()))
     }
 
-    /// The units of the round that lie there and are whole, end to end, and what is left between them.
+    /// The units of the round that lie there and are whole, end to end, and what is left between
+    /// them.
     #[expect(clippy::type_complexity, reason = "units with their parts, and the gaps")]
     fn there(
         &self,

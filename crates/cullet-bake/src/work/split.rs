@@ -5,8 +5,9 @@ use std::ops::Range;
 /// How much more of a round the first unit of [`taper`] has than the last.
 const TAPER: f64 = 8.0;
 
-/// Cuts items into at most so many runs of nearly equal cost, in their order; none is empty. The most costly run is at most
-/// an even share and one item above it. Where costs are zero or no numbers, runs of equal length.
+/// Cuts items into at most so many runs of nearly equal cost, in their order; none is empty. The
+/// most costly run is at most an even share and one item above it. Where costs are zero or no
+/// numbers, runs of equal length.
 #[must_use]
 pub fn split(costs: &[f64], units: u32) -> Vec<Range<u32>> {
     cut(costs, units, |k, units| k / units)
@@ -27,7 +28,8 @@ pub fn taper(costs: &[f64], units: u32) -> Vec<Range<u32>> {
     })
 }
 
-/// Cuts items into at most so many runs; `until` says which share of the cost lies in the first so many of all.
+/// Cuts items into at most so many runs; `until` says which share of the cost lies in the first so
+/// many of all.
 fn cut(costs: &[f64], units: u32, until: impl Fn(f64, f64) -> f64) -> Vec<Range<u32>> {
     let count = costs.len() as u32;
     let units = units.clamp(1, count.max(1));
@@ -43,7 +45,8 @@ fn cut(costs: &[f64], units: u32, until: impl Fn(f64, f64) -> f64) -> Vec<Range<
     for (end, &cost) in (1..).zip(costs) {
         sum += sound(cost);
         let left = units - runs.len() as u32 - 1;
-        // What is past its share is no part of the next; and where no more items are left than runs, each has one of its own.
+        // What is past its share is no part of the next; and where no more items are left than
+        // runs, each has one of its own.
         let is_full = sum >= all * until(units - left) || (sum > before && count - end <= left);
         if left > 0 && is_full {
             runs.push(begin..end);
@@ -56,14 +59,15 @@ fn cut(costs: &[f64], units: u32, until: impl Fn(f64, f64) -> f64) -> Vec<Range<
     runs
 }
 
-/// The numbers of a list in the order in which a share of it is worked on: its own first, then those of others from the
-/// other end, for the others come from this one.
+/// The numbers of a list in the order in which a share of it is worked on: its own first, then
+/// those of others from the other end, for the others come from this one.
 pub(super) fn own_first(own: Range<usize>, count: usize) -> impl Iterator<Item = usize> {
     own.clone().chain((own.end..count).chain(0..own.start).rev())
 }
 
-/// The numbers of items that cost so much, in the order in which share `[i, n]` of them is worked on, with i from 0: its own,
-/// as [`split`] cuts them, the most costly first; then, unless `only_own`, those of the others, for what they have not done by then.
+/// The numbers of items that cost so much, in the order in which share `[i, n]` of them is worked
+/// on, with i from 0: its own, as [`split`] cuts them, the most costly first; then, unless
+/// `only_own`, those of the others, for what they have not done by then.
 #[must_use]
 pub fn order_of_share(costs: &[f64], [share, shares]: [u32; 2], only_own: bool) -> Vec<usize> {
     let own = split(costs, shares).get(share as usize).cloned().unwrap_or_default();

@@ -4,14 +4,15 @@ use super::error::{CellError, PortalProblem};
 use crate::bits;
 use cullet::bounds::Plane;
 
-/// How far the corners of a portal may lie off one plane, as a share of the portal's size, and how far its polygon may be
-/// dented.
+/// How far the corners of a portal may lie off one plane, as a share of the portal's size, and how
+/// far its polygon may be dented.
 pub(super) const FLAT: f64 = 1e-3;
 
 /// An opening between two cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Portal {
-    /// The cells that it joins: the first lies on the side to which the [plane](CellGraph::plane)'s normal points.
+    /// The cells that it joins: the first lies on the side to which the [plane](CellGraph::plane)'s
+    /// normal points.
     pub cells: [u32; 2],
     /// Corners of a convex polygon in one plane, counter-clockwise as seen from the first cell.
     pub polygon: Vec<[f64; 3]>,
@@ -28,8 +29,8 @@ pub struct Mirror {
 
 /// Cells joined by portals: which cells there are, and what leads from one to the next.
 ///
-/// Cells are numbered from 0. Their shapes are not needed here: formats such as `.prt` do not have them. Where they are
-/// known they stand beside it, as [`CellShapes`](super::CellShapes).
+/// Cells are numbered from 0. Their shapes are not needed here: formats such as `.prt` do not have
+/// them. Where they are known they stand beside it, as [`CellShapes`](super::CellShapes).
 ///
 /// All portals are open at first, and are seen through both ways.
 #[derive(Clone, Debug, Default)]
@@ -53,8 +54,9 @@ impl CellGraph {
     /// So many cells, and what joins them. Cost: linear.
     ///
     /// # Errors
-    /// If a portal names a cell that is not there, or joins one with itself; has fewer than three corners, one that is not
-    /// finite, or no area; or is not planar or not convex, by more than a thousandth of its size.
+    /// If a portal names a cell that is not there, or joins one with itself; has fewer than three
+    /// corners, one that is not finite, or no area; or is not planar or not convex, by more than a
+    /// thousandth of its size.
     pub fn new(cell_count: u32, portals: Vec<Portal>) -> Result<Self, CellError> {
         let mut firsts = vec![0_u32; cell_count as usize + 1];
         let mut planes = Vec::with_capacity(portals.len());
@@ -129,8 +131,8 @@ impl CellGraph {
         &self.around[first..end]
     }
 
-    /// The cells on the other side of a cell's portals, open or shut, in the order of [`portals_of`](Self::portals_of): one
-    /// that several portals lead to comes as often.
+    /// The cells on the other side of a cell's portals, open or shut, in the order of
+    /// [`portals_of`](Self::portals_of): one that several portals lead to comes as often.
     pub fn neighbours_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {
         self.portals_of(cell).iter().map(move |&portal| {
             let [first, second] = self.portals[portal as usize].cells;
@@ -138,7 +140,8 @@ impl CellGraph {
         })
     }
 
-    /// The cell that a portal leads to from one of its two; `None` where it is shut, or lets nobody see that way.
+    /// The cell that a portal leads to from one of its two; `None` where it is shut, or lets nobody
+    /// see that way.
     #[must_use]
     pub fn beyond(&self, portal: u32, from: u32) -> Option<u32> {
         self.is_open(portal).then(|| self.if_open(portal, from)).flatten()
@@ -173,7 +176,8 @@ impl CellGraph {
         bits::get(&self.one_way, portal as usize)
     }
 
-    /// Says whether a portal is seen through from its first cell alone. Nothing where there is no such portal.
+    /// Says whether a portal is seen through from its first cell alone. Nothing where there is no
+    /// such portal.
     pub fn set_one_way(&mut self, portal: u32, one_way: bool) {
         if (portal as usize) < self.portals.len() {
             bits::set(&mut self.one_way, portal as usize, one_way);

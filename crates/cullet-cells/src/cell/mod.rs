@@ -1,8 +1,10 @@
-//! Cells and the portals between them: what rooms and corridors hide, known without drawing anything.
+//! Cells and the portals between them: what rooms and corridors hide, known without drawing
+//! anything.
 //!
-//! A *cell* is a region of space in which nothing stands between two points: a room, or a part of one. A *portal* is an
-//! opening between two cells: a convex polygon. Whoever stands in a cell sees what is in it, and of the others what portals
-//! let through. Which that are, [`portal`](crate::portal) finds for a view.
+//! A *cell* is a region of space in which nothing stands between two points: a room, or a part of
+//! one. A *portal* is an opening between two cells: a convex polygon. Whoever stands in a cell sees
+//! what is in it, and of the others what portals let through. Which that are,
+//! [`portal`](crate::portal) finds for a view.
 //!
 //! | | |
 //! |---|---|

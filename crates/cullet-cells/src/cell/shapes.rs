@@ -23,7 +23,8 @@ pub struct CellPiece {
 impl CellPiece {
     /// Farther from the origin a piece may not reach, in world units.
     pub const REACH: f64 = 1e9;
-    /// The most planes of a piece: its corners are found in time that goes by the third power of their number.
+    /// The most planes of a piece: its corners are found in time that goes by the third power of
+    /// their number.
     pub const MOST_PLANES: usize = 64;
 
     /// The box between two corners.
@@ -55,8 +56,9 @@ struct Piece {
 
 /// Shapes of the cells of a graph: each the union of convex pieces, and walls around them.
 ///
-/// Pieces hold what is free: where an eye may be. Pieces of one cell may overlap and need only touch; those of two cells
-/// should share no more than their border. A point on a border is in both cells.
+/// Pieces hold what is free: where an eye may be. Pieces of one cell may overlap and need only
+/// touch; those of two cells should share no more than their border. A point on a border is in both
+/// cells.
 ///
 /// ```
 /// use cullet_cells::cell::{CellGraph, CellLocator, CellPiece, CellShapes, Portal};
@@ -85,20 +87,22 @@ pub struct CellShapes {
 }
 
 impl CellShapes {
-    /// Checks pieces, and that the portals and mirrors of the graph are on the borders of their cells. A cell without a
-    /// piece is nowhere.
+    /// Checks pieces, and that the portals and mirrors of the graph are on the borders of their
+    /// cells. A cell without a piece is nowhere.
     ///
     /// Cost: for each piece the third power of its planes, and n·log² n of the pieces.
     ///
     /// # Errors
-    /// If a piece has no volume, is not closed, has too many planes, or one that is none; if a corner of a portal lies off
-    /// the border of a cell that it joins by more than a thousandth of the portal's size, or its cells are on the wrong sides.
+    /// If a piece has no volume, is not closed, has too many planes, or one that is none; if a
+    /// corner of a portal lies off the border of a cell that it joins by more than a thousandth of
+    /// the portal's size, or its cells are on the wrong sides.
     pub fn new(graph: &CellGraph, pieces: Vec<CellPiece>) -> Result<Self, CellError> {
         Self::with_skins(graph, pieces, Vec::new())
     }
 
-    /// The same with skins: pieces in which surfaces stand, so that no eye may be there. What stands in them is of their
-    /// cell, and portals may be on their borders; but a point in them is in no cell. They are numbered behind the other pieces.
+    /// The same with skins: pieces in which surfaces stand, so that no eye may be there. What
+    /// stands in them is of their cell, and portals may be on their borders; but a point in them is
+    /// in no cell. They are numbered behind the other pieces.
     ///
     /// # Errors
     /// As of [`new`](Self::new).
@@ -156,16 +160,17 @@ impl CellShapes {
         Ok(shapes)
     }
 
-    /// The same with walls around the pieces, so thick, in world units. What lies within so much of a piece's planes is
-    /// within cells and walls; what lies within half of it belongs to the piece's cell, for there stands what bounds it; but
-    /// no eye is there. Default 0. A thickness that is not above zero is none.
+    /// The same with walls around the pieces, so thick, in world units. What lies within so much of
+    /// a piece's planes is within cells and walls; what lies within half of it belongs to the
+    /// piece's cell, for there stands what bounds it; but no eye is there. Default 0. A thickness
+    /// that is not above zero is none.
     #[must_use]
     pub fn with_walls(self, walls: f64) -> Self {
         Self { walls: if walls > 0.0 { walls } else { 0.0 }, ..self }
     }
 
-    /// The same, in which all that is in no cell is solid: nothing is seen there, and no cell from there. Otherwise
-    /// instances that reach out of cells and walls are seen from everywhere.
+    /// The same, in which all that is in no cell is solid: nothing is seen there, and no cell from
+    /// there. Otherwise instances that reach out of cells and walls are seen from everywhere.
     #[must_use]
     pub fn sealed(self) -> Self {
         Self { is_sealed: true, ..self }
@@ -216,7 +221,8 @@ impl CellShapes {
         let limit = super::graph::size_of(polygon) * FLAT;
         let middle = polygon.iter().map(|p| DVec3::from(*p)).sum::<DVec3>() / polygon.len() as f64;
         for (corner, p) in polygon.iter().enumerate() {
-            // A little inward, where the piece is that it belongs to, and not one that touches it there.
+            // A little inward, where the piece is that it belongs to, and not one that touches it
+            // there.
             let p = DVec3::from(*p).lerp(middle, 1e-3);
             let grown = [(p - limit).to_array(), (p + limit).to_array()];
             let (mut nearest, mut reaches) = (f64::INFINITY, f64::INFINITY);
@@ -274,7 +280,8 @@ impl CellShapes {
         self.holds_part(b, reach, &near, &mut budget)
     }
 
-    /// Whether a part of it is, by halves: cut at the sides of pieces, for most stand along the axes.
+    /// Whether a part of it is, by halves: cut at the sides of pieces, for most stand along the
+    /// axes.
     fn holds_part(&self, b: &Bounds, reach: f64, near: &[u32], budget: &mut u32) -> bool {
         let [min, max] = b;
         // Boxes of instances are rounded outward to f32.

@@ -1,13 +1,14 @@
 //! A small tree over the pieces of cells: which of them may hold a point, or touch a box.
 //!
-//! Eight boxes a node, compared side by side: with two a node, whether each was met could not be predicted, and finding
-//! a point among 10,000 took three times as long.
+//! Eight boxes a node, compared side by side: with two a node, whether each was met could not be
+//! predicted, and finding a point among 10,000 took three times as long.
 
 /// Boxes of a node.
 const WIDE: usize = 8;
 /// A child that is a piece.
 const PIECE: u32 = 1 << 31;
-/// Halved three times a level, 2³² pieces are eleven levels deep; each leaves at the most seven others to do.
+/// Halved three times a level, 2³² pieces are eleven levels deep; each leaves at the most seven
+/// others to do.
 const DEEPEST: usize = 96;
 
 /// Boxes of pieces and of other nodes.

@@ -5,7 +5,8 @@ use std::collections::BinaryHeap;
 
 use super::graph::CellGraph;
 
-/// A portal that was reached, by the length of the way; the nearest first, and of two as near that of the lower number.
+/// A portal that was reached, by the length of the way; the nearest first, and of two as near that
+/// of the lower number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Arrived {
     length: f64,
@@ -30,11 +31,13 @@ impl PartialOrd for Arrived {
 }
 
 impl CellGraph {
-    /// For each cell, how long the way is from a point in `cell` to the portal where it enters there: 0 for `cell` itself,
-    /// infinity where none leads there, or all are longer than `limit`. A way goes through open portals, by the middle of each
-    /// (of one-way portals as sight does), so that it is no shorter than the shortest. What is heard in a cell, sound that goes
-    /// around corners and not through walls, is what has a short way there, though it may not be seen; compare
-    /// [`VisibleSets`](crate::pvs::VisibleSets). O(portals · log portals) of those within the limit (Dijkstra, 1959).
+    /// For each cell, how long the way is from a point in `cell` to the portal where it enters
+    /// there: 0 for `cell` itself, infinity where none leads there, or all are longer than `limit`.
+    /// A way goes through open portals, by the middle of each (of one-way portals as sight does),
+    /// so that it is no shorter than the shortest. What is heard in a cell, sound that goes around
+    /// corners and not through walls, is what has a short way there, though it may not be seen;
+    /// compare [`VisibleSets`](crate::pvs::VisibleSets). O(portals · log portals) of those within
+    /// the limit (Dijkstra, 1959).
     ///
     /// # Panics
     /// If there is no such cell.
@@ -84,7 +87,8 @@ mod tests {
     use super::*;
     use crate::cell::Portal;
 
-    /// A ring of four rooms: doors at x = 1, 2, 3 in a row, and a long way round from the last to the first.
+    /// A ring of four rooms: doors at x = 1, 2, 3 in a row, and a long way round from the last to
+    /// the first.
     fn ring() -> CellGraph {
         let door = |cells, x: f64| Portal {
             cells,
@@ -101,7 +105,8 @@ mod tests {
         let far = f64::INFINITY;
         assert_eq!(ways(&graph, far), [0.0, 1.0, 2.0, 3.0, far]);
         assert_eq!(ways(&graph, 2.5), [0.0, 1.0, 2.0, far, far]);
-        // By the other way round: to the door at -9, and from there to that at 3, through the fourth room.
+        // By the other way round: to the door at -9, and from there to that at 3, through the
+        // fourth room.
         graph.set_open(1, false);
         assert_eq!(ways(&graph, far), [0.0, 1.0, 21.0, 9.0, far]);
         graph.set_one_way(3, true);

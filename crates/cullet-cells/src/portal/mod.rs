@@ -1,13 +1,15 @@
 //! Portal culling: what an eye sees of cells through the portals between them.
 //!
-//! From the cell of the eye through open portals, depth first, each portal clipped by what is seen of the ones before
-//! (Luebke & Georges, *Portals and Mirrors: Simple, Fast Evaluation of Potentially Visible Sets*, 1995, with polygons in
-//! place of their rectangles). What is left of a portal bounds what is seen behind it: by the planes through the eye and its
-//! edges. Polygons are clipped in coordinates relative to the eye, before any divide, so that no portal is ever too near.
+//! From the cell of the eye through open portals, depth first, each portal clipped by what is seen
+//! of the ones before (Luebke & Georges, *Portals and Mirrors: Simple, Fast Evaluation of
+//! Potentially Visible Sets*, 1995, with polygons in place of their rectangles). What is left of a
+//! portal bounds what is seen behind it: by the planes through the eye and its edges. Polygons are
+//! clipped in coordinates relative to the eye, before any divide, so that no portal is ever too
+//! near.
 //!
-//! Planes are made of the portals' own corners and never of corners that clipping made: clipping only chooses
-//! which of them bound what is seen. So errors do not add up along a chain, and where there is doubt, one plane
-//! fewer means that more is seen.
+//! Planes are made of the portals' own corners and never of corners that clipping made: clipping
+//! only chooses which of them bound what is seen. So errors do not add up along a chain, and where
+//! there is doubt, one plane fewer means that more is seen.
 //!
 //! ```
 //! use cullet::View;
@@ -58,13 +60,15 @@ pub enum PortalClip {
 pub struct PortalOptions {
     /// How portals are cut. Default [`PortalClip::Polygons`].
     pub clip: PortalClip,
-    /// The most portals of a chain. What is behind the last counts as seen, as far as the view reaches. Default 64.
+    /// The most portals of a chain. What is behind the last counts as seen, as far as the view
+    /// reaches. Default 64.
     pub depth: u32,
-    /// The most visits to cells: one is reached once by every chain that leads to it. Of the portals that are left
-    /// then, all that is behind counts as seen, as far as the view reaches. Default 4,096.
+    /// The most visits to cells: one is reached once by every chain that leads to it. Of the
+    /// portals that are left then, all that is behind counts as seen, as far as the view reaches.
+    /// Default 4,096.
     pub visits: u32,
-    /// The most mirrors of a chain. What is behind the last is left out: a picture in a mirror ends there. Default 0, for
-    /// what a mirror shows is drawn by a view of its own.
+    /// The most mirrors of a chain. What is behind the last is left out: a picture in a mirror ends
+    /// there. Default 0, for what a mirror shows is drawn by a view of its own.
     pub mirrors: u32,
 }
 

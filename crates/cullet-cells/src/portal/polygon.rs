@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-/// Share of the size of a polygon by which planes are moved out when it is cut: far more than rounding.
+/// Share of the size of a polygon by which planes are moved out when it is cut: far more than
+/// rounding.
 pub(super) const SLACK: f64 = 1e-9;
-/// An edge whose ends the eye sees nearer together than this, in radians, makes no plane: it would be off by more than
-/// [`SLACK`].
+/// An edge whose ends the eye sees nearer together than this, in radians, makes no plane: it would
+/// be off by more than [`SLACK`].
 const LEAST_ANGLE: f64 = 1e-6;
 
 /// A corner, and the plane that the edge to the next one lies on.
@@ -15,7 +16,8 @@ pub(super) struct Corner {
     pub(super) plane: u32,
 }
 
-/// Cuts a polygon by n·x ≤ d; the new edge lies on plane `label`. Returns whether something is left.
+/// Cuts a polygon by n·x ≤ d; the new edge lies on plane `label`. Returns whether something is
+/// left.
 pub(super) fn cut(
     polygon: &mut Vec<Corner>,
     (n, d): (DVec3, f64),
@@ -44,16 +46,17 @@ pub(super) fn cut(
     polygon.len() >= 3
 }
 
-/// The plane through the eye and the edge from `a` to `b`, of unit length and pointing out of a polygon that the eye sees
-/// counter-clockwise; `None` where it would be off by too much.
+/// The plane through the eye and the edge from `a` to `b`, of unit length and pointing out of a
+/// polygon that the eye sees counter-clockwise; `None` where it would be off by too much.
 pub(super) fn side(a: DVec3, b: DVec3) -> Option<DVec3> {
     let normal = a.cross(b);
     let length = normal.length();
     (length > a.length() * b.length() * LEAST_ANGLE).then(|| normal / length)
 }
 
-/// The planes of the rectangle of the screen around a polygon, left, right, bottom and top, pointing out; `None` where it
-/// reaches beside or behind the eye. `rows` are x, y and w of clip space.
+/// The planes of the rectangle of the screen around a polygon, left, right, bottom and top,
+/// pointing out; `None` where it reaches beside or behind the eye. `rows` are x, y and w of clip
+/// space.
 pub(super) fn rectangle(polygon: &[Corner], rows: &[DVec3; 3]) -> Option<[DVec3; 4]> {
     let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for corner in polygon {

@@ -1,4 +1,5 @@
-//! The oracle of the walk: a ray through cells, one after the other, until something stops it. Slow.
+//! The oracle of the walk: a ray through cells, one after the other, until something stops it.
+//! Slow.
 
 use glam::DVec3;
 
@@ -9,13 +10,15 @@ use crate::cell::{CellGraph, CellShapes};
 pub enum RayEnd {
     /// At the border of the last cell, where no open portal is.
     Border([f64; 3]),
-    /// Nearer to the edge of an opening than the margin, or after the most steps: nothing is known beyond.
+    /// Nearer to the edge of an opening than the margin, or after the most steps: nothing is known
+    /// beyond.
     Doubt,
 }
 
-/// The cells that a ray sees in turn, from an eye in the first: calls `each` with every one, the point in which the ray
-/// comes into it, and that in which it leaves; mirrors reflect it, at most `mirrors` times. An opening counts where the
-/// ray passes it farther than `margin` from its edges; where it comes nearer, the ray ends.
+/// The cells that a ray sees in turn, from an eye in the first: calls `each` with every one, the
+/// point in which the ray comes into it, and that in which it leaves; mirrors reflect it, at most
+/// `mirrors` times. An opening counts where the ray passes it farther than `margin` from its edges;
+/// where it comes nearer, the ray ends.
 pub fn ray_cells_ref(
     (graph, shapes): (&CellGraph, &CellShapes),
     cell: u32,

@@ -1,4 +1,5 @@
-//! The view as portal culling needs it: an eye, the sides of its picture, and where that is on the screen.
+//! The view as portal culling needs it: an eye, the sides of its picture, and where that is on the
+//! screen.
 
 use glam::{DMat4, DVec3};
 
@@ -19,7 +20,8 @@ pub struct PortalView {
 }
 
 impl PortalView {
-    /// The eye of a view; `None` of an orthographic one, which has no eye that could be in a cell, and of a stereo view.
+    /// The eye of a view; `None` of an orthographic one, which has no eye that could be in a cell,
+    /// and of a stereo view.
     #[must_use]
     pub fn new(view: &View) -> Option<Self> {
         let [x, y, z, w] = view.eye();
@@ -43,8 +45,9 @@ impl PortalView {
         Some(Self { eye, sides, rows, near, door_reach: 0.0 })
     }
 
-    /// The same, for whom shut doors nearer than this are open: in world units, more than half of what a door is thick
-    /// and how far the near plane is away, beyond which a door is not seen. Default 0.
+    /// The same, for whom shut doors nearer than this are open: in world units, more than half of
+    /// what a door is thick and how far the near plane is away, beyond which a door is not seen.
+    /// Default 0.
     #[must_use]
     pub(crate) fn with_door_reach(self, reach: f64) -> Self {
         Self { door_reach: reach, ..self }
@@ -56,8 +59,8 @@ impl PortalView {
         self.eye.into()
     }
 
-    /// A box around the eye and its near rectangle, in world space: what is in it may be cut away. `None` where that
-    /// is not known.
+    /// A box around the eye and its near rectangle, in world space: what is in it may be cut away.
+    /// `None` where that is not known.
     #[must_use]
     pub fn near_box(&self) -> Option<[[f64; 3]; 2]> {
         self.near

@@ -16,7 +16,8 @@ use cullet::view::Frustum;
 pub struct Visit {
     /// The index of the cell.
     pub cell: u32,
-    /// The portal that it is seen through; `None` where the walk began, and of one that is seen in a mirror.
+    /// The portal that it is seen through; `None` where the walk began, and of one that is seen in
+    /// a mirror.
     pub portal: Option<u32>,
     /// The mirror that it is seen in, if that is the last of its chain.
     pub mirror: Option<u32>,
@@ -35,7 +36,8 @@ pub struct Visit {
     polygon: Range<u32>,
 }
 
-/// Cells that are seen from an eye: a tree of visits, in the order of the walk. Memory that walks use again.
+/// Cells that are seen from an eye: a tree of visits, in the order of the walk. Memory that walks
+/// use again.
 #[derive(Clone, Debug, Default)]
 pub struct Reached {
     visits: Vec<Visit>,
@@ -76,8 +78,8 @@ impl Reached {
         self.is_limited
     }
 
-    /// The planes that bound what is seen at a visit, relative to [its eye](Visit::eye), of unit length and pointing out.
-    /// Whatever is seen there is within them.
+    /// The planes that bound what is seen at a visit, relative to [its eye](Visit::eye), of unit
+    /// length and pointing out. Whatever is seen there is within them.
     pub fn planes(&self, visit: &Visit) -> impl Iterator<Item = Plane> + '_ {
         let planes = &self.planes[visit.planes.start as usize..visit.planes.end as usize];
         planes.iter().map(|(n, d)| Plane::new((*n).into(), *d))
@@ -92,8 +94,8 @@ impl Reached {
         polygon.iter().map(move |p| (*p + eye).into())
     }
 
-    /// The planes of a visit relative to an origin, as other tests take them: moved out by what they may be off
-    /// for whatever is nearer to the eye than `reach`.
+    /// The planes of a visit relative to an origin, as other tests take them: moved out by what
+    /// they may be off for whatever is nearer to the eye than `reach`.
     #[must_use]
     pub fn frustum(&self, visit: &Visit, origin: [f64; 3], reach: f64) -> Frustum {
         let eye = DVec3::from(visit.eye) - DVec3::from(origin);
@@ -126,16 +128,18 @@ impl Reached {
     }
 }
 
-/// Walks from the cell of the eye through open portals, or from several where it may be in any, and finds the cells of which
-/// something may be seen, each with what bounds that. Conservative: a ray from the eye within the sides of the view that meets nothing but open portals reaches
-/// each of its cells within the planes of a visit.
+/// Walks from the cell of the eye through open portals, or from several where it may be in any, and
+/// finds the cells of which something may be seen, each with what bounds that. Conservative: a ray
+/// from the eye within the sides of the view that meets nothing but open portals reaches each of
+/// its cells within the planes of a visit.
 ///
-/// A line passes a portal once, so no chain does so twice: that bounds every cycle. A cell may be reached by several
-/// chains, and has a visit for each. An eye that is nearer to a portal than its corners may be off its plane (a
-/// five-hundredth of its size) sees through all of it. Near and far planes of the view are not looked at.
+/// A line passes a portal once, so no chain does so twice: that bounds every cycle. A cell may be
+/// reached by several chains, and has a visit for each. An eye that is nearer to a portal than its
+/// corners may be off its plane (a five-hundredth of its size) sees through all of it. Near and far
+/// planes of the view are not looked at.
 ///
-/// Cost: that of the portals of the cells that are seen. Nothing is allocated once `reached` has grown. A cell that is
-/// not there has no portal; without any, nothing is reached.
+/// Cost: that of the portals of the cells that are seen. Nothing is allocated once `reached` has
+/// grown. A cell that is not there has no portal; without any, nothing is reached.
 pub fn walk_portals(
     graph: &CellGraph,
     view: &PortalView,
@@ -241,7 +245,8 @@ impl Reached {
             slack: 2.0 * graph.tolerance(portal),
             height: if is_front { distance } else { -distance },
         };
-        // It is behind the eye's back, as the cell sees it; or was passed, as a line does but once; or is shut.
+        // It is behind the eye's back, as the cell sees it; or was passed, as a line does but once;
+        // or is shut.
         if opening.height < -opening.slack
             || self.has_passed(visit, portal)
             || !(graph.is_open(portal) || is_near(&of.polygon, eye, view.door_reach))
@@ -272,7 +277,8 @@ impl Reached {
         });
     }
 
-    /// Goes on in a mirror, if something of it is seen: in the same cell, with the eye behind the mirror.
+    /// Goes on in a mirror, if something of it is seen: in the same cell, with the eye behind the
+    /// mirror.
     fn reflect(&mut self, graph: &CellGraph, from: u32, mirror: u32, options: &PortalOptions) {
         let visit = &self.visits[from as usize];
         let (polygon, eye) = (&graph.mirrors()[mirror as usize].polygon, DVec3::from(visit.eye));
@@ -298,7 +304,8 @@ impl Reached {
             true => planes,
             false => self.bound(&opening, eye, planes, &rows, options.clip),
         };
-        // A point is seen in the mirror where its image is seen behind it. All of it is before the mirror.
+        // A point is seen in the mirror where its image is seen behind it. All of it is before the
+        // mirror.
         let first = self.planes.len() as u32;
         for i in bounded {
             let (n, d) = self.planes[i as usize];
@@ -350,7 +357,8 @@ impl Reached {
             size = size.max(p.abs().max_element());
             self.polygon.push(Corner { p, plane: OWN | i });
         }
-        // Where the eye is in the opening, that may be off its plane by as much as it is seen from aside.
+        // Where the eye is in the opening, that may be off its plane by as much as it is seen from
+        // aside.
         let slack =
             4.0 * SLACK * size + if opening.holds_eye() { 2.0 * opening.slack } else { 0.0 };
         planes.clone().all(|label| {

@@ -6,8 +6,8 @@ use thiserror::Error;
 
 use super::{Targets, VisibleSets};
 
-/// Kind of targets, targets, cells and words, each as u32, little-endian; then where each row begins, as u32, filled up to
-/// eight bytes; then the words.
+/// Kind of targets, targets, cells and words, each as u32, little-endian; then where each row
+/// begins, as u32, filled up to eight bytes; then the words.
 const HEADER: usize = 16;
 
 /// Reason for which bytes are no sets, or sets are not those of a scene's cells.
@@ -46,7 +46,8 @@ pub enum SetsError {
 }
 
 impl VisibleSets<'_> {
-    /// The bytes of the sets: for a file, from which [`from_bytes`](VisibleSets::from_bytes) takes them as they lie.
+    /// The bytes of the sets: for a file, from which [`from_bytes`](VisibleSets::from_bytes) takes
+    /// them as they lie.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let numbers = [
@@ -65,12 +66,14 @@ impl VisibleSets<'_> {
 }
 
 impl<'a> VisibleSets<'a> {
-    /// Sets from their bytes, which are not copied where they begin at an address that is a multiple of eight on a
-    /// little-endian machine, as those of a file that is mapped into memory do. O(cells): rows are not looked at, for no row can
-    /// do harm. One that is nonsense says nonsense, so check the sum of a file that may be damaged.
+    /// Sets from their bytes, which are not copied where they begin at an address that is a
+    /// multiple of eight on a little-endian machine, as those of a file that is mapped into memory
+    /// do. O(cells): rows are not looked at, for no row can do harm. One that is nonsense says
+    /// nonsense, so check the sum of a file that may be damaged.
     ///
     /// # Errors
-    /// If the bytes are not as many as they say, are of no known kind, or a row begins beyond their end.
+    /// If the bytes are not as many as they say, are of no known kind, or a row begins beyond their
+    /// end.
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, SetsError> {
         let found = bytes.len() as u64;
         let (header, rest) = bytes

@@ -1,8 +1,10 @@
-//! Potentially visible sets at run time: what may be seen from each cell, known before any frame, and looked up.
+//! Potentially visible sets at run time: what may be seen from each cell, known before any frame,
+//! and looked up.
 //!
-//! Which sets those are is found beforehand: from cells and portals (Teller & Séquin, *Visibility Preprocessing for
-//! Interactive Walkthroughs*, 1991), by lines through a scene (Bittner et al., *Adaptive Global Visibility Sampling*, 2009),
-//! or by the compiler of a map, which stored them in it. Here they are kept small, and asked.
+//! Which sets those are is found beforehand: from cells and portals (Teller & Séquin, *Visibility
+//! Preprocessing for Interactive Walkthroughs*, 1991), by lines through a scene (Bittner et al.,
+//! *Adaptive Global Visibility Sampling*, 2009), or by the compiler of a map, which stored them in
+//! it. Here they are kept small, and asked.
 //!
 //! ```
 //! use cullet_cells::pvs::{Targets, VisibleSets};

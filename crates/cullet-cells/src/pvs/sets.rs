@@ -111,8 +111,8 @@ impl VisibleSets<'_> {
         (self.target_count as usize).div_ceil(64 * BLOCK) * 2
     }
 
-    /// Whether a target may be seen from a cell. What there is no row of may be seen: so says a cell that is not there; a
-    /// target that is not there may not. O(1): three words are read.
+    /// Whether a target may be seen from a cell. What there is no row of may be seen: so says a
+    /// cell that is not there; a target that is not there may not. O(1): three words are read.
     #[inline]
     #[must_use]
     pub fn sees(&self, cell: u32, target: u32) -> bool {
@@ -162,14 +162,15 @@ impl VisibleSets<'_> {
         }
     }
 
-    /// Sets the bits of all that may be seen from a cell. `row` is made as long as a row is; what is set in it stays. O(words).
+    /// Sets the bits of all that may be seen from a cell. `row` is made as long as a row is; what
+    /// is set in it stays. O(words).
     pub fn add_row_to(&self, cell: u32, row: &mut Vec<u64>) {
         row.resize((self.target_count as usize).div_ceil(64), 0);
         self.visit(cell, |word, bits| row[word] |= bits);
     }
 
-    /// All that may be seen from any of some cells, as from all eyes of a region that [touches](crate::cell::CellLocator)
-    /// them. O(words · cells).
+    /// All that may be seen from any of some cells, as from all eyes of a region that
+    /// [touches](crate::cell::CellLocator) them. O(words · cells).
     #[must_use]
     pub fn union(&self, cells: &[u32]) -> Vec<u64> {
         let mut row = vec![0; (self.target_count as usize).div_ceil(64)];
@@ -190,8 +191,9 @@ impl VisibleSets<'_> {
         targets_in(self.union(&[cell]))
     }
 
-    /// Targets that may be seen from one cell and not from another, ascending: what must be there when the eye goes from the
-    /// second, `from`, to the first, `to`. What may be dropped then is the same the other way round.
+    /// Targets that may be seen from one cell and not from another, ascending: what must be there
+    /// when the eye goes from the second, `from`, to the first, `to`. What may be dropped then is
+    /// the same the other way round.
     pub fn arriving(&self, from: u32, to: u32) -> impl Iterator<Item = u32> + use<> {
         let mut row = self.union(&[to]);
         self.visit(from, |word, bits| row[word] &= !bits);
@@ -203,8 +205,9 @@ impl VisibleSets<'_> {
         (0..self.cell_count()).filter(move |&cell| self.sees(cell, target))
     }
 
-    /// Whether anything of some targets may be seen from any of some cells: with [targets](Targets::Cells) that are cells,
-    /// whether two regions may see each other. O(cells · targets), until the first that may.
+    /// Whether anything of some targets may be seen from any of some cells: with
+    /// [targets](Targets::Cells) that are cells, whether two regions may see each other. O(cells ·
+    /// targets), until the first that may.
     #[must_use]
     pub fn any_sees(&self, cells: &[u32], targets: &[u32]) -> bool {
         cells.iter().any(|&cell| targets.iter().any(|&target| self.sees(cell, target)))

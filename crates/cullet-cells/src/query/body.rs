@@ -1,12 +1,14 @@
 //! Proof that a convex body stands between two boxes.
 //!
-//! Let O be convex, and a a point outside of it. The points b whose segment ab meets O are a convex set: all that is
-//! in the cone from a over O and not before O. So where the segments from a to all corners of a box B meet O, those to
-//! all points of B do. The same holds of a, with b fixed. Hence the segments between the corners of two boxes, 64
-//! at the most, prove it for those between any two of their points. The inside of O is convex too: it is that which every
-//! segment is proved to pass through, so that none merely grazes O.
+//! Let O be convex, and a a point outside of it. The points b whose segment ab meets O are a convex
+//! set: all that is in the cone from a over O and not before O. So where the segments from a to all
+//! corners of a box B meet O, those to all points of B do. The same holds of a, with b fixed. Hence
+//! the segments between the corners of two boxes, 64 at the most, prove it for those between any
+//! two of their points. The inside of O is convex too: it is that which every segment is proved to
+//! pass through, so that none merely grazes O.
 //!
-//! Everything is computed in f64, with bounds on what rounding does to it, and the bound that proves less is taken.
+//! Everything is computed in f64, with bounds on what rounding does to it, and the bound that
+//! proves less is taken.
 
 use cullet::cull::occlusion::Convex;
 use cullet::{Transform, exact};
@@ -59,13 +61,14 @@ impl Face {
         Self { corner: p, normal: u.cross(v) * turn, edges: [u.length(), v.length()], error }
     }
 
-    /// The lowest and the highest value that the true normal has with x − corner: positive is the side that the
-    /// normal points to.
+    /// The lowest and the highest value that the true normal has with x − corner: positive is the
+    /// side that the normal points to.
     fn span(&self, x: DVec3) -> [f64; 2] {
         let w = x - self.corner;
         let ([u, v], away) = (self.edges, w.length());
-        // A determinant of three edges: to first order each may be off by the error, times the lengths of the other
-        // two; half as much again for the rest. And less than sixteen roundings.
+        // A determinant of three edges: to first order each may be off by the error, times the
+        // lengths of the other two; half as much again for the rest. And less than sixteen
+        // roundings.
         let slack = self.error * (u * v + v * away + away * u) * 1.5
             + u * v * away * (16.0 * f64::EPSILON)
             + f64::MIN_POSITIVE;
@@ -82,9 +85,10 @@ impl Face {
     }
 }
 
-/// Whether it is proved that a convex occluder, put where `transform` says relative to `origin`, blocks every segment from a
-/// point of `a` to one of `b`, both relative to `origin`: both boxes lie outside of it, and every segment passes through
-/// it, through that of a one-sided polygon from its front.
+/// Whether it is proved that a convex occluder, put where `transform` says relative to `origin`,
+/// blocks every segment from a point of `a` to one of `b`, both relative to `origin`: both boxes
+/// lie outside of it, and every segment passes through it, through that of a one-sided polygon from
+/// its front.
 pub(super) fn blocks(
     convex: &Convex,
     transform: &Transform,
@@ -143,8 +147,8 @@ fn passes_solid(faces: &mut impl Iterator<Item = Face>, a: &Corners, b: &Corners
             let mut least = f64::INFINITY;
             for (i, x) in corners.iter().enumerate() {
                 let [low, high] = face.span(x);
-                // Of the values along a segment the highest that they may have are linear as well, so what is below
-                // zero by them is truly below.
+                // Of the values along a segment the highest that they may have are linear as well,
+                // so what is below zero by them is truly below.
                 above[side][i] = high;
                 least = if low > least { least } else { low };
             }

@@ -12,7 +12,8 @@ use glam::DVec3;
 
 use crate::bits;
 
-/// Why a light cannot change a picture, by the stage that found it out; in the order in which the stages run.
+/// Why a light cannot change a picture, by the stage that found it out; in the order in which the
+/// stages run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum LightReason {
@@ -54,10 +55,12 @@ pub struct LightOptions<'a> {
     pub simd: Simd,
     /// Drop lights whose reach is this small on the screen. Lossy. Default none.
     pub detail: Option<Detail>,
-    /// The view's occlusion buffer, relative to the scene's origin, as a cull with occlusion leaves it in
-    /// [`ViewState::occlusion_buffer`]. It must be that of this view. Default none: nothing is hidden.
+    /// The view's occlusion buffer, relative to the scene's origin, as a cull with occlusion leaves
+    /// it in [`ViewState::occlusion_buffer`]. It must be that of this view. Default none: nothing
+    /// is hidden.
     pub buffer: Option<&'a OcclusionBuffer>,
-    /// The answer of the view's own cull: what it was found to see. Default none: any place may receive light.
+    /// The answer of the view's own cull: what it was found to see. Default none: any place may
+    /// receive light.
     pub visible: Option<&'a Visible>,
 }
 
@@ -83,8 +86,8 @@ pub struct LightRow {
 pub struct LightAnswer {
     /// The numbers of the lights that may matter, ascending.
     pub kept: Vec<u32>,
-    /// For each of those: a box around all that the view sees and the light reaches, relative to the scene's origin;
-    /// `None` where what the view sees was not given.
+    /// For each of those: a box around all that the view sees and the light reaches, relative to
+    /// the scene's origin; `None` where what the view sees was not given.
     pub receivers: Vec<Option<Aabb>>,
     /// For each light: why it does not matter; `None` is kept.
     pub reasons: Vec<Option<LightReason>>,
@@ -96,9 +99,10 @@ pub struct LightAnswer {
 }
 
 impl LightAnswer {
-    /// The shadows of the `at`th light that was kept, in the picture of the view that the lights were culled for: what
-    /// [`Culler::cull_shadow`] takes. Received by what the light was found to reach. Give it a
-    /// [map](ShadowView::map) when there is one. `None` if fewer were kept, or `lights` has fewer.
+    /// The shadows of the `at`th light that was kept, in the picture of the view that the lights
+    /// were culled for: what [`Culler::cull_shadow`] takes. Received by what the light was found to
+    /// reach. Give it a [map](ShadowView::map) when there is one. `None` if fewer were kept, or
+    /// `lights` has fewer.
     #[must_use]
     pub fn shadow_view(&self, view: &View, lights: &[Light], at: usize) -> Option<ShadowView> {
         let light = *lights.get(*self.kept.get(at)? as usize)?;
@@ -123,17 +127,18 @@ impl LightAnswer {
 
 /// Finds the lights that can change the picture of a view, stage by stage, cheapest first.
 ///
-/// Conservative, but for [`detail`](LightOptions::detail): the light that is dropped lights no point that the
-/// view sees. A light with a number that makes none (see [`Light`]) is kept, and a directional one reaches everywhere. What is
-/// lit are points: light that is scattered on its way, as in fog, reaches the eye from all over the frustum, so for that
-/// give neither a buffer nor what is visible.
+/// Conservative, but for [`detail`](LightOptions::detail): the light that is dropped lights no
+/// point that the view sees. A light with a number that makes none (see [`Light`]) is kept, and a
+/// directional one reaches everywhere. What is lit are points: light that is scattered on its way,
+/// as in fog, reaches the eye from all over the frustum, so for that give neither a buffer nor what
+/// is visible.
 ///
-/// Stages: lights without reach; reaches outside the frustum; reaches too small on the screen, if set; reaches that are
-/// hidden, where the view's buffer is given; reaches without anything that is seen, where that is given.
-/// A reach is the ball of the light's range, cut by a spot's cone.
+/// Stages: lights without reach; reaches outside the frustum; reaches too small on the screen, if
+/// set; reaches that are hidden, where the view's buffer is given; reaches without anything that is
+/// seen, where that is given. A reach is the ball of the light's range, cut by a spot's cone.
 ///
-/// Cost: a few tests for each light, and for those in the frustum a region of planes; where what is visible is given, a
-/// walk of the hierarchy for each that is left.
+/// Cost: a few tests for each light, and for those in the frustum a region of planes; where what is
+/// visible is given, a walk of the hierarchy for each that is left.
 ///
 /// ```
 /// use cullet::cull::shadow::Light;
@@ -186,9 +191,10 @@ pub fn cull_lights(
     }
 }
 
-/// [`Culler::cull_shadow`] for each light that [`cull_lights`] kept, in its order: which casters matter for it, with the
-/// funnel and the reasons of that. There is one state and one result for each afterwards. Whoever draws into shadow maps
-/// that are known by then makes the calls himself, with [`LightAnswer::shadow_view`].
+/// [`Culler::cull_shadow`] for each light that [`cull_lights`] kept, in its order: which casters
+/// matter for it, with the funnel and the reasons of that. There is one state and one result for
+/// each afterwards. Whoever draws into shadow maps that are known by then makes the calls himself,
+/// with [`LightAnswer::shadow_view`].
 pub fn cull_light_casters(
     culler: &Culler,
     scene: &Scene,
@@ -254,14 +260,16 @@ fn is_unlit(light: &Light) -> bool {
     }
 }
 
-/// Whether what a light reaches is proved to lie outside a frustum: by its box, then by cutting the frustum.
+/// Whether what a light reaches is proved to lie outside a frustum: by its box, then by cutting the
+/// frustum.
 fn is_outside(frustum: &Frustum, light: &Light) -> bool {
     let reach = reach_of(light);
     let beyond = frustum.planes().any(|(_, plane)| reach.side(plane) == Side::Outside);
     beyond || CasterRegion::new(frustum, None, light).no_receiver()
 }
 
-/// A box around all that a light reaches, rounded outward; everything, where that has no end or is not known.
+/// A box around all that a light reaches, rounded outward; everything, where that has no end or is
+/// not known.
 fn reach_of(light: &Light) -> Aabb {
     let (position, range, cone) = match *light {
         Light::Point { position, range } => (position, range, None),
@@ -275,7 +283,8 @@ fn reach_of(light: &Light) -> Aabb {
     if !tip.is_finite() || !range.is_finite() {
         return Aabb::EVERYTHING;
     }
-    // How far along each axis, and against it, a point of the cone is at the most; a share of the range.
+    // How far along each axis, and against it, a point of the cone is at the most; a share of the
+    // range.
     let mut shares = [DVec3::ONE; 2];
     if let Some((direction, half_angle)) = cone {
         let length = direction.length();

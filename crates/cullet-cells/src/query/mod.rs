@@ -1,8 +1,9 @@
-//! Queries of a scene that games and tools make, and no frame: line of sight, volume to volume, lights, regions of eyes and
-//! motions.
+//! Queries of a scene that games and tools make, and no frame: line of sight, volume to volume,
+//! lights, regions of eyes and motions.
 //!
-//! They stand beside the [`Culler`](cullet::Culler) and read a [`Scene`](cullet::Scene) alone, so that any thread may query. Each
-//! says which way it may err; none claims that something is hidden unless that is proved.
+//! They stand beside the [`Culler`](cullet::Culler) and read a [`Scene`](cullet::Scene) alone, so
+//! that any thread may query. Each says which way it may err; none claims that something is hidden
+//! unless that is proved.
 //!
 //! | query | answer |
 //! |---|---|

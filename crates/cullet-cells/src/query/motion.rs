@@ -29,7 +29,8 @@ impl<'a> Motion<'a> {
         Self { points, radius_world: 0.0, reach_world: f64::INFINITY }
     }
 
-    /// The corners of the way of an eye that goes straight on for some seconds, `velocity` world units in each.
+    /// The corners of the way of an eye that goes straight on for some seconds, `velocity` world
+    /// units in each.
     #[must_use]
     pub fn straight(start: [f64; 3], velocity: [f64; 3], seconds: f64) -> [[f64; 3]; 2] {
         [start, std::array::from_fn(|a| start[a] + velocity[a] * seconds)]
@@ -42,7 +43,8 @@ impl<'a> Motion<'a> {
 pub struct Needed {
     /// Which.
     pub handle: Handle,
-    /// Nothing of it is seen before this distance along the way, in world units; 0 for what may be seen at the start.
+    /// Nothing of it is seen before this distance along the way, in world units; 0 for what may be
+    /// seen at the start.
     pub distance: f64,
 }
 
@@ -53,8 +55,8 @@ pub struct Needed {
 pub struct MotionQuery {
     /// Settings of the query for each step. Its `most_cells` are those of a step.
     pub region: RegionCuller,
-    /// Length of a step, in world units, above 0. Distances are known to a step; cost is in proportion to their
-    /// number. Default 4: two of the region's cells.
+    /// Length of a step, in world units, above 0. Distances are known to a step; cost is in
+    /// proportion to their number. Default 4: two of the region's cells.
     pub step_world: f64,
     /// No more steps than this, at least 1; a longer way has longer ones. Default 1024.
     pub most_steps: u32,
@@ -67,14 +69,16 @@ impl Default for MotionQuery {
 }
 
 impl MotionQuery {
-    /// Lists what may be seen along a way, in any direction, by the distance at which it first may be, then by slot.
+    /// Lists what may be seen along a way, in any direction, by the distance at which it first may
+    /// be, then by slot.
     ///
-    /// Nothing is missing that is seen from within reach: see [`RegionCuller::cull`] for what is kept besides. No
-    /// distance is larger than that at which the instance is first seen; it is that of the step's beginning. No point
-    /// is no eye, and needs nothing. Where a point or the radius is not finite the eye may be anywhere from there on,
-    /// so that everything is needed.
+    /// Nothing is missing that is seen from within reach: see [`RegionCuller::cull`] for what is
+    /// kept besides. No distance is larger than that at which the instance is first seen; it is
+    /// that of the step's beginning. No point is no eye, and needs nothing. Where a point or the
+    /// radius is not finite the eye may be anywhere from there on, so that everything is needed.
     ///
-    /// Cost: a region query for each step, of what was not found in those before. Returns the work of all.
+    /// Cost: a region query for each step, of what was not found in those before. Returns the work
+    /// of all.
     ///
     /// # Errors
     /// [`RegionError::Setting`] for a setting out of its range, or a radius or reach below 0.
@@ -148,7 +152,8 @@ struct Steps<'a> {
 impl Iterator for Steps<'_> {
     type Item = (f64, EyeBox);
 
-    /// A step goes on around corners, so that a way of many short stretches has no more steps than a straight one.
+    /// A step goes on around corners, so that a way of many short stretches has no more steps than
+    /// a straight one.
     fn next(&mut self) -> Option<Self::Item> {
         if self.is_done {
             return None;

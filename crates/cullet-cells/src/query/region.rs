@@ -1,18 +1,19 @@
 //! Visible set of a region: what may be seen from anywhere in a box of eyes.
 //!
-//! The box is cut into cells. From the middle of each cell the scene is looked at in all directions, six squares of
-//! a cube, and into an occlusion buffer for each bodies are drawn that have been made smaller: every face moved
-//! inward by as far as the cell reaches along its normal. What is hidden from the middle behind such bodies is hidden
-//! from every eye of the cell behind the bodies themselves. For let c be the middle, c′ an eye, q a point, and r where
-//! the segment from c to q meets a shrunk body, a share t along it. The point at t of the segment from c′ to q
-//! is r + (1 − t)(c′ − c): it lies within the cell's extent of r, hence in the body. So the union over the
-//! cells is conservative, and bodies that hide something only together, none of them alone, are counted as the buffer
-//! counts them.
+//! The box is cut into cells. From the middle of each cell the scene is looked at in all
+//! directions, six squares of a cube, and into an occlusion buffer for each bodies are drawn that
+//! have been made smaller: every face moved inward by as far as the cell reaches along its normal.
+//! What is hidden from the middle behind such bodies is hidden from every eye of the cell behind
+//! the bodies themselves. For let c be the middle, c′ an eye, q a point, and r where the segment
+//! from c to q meets a shrunk body, a share t along it. The point at t of the segment from c′ to q
+//! is r + (1 − t)(c′ − c): it lies within the cell's extent of r, hence in the body. So the union
+//! over the cells is conservative, and bodies that hide something only together, none of them
+//! alone, are counted as the buffer counts them.
 //!
-//! Peter Wonka, Michael Wimmer & Dieter Schmalstieg, *Visibility Preprocessing with Occluder Fusion for Urban
-//! Walkthroughs*, 2000, shrink occluders by the radius of a ball of eyes. A box of eyes takes less: a wall that
-//! stands along an axis moves by half a side of the cell and not by half its diagonal, and eyes that all are at one height
-//! take nothing off a roof.
+//! Peter Wonka, Michael Wimmer & Dieter Schmalstieg, *Visibility Preprocessing with Occluder Fusion
+//! for Urban Walkthroughs*, 2000, shrink occluders by the radius of a ball of eyes. A box of eyes
+//! takes less: a wall that stands along an axis moves by half a side of the cell and not by half
+//! its diagonal, and eyes that all are at one height take nothing off a roof.
 
 mod bodies;
 mod cells;
@@ -42,9 +43,10 @@ const OVERLAP: f64 = 1e-4;
 
 /// Settings of queries for what is seen from a box of eyes.
 ///
-/// Only closed convex bodies hide anything here: boxes, solids that are convex, and the convex bodies of baked
-/// occluders. Polygons and surfaces have no thickness that could be taken off, so walls that are sheets hide nothing. Neither
-/// do instances that the [`Culler`](cullet::Culler) takes no occluder of.
+/// Only closed convex bodies hide anything here: boxes, solids that are convex, and the convex
+/// bodies of baked occluders. Polygons and surfaces have no thickness that could be taken off, so
+/// walls that are sheets hide nothing. Neither do instances that the [`Culler`](cullet::Culler)
+/// takes no occluder of.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -52,23 +54,26 @@ pub struct RegionCuller {
     /// SIMD level; the answer is the same at every level. Default: the best of the machine.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub simd: Simd,
-    /// Layers that the eyes see, of what is seen and of what hides. A [view](Self::cull_view) brings its own. Default all.
+    /// Layers that the eyes see, of what is seen and of what hides. A [view](Self::cull_view)
+    /// brings its own. Default all.
     pub layers: u32,
-    /// Longest side of a cell, in world units, above 0. Bodies lose half of it on every side, so that it must be smaller
-    /// than what is to hide is thick. A smaller one drops more, and costs with its third power. Default 2: about a tenth
-    /// of a house.
+    /// Longest side of a cell, in world units, above 0. Bodies lose half of it on every side, so
+    /// that it must be smaller than what is to hide is thick. A smaller one drops more, and costs
+    /// with its third power. Default 2: about a tenth of a house.
     pub cell_world: f64,
-    /// No more cells than this, at least 1; a larger box has longer cells. Cost is in proportion. Default 64.
+    /// No more cells than this, at least 1; a larger box has longer cells. Cost is in proportion.
+    /// Default 64.
     pub most_cells: u32,
-    /// Pixels across each of the six squares, 8 to 4096. More drop more of what is far and small, at a cost that rises
-    /// more slowly than the pixels. Default 512.
+    /// Pixels across each of the six squares, 8 to 4096. More drop more of what is far and small,
+    /// at a cost that rises more slowly than the pixels. Default 512.
     pub width: u32,
-    /// No more bodies than this are drawn for a query, those that look largest from the box. Default 2048.
+    /// No more bodies than this are drawn for a query, those that look largest from the box.
+    /// Default 2048.
     pub most_bodies: u32,
-    /// The farthest that a point of a view's near rectangle may be from its eye, in world units, at least 0. A body
-    /// that comes nearer to a cell hides nothing from it, for a view's near plane may cut it open. A
-    /// [view](Self::cull_view) that needs more has it. Default 0.25, for near planes up to 0.1 and fields of
-    /// view up to 120 degrees across.
+    /// The farthest that a point of a view's near rectangle may be from its eye, in world units, at
+    /// least 0. A body that comes nearer to a cell hides nothing from it, for a view's near plane
+    /// may cut it open. A [view](Self::cull_view) that needs more has it. Default 0.25, for near
+    /// planes up to 0.1 and fields of view up to 120 degrees across.
     pub near_world: f64,
     /// Whether [`RegionVisible::reasons`] is filled. Default no.
     pub reasons: bool,
@@ -108,14 +113,15 @@ pub enum RegionError {
     Orthographic,
 }
 
-/// Memory of region queries: kept, they allocate nothing once it has grown, but for bodies that the near plane of a square
-/// cuts. It holds no answer.
+/// Memory of region queries: kept, they allocate nothing once it has grown, but for bodies that the
+/// near plane of a square cuts. It holds no answer.
 #[derive(Clone, Debug, Default)]
 pub struct RegionState {
     buffer: Option<OcclusionBuffer>,
     bodies: Bodies,
     test: OpenTest,
-    /// One bit a slot each: in a layer that is seen; still sought; found to be visible; in a frustum.
+    /// One bit a slot each: in a layer that is seen; still sought; found to be visible; in a
+    /// frustum.
     layers: Vec<u64>,
     sought: Vec<u64>,
     found: Vec<u64>,
@@ -145,8 +151,9 @@ pub struct RegionWork {
 pub struct RegionVisible {
     /// One bit a slot, as of the scene's order when the query was made.
     pub words: Vec<u64>,
-    /// Why the other slots were dropped, where [wanted](RegionCuller::reasons): one a slot, `None` for those
-    /// that may be seen and for empty slots. A box without eyes sees nothing by its frustum.
+    /// Why the other slots were dropped, where [wanted](RegionCuller::reasons): one a slot, `None`
+    /// for those that may be seen and for empty slots. A box without eyes sees nothing by its
+    /// frustum.
     pub reasons: Vec<Option<Reason>>,
     /// Counts in and out of each stage: layers, the frusta where a view was given, occlusion.
     pub funnel: Funnel,
@@ -173,12 +180,13 @@ impl RegionVisible {
 }
 
 impl RegionCuller {
-    /// Finds what may be seen from any eye in a box, in any direction, by perspective views that draw the fronts of
-    /// what they draw.
+    /// Finds what may be seen from any eye in a box, in any direction, by perspective views that
+    /// draw the fronts of what they draw.
     ///
-    /// No instance is dropped of which such an eye sees anything. Kept as well are those flagged always visible,
-    /// without bounds or with a mesh that can deform; what comes within [`near_world`](Self::near_world) of the box; and
-    /// everything in the layers where the box is not finite or beyond 1e18 units. An empty box sees nothing.
+    /// No instance is dropped of which such an eye sees anything. Kept as well are those flagged
+    /// always visible, without bounds or with a mesh that can deform; what comes within
+    /// [`near_world`](Self::near_world) of the box; and everything in the layers where the box is
+    /// not finite or beyond 1e18 units. An empty box sees nothing.
     ///
     /// Cost: a look at every slot, and for each cell six buffers to draw and to test.
     ///
@@ -307,7 +315,8 @@ impl RegionCuller {
                 state.find_wanted();
                 break;
             };
-            // By the sides of the square: what is beside it may cross the plane in which it begins, and would be open.
+            // By the sides of the square: what is beside it may cross the plane in which it begins,
+            // and would be open.
             let planes = Planes::new(&view.frustum());
             let RegionState { test, found, wanted, mask, bodies, work, .. } = &mut *state;
             mask_boxes(self.simd, &planes, hierarchy.boxes(), 0, mask);
@@ -482,7 +491,8 @@ const DIRECTIONS: [[[f64; 3]; 2]; 6] = [
     [[0.0, -1.0, 0.0], [0.0, 0.0, 1.0]],
 ];
 
-/// A side of the cube around an eye, which begins at `near` and has no end; `None` where f64 has no room for it.
+/// A side of the cube around an eye, which begins at `near` and has no end; `None` where f64 has no
+/// room for it.
 fn square(
     eye: [f64; 3],
     [direction, up]: [[f64; 3]; 2],

@@ -1,4 +1,5 @@
-//! Segments against boxes, sixteen at a time, and the walk of nodes from near to far that follows one.
+//! Segments against boxes, sixteen at a time, and the walk of nodes from near to far that follows
+//! one.
 
 use cullet::bounds::Boxes;
 use cullet::hierarchy::Nodes;
@@ -14,8 +15,8 @@ fn blocks(boxes: &Boxes) -> &[[f32; NUMBERS]] {
     boxes.as_floats().as_chunks().0
 }
 
-/// Segment from a point along a vector, in f64, with the slack within which its coordinates and those of what is
-/// in the boxes are known. Shares of the way run from 0 to 1.
+/// Segment from a point along a vector, in f64, with the slack within which its coordinates and
+/// those of what is in the boxes are known. Shares of the way run from 0 to 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
     start: [f64; 3],
@@ -28,15 +29,16 @@ pub(super) struct Span {
 const SHARE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl Span {
-    /// Boxes are met where they come within `slack` of the segment, along each axis. A slack of zero becomes the
-    /// smallest number above it: a box that is merely touched is met.
+    /// Boxes are met where they come within `slack` of the segment, along each axis. A slack of
+    /// zero becomes the smallest number above it: a box that is merely touched is met.
     pub(super) fn new(start: [f64; 3], along: [f64; 3], slack: [f64; 3]) -> Self {
         let slack = slack.map(|s| s + f64::MIN_POSITIVE);
         Self { start, inverse: along.map(|v| 1.0 / v), slack }
     }
 
-    /// The share of the way at which the segment enters each of sixteen boxes: 0 where it starts within, infinite
-    /// where it misses the box or enters it beyond `limit`. Never later than it does.
+    /// The share of the way at which the segment enters each of sixteen boxes: 0 where it starts
+    /// within, infinite where it misses the box or enters it beyond `limit`. Never later than it
+    /// does.
     #[inline(always)]
     pub(super) fn enter(&self, block: &[f32; NUMBERS], limit: f64) -> [f64; LANES] {
         let (mut near, mut far) = ([0.0; LANES], [limit; LANES]);
@@ -61,9 +63,10 @@ impl Span {
     }
 }
 
-/// Visits the boxes that a segment meets up to the share `limit` of its way, those that it enters early before others
-/// of the same node. `visit` is given the number of a box, and may lower the limit; where it says `true` the walk ends,
-/// and so it returns `true`. Boxes that lie under no node yet come last.
+/// Visits the boxes that a segment meets up to the share `limit` of its way, those that it enters
+/// early before others of the same node. `visit` is given the number of a box, and may lower the
+/// limit; where it says `true` the walk ends, and so it returns `true`. Boxes that lie under no
+/// node yet come last.
 pub(super) fn walk(
     (nodes, boxes): (&Nodes, &Boxes),
     span: &Span,
@@ -96,7 +99,8 @@ struct Tree<'a> {
 }
 
 impl Tree<'_> {
-    /// Walks what is below block `at` of a level: 0 is that of the boxes, above stand the levels of the nodes.
+    /// Walks what is below block `at` of a level: 0 is that of the boxes, above stand the levels of
+    /// the nodes.
     fn descend(
         &self,
         level: usize,
@@ -116,7 +120,8 @@ impl Tree<'_> {
     }
 }
 
-/// Visits the lanes of a block that are met, in the order in which they are entered, as long as that is within the limit.
+/// Visits the lanes of a block that are met, in the order in which they are entered, as long as
+/// that is within the limit.
 fn visit_block(
     mut enter: [f64; LANES],
     limit: &mut f64,
@@ -157,7 +162,8 @@ mod tests {
         found
     }
 
-    /// Numbers of a grid, so that faces, edges and corners are met exactly; by clipping, one box after the other.
+    /// Numbers of a grid, so that faces, edges and corners are met exactly; by clipping, one box
+    /// after the other.
     #[test]
     fn a_walk_meets_every_box_that_the_segment_touches() {
         let mut rng = Rng(11);
@@ -197,7 +203,8 @@ mod tests {
         if b.is_empty() {
             return false;
         }
-        // Shares as fractions: the greatest of entering and the least of leaving, over positive denominators.
+        // Shares as fractions: the greatest of entering and the least of leaving, over positive
+        // denominators.
         let (mut enter, mut leave) = ((0_i64, 1_i64), (1_i64, 1_i64));
         for a in 0..3 {
             let from_start = |v: f32| f64::from(v) as i64 - from[a] as i64;

@@ -12,8 +12,9 @@ use super::triangle::{SHARE_ERROR, crossing};
 /// The side of one-sided triangles that blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum BlockingSides {
-    /// The side that is drawn: a triangle of a one-sided part blocks who looks at its front, and is looked through from
-    /// behind, as in a picture. Two ends may then see each other one way and not the other.
+    /// The side that is drawn: a triangle of a one-sided part blocks who looks at its front, and is
+    /// looked through from behind, as in a picture. Two ends may then see each other one way and
+    /// not the other.
     #[default]
     AsDrawn,
     /// Both: what is solid blocks whichever end one looks from.
@@ -39,7 +40,8 @@ pub struct SightOptions {
     pub sides: BlockingSides,
     /// The blocker to find. Default [`Find::Nearest`].
     pub find: Find,
-    /// Instances that do not block, such as who looks and who is looked at. A handle that names none is no error.
+    /// Instances that do not block, such as who looks and who is looked at. A handle that names
+    /// none is no error.
     pub ignored: [Option<Handle>; 2],
 }
 
@@ -80,7 +82,8 @@ pub struct Blocker {
     pub slot: u32,
     /// Its original number in its mesh.
     pub triangle: u32,
-    /// How far along the way it is crossed: above 0 at the start, below 1 at the end, right to 1e-9.
+    /// How far along the way it is crossed: above 0 at the start, below 1 at the end, right to
+    /// 1e-9.
     pub share: f64,
     /// Where, in world space.
     pub point: [f64; 3],
@@ -101,22 +104,25 @@ const FARTHEST: f64 = 1e17;
 
 /// Finds what blocks the line of sight from one point to another, both in world space.
 ///
-/// Triangles block that are opaque: of a part that is neither blended nor alpha-masked, of an instance that is not
-/// flagged transparent, and on the side that the options say. Layers count as for a view. An instance that is flagged
-/// `no_occlusion` is drawn as any other, and blocks.
+/// Triangles block that are opaque: of a part that is neither blended nor alpha-masked, of an
+/// instance that is not flagged transparent, and on the side that the options say. Layers count as
+/// for a view. An instance that is flagged `no_occlusion` is drawn as any other, and blocks.
 ///
-/// Exact: a triangle blocks if the two ends lie on different sides of its plane and the segment passes through its
-/// inside or its border. So nothing slips through between two triangles that share an edge or a corner by its position,
-/// within one instance; an end that lies on a surface is not blocked by that surface; and a triangle seen edge-on blocks
-/// nothing. What is exact are the signs, of vertices and ends that were rounded to f64 once, relative to `from`.
+/// Exact: a triangle blocks if the two ends lie on different sides of its plane and the segment
+/// passes through its inside or its border. So nothing slips through between two triangles that
+/// share an edge or a corner by its position, within one instance; an end that lies on a surface is
+/// not blocked by that surface; and a triangle seen edge-on blocks nothing. What is exact are the
+/// signs, of vertices and ends that were rounded to f64 once, relative to `from`.
 ///
-/// *Blocked* is a proof and *clear* is its absence: what is not known does not block. That is an instance that is not
-/// [rigid](Scene::is_rigid) (it can deform, or the caller gave its bounds: where its triangles are now, only a shader
-/// knows), one whose transform is not finite or flattens it, and everything where a coordinate of an end is not finite or
-/// is more than 1e17 away from the scene's origin. Nothing blocks between a point and itself.
+/// *Blocked* is a proof and *clear* is its absence: what is not known does not block. That is an
+/// instance that is not [rigid](Scene::is_rigid) (it can deform, or the caller gave its bounds:
+/// where its triangles are now, only a shader knows), one whose transform is not finite or flattens
+/// it, and everything where a coordinate of an end is not finite or is more than 1e17 away from the
+/// scene's origin. Nothing blocks between a point and itself.
 ///
-/// Cost: the nodes, cluster boxes and triangles that the segment comes near; it allocates nothing, but for where
-/// rounding hides a sign. It is right at any time; [commit](Scene::commit) the scene for it to be quick.
+/// Cost: the nodes, cluster boxes and triangles that the segment comes near; it allocates nothing,
+/// but for where rounding hides a sign. It is right at any time; [commit](Scene::commit) the scene
+/// for it to be quick.
 ///
 /// ```
 /// use cullet_cells::query::{Sight, SightOptions, line_of_sight};
@@ -161,8 +167,8 @@ pub fn line_of_sight(scene: &Scene, from: [f64; 3], to: [f64; 3], options: &Sigh
     search.nearest.map_or(Sight::Clear, Sight::Blocked)
 }
 
-/// [`line_of_sight`] for each of many segments, in their order. `results` is cleared first. To use several threads, give
-/// each its own part of the segments.
+/// [`line_of_sight`] for each of many segments, in their order. `results` is cleared first. To use
+/// several threads, give each its own part of the segments.
 pub fn lines_of_sight(
     scene: &Scene,
     segments: &[Segment],
@@ -173,13 +179,16 @@ pub fn lines_of_sight(
     results.extend(segments.iter().map(|s| line_of_sight(scene, s.from, s.to, options)));
 }
 
-/// Ends are off by so much of their size where they are held against boxes; a little more than the roundings are.
+/// Ends are off by so much of their size where they are held against boxes; a little more than the
+/// roundings are.
 const BOX_ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// From so many clusters on their boxes are tested: in the space of the mesh, into which the segment must be brought.
+/// From so many clusters on their boxes are tested: in the space of the mesh, into which the
+/// segment must be brought.
 const LEAST_CLUSTERS: usize = 2;
 
-/// Transforms that stretch some direction so much more than another are not inverted: all clusters are looked into.
+/// Transforms that stretch some direction so much more than another are not inverted: all clusters
+/// are looked into.
 const WORST_CONDITION: f64 = 1e6;
 
 /// The search along one segment.
@@ -261,7 +270,8 @@ impl<'a> Search<'a> {
         false
     }
 
-    /// Keeps a blocker if none is nearer; of those at one place that of the lowest slot and triangle.
+    /// Keeps a blocker if none is nearer; of those at one place that of the lowest slot and
+    /// triangle.
     fn note(&mut self, body: &Body<'_>, triangle: u32, share: f64) {
         let triangle = body.mesh.original_triangle()[triangle as usize];
         let order = |b: &Blocker| (b.share, b.slot, b.triangle);
@@ -291,8 +301,8 @@ impl Body<'_> {
         let size = DVec3::from(bounds.min.map(f64::from))
             .abs()
             .max(DVec3::from(bounds.max.map(f64::from)).abs());
-        // Every rounding on the way there, and that of the vertices on their way here, is relative to these terms; that
-        // of the inverse, by the condition too.
+        // Every rounding on the way there, and that of the vertices on their way here, is relative
+        // to these terms; that of the inverse, by the condition too.
         let here =
             search.start.abs() + search.along.abs() + self.shift.abs() + reach(&self.linear, size);
         let slack = reach(&inverse, here) * (BOX_ROUNDING * condition);

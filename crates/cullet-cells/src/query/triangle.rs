@@ -1,11 +1,13 @@
-//! A segment against a triangle: by exact signs, so that nothing slips through between two triangles.
+//! A segment against a triangle: by exact signs, so that nothing slips through between two
+//! triangles.
 //!
-//! The segment starts at the origin and ends at `along`; corners are relative to its start. With n = (q − p) × (r − p):
-//! the line passes p → q on the side that the sign of along · (p × q) tells, and the three of them sum to along · n.
-//! It meets the plane at the share p · (q × r) / (along · n). Every sign is that of the numbers as they
-//! are given, without rounding; then two triangles that share an edge get opposite signs for it whatever the order of
-//! its ends, and those around a corner agree on which of them the line passes through. (Rounded edge functions
-//! are consistent only by edge, in one order of the vertices: Woop, Benthin & Wald, *Watertight Ray/Triangle
+//! The segment starts at the origin and ends at `along`; corners are relative to its start. With n
+//! = (q − p) × (r − p): the line passes p → q on the side that the sign of along · (p × q) tells,
+//! and the three of them sum to along · n. It meets the plane at the share p · (q × r) / (along ·
+//! n). Every sign is that of the numbers as they are given, without rounding; then two triangles
+//! that share an edge get opposite signs for it whatever the order of its ends, and those around a
+//! corner agree on which of them the line passes through. (Rounded edge functions are consistent
+//! only by edge, in one order of the vertices: Woop, Benthin & Wald, *Watertight Ray/Triangle
 //! Intersection*, 2013.)
 
 use crate::exact::Exact;
@@ -22,8 +24,8 @@ pub(super) struct Crossing {
 /// No share is off by more, as a part of the whole way.
 pub(super) const SHARE_ERROR: f64 = 1e-9;
 
-/// Determinant of three vectors, off by less than its size times this: five roundings a product of three, and those
-/// of the sum of six.
+/// Determinant of three vectors, off by less than its size times this: five roundings a product of
+/// three, and those of the sum of six.
 const ROUNDING: f64 = 1e-15;
 
 /// A rounded determinant and the sum of its terms' absolute values.
@@ -71,9 +73,9 @@ fn exact(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> Exact {
     sum
 }
 
-/// Where the segment from the origin to `along` crosses a triangle: its ends lie on different sides of the triangle's
-/// plane, neither on it, and the point between them is in the triangle or on its border. `None` else, also for a
-/// triangle that is seen edge-on and for one without area.
+/// Where the segment from the origin to `along` crosses a triangle: its ends lie on different sides
+/// of the triangle's plane, neither on it, and the point between them is in the triangle or on its
+/// border. `None` else, also for a triangle that is seen edge-on and for one without area.
 ///
 /// Exact for finite numbers of which no product of three overflows or falls below 1e-270 or so.
 #[inline(always)]
@@ -139,8 +141,8 @@ mod tests {
         (within && between).then(|| (height as f64 / through as f64, through < 0))
     }
 
-    /// Few different numbers, so that ends, edges and corners are hit all the time; then as many bits as f64 has, where
-    /// corners lie in a line with the segment but for the last of them.
+    /// Few different numbers, so that ends, edges and corners are hit all the time; then as many
+    /// bits as f64 has, where corners lie in a line with the segment but for the last of them.
     #[test]
     fn crossings_are_those_of_whole_numbers() {
         let mut rng = Rng(3);

@@ -13,9 +13,10 @@ use super::segment::{Span, walk};
 pub struct VolumeOptions {
     /// Instances in none of these layers hide nothing. Default all.
     pub layers: u32,
-    /// How often boxes may be halved, to find a proof for each half: where no occluder hides all of a box, several may
-    /// together. Where one pair of halves has no proof the search ends, so that what is visible costs one test more for
-    /// each; what is hidden costs up to twice as many. 0 to 16, and what is above counts as 16. Default 0.
+    /// How often boxes may be halved, to find a proof for each half: where no occluder hides all of
+    /// a box, several may together. Where one pair of halves has no proof the search ends, so that
+    /// what is visible costs one test more for each; what is hidden costs up to twice as many. 0 to
+    /// 16, and what is above counts as 16. Default 0.
     pub splits: u32,
 }
 
@@ -43,29 +44,32 @@ pub enum BoxSight {
     Empty,
     /// It is not proved that nothing is.
     Visible,
-    /// No point of the one sees any point of the other: each segment between them passes through this occluder, or
-    /// where boxes were halved, those of the first half do.
+    /// No point of the one sees any point of the other: each segment between them passes through
+    /// this occluder, or where boxes were halved, those of the first half do.
     Hidden(HiddenBy),
 }
 
 /// The most halvings that are done.
 const MOST_SPLITS: u32 = 16;
 
-/// Tests whether all of the box `to` is hidden from all of the box `from`, both relative to the scene's origin.
+/// Tests whether all of the box `to` is hidden from all of the box `from`, both relative to the
+/// scene's origin.
 ///
-/// [`Hidden`](BoxSight::Hidden) is a proof: every segment from a point of `from` to a point of `to` passes through one
-/// convex occluder that neither box touches. The shapes are those that occlusion culling has, made when the scene was
-/// [committed](Scene::commit): closed convex meshes, convex closed regions of meshes, polygons and bodies that were baked
-/// or given. As there, instances do not hide that are flagged `no_occlusion` or transparent, or are not
-/// [rigid](Scene::is_rigid), and nobody stands inside of what is solid: a body says nothing of an eye within the boxes that
-/// its occluder [seals](cullet::cull::occlusion::Occluder::sealed). A one-sided polygon hides from its front alone, so the
-/// two boxes are not always exchangeable. Surfaces that are not convex, as terrain, hide nothing here.
+/// [`Hidden`](BoxSight::Hidden) is a proof: every segment from a point of `from` to a point of `to`
+/// passes through one convex occluder that neither box touches. The shapes are those that occlusion
+/// culling has, made when the scene was [committed](Scene::commit): closed convex meshes, convex
+/// closed regions of meshes, polygons and bodies that were baked or given. As there, instances do
+/// not hide that are flagged `no_occlusion` or transparent, or are not [rigid](Scene::is_rigid),
+/// and nobody stands inside of what is solid: a body says nothing of an eye within the boxes that
+/// its occluder [seals](cullet::cull::occlusion::Occluder::sealed). A one-sided polygon hides from
+/// its front alone, so the two boxes are not always exchangeable. Surfaces that are not convex, as
+/// terrain, hide nothing here.
 ///
-/// [`Visible`](BoxSight::Visible) is the absence of a proof, and what a box is whose numbers are not finite; and all that
-/// rounding leaves in doubt.
+/// [`Visible`](BoxSight::Visible) is the absence of a proof, and what a box is whose numbers are
+/// not finite; and all that rounding leaves in doubt.
 ///
-/// Cost: what hides both boxes is met by the segment between their middles, so that only what lies along that is looked
-/// at; a few hundred products for each candidate.
+/// Cost: what hides both boxes is met by the segment between their middles, so that only what lies
+/// along that is looked at; a few hundred products for each candidate.
 ///
 /// ```
 /// use cullet::bounds::Aabb;

@@ -18,8 +18,8 @@ use crate::cell::CellGraph;
 use crate::cells::Cells;
 use crate::portal::{PortalOptions, Reached};
 
-/// State of one view among cells, kept from frame to frame: where its eye is, which cells it reaches, and the visible sets of
-/// those that it is in. Dropping it costs time, never an answer.
+/// State of one view among cells, kept from frame to frame: where its eye is, which cells it
+/// reaches, and the visible sets of those that it is in. Dropping it costs time, never an answer.
 #[derive(Clone, Debug, Default)]
 pub struct CellView {
     /// How portals are cut.
@@ -35,7 +35,8 @@ impl CellView {
         CellCandidates { cells, view: RefCell::new(self) }
     }
 
-    /// Culls a scene, among the cells that it may have, as [`Culler::cull_one`] and [`Culler::cull_among`] do.
+    /// Culls a scene, among the cells that it may have, as [`Culler::cull_one`] and
+    /// [`Culler::cull_among`] do.
     pub fn cull<'a>(
         &mut self,
         world: impl Into<InCells<'a>>,
@@ -54,7 +55,8 @@ impl CellView {
         }
     }
 
-    /// Returns the cells that the last cull of this view reached through portals; `None` where portals did nothing.
+    /// Returns the cells that the last cull of this view reached through portals; `None` where
+    /// portals did nothing.
     #[must_use]
     pub fn reached(&self) -> Option<&Reached> {
         self.portal.reached()
@@ -83,7 +85,8 @@ impl<'a> From<(&'a Scene, &'a Cells)> for InCells<'a> {
 }
 
 impl<'a> InCells<'a> {
-    /// Takes cells that are of the scene as it is, but for instances that moved; others hide nothing.
+    /// Takes cells that are of the scene as it is, but for instances that moved; others hide
+    /// nothing.
     #[must_use]
     pub fn new(scene: &'a Scene, cells: Option<&'a Cells>) -> Self {
         Self { scene, cells: cells.filter(|cells| cells.check(scene).is_ok()) }
@@ -101,12 +104,14 @@ impl<'a> InCells<'a> {
         self.cells?.cell_of(point)
     }
 
-    /// Culls for one view, and finds where that is among the cells each time. A renderer keeps a [`CellView`] for each view.
+    /// Culls for one view, and finds where that is among the cells each time. A renderer keeps a
+    /// [`CellView`] for each view.
     pub fn cull(self, culler: &Culler, view: &View, state: &mut ViewState, result: &mut Visible) {
         CellView::default().cull(self, culler, view, state, result);
     }
 
-    /// Culls for one view and returns the cells that it reaches through portals; `None` where portals do nothing.
+    /// Culls for one view and returns the cells that it reaches through portals; `None` where
+    /// portals do nothing.
     #[must_use]
     pub fn reached(self, culler: &Culler, view: &View) -> Option<Reached> {
         let (mut own, mut state, mut result) =
@@ -128,7 +133,8 @@ impl<'a> InCells<'a> {
         Ok(self.explain_many(culler, view, &[handle])?.remove(0))
     }
 
-    /// Explains instances for one view, as [`Culler::explain_many`] and [`Culler::explain_among`] do.
+    /// Explains instances for one view, as [`Culler::explain_many`] and [`Culler::explain_among`]
+    /// do.
     ///
     /// # Errors
     /// If a handle names no instance.

@@ -1,4 +1,5 @@
-//! Portal: what is in no cell that is seen through open portals, or beside the portals through which its cells are seen.
+//! Portal: what is in no cell that is seen through open portals, or beside the portals through
+//! which its cells are seen.
 
 use cullet::bounds::Side;
 use cullet::cull::frustum::batch::Planes;
@@ -176,7 +177,8 @@ fn bounds_of(
     reached.frustum(visit, origin, far.map(|v| v * v).sum::<f64>().sqrt())
 }
 
-/// Returns the shortest way from one cell to others, an open one if there is one. Nothing is seen along it.
+/// Returns the shortest way from one cell to others, an open one if there is one. Nothing is seen
+/// along it.
 fn way(cells: &Cells, start: u32, to: &[u32]) -> (Sight, Vec<u32>) {
     for open_only in [true, false] {
         let graph = cells.graph();

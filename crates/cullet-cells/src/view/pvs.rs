@@ -53,7 +53,8 @@ impl Cache {
         self.seen.get(word).copied().unwrap_or(u64::MAX) | self.everywhere(cells, word)
     }
 
-    /// Returns one bit for each slot of `word`: seen from everywhere. Of sets of instances, those that changed are in `seen`.
+    /// Returns one bit for each slot of `word`: seen from everywhere. Of sets of instances, those
+    /// that changed are in `seen`.
     fn everywhere(&self, cells: &Cells, word: usize) -> u64 {
         match cells.visible_sets().map(VisibleSets::targets) {
             Some(Targets::Instances) => 0,

@@ -14,28 +14,32 @@ pub struct CullArgs {
     /// How much is looked for; the options below change single settings of it
     #[arg(long, value_parser = parse::choice(PRESETS), default_value = "balanced")]
     pub preset: Preset,
-    /// Also drop what stays under PX pixels on the screen (lossy: may cost visible pixels); 0 drops nothing
+    /// Also drop what stays under PX pixels on the screen (lossy: may cost visible pixels); 0 drops
+    /// nothing
     #[arg(long, value_name = "PX", value_parser = parse::pixels)]
     pub detail: Option<f64>,
-    /// How --detail measures: both sides of the screen box, its area in square pixels, or its diagonal
+    /// How --detail measures: both sides of the screen box, its area in square pixels, or its
+    /// diagonal
     #[arg(long, value_parser = parse::choice(MEASURES), default_value = "sides")]
     pub detail_by: Measure,
-    /// Let --detail drop clusters of larger instances, too: where these are made of small clusters, they get holes
+    /// Let --detail drop clusters of larger instances, too: where these are made of small clusters,
+    /// they get holes
     #[arg(long, requires = "detail")]
     pub detail_clusters: bool,
-    /// Draw levels of detail that are off by up to PX pixels at the image's centre (lossy); 0 draws all in full. A scene
-    /// without levels gets some from the baker, once
+    /// Draw levels of detail that are off by up to PX pixels at the image's centre (lossy); 0 draws
+    /// all in full. A scene without levels gets some from the baker, once
     #[arg(long, value_name = "PX", value_parser = parse::lod_pixels, allow_hyphen_values = true)]
     pub lod: Option<f64>,
     /// Let --lod hold in the image's corners too, where a pixel is a smaller angle
     #[arg(long, requires = "lod")]
     pub lod_corners: bool,
-    /// Draw levels of detail of no more than N triangles, as little off as that allows, and by no less than --lod where it is
-    /// given. What is counted is what culling of whole instances leaves
+    /// Draw levels of detail of no more than N triangles, as little off as that allows, and by no
+    /// less than --lod where it is given. What is counted is what culling of whole instances leaves
     #[arg(long, value_name = "N", value_parser = parse::budget)]
     pub lod_triangles: Option<u64>,
-    /// Choose levels for a ball of eyes of this radius, in units of the scene; views stay in the ball of an earlier one as
-    /// long as their eye does, so that nothing changes from one to the next
+    /// Choose levels for a ball of eyes of this radius, in units of the scene; views stay in the
+    /// ball of an earlier one as long as their eye does, so that nothing changes from one to the
+    /// next
     #[arg(long, value_name = "R", value_parser = parse::ball)]
     pub lod_ball: Option<f64>,
     /// Run one stage alone
@@ -65,11 +69,13 @@ pub struct CullArgs {
     /// Budget for drawing occluders, per view, in modelled microseconds [default: the preset's]
     #[arg(long, value_name = "US", value_parser = parse::microseconds)]
     pub occlusion_budget: Option<f32>,
-    /// Look for what is hidden only as far as it pays: at first no more than this share of what drawing all that is left
-    /// costs. The library's preset has 0.015 [default: look, whatever it costs]
+    /// Look for what is hidden only as far as it pays: at first no more than this share of what
+    /// drawing all that is left costs. The library's preset has 0.015 [default: look, whatever it
+    /// costs]
     #[arg(long, value_name = "SHARE", value_parser = parse::share)]
     pub occlusion_risk: Option<f32>,
-    /// Occluders: each mesh itself, boxes and polygons baked from it first, or the cheaper of the two
+    /// Occluders: each mesh itself, boxes and polygons baked from it first, or the cheaper of the
+    /// two
     #[arg(long, value_enum, default_value_t = OccluderKind::Mesh)]
     pub occluders: OccluderKind,
     /// Test big boxes at the frustum's corners exactly
@@ -164,6 +170,7 @@ pub enum OccluderKind {
     Auto,
     /// The mesh itself
     Mesh,
-    /// Boxes and polygons made from it, and some of its triangles where those leave much; nothing where none do
+    /// Boxes and polygons made from it, and some of its triangles where those leave much; nothing
+    /// where none do
     Baked,
 }

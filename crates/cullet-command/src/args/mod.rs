@@ -1,4 +1,5 @@
-//! Groups of arguments that several commands take: which scene, which views, which kinds of culling, which share of the work.
+//! Groups of arguments that several commands take: which scene, which views, which kinds of
+//! culling, which share of the work.
 
 mod cull;
 mod scene;

@@ -16,8 +16,9 @@ pub struct ViewArgs {
     /// How many views along the path
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub views: u32,
-    /// One of orbit, walk, fly, `file:PATH`, `camera:NAME`; auto is walk for the built-in scenes that one walks
-    /// in (city, office, plant, forest, moving), `camera:*` (the starts of players) for a .bsp file, else orbit
+    /// One of orbit, walk, fly, `file:PATH`, `camera:NAME`; auto is walk for the built-in scenes
+    /// that one walks in (city, office, plant, forest, moving), `camera:*` (the starts of players)
+    /// for a .bsp file, else orbit
     #[arg(long, default_value = AUTO)]
     pub path: String,
     /// One view, from this point

@@ -33,7 +33,8 @@ mod tests {
     use crate::mesh::cut_mesh;
     use crate::options::CutOptions;
 
-    /// Two tetrahedra in two parts, with a normal, texture coordinates and a colour that are linear in x.
+    /// Two tetrahedra in two parts, with a normal, texture coordinates and a colour that are linear
+    /// in x.
     fn mesh() -> (Mesh, Attributes) {
         let mut data = MeshData::default();
         for (number, x) in [0.0f32, 4.0].into_iter().enumerate() {

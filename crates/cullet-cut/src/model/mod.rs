@@ -27,8 +27,8 @@ const CUT_FACE: [f32; 4] = [0.50, 0.065, 0.04, 1.0];
 /// A model after a cut.
 #[derive(Debug)]
 pub struct CutModel {
-    /// Its own scene, committed, with the names, materials, cameras and nodes of what it was cut from, and one more
-    /// material, `cut face`, where there are caps.
+    /// Its own scene, committed, with the names, materials, cameras and nodes of what it was cut
+    /// from, and one more material, `cut face`, where there are caps.
     pub model: Model,
     /// The figures of the cut.
     pub report: ModelReport,
@@ -76,13 +76,13 @@ pub enum ModelError {
     Stopped,
 }
 
-/// Cuts every instance of a model, in the order of their handles. Those that no plane touches stay as they are and go
-/// on sharing their mesh; each that one touches becomes a mesh of its own. Whether one does is decided by the box of
-/// its mesh, whatever its bounds were set to. An empty result is a value. What moves does so no longer, and warnings,
-/// views and cells stay behind.
+/// Cuts every instance of a model, in the order of their handles. Those that no plane touches stay
+/// as they are and go on sharing their mesh; each that one touches becomes a mesh of its own.
+/// Whether one does is decided by the box of its mesh, whatever its bounds were set to. An empty
+/// result is a value. What moves does so no longer, and warnings, views and cells stay behind.
 ///
-/// `each` is called when an instance is done; it may stop the work. Costs [`cut_mesh`](crate::cut_mesh) for each
-/// instance that planes touch.
+/// `each` is called when an instance is done; it may stop the work. Costs
+/// [`cut_mesh`](crate::cut_mesh) for each instance that planes touch.
 ///
 /// ```
 /// use std::ops::ControlFlow;

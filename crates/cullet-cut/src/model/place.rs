@@ -23,7 +23,8 @@ pub(super) fn place(mesh: &Mesh, transform: &Transform, planes: &[Plane]) -> Pla
         let n = DVec3::from(plane.normal);
         let local = linear.transpose() * n;
         let d = plane.d - n.dot(DVec3::from(transform.translation));
-        // A transform that flattens everything along the normal, or is not finite: one side holds all.
+        // A transform that flattens everything along the normal, or is not finite: one side holds
+        // all.
         if !Plane::new(local.into(), d).is_finite() || local.abs().max_element() < 1e-300 {
             if d < 0.0 {
                 return Place::Outside;

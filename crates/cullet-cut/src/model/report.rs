@@ -63,8 +63,8 @@ pub struct OpenMesh {
 }
 
 impl ModelReport {
-    /// Adds what the cut of one instance found. Where that is an open outline, the mesh is looked at as it was before
-    /// the cut, once.
+    /// Adds what the cut of one instance found. Where that is an open outline, the mesh is looked
+    /// at as it was before the cut, once.
     pub(super) fn add(&mut self, number: usize, name: &str, mesh: &Mesh, report: &CutReport) {
         self.duplicates_dropped += report.duplicates as u64;
         self.open_chains += report.open_chains as u64;

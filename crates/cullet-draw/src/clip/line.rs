@@ -1,14 +1,14 @@
 //! Lines clipped by planes, windows and convex regions, as parameters.
 //!
-//! A line from a to b is a + t·(b − a), t in 0..=1, and what is left of it is `[t0, t1]`: positions, colours
-//! and texture coordinates all follow by [`at`]. On a side is inside, as everywhere in this room, so a line
-//! that only touches a region gives t0 = t1.
+//! A line from a to b is a + t·(b − a), t in 0..=1, and what is left of it is `[t0, t1]`:
+//! positions, colours and texture coordinates all follow by [`at`]. On a side is inside, as
+//! everywhere in this room, so a line that only touches a region gives t0 = t1.
 //!
-//! Three ways, the first two for windows with sides along the axes: by outcodes (Cohen & Sutherland, in
-//! Newman & Sproull, *Principles of Interactive Computer Graphics*, 1973), which decides most lines with
-//! comparisons alone; by parameters (Liang & Barsky, *A New Concept and Method for Line Clipping*, 1984);
-//! and by parameters against any planes (Cyrus & Beck, *Generalized Two- and Three-Dimensional Clipping*,
-//! 1978).
+//! Three ways, the first two for windows with sides along the axes: by outcodes (Cohen &
+//! Sutherland, in Newman & Sproull, *Principles of Interactive Computer Graphics*, 1973), which
+//! decides most lines with comparisons alone; by parameters (Liang & Barsky, *A New Concept and
+//! Method for Line Clipping*, 1984); and by parameters against any planes (Cyrus & Beck,
+//! *Generalized Two- and Three-Dimensional Clipping*, 1978).
 
 use std::cmp::Ordering;
 
@@ -22,8 +22,8 @@ pub fn at<T: Scalar, const N: usize>(a: &[T; N], b: &[T; N], t: T) -> [T; N] {
     std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t)
 }
 
-/// Narrows `[t0, t1]` to where a height that is `a` at 0 and `b` at 1 is not above zero. `false` where
-/// nothing is left. A NaN narrows nothing.
+/// Narrows `[t0, t1]` to where a height that is `a` at 0 and `b` at 1 is not above zero. `false`
+/// where nothing is left. A NaN narrows nothing.
 #[inline]
 fn narrow<T: Scalar>(t: &mut [T; 2], a: T, b: T) -> bool {
     if a > T::ZERO {
@@ -57,8 +57,9 @@ impl<T: Scalar, const D: usize> HalfSpace<T, D> {
 impl<T: Scalar, const D: usize> Region<T, D> {
     /// The part of a line within the region, by Cyrus & Beck; `None` where there is none.
     ///
-    /// In four dimensions, before the divide, this is right for points with w ≤ 0 as well: the part within
-    /// a clip volume has w ≥ 0. A line with a NaN is kept whole by the planes that it hides from.
+    /// In four dimensions, before the divide, this is right for points with w ≤ 0 as well: the part
+    /// within a clip volume has w ≥ 0. A line with a NaN is kept whole by the planes that it hides
+    /// from.
     #[must_use]
     pub fn clip_line(&self, a: &[T; D], b: &[T; D]) -> Option<[T; 2]> {
         let mut t = [T::ZERO, T::ONE];
@@ -74,7 +75,8 @@ pub struct Window<T, const D: usize> {
 }
 
 impl<T: Scalar, const D: usize> Window<T, D> {
-    /// The window between two corners. A low that equals its high is a window without width, and right.
+    /// The window between two corners. A low that equals its high is a window without width, and
+    /// right.
     ///
     /// # Errors
     /// [`ClipError::NoWindow`] where a low exceeds its high, or is NaN.
@@ -101,8 +103,8 @@ impl<T: Scalar, const D: usize> Window<T, D> {
         self.high
     }
 
-    /// The window as a region: plane 2i is the low side of axis i, plane 2i + 1 the high one. Infinite
-    /// sides, and axes beyond the sixteenth, are absent.
+    /// The window as a region: plane 2i is the low side of axis i, plane 2i + 1 the high one.
+    /// Infinite sides, and axes beyond the sixteenth, are absent.
     #[must_use]
     pub fn region(&self) -> Region<T, D> {
         let mut region = Region::everything();
@@ -118,8 +120,8 @@ impl<T: Scalar, const D: usize> Window<T, D> {
         region
     }
 
-    /// Bit 2i: below the low side of axis i; bit 2i + 1: above the high one. In the plane that is left,
-    /// right, bottom, top, nine codes in all. No bit for a NaN.
+    /// Bit 2i: below the low side of axis i; bit 2i + 1: above the high one. In the plane that is
+    /// left, right, bottom, top, nine codes in all. No bit for a NaN.
     #[inline]
     #[must_use]
     pub fn outcode(&self, p: &[T; D]) -> u32 {
@@ -131,12 +133,13 @@ impl<T: Scalar, const D: usize> Window<T, D> {
         code
     }
 
-    /// The part of a line within the window, by Cohen & Sutherland: accepted or rejected by outcodes
-    /// where they decide; else the end that is outside moves to the side that its lowest bit names, and
-    /// the codes are tested again. `None` where nothing is left.
+    /// The part of a line within the window, by Cohen & Sutherland: accepted or rejected by
+    /// outcodes where they decide; else the end that is outside moves to the side that its lowest
+    /// bit names, and the codes are tested again. `None` where nothing is left.
     ///
-    /// The moved end lies on that side exactly, whatever rounding says, so there are at most 4·D rounds.
-    /// A line of finite ends gives finite parameters; an infinite end that must be moved gives a NaN.
+    /// The moved end lies on that side exactly, whatever rounding says, so there are at most 4·D
+    /// rounds. A line of finite ends gives finite parameters; an infinite end that must be moved
+    /// gives a NaN.
     #[must_use]
     pub fn cohen_sutherland(&self, a: &[T; D], b: &[T; D]) -> Option<[T; 2]> {
         let mut t = [T::ZERO, T::ONE];
@@ -164,9 +167,9 @@ impl<T: Scalar, const D: usize> Window<T, D> {
         Some(t)
     }
 
-    /// The part of a line within the window, by Liang & Barsky: for each axis, where the line enters and
-    /// leaves the slab between its two sides. `None` where nothing is left. A line with a NaN is kept
-    /// whole by the sides that it hides from.
+    /// The part of a line within the window, by Liang & Barsky: for each axis, where the line
+    /// enters and leaves the slab between its two sides. `None` where nothing is left. A line with
+    /// a NaN is kept whole by the sides that it hides from.
     #[must_use]
     pub fn liang_barsky(&self, a: &[T; D], b: &[T; D]) -> Option<[T; 2]> {
         let mut t = [T::ZERO, T::ONE];

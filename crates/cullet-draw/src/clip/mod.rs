@@ -1,5 +1,5 @@
-//! Clipping: what is decided at a glance, by outcodes, and what must be cut: lines and polygons, at planes,
-//! windows and convex regions, in object or world space and in clip space.
+//! Clipping: what is decided at a glance, by outcodes, and what must be cut: lines and polygons, at
+//! planes, windows and convex regions, in object or world space and in clip space.
 //!
 //! | | a plane | a window | a convex region |
 //! |---|---|---|---|
@@ -7,8 +7,8 @@
 //! | lines | [`HalfSpace::clip_line`] | [`Window::cohen_sutherland`], [`Window::liang_barsky`] | [`Region::clip_line`] |
 //! | polygons | [`Clipper::clip`], both parts: [`Clipper::split`] | by [`Window::region`] | [`Clipper::clip`], [`GuardBand::clip`] |
 //!
-//! On a plane is inside, everywhere. Decisions and cuts depend on the two ends of an edge alone and not on
-//! the polygon they are computed for, so neighbours agree.
+//! On a plane is inside, everywhere. Decisions and cuts depend on the two ends of an edge alone and
+//! not on the polygon they are computed for, so neighbours agree.
 //!
 //! A polygon with a colour, cut by a frustum in world space and by the same view's clip volume:
 //!

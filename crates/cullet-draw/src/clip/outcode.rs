@@ -1,10 +1,10 @@
 //! Outcodes: one bit for each plane of a convex region that a point is outside of.
 //!
-//! After Cohen & Sutherland (Newman & Sproull, *Principles of Interactive Computer Graphics*, 1973): a
-//! triangle whose corners are all outside one plane is rejected, one whose corners are all inside every
-//! plane is accepted, and the rest are candidates for clipping. Here the region has up to 32 planes and
-//! is moved into the space of the mesh, so that vertices are tested as they are stored; and both answers
-//! are proofs, with a third in between for what rounding leaves open.
+//! After Cohen & Sutherland (Newman & Sproull, *Principles of Interactive Computer Graphics*,
+//! 1973): a triangle whose corners are all outside one plane is rejected, one whose corners are all
+//! inside every plane is accepted, and the rest are candidates for clipping. Here the region has up
+//! to 32 planes and is moved into the space of the mesh, so that vertices are tested as they are
+//! stored; and both answers are proofs, with a third in between for what rounding leaves open.
 
 use std::ops::Range;
 
@@ -32,8 +32,9 @@ pub enum OutcodeResult {
     Accepted,
     /// Wholly outside each of these planes: the AND of the codes.
     Rejected(u32),
-    /// To be clipped by these planes, outside of which some of the points may be: the OR of the codes, which
-    /// for a line that is not rejected is their XOR. It may miss the region all the same.
+    /// To be clipped by these planes, outside of which some of the points may be: the OR of the
+    /// codes, which for a line that is not rejected is their XOR. It may miss the region all the
+    /// same.
     Candidate(u32),
 }
 
@@ -77,8 +78,8 @@ pub struct Sorted {
 pub struct OutcodeRegion(ObjectRegion);
 
 impl OutcodeRegion {
-    /// Returns `frustum` in the space of an instance. Both are relative to the same origin; a transform of any
-    /// rank will do.
+    /// Returns `frustum` in the space of an instance. Both are relative to the same origin; a
+    /// transform of any rank will do.
     #[must_use]
     pub fn new(frustum: &Frustum, transform: &Transform) -> Self {
         Self(ObjectRegion::new(frustum, transform))
@@ -106,8 +107,8 @@ impl OutcodeRegion {
     }
 
     /// Rejects a triangle ([`Side::Outside`]: all corners outside one plane), accepts it
-    /// ([`Side::Inside`]: all corners inside every plane, so that no clipping is needed), or calls it a
-    /// candidate. It may be outside though it is a candidate.
+    /// ([`Side::Inside`]: all corners inside every plane, so that no clipping is needed), or calls
+    /// it a candidate. It may be outside though it is a candidate.
     #[must_use]
     pub fn classify(&self, corners: &[[f32; 3]; 3]) -> Side {
         match self.test(corners) {
@@ -123,17 +124,17 @@ impl OutcodeRegion {
         OutcodeResult::of(points.iter().map(|&p| self.outcode(p)))
     }
 
-    /// Whether a triangle misses the region though no single plane rejects it, as one that passes by a
-    /// corner of the region does: proved by clipping it, in f64 and to a region wider by far more than
-    /// rounding. `false` keeps it, also where a number is not finite.
+    /// Whether a triangle misses the region though no single plane rejects it, as one that passes
+    /// by a corner of the region does: proved by clipping it, in f64 and to a region wider by far
+    /// more than rounding. `false` keeps it, also where a number is not finite.
     #[must_use]
     pub fn misses(&self, corners: &[[f32; 3]; 3]) -> bool {
         self.cuts_to_nothing(corners, &mut Clipper::new())
     }
 
     fn cuts_to_nothing(&self, corners: &[[f32; 3]; 3], clipper: &mut Clipper<[f64; 3]>) -> bool {
-        /// Wider by this part of what a plane's terms amount to; cutting by 32 planes rounds some hundred
-        /// times, by 1.1e-16 each.
+        /// Wider by this part of what a plane's terms amount to; cutting by 32 planes rounds some
+        /// hundred times, by 1.1e-16 each.
         const WIDER: f64 = 1e-12;
         let corners = corners.map(|p| p.map(f64::from));
         if !corners.iter().flatten().all(|v| v.is_finite()) {
@@ -143,7 +144,8 @@ impl OutcodeRegion {
         let mut region = Region::everything();
         for (i, plane) in self.0.planes() {
             let size = DVec3::from(plane.normal).abs().dot(largest) + plane.d.abs();
-            // The errors that outcodes allow for come on top: they may be of larger terms that cancel.
+            // The errors that outcodes allow for come on top: they may be of larger terms that
+            // cancel.
             let room = size * WIDER + DVec3::from(plane.error_per).dot(largest) + plane.error;
             // A plane that is none, flattened by the transform, excludes nothing.
             if let Ok(side) = HalfSpace::new(plane.normal, plane.d + room) {
@@ -153,9 +155,9 @@ impl OutcodeRegion {
         clipper.clip(&region, &corners).is_empty()
     }
 
-    /// Sorts the triangles of `range` by their outcodes, in place of what `sorted` held. `indices` is the
-    /// whole index list; a triangle beyond it is left out, and one whose vertices are out of range is a
-    /// candidate.
+    /// Sorts the triangles of `range` by their outcodes, in place of what `sorted` held. `indices`
+    /// is the whole index list; a triangle beyond it is left out, and one whose vertices are out of
+    /// range is a candidate.
     ///
     /// Cost: an outcode for each of `positions`, then three look-ups a triangle.
     pub fn sort_into(
@@ -181,8 +183,8 @@ impl OutcodeRegion {
         });
     }
 
-    /// Takes out the candidates that [miss](Self::misses) the region, and counts them. `positions` and
-    /// `indices` are those that were sorted.
+    /// Takes out the candidates that [miss](Self::misses) the region, and counts them. `positions`
+    /// and `indices` are those that were sorted.
     pub fn resolve(&self, positions: &[[f32; 3]], indices: &[u32], sorted: &mut Sorted) {
         let mut clipper = Clipper::new();
         let before = sorted.candidates.len();

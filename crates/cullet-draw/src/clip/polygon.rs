@@ -2,22 +2,22 @@
 //!
 //! Sutherland & Hodgman, *Reentrant Polygon Clipping*, 1974: the polygon is cut by one plane after
 //! another, each going once around it, keeping what is inside and putting a vertex where an edge
-//! crosses. Two steps are added. Outcodes say which planes to cut by at all. And a cut vertex inherits
-//! the side of its edge's ends where they agree, so that rounding cannot put a vertex between two inside
-//! ones outside; a triangle that needs no cut by a plane and its neighbour that does then still agree,
-//! bit for bit, about the edge that they share.
+//! crosses. Two steps are added. Outcodes say which planes to cut by at all. And a cut vertex
+//! inherits the side of its edge's ends where they agree, so that rounding cannot put a vertex
+//! between two inside ones outside; a triangle that needs no cut by a plane and its neighbour that
+//! does then still agree, bit for bit, about the edge that they share.
 //!
-//! **On a plane is inside.** A vertex on the plane stays, is not doubled, and where a plane only touches a
-//! polygon, at a corner or along an edge, from outside, nothing is left. A polygon that lies in the plane
-//! is kept whole.
+//! **On a plane is inside.** A vertex on the plane stays, is not doubled, and where a plane only
+//! touches a polygon, at a corner or along an edge, from outside, nothing is left. A polygon that
+//! lies in the plane is kept whole.
 
 use super::region::{HalfSpace, Region, Scalar};
 
 /// A vertex: where it is, and how to interpolate it with all that goes along.
 ///
-/// Every array of at least `D` numbers is one: the first `D` are the position, the rest attributes. Where
-/// their number is known at run time only, clip triangles with three weights as attributes, (1, 0, 0) to
-/// (0, 0, 1), and apply the weights that come out to what there is.
+/// Every array of at least `D` numbers is one: the first `D` are the position, the rest attributes.
+/// Where their number is known at run time only, clip triangles with three weights as attributes,
+/// (1, 0, 0) to (0, 0, 1), and apply the weights that come out to what there is.
 pub trait Vertex<T, const D: usize>: Copy {
     /// Position that is tested against the planes.
     fn position(&self) -> [T; D];
@@ -42,9 +42,9 @@ impl<T: Scalar, const D: usize, const N: usize> Vertex<T, D> for [T; N] {
 
 /// Cuts polygons; keeps its memory from one to the next.
 ///
-/// It has room for 64 vertices from the first polygon on. A convex polygon of n vertices cut by k planes has
-/// at most n + k, so triangles and quads allocate once against any region; larger polygons do until the
-/// largest has been seen.
+/// It has room for 64 vertices from the first polygon on. A convex polygon of n vertices cut by k
+/// planes has at most n + k, so triangles and quads allocate once against any region; larger
+/// polygons do until the largest has been seen.
 #[derive(Clone, Debug)]
 pub struct Clipper<V> {
     from: Ring<V>,
@@ -63,7 +63,8 @@ impl<V: Copy> Ring<V> {
     const EMPTY: Self = Self { vertices: Vec::new(), codes: Vec::new(), len: 0 };
     const ROOM: usize = 64;
 
-    /// Makes room for so many vertices; `any` fills it, for safe code has no memory without a value.
+    /// Makes room for so many vertices; `any` fills it, for safe code has no memory without a
+    /// value.
     #[inline]
     fn reserve(&mut self, len: usize, any: V) {
         if self.vertices.len() < len {
@@ -101,17 +102,17 @@ impl<V: Copy> Clipper<V> {
         Self { from: Ring::EMPTY, to: Ring::EMPTY }
     }
 
-    /// The part of a polygon within a region: its vertices in the order they came in, none where nothing
-    /// is left. A polygon of fewer than three vertices is nothing.
+    /// The part of a polygon within a region: its vertices in the order they came in, none where
+    /// nothing is left. A polygon of fewer than three vertices is nothing.
     ///
-    /// A convex polygon gives a convex one. Of one that is not, parts that the cut separates stay joined
-    /// by edges that run to and fro along the plane, as Sutherland & Hodgman's always do; they enclose no
-    /// area, so filling is right. A vertex with a NaN position is kept, and cuts nothing; an edge longer
-    /// than the largest number gives infinite vertices.
+    /// A convex polygon gives a convex one. Of one that is not, parts that the cut separates stay
+    /// joined by edges that run to and fro along the plane, as Sutherland & Hodgman's always do;
+    /// they enclose no area, so filling is right. A vertex with a NaN position is kept, and cuts
+    /// nothing; an edge longer than the largest number gives infinite vertices.
     ///
-    /// Planes are taken in ascending order, in clip space the near one first: what is behind the eye is outside
-    /// of many planes, and beyond them no more once it is gone. Cost: an outcode a vertex, and for every plane that some
-    /// vertex is outside of, one walk around the polygon.
+    /// Planes are taken in ascending order, in clip space the near one first: what is behind the
+    /// eye is outside of many planes, and beyond them no more once it is gone. Cost: an outcode a
+    /// vertex, and for every plane that some vertex is outside of, one walk around the polygon.
     pub fn clip<T: Scalar, const D: usize>(&mut self, region: &Region<T, D>, polygon: &[V]) -> &[V]
     where
         V: Vertex<T, D>,
@@ -120,9 +121,10 @@ impl<V: Copy> Clipper<V> {
         self.clip_coded(region, polygon, codes, |p, bits| region.outcode_of(p, bits))
     }
 
-    /// Both parts of a polygon at a plane, the inside one first, with the same vertices bit for bit where they
-    /// meet. A vertex on the plane is of both; a part that only touches the plane is nothing, and a polygon
-    /// that lies in it is inside. The rules are those of [`clip`](Self::clip), whose inside this is.
+    /// Both parts of a polygon at a plane, the inside one first, with the same vertices bit for bit
+    /// where they meet. A vertex on the plane is of both; a part that only touches the plane is
+    /// nothing, and a polygon that lies in it is inside. The rules are those of
+    /// [`clip`](Self::clip), whose inside this is.
     pub fn split<T: Scalar, const D: usize>(
         &mut self,
         side: &HalfSpace<T, D>,
@@ -169,8 +171,9 @@ impl<V: Copy> Clipper<V> {
         [self.from.get().0, self.to.get().0]
     }
 
-    /// [`clip`](Self::clip) by the outcodes of the caller: those by which all may be rejected at once, and
-    /// those of the region; `recode` gives the latter of a cut vertex, at least the requested bits.
+    /// [`clip`](Self::clip) by the outcodes of the caller: those by which all may be rejected at
+    /// once, and those of the region; `recode` gives the latter of a cut vertex, at least the
+    /// requested bits.
     #[inline]
     pub(super) fn clip_coded<T: Scalar, const D: usize>(
         &mut self,

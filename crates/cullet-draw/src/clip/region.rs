@@ -1,8 +1,8 @@
 //! Half-spaces and the convex regions that they bound, in any number of dimensions.
 //!
-//! One form serves every place of the pipeline: a window in the plane (two coordinates), a frustum in
-//! object or world space (three), and the clip volume before the divide (four, where all planes pass
-//! through the origin). What cuts lines and polygons is written once, over this.
+//! One form serves every place of the pipeline: a window in the plane (two coordinates), a frustum
+//! in object or world space (three), and the clip volume before the divide (four, where all planes
+//! pass through the origin). What cuts lines and polygons is written once, over this.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -137,8 +137,9 @@ impl<T: Scalar, const D: usize> HalfSpace<T, D> {
         self.d
     }
 
-    /// n·x − d as plain arithmetic rounds it: above zero outside. The same numbers give the same height,
-    /// whichever primitive it belongs to, so neighbours agree about the vertices that they share.
+    /// n·x − d as plain arithmetic rounds it: above zero outside. The same numbers give the same
+    /// height, whichever primitive it belongs to, so neighbours agree about the vertices that they
+    /// share.
     #[inline]
     #[must_use]
     pub fn height(&self, p: &[T; D]) -> T {
@@ -150,11 +151,11 @@ impl<T: Scalar, const D: usize> HalfSpace<T, D> {
         sum - self.d
     }
 
-    /// Where the edge from `inside` to `outside` crosses the plane, as its parameter in 0..=1; `None`
-    /// where `inside` is itself on the plane, or a height is NaN.
+    /// Where the edge from `inside` to `outside` crosses the plane, as its parameter in 0..=1;
+    /// `None` where `inside` is itself on the plane, or a height is NaN.
     ///
-    /// Reckoned from the end that is inside, whichever way the edge runs: the two polygons that share an
-    /// edge run it in opposite ways, and must get the same crossing bit for bit.
+    /// Reckoned from the end that is inside, whichever way the edge runs: the two polygons that
+    /// share an edge run it in opposite ways, and must get the same crossing bit for bit.
     #[inline]
     pub(super) fn crossing(&self, inside: &[T; D], outside: &[T; D]) -> Option<T> {
         let p = self.height(inside);
@@ -288,8 +289,8 @@ impl<T: Scalar, const D: usize> Region<T, D> {
     }
 }
 
-/// The planes of a frustum, with their numbers. In f32 each is rounded to the nearest; clip in f64 where
-/// the region must not lose a sliver.
+/// The planes of a frustum, with their numbers. In f32 each is rounded to the nearest; clip in f64
+/// where the region must not lose a sliver.
 impl<T: Scalar> From<&Frustum> for Region<T, 3> {
     fn from(frustum: &Frustum) -> Self {
         let mut region = Self::everything();

@@ -1,14 +1,15 @@
 //! Clip space: clipping on homogeneous coordinates, before the divide.
 //!
-//! A vertex behind the eye has w < 0, and dividing by it mirrors the vertex to the wrong side of the screen:
-//! the line to it then leaves through infinity the other way. So primitives are clipped while they are
-//! still homogeneous, where the clip volume −w ≤ x ≤ w, −w ≤ y ≤ w, 0 ≤ z ≤ w is a convex cone and a line
-//! is a line (Blinn & Newell, *Clipping Using Homogeneous Coordinates*, 1978). Everything that is left has
-//! w ≥ 0, and w > 0 but for the point where all four numbers are 0.
+//! A vertex behind the eye has w < 0, and dividing by it mirrors the vertex to the wrong side of
+//! the screen: the line to it then leaves through infinity the other way. So primitives are clipped
+//! while they are still homogeneous, where the clip volume −w ≤ x ≤ w, −w ≤ y ≤ w, 0 ≤ z ≤ w is a
+//! convex cone and a line is a line (Blinn & Newell, *Clipping Using Homogeneous Coordinates*,
+//! 1978). Everything that is left has w ≥ 0, and w > 0 but for the point where all four numbers are
+//! 0.
 //!
-//! Three amounts of clipping: [`near`] alone, where what comes after copes with the sides; [`full`]; and
-//! a [`GuardBand`], which cuts only what reaches far beyond the view. Planes carry the numbers of
-//! [`FrustumPlane`], so outcodes mean the same before and after projection.
+//! Three amounts of clipping: [`near`] alone, where what comes after copes with the sides;
+//! [`full`]; and a [`GuardBand`], which cuts only what reaches far beyond the view. Planes carry
+//! the numbers of [`FrustumPlane`], so outcodes mean the same before and after projection.
 
 use cullet::Depth;
 use cullet::view::FrustumPlane;
@@ -42,8 +43,8 @@ fn region<T: Scalar>(depth: Depth, wide: T) -> Region<T, 4> {
     region
 }
 
-/// The near plane alone, for those who clip the sides by the pixel. In a perspective view nothing that is
-/// left has w ≤ 0.
+/// The near plane alone, for those who clip the sides by the pixel. In a perspective view nothing
+/// that is left has w ≤ 0.
 #[must_use]
 pub fn near<T: Scalar>(depth: Depth) -> Region<T, 4> {
     region(depth, T::ONE).only(1 << NEAR)
@@ -62,10 +63,11 @@ pub fn divide<T: Scalar>(p: &[T; 4]) -> Option<[T; 3]> {
     (p[3] > T::ZERO).then(|| [p[0] / p[3], p[1] / p[3], p[2] / p[3]])
 }
 
-/// A view, and a band around it that need not be clipped because what comes after can count that far.
+/// A view, and a band around it that need not be clipped because what comes after can count that
+/// far.
 ///
-/// Rejecting is by the view, cutting by the band (and by near and far, which have none): of triangles that
-/// stick out of the view, few also reach the end of the band.
+/// Rejecting is by the view, cutting by the band (and by near and far, which have none): of
+/// triangles that stick out of the view, few also reach the end of the band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GuardBand<T> {
     band: Region<T, 4>,
@@ -92,8 +94,8 @@ impl<T: Scalar> GuardBand<T> {
         &self.band
     }
 
-    /// The planes of the view and those of the band that a point is outside of: comparisons with ±w, no
-    /// products but w times the width.
+    /// The planes of the view and those of the band that a point is outside of: comparisons with
+    /// ±w, no products but w times the width.
     #[inline]
     #[must_use]
     pub fn outcodes(&self, p: &[T; 4]) -> [u32; 2] {
@@ -108,8 +110,9 @@ impl<T: Scalar> GuardBand<T> {
         [around(w), around(g)]
     }
 
-    /// The part of a polygon within the band; nothing where the outcodes prove that all of it is outside
-    /// one plane of the view. A polygon within the band comes back as it is. See [`Clipper::clip`].
+    /// The part of a polygon within the band; nothing where the outcodes prove that all of it is
+    /// outside one plane of the view. A polygon within the band comes back as it is. See
+    /// [`Clipper::clip`].
     #[inline]
     pub fn clip<'a, V: Vertex<T, 4>>(&self, clipper: &'a mut Clipper<V>, polygon: &[V]) -> &'a [V] {
         clipper.clip_coded(&self.band, polygon, |p| self.outcodes(p), |p, _| self.outcodes(p)[1])
@@ -134,7 +137,8 @@ mod tests {
 
     #[test]
     fn a_triangle_through_the_eye_plane_keeps_what_is_in_front() {
-        // The third corner is behind the eye; divided, it would lie at (−2, 2), above the other two.
+        // The third corner is behind the eye; divided, it would lie at (−2, 2), above the other
+        // two.
         let triangle = [[-1.0, -0.5, 0.5, 1.0], [1.0, -0.5, 0.5, 1.0], [2.0, -2.0, -1.5, -1.0]];
         let mut clipper = Clipper::<[f64; 4]>::new();
         let near = clipper.clip(&near(Depth::Standard), &triangle).to_vec();

@@ -233,7 +233,8 @@ impl<'a> Studio<'a> {
     }
 }
 
-/// Gives texels that are not covered what a neighbour has, so that nothing else is mixed into the edge of what is.
+/// Gives texels that are not covered what a neighbour has, so that nothing else is mixed into the
+/// edge of what is.
 fn pad(texels: &mut [Texel], across: usize) {
     let mut known: Vec<bool> = texels.iter().map(|t| t.coverage > 0.0).collect();
     if !known.contains(&true) {
@@ -260,14 +261,15 @@ fn pad(texels: &mut [Texel], across: usize) {
     }
 }
 
-/// Looks at a mesh from all around. The error of what comes out is 0, for nothing has been measured yet; see
-/// [`make_impostor`](super::make_impostor).
+/// Looks at a mesh from all around. The error of what comes out is 0, for nothing has been measured
+/// yet; see [`make_impostor`](super::make_impostor).
 ///
-/// The same mesh and options give the same bytes, with any number of threads. Cost: `grid²` pictures, each some 0.1 µs a
-/// triangle.
+/// The same mesh and options give the same bytes, with any number of threads. Cost: `grid²`
+/// pictures, each some 0.1 µs a triangle.
 ///
 /// # Errors
-/// If the mesh may move, is not opaque, has no triangles or too many parts, or a size is not allowed.
+/// If the mesh may move, is not opaque, has no triangles or too many parts, or a size is not
+/// allowed.
 pub fn capture_impostor(mesh: &Mesh, options: &ImpostorOptions) -> Result<Impostor, ImpostorError> {
     let scene = scene_of(mesh)?;
     Studio::new(mesh, &scene).capture(options)

@@ -4,9 +4,9 @@ use cullet_mesh::Impostor;
 
 use super::sheet::{part_color, texels};
 
-/// A glTF of six cards that cross in the middle of a mesh, each with one frame of the impostor on it: what lies nearest to
-/// the axes of the mesh. Less than the impostor is, for no viewer walks along its rays: for looking at, and for places where
-/// cards do.
+/// A glTF of six cards that cross in the middle of a mesh, each with one frame of the impostor on
+/// it: what lies nearest to the axes of the mesh. Less than the impostor is, for no viewer walks
+/// along its rays: for looking at, and for places where cards do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImpostorCards {
     /// The JSON of the glTF.
@@ -17,8 +17,8 @@ pub struct ImpostorCards {
     pub png: Vec<u8>,
 }
 
-/// The cards of an impostor. The glTF names its buffer `NAME.bin` and its texture `NAME.png`; `colors` are of the parts, in
-/// sRGB, and parts beyond them have one of their own.
+/// The cards of an impostor. The glTF names its buffer `NAME.bin` and its texture `NAME.png`;
+/// `colors` are of the parts, in sRGB, and parts beyond them have one of their own.
 #[must_use]
 pub fn impostor_cards(impostor: &Impostor, name: &str, colors: &[[u8; 3]]) -> ImpostorCards {
     let grid = impostor.grid();
@@ -99,7 +99,8 @@ pub fn impostor_cards(impostor: &Impostor, name: &str, colors: &[[u8; 3]]) -> Im
     ImpostorCards { gltf, bin, png: texture(impostor, colors) }
 }
 
-/// Colours that are not multiplied by their coverage, for a viewer does that; what is not covered has its neighbour's.
+/// Colours that are not multiplied by their coverage, for a viewer does that; what is not covered
+/// has its neighbour's.
 fn texture(impostor: &Impostor, colors: &[[u8; 3]]) -> Vec<u8> {
     let (side, texels) = texels(impostor);
     let rgba: Vec<u8> = texels

@@ -14,15 +14,16 @@ const FINE: u32 = 4;
 const SHARE_OVER: f64 = 1e-3;
 /// Bound that no measured point exceeds, as a factor of the error.
 const MOST_OVER: f64 = 1.2;
-/// How much a difference along the line of sight counts beside one across it. It is seen only where something else stands
-/// in between; and where a surface is nearly edge-on, any small step across is a large one along.
+/// How much a difference along the line of sight counts beside one across it. It is seen only where
+/// something else stands in between; and where a surface is nearly edge-on, any small step across
+/// is a large one along.
 const ALONG: f64 = 0.25;
 
 /// How far an impostor was found to be from its mesh, in units of the mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImpostorMeasure {
-    /// The error to state: the 99.9 % quantile, or the largest over 1.2, whichever is more, and a quarter of the
-    /// distance between samples, between which there are others.
+    /// The error to state: the 99.9 % quantile, or the largest over 1.2, whichever is more, and a
+    /// quarter of the distance between samples, between which there are others.
     pub error: f64,
     /// Distance that 99.9 % of samples do not exceed.
     pub p999: f64,
@@ -49,12 +50,13 @@ pub fn make_impostor(
     Ok((made.with_error(error), found))
 }
 
-/// Draws a mesh and its impostor from random directions, by parallel lines of sight and finer than a texel, and looks from each
-/// sample of either where the nearest one of the other is: across the picture in full, along the line of sight by a
-/// quarter. So pixels are off by the error at the most, and depths by four times as much. Lines of sight of any eye are
-/// parallel to some of these.
+/// Draws a mesh and its impostor from random directions, by parallel lines of sight and finer than
+/// a texel, and looks from each sample of either where the nearest one of the other is: across the
+/// picture in full, along the line of sight by a quarter. So pixels are off by the error at the
+/// most, and depths by four times as much. Lines of sight of any eye are parallel to some of these.
 ///
-/// What is not in either picture counts as the distance to what is; where one is empty, as the diameter.
+/// What is not in either picture counts as the distance to what is; where one is empty, as the
+/// diameter.
 ///
 /// # Errors
 /// As [`capture_impostor`](super::capture_impostor).
@@ -84,7 +86,8 @@ impl ImpostorJudge {
         Ok(Self { scene: scene_of(mesh)?, tracer: Tracer::new(impostor) })
     }
 
-    /// Distances, as [`measure_impostor`] finds them, from one direction towards the viewer; in units of the mesh.
+    /// Distances, as [`measure_impostor`] finds them, from one direction towards the viewer; in
+    /// units of the mesh.
     ///
     /// # Errors
     /// As [`capture_impostor`](super::capture_impostor).
@@ -132,7 +135,8 @@ impl Studio<'_> {
         Ok(ImpostorMeasure { error, p999, max, samples: all.len() as u64 })
     }
 
-    /// Distances in radii between what is seen of the mesh and of its impostor from a direction, both ways.
+    /// Distances in radii between what is seen of the mesh and of its impostor from a direction,
+    /// both ways.
     fn distances(&self, tracer: &Tracer, direction: DVec3) -> Result<Vec<f32>, ImpostorError> {
         let bounds = tracer.impostor.bounds();
         let frame = ImpostorFrame::towards(direction.to_array(), &bounds, tracer.impostor.radius());
@@ -175,7 +179,8 @@ impl Heights {
         }
     }
 
-    /// Distance to the nearest, in rings around a place that grow until none can be nearer; 2 if there is none.
+    /// Distance to the nearest, in rings around a place that grow until none can be nearer; 2 if
+    /// there is none.
     fn nearest(&self, [x, y]: [usize; 2], height: f64) -> f64 {
         let rows = self.of.len() / self.width;
         let mut best: f64 = 2.0;
@@ -204,7 +209,8 @@ impl Heights {
     }
 }
 
-/// A direction, evenly among all, by hashing (Steele, Lea & Flood, *Fast Splittable Pseudorandom Number Generators*, 2014).
+/// A direction, evenly among all, by hashing (Steele, Lea & Flood, *Fast Splittable Pseudorandom
+/// Number Generators*, 2014).
 fn direction(seed: u64, i: u32) -> DVec3 {
     let mix = |mut z: u64| {
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

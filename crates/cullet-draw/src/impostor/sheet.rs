@@ -34,7 +34,8 @@ impl ImpostorPlane {
     }
 }
 
-/// All texels as a picture has them: a row of the grid is a row of it, a texel a pixel, from the top; and how long its side is.
+/// All texels as a picture has them: a row of the grid is a row of it, a texel a pixel, from the
+/// top; and how long its side is.
 pub(super) fn texels(impostor: &Impostor) -> (usize, impl Iterator<Item = Texel>) {
     let (grid, across) = (impostor.grid() as usize, impostor.texels() as usize);
     let side = grid * across;
@@ -52,8 +53,8 @@ pub(super) fn part_color(texel: &Texel, colors: &[[u8; 3]]) -> [u8; 3] {
     own.unwrap_or_else(|| palette::material_color(texel.part))
 }
 
-/// One plane of all frames: a row of the grid is a row of the picture, a texel a pixel. `colors` are of the parts, in sRGB;
-/// parts beyond them have one of their own.
+/// One plane of all frames: a row of the grid is a row of the picture, a texel a pixel. `colors`
+/// are of the parts, in sRGB; parts beyond them have one of their own.
 #[must_use]
 pub fn impostor_sheet(impostor: &Impostor, plane: ImpostorPlane, colors: &[[u8; 3]]) -> Picture {
     let (side, texels) = texels(impostor);

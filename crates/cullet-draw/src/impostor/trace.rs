@@ -3,14 +3,16 @@
 use cullet_mesh::{Impostor, ImpostorFrame};
 use glam::DVec3;
 
-/// The least coverage, between texels, that counts as covered. Less than a half, for a point must be covered in all three
-/// frames, and what is thin would be lost: of 0.5, 0.4, 0.3 and 0.2 this has the least error on the armadillo.
+/// The least coverage, between texels, that counts as covered. Less than a half, for a point must
+/// be covered in all three frames, and what is thin would be lost: of 0.5, 0.4, 0.3 and 0.2 this
+/// has the least error on the armadillo.
 const COVERED: f64 = 0.3;
 /// Places along a ray that are looked at, for each texel of a frame's side.
 const STEPS: u32 = 3;
 /// Halvings of the step that comes upon the mesh.
 const HALVINGS: u32 = 6;
-/// Neighbouring texels are of one surface where their depths differ by no more than this many texels.
+/// Neighbouring texels are of one surface where their depths differ by no more than this many
+/// texels.
 const STEEP: f64 = 2.0;
 /// Distance in texels behind everything any frame saw, beyond which a point counts as in their
 /// shadow and not of the mesh.
@@ -90,7 +92,8 @@ impl Tracer {
         }
     }
 
-    /// The first point of a ray from `from` onward, in the space of the mesh, that is drawn. Never outside of the mesh's box.
+    /// The first point of a ray from `from` onward, in the space of the mesh, that is drawn. Never
+    /// outside of the mesh's box.
     ///
     /// Some microseconds.
     pub(crate) fn trace(&self, from: DVec3, direction: DVec3) -> Option<Hit> {

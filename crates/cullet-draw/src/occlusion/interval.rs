@@ -18,8 +18,8 @@ impl Interval {
         if value.is_finite() { Self { low: value, high: value } } else { Self::ALL }
     }
 
-    /// One step outward on each side: the result of one operation, rounded to nearest, is within half a
-    /// step of the truth. What overflowed or is NaN may be anything.
+    /// One step outward on each side: the result of one operation, rounded to nearest, is within
+    /// half a step of the truth. What overflowed or is NaN may be anything.
     fn rounded(low: f64, high: f64) -> Self {
         if low.is_finite() && high.is_finite() {
             Self { low: low.next_down(), high: high.next_up() }

@@ -1,6 +1,6 @@
-//! Two judges of what is hidden, both in f64 and neither with a line of the engine's occlusion culling
-//! in it: `reference` looks at samples, and so may call hidden what shows between
-//! them; `proof` calls hidden only what it can prove to be, between the samples too.
+//! Two judges of what is hidden, both in f64 and neither with a line of the engine's occlusion
+//! culling in it: `reference` looks at samples, and so may call hidden what shows between them;
+//! `proof` calls hidden only what it can prove to be, between the samples too.
 
 pub(crate) mod interval;
 pub(crate) mod planar;
@@ -16,14 +16,16 @@ use cullet::{Instance, Mesh, MeshData, Scene, SceneError, Transform};
 /// Triangles that may hide something: a mesh of its own, and where it stands.
 #[derive(Clone, Copy, Debug)]
 pub struct OccluderTriangles<'a> {
-    /// Vertices, before the transform. May be those of many meshes: only what `indices` use is read.
+    /// Vertices, before the transform. May be those of many meshes: only what `indices` use is
+    /// read.
     pub positions: &'a [[f32; 3]],
-    /// Three for each triangle, counter-clockwise seen from its front. What is left over is not read.
+    /// Three for each triangle, counter-clockwise seen from its front. What is left over is not
+    /// read.
     pub indices: &'a [u32],
     /// To the world; the view's matrix follows it in f64.
     pub transform: Transform,
-    /// Whether the back of a triangle hides as its front does. If not, only what the view draws of a
-    /// one-sided mesh hides.
+    /// Whether the back of a triangle hides as its front does. If not, only what the view draws of
+    /// a one-sided mesh hides.
     pub two_sided: bool,
 }
 
@@ -71,8 +73,8 @@ impl fmt::Display for OccluderError {
 
 impl Error for OccluderError {}
 
-/// A scene of occluders, one instance each and in their order, for [`sampled_boxes`](crate::sampled_boxes).
-/// Those without a triangle are left out.
+/// A scene of occluders, one instance each and in their order, for
+/// [`sampled_boxes`](crate::sampled_boxes). Those without a triangle are left out.
 ///
 /// # Errors
 /// If an index is out of range, or the triangles make no mesh; the message names the occluder.

@@ -87,7 +87,8 @@ impl Point {
         self.clip[3].is_positive()
     }
 
-    /// Its place and depth in normalised device coordinates; anything where it may be beside the eye.
+    /// Its place and depth in normalised device coordinates; anything where it may be beside the
+    /// eye.
     pub(crate) fn ndc(&self) -> [Interval; 3] {
         let [x, y, z, w] = self.clip;
         if !self.in_front() {
@@ -126,8 +127,8 @@ impl Affine {
 /// A triangle in the image, by homogeneous edge functions, so that corners behind the eye need no
 /// clipping (Olano & Greer, *Triangle Scan Conversion Using 2D Homogeneous Coordinates*, 1997).
 ///
-/// With all three edge functions positive at (x, y), (x, y, 1) is a sum of the corners' (x, y, w) with
-/// positive weights: the ray meets the triangle, and in front of the eye.
+/// With all three edge functions positive at (x, y), (x, y, 1) is a sum of the corners' (x, y, w)
+/// with positive weights: the ray meets the triangle, and in front of the eye.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Projected {
     /// Positive inside; number i is opposite to corner i.
@@ -140,7 +141,8 @@ pub(crate) struct Projected {
 }
 
 impl Projected {
-    /// The triangle, and whether it is counter-clockwise on the screen; `None` where that is not certain.
+    /// The triangle, and whether it is counter-clockwise on the screen; `None` where that is not
+    /// certain.
     pub(crate) fn new(p: &[Point; 3]) -> Option<(Self, bool)> {
         let line = |a: &Point, b: &Point| {
             let ([ax, ay, _, aw], [bx, by, _, bw]) = (a.clip, b.clip);

@@ -1,15 +1,16 @@
 //! The proof that a box is hidden, between the samples too.
 //!
 //! The image of the box is cut into cells, and those into four, until each is proved: one triangle
-//! covers it, or triangles of one mesh do whose every edge in the cell is shared, and all of them are
-//! nearer there than the box. All numbers are intervals rounded outward, so rounding never makes a proof.
+//! covers it, or triangles of one mesh do whose every edge in the cell is shared, and all of them
+//! are nearer there than the box. All numbers are intervals rounded outward, so rounding never
+//! makes a proof.
 //!
-//! Why shared edges prove: take triangles of one mesh that are wound alike on the screen, and count at
-//! each point of the cell how many of them cover it. The count changes only across an edge, and there one
-//! triangle ends and, if the edge is shared, one of the same winding begins on the other side. So without
-//! an edge that is not shared it is the same all over the cell: if it is above 0 in one point, the
-//! cell is covered. No line of this depends on which triangles they are, nor on how far they are beyond
-//! the cell.
+//! Why shared edges prove: take triangles of one mesh that are wound alike on the screen, and count
+//! at each point of the cell how many of them cover it. The count changes only across an edge, and
+//! there one triangle ends and, if the edge is shared, one of the same winding begins on the other
+//! side. So without an edge that is not shared it is the same all over the cell: if it is above 0
+//! in one point, the cell is covered. No line of this depends on which triangles they are, nor on
+//! how far they are beyond the cell.
 
 use std::collections::HashMap;
 
@@ -30,8 +31,8 @@ use crate::sort;
 /// Result of the proof that a box is hidden.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Proof {
-    /// No ray of the view meets the box before something that hides it, or the box is outside of the view
-    /// volume. True of every real-valued point of the image.
+    /// No ray of the view meets the box before something that hides it, or the box is outside of
+    /// the view volume. True of every real-valued point of the image.
     Proved,
     /// At this point of the image, in pixels from the top left corner, the box is seen.
     Refuted {
@@ -40,8 +41,8 @@ pub enum Proof {
     },
     /// Neither is certain.
     Undecided {
-        /// How much of the image, in square pixels, is neither proved nor seen. All of it where the box
-        /// reaches nearer than the near plane, or is not finite.
+        /// How much of the image, in square pixels, is neither proved nor seen. All of it where the
+        /// box reaches nearer than the near plane, or is not finite.
         area: f64,
     },
 }
@@ -49,11 +50,12 @@ pub enum Proof {
 /// How hard to try.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProofOptions {
-    /// Cells are cut until they are at most this wide and high, in pixels. Default 1/64. Smaller leaves less
-    /// undecided along edges that touch but are not shared, and costs in proportion to their length.
+    /// Cells are cut until they are at most this wide and high, in pixels. Default 1/64. Smaller
+    /// leaves less undecided along edges that touch but are not shared, and costs in proportion to
+    /// their length.
     pub smallest_px: f64,
-    /// At most so many cells are looked at for one box; what is left then is undecided. Default 200,000:
-    /// some tenths of a second.
+    /// At most so many cells are looked at for one box; what is left then is undecided. Default
+    /// 200,000: some tenths of a second.
     pub max_cells: u32,
 }
 
@@ -104,8 +106,8 @@ pub fn prove_hidden(
 }
 
 impl Prover {
-    /// Makes occluders ready. Triangles that refer to a vertex that is not there hide nothing, and nor do those
-    /// that are not finite. Vertices of one occluder in one place are one vertex.
+    /// Makes occluders ready. Triangles that refer to a vertex that is not there hide nothing, and
+    /// nor do those that are not finite. Vertices of one occluder in one place are one vertex.
     ///
     /// Cost: some microseconds and 400 bytes a triangle.
     #[must_use]
@@ -118,8 +120,8 @@ impl Prover {
         build.finish(view)
     }
 
-    /// Makes ready what hides in a scene: opaque parts of instances in the view's layers, but for those with
-    /// [`no_occlusion`](cullet::InstanceFlags::no_occlusion).
+    /// Makes ready what hides in a scene: opaque parts of instances in the view's layers, but for
+    /// those with [`no_occlusion`](cullet::InstanceFlags::no_occlusion).
     #[must_use]
     pub fn of_scene(view: &View, scene: &Scene) -> Self {
         let mut build = Build::new(view);
@@ -142,8 +144,8 @@ impl Prover {
 
     /// Tries to prove that the box `bounds`, placed in the world by `transform`, is hidden.
     ///
-    /// A box that only touches what is before it is not proved. One that reaches nearer than the near plane
-    /// is undecided. Empty, NaN and infinite ones are too.
+    /// A box that only touches what is before it is not proved. One that reaches nearer than the
+    /// near plane is undecided. Empty, NaN and infinite ones are too.
     #[must_use]
     pub fn prove(&self, bounds: &Aabb, transform: &Transform, options: &ProofOptions) -> Proof {
         let all = Proof::Undecided { area: self.viewport[0] * self.viewport[1] };
@@ -375,13 +377,14 @@ impl Hull {
         })
     }
 
-    /// A depth that none of it is nearer than over a cell: rays enter a convex body through the last of
-    /// the planes before it.
+    /// A depth that none of it is nearer than over a cell: rays enter a convex body through the
+    /// last of the planes before it.
     fn nearest(&self, cell: &Cell) -> f64 {
         self.before.iter().fold(self.depths[0], |m, s| m.max(s.plane.over(cell).low))
     }
 
-    /// A depth that some point of it at this place of the image is not farther than; `None` where there may be none.
+    /// A depth that some point of it at this place of the image is not farther than; `None` where
+    /// there may be none.
     fn reached(&self, at: [f64; 2]) -> Option<f64> {
         let shapes = self.faces.iter().filter_map(|(shape, _)| shape.as_ref());
         shapes
@@ -457,8 +460,8 @@ impl Search<'_> {
         }
     }
 
-    /// Whether triangles of one mesh and winding, all of them before the box, cover a cell together: see
-    /// the head of this file.
+    /// Whether triangles of one mesh and winding, all of them before the box, cover a cell
+    /// together: see the head of this file.
     fn is_covered(&self, cell: &Cell, group: &[u32]) -> bool {
         if group.len() < 2 {
             return false;

@@ -1,7 +1,7 @@
 //! The sampled judge: which boxes, or instances, own a sample of a finer image.
 //!
-//! A box called visible is visible. One called hidden may still show between the samples: take more of
-//! them, or use [`Prover`](crate::Prover).
+//! A box called visible is visible. One called hidden may still show between the samples: take more
+//! of them, or use [`Prover`](crate::Prover).
 
 use cullet::bounds::Aabb;
 use cullet::{Scene, Transform, View, Visible};
@@ -36,17 +36,17 @@ pub enum Sampled {
 /// How boxes are sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleOptions {
-    /// N: an image N times wider and higher than the viewport; 0 is 1. A finer image than 65 536 samples
-    /// wide or high is not drawn: N is lowered.
+    /// N: an image N times wider and higher than the viewport; 0 is 1. A finer image than 65 536
+    /// samples wide or high is not drawn: N is lowered.
     pub samples: u32,
-    /// Where in its pixel of the finer image a sample lies, from the top left corner: 0.5, 0.5 is the
-    /// centre. Clamped to 0..1; NaN is the centre.
+    /// Where in its pixel of the finer image a sample lies, from the top left corner: 0.5, 0.5 is
+    /// the centre. Clamped to 0..1; NaN is the centre.
     pub jitter: [f64; 2],
     /// A seed for a place of its own in every pixel, instead of `jitter`.
     pub seed: Option<u64>,
-    /// Boxes are first moved away from the eye by this part of their distance (of the depth range, where
-    /// lines of sight are parallel), so that one that only touches what hides it counts as hidden. 0, the
-    /// default, counts it as visible; the reference files of `OCCSCN01` have 1e-6.
+    /// Boxes are first moved away from the eye by this part of their distance (of the depth range,
+    /// where lines of sight are parallel), so that one that only touches what hides it counts as
+    /// hidden. 0, the default, counts it as visible; the reference files of `OCCSCN01` have 1e-6.
     pub tolerance: f64,
     /// How many threads; 0 is those of the pool that the call runs in. The answer is the same.
     pub threads: usize,
@@ -59,11 +59,12 @@ impl Default for SampleOptions {
 }
 
 /// Holds boxes, relative to the scene's origin, against samples of what the scene draws opaquely;
-/// instances with [`no_occlusion`](cullet::InstanceFlags::no_occlusion) and those in none of the view's
-/// layers hide nothing.
+/// instances with [`no_occlusion`](cullet::InstanceFlags::no_occlusion) and those in none of the
+/// view's layers hide nothing.
 ///
-/// A box is visible if a sample of one of its six faces within the depth range is not farther than what
-/// is drawn there. A box that is empty, NaN or infinite is [`Sampled::CrossesNear`], that is, kept.
+/// A box is visible if a sample of one of its six faces within the depth range is not farther than
+/// what is drawn there. A box that is empty, NaN or infinite is [`Sampled::CrossesNear`], that is,
+/// kept.
 ///
 /// Cost: one frame of N² times the pixels, then some microseconds a box in the picture. The city of
 /// 120,000 triangles and 100,000 boxes takes a second or so at N = 4 of 1280 × 720.
@@ -77,9 +78,9 @@ pub fn sampled_boxes(
     in_pool(options.threads, || boxes_in_pool(scene, view, boxes, options))
 }
 
-/// Instances of which a sample is seen at N × N samples a pixel, with the first such pixel of the finer
-/// image, by row and then column; ascending by slot. Blended and masked ones are seen where they are not
-/// behind what is opaque.
+/// Instances of which a sample is seen at N × N samples a pixel, with the first such pixel of the
+/// finer image, by row and then column; ascending by slot. Blended and masked ones are seen where
+/// they are not behind what is opaque.
 #[must_use]
 pub fn sampled_instances(
     scene: &Scene,
@@ -155,8 +156,8 @@ fn boxes_in_pool(
 }
 
 /// Offset to the z of a corner that moves it away by `tolerance` of its distance: along its line of
-/// sight a point is eye + (1 + t)(p − eye), and clip space is linear, so x, y and w grow by 1 + t alike
-/// and z by t(z − z of the eye); divided by 1 + t again, all but z is what it was.
+/// sight a point is eye + (1 + t)(p − eye), and clip space is linear, so x, y and w grow by 1 + t
+/// alike and z by t(z − z of the eye); divided by 1 + t again, all but z is what it was.
 fn push_away(view: &View, lens: &Lens, tolerance: f64) -> f64 {
     let eye = view.eye();
     let t = if tolerance > 0.0 { tolerance } else { 0.0 };
@@ -233,7 +234,8 @@ impl Seer<'_> {
             let [x, y, z, w] = self.object.clip(p);
             [x, y, z + self.push, w]
         });
-        // Back faces are behind front faces, so only front faces are tested: all corners are in front of the eye.
+        // Back faces are behind front faces, so only front faces are tested: all corners are in
+        // front of the eye.
         box_triangles().any(|t| {
             let triangle = t.map(|i| clip[i]);
             let Some(rect) = triangle_rect(self.lens, &triangle, samples) else { return false };

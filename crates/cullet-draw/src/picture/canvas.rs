@@ -104,8 +104,8 @@ impl Picture {
         }
     }
 
-    /// The part of a line that lies near the picture: a line to far away is not walked to its end. `None`
-    /// also for NaN.
+    /// The part of a line that lies near the picture: a line to far away is not walked to its end.
+    /// `None` also for NaN.
     fn clipped(&self, from: [f64; 2], to: [f64; 2]) -> Option<([f64; 2], [f64; 2])> {
         const ROOM: f64 = 16.0;
         if !from.iter().chain(&to).all(|v| v.is_finite()) {
@@ -120,8 +120,8 @@ impl Picture {
 /// Lines of a paragraph lie so many ems apart.
 pub const LINE: f64 = 1.45;
 
-/// Squares in colours and what they mean, from left to right and in as many rows as it takes between `x` and
-/// `right`; `y` is the top of the first. Returns the top of the row after the last.
+/// Squares in colours and what they mean, from left to right and in as many rows as it takes
+/// between `x` and `right`; `y` is the top of the first. Returns the top of the row after the last.
 pub fn keys(
     picture: &mut Picture,
     [x, y]: [i64; 2],
@@ -146,7 +146,8 @@ pub fn keys(
     top
 }
 
-/// Lays a strip with squares in colours and what they mean over the lower edge of a picture, in as many rows as it takes.
+/// Lays a strip with squares in colours and what they mean over the lower edge of a picture, in as
+/// many rows as it takes.
 pub fn key_strip(picture: &mut Picture, entries: &[([u8; 3], String)]) {
     let size = text_size(picture.width);
     let [wide, high] = [picture.width, picture.height].map(i64::from);
@@ -199,8 +200,8 @@ pub fn grouped(n: u64) -> String {
     out
 }
 
-/// The convex hull of some points, counter-clockwise (Andrew, *Another Efficient Algorithm for Convex
-/// Hulls in Two Dimensions*, 1979). Points that are not finite are left out.
+/// The convex hull of some points, counter-clockwise (Andrew, *Another Efficient Algorithm for
+/// Convex Hulls in Two Dimensions*, 1979). Points that are not finite are left out.
 pub fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut out = Vec::new();
     add_hull(points, &mut Vec::new(), &mut out);

@@ -8,7 +8,8 @@ use super::Picture;
 
 /// The height of a capital letter, in ems.
 const CAPITALS: f64 = 0.714;
-/// Places between two pixels at which letters may stand: their gaps are even, yet few forms of each occur.
+/// Places between two pixels at which letters may stand: their gaps are even, yet few forms of each
+/// occur.
 const PLACES: f32 = 4.0;
 
 /// The font of all pictures.
@@ -52,16 +53,16 @@ pub fn text_height(size: f64) -> i64 {
     (size * CAPITALS).round() as i64
 }
 
-/// The size of text in a picture of that width, in pixels an em. On a page 1,000 pixels wide that shows the
-/// picture shrunk to its own width, it is 13 at the least.
+/// The size of text in a picture of that width, in pixels an em. On a page 1,000 pixels wide that
+/// shows the picture shrunk to its own width, it is 13 at the least.
 pub fn text_size(width: u32) -> f64 {
     (f64::from(width) / 68.0).clamp(13.0, 20.0)
 }
 
 impl Picture {
-    /// Writes one line of text in ems of `size` pixels, `x` at its left end and `y` at the top of its capital
-    /// letters; returns its width. Letters that the font has not (it has those of Latin-1, and some signs) are
-    /// drawn as a box.
+    /// Writes one line of text in ems of `size` pixels, `x` at its left end and `y` at the top of
+    /// its capital letters; returns its width. Letters that the font has not (it has those of
+    /// Latin-1, and some signs) are drawn as a box.
     pub fn text(&mut self, [x, y]: [i64; 2], text: &str, size: f64, color: [u8; 3]) -> i64 {
         let (glyphs, width) = lay_out(text, size);
         let baseline = y + text_height(size);

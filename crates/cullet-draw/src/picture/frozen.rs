@@ -12,7 +12,8 @@ use super::space::Surfaces;
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::render::render;
 
-/// A view and what was culled for it, to be looked at from anywhere: who looks moves on, what was decided stays.
+/// A view and what was culled for it, to be looked at from anywhere: who looks moves on, what was
+/// decided stays.
 #[derive(Debug)]
 pub struct FrozenView<'a> {
     scene: &'a Scene,
@@ -24,16 +25,17 @@ pub struct FrozenView<'a> {
 }
 
 impl<'a> FrozenView<'a> {
-    /// Freezes a view. `visible` has reasons and triangles, and what was dropped if single triangles shall be told apart. Cost:
-    /// a frame of the view, and 4 bytes a stored triangle.
+    /// Freezes a view. `visible` has reasons and triangles, and what was dropped if single
+    /// triangles shall be told apart. Cost: a frame of the view, and 4 bytes a stored triangle.
     #[must_use]
     pub fn new(scene: &'a Scene, view: Cow<'a, View>, visible: Cow<'a, Visible>) -> Self {
         let seen = render(scene, &view, Selection::All, &RenderOptions::default()).visible();
         Self { scene, view, visible, seen, surfaces: Surfaces::of_all(scene) }
     }
 
-    /// The whole scene from another view, in even light, each triangle in the colour of its fate, with the frozen view's frustum. It has
-    /// the size of that view. Cost: a frame of four times its pixels.
+    /// The whole scene from another view, in even light, each triangle in the colour of its fate,
+    /// with the frozen view's frustum. It has the size of that view. Cost: a frame of four times
+    /// its pixels.
     #[must_use]
     pub fn draw(&self, from: &View) -> Picture {
         let fates = self.fates();
@@ -45,7 +47,8 @@ impl<'a> FrozenView<'a> {
         picture
     }
 
-    /// The colour and the words of each fate that occurs, and how many triangles have it, in the order of a legend.
+    /// The colour and the words of each fate that occurs, and how many triangles have it, in the
+    /// order of a legend.
     #[must_use]
     pub fn counts(&self) -> Vec<([u8; 3], &'static str, u64)> {
         let counts = self.fates().counts();

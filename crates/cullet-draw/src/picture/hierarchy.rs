@@ -14,15 +14,17 @@ use super::space::Space;
 use super::trace::Trace;
 use crate::sort;
 
-/// A box this many times as long as the median of its level is one of a node whose children lie apart.
+/// A box this many times as long as the median of its level is one of a node whose children lie
+/// apart.
 const FAR_APART: f64 = 5.0;
 
-/// A panel for every level of the scene's hierarchy, from the top to the instances: each box that the walk
-/// tests, by the answer. What lies under a box that was dropped or taken whole is not tested, so not there. A box
-/// much longer than the others of its level, of a node whose children lie far apart, is only outlined.
+/// A panel for every level of the scene's hierarchy, from the top to the instances: each box that
+/// the walk tests, by the answer. What lies under a box that was dropped or taken whole is not
+/// tested, so not there. A box much longer than the others of its level, of a node whose children
+/// lie far apart, is only outlined.
 ///
-/// `size` is the width and height of the picture, at least 480 × 320. Boxes that are not finite are not
-/// drawn.
+/// `size` is the width and height of the picture, at least 480 × 320. Boxes that are not finite are
+/// not drawn.
 #[must_use]
 pub fn hierarchy(scene: &Scene, view: &View, size: [u32; 2]) -> Picture {
     let [width, height] = [size[0].max(480), size[1].max(320)];
@@ -161,7 +163,8 @@ fn paste(picture: &mut Picture, small: &Picture, at: [i64; 2]) {
     }
 }
 
-/// The colours, and what the walk came to: how many instances were tested, and how many boxes in all.
+/// The colours, and what the walk came to: how many instances were tested, and how many boxes in
+/// all.
 fn draw_legend(
     picture: &mut Picture,
     at: [i64; 2],

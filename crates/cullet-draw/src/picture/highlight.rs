@@ -34,9 +34,10 @@ pub struct Highlight<'a> {
 const PALE: f64 = 0.55;
 
 impl Highlight<'_> {
-    /// In its own view: the instance in the colour of what dropped it, also where something is before it, with its box and its screen
-    /// bounds; what hides it darker than the rest. Has the size of the view, and beneath it the words. Cost: two frames of four
-    /// times the view's pixels, and 0.3 µs for each of those.
+    /// In its own view: the instance in the colour of what dropped it, also where something is
+    /// before it, with its box and its screen bounds; what hides it darker than the rest. Has the
+    /// size of the view, and beneath it the words. Cost: two frames of four times the view's
+    /// pixels, and 0.3 µs for each of those.
     #[must_use]
     pub fn in_view(&self, scene: &Scene, view: &View, material_colors: &[[f32; 4]]) -> Picture {
         let mut picture = self.drawn(scene, view, material_colors).0;

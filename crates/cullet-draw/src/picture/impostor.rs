@@ -27,8 +27,8 @@ const SIDES: [DVec3; 2] = [DVec3::new(0.48, 0.31, 0.82), DVec3::new(-0.71, -0.22
 /// Radii from the eye to the centre.
 const DISTANCE: f64 = 8.0;
 
-/// A mesh, its impostor, and the difference, from two sides and at four sizes, small ones enlarged. The colours are linear
-/// ones, by the number of the material.
+/// A mesh, its impostor, and the difference, from two sides and at four sizes, small ones enlarged.
+/// The colours are linear ones, by the number of the material.
 ///
 /// # Errors
 /// If the impostor is not of the mesh.

@@ -1,5 +1,5 @@
-//! A culling view seen from outside: everything it dropped in the colour of the kind of culling that
-//! took it.
+//! A culling view seen from outside: everything it dropped in the colour of the kind of culling
+//! that took it.
 
 use std::borrow::Cow;
 
@@ -15,12 +15,12 @@ use super::palette::{INK, PAPER};
 use super::shaded::light_through;
 use crate::frame::{Frame, PixelId};
 
-/// Culls for `view`, stands aside from it ([`Outlook`]) and draws the whole scene, each dropped triangle in
-/// the colour of the kind of culling that took it, with the frustum, and a legend where it would cover
-/// less than a quarter. `size` is that of the picture, at least 320 × 200.
+/// Culls for `view`, stands aside from it ([`Outlook`]) and draws the whole scene, each dropped
+/// triangle in the colour of the kind of culling that took it, with the frustum, and a legend where
+/// it would cover less than a quarter. `size` is that of the picture, at least 320 × 200.
 ///
-/// Cost: the culling, two frames of the scene, some 0.2 µs a pixel, and as much for a triangle of an instance
-/// that is kept.
+/// Cost: the culling, two frames of the scene, some 0.2 µs a pixel, and as much for a triangle of
+/// an instance that is kept.
 #[must_use]
 pub fn kinds<'a>(
     world: impl Into<InCells<'a>>,
@@ -37,8 +37,8 @@ pub fn kinds<'a>(
     kinds_of(scene, view, &visible, &Outlook::new(scene, view, size).from)
 }
 
-/// [`kinds`] for a visible set that is known, with triangles, reasons and what was dropped, seen from a view of one's
-/// choice. The picture has the size of that view.
+/// [`kinds`] for a visible set that is known, with triangles, reasons and what was dropped, seen
+/// from a view of one's choice. The picture has the size of that view.
 #[must_use]
 pub fn kinds_of(scene: &Scene, view: &View, visible: &Visible, from: &View) -> Picture {
     let frozen = FrozenView::new(scene, Cow::Borrowed(view), Cow::Borrowed(visible));
@@ -53,8 +53,9 @@ pub fn kinds_of(scene: &Scene, view: &View, visible: &Visible, from: &View) -> P
     picture
 }
 
-/// Puts a legend into the corner where it hides the least, if it covers less than a quarter of the picture.
-/// `frame` is what the picture shows, at twice its size; `lines` are points of what was drawn over it.
+/// Puts a legend into the corner where it hides the least, if it covers less than a quarter of the
+/// picture. `frame` is what the picture shows, at twice its size; `lines` are points of what was
+/// drawn over it.
 pub(super) fn explain(
     picture: &mut Picture,
     frame: &Frame,

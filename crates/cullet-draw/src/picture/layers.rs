@@ -9,12 +9,12 @@ use crate::frame::Frame;
 /// Height of the strip with the legend.
 const STRIP: u32 = 76;
 
-/// A heat map of the fragments on each pixel, with a legend below: of one frame, or of the same view
-/// without culling (left) and with it (right).
+/// A heat map of the fragments on each pixel, with a legend below: of one frame, or of the same
+/// view without culling (left) and with it (right).
 ///
-/// Both need [`RenderOptions::count_layers`](crate::RenderOptions::count_layers); a frame without counts
-/// shows one layer wherever something is. One scale, logarithmic, serves both. Cost: nanoseconds a
-/// pixel.
+/// Both need [`RenderOptions::count_layers`](crate::RenderOptions::count_layers); a frame without
+/// counts shows one layer wherever something is. One scale, logarithmic, serves both. Cost:
+/// nanoseconds a pixel.
 #[must_use]
 pub fn depth_complexity(before: &Frame, after: Option<&Frame>) -> Picture {
     let counts = |frame: &Frame| -> Vec<u32> {

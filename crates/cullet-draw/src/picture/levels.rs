@@ -88,8 +88,9 @@ fn of_levels(
     light(&frame, &surfaces, &color).halved()
 }
 
-/// Where two pictures of one size differ, and by how much: dark as they are alike, brighter the more the channel differs that
-/// differs most. Of pictures that are not of one size the part that both have.
+/// Where two pictures of one size differ, and by how much: dark as they are alike, brighter the
+/// more the channel differs that differs most. Of pictures that are not of one size the part that
+/// both have.
 #[must_use]
 pub fn difference(a: &Picture, b: &Picture) -> Picture {
     let (width, height) = (a.width.min(b.width), a.height.min(b.height));

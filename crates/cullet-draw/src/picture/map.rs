@@ -40,8 +40,8 @@ impl Fate {
     }
 }
 
-/// Fate of every slot: `None` for an empty one. A kept instance is seen if it is in `seen`, which must be
-/// sorted.
+/// Fate of every slot: `None` for an empty one. A kept instance is seen if it is in `seen`, which
+/// must be sorted.
 pub(crate) fn fates(scene: &Scene, visible: &Visible, seen: &[PixelId]) -> Vec<Option<Fate>> {
     let mut kept = vec![false; scene.slot_count() as usize];
     let mut keep = |slot: u32| {
@@ -70,12 +70,13 @@ pub(crate) fn fates(scene: &Scene, visible: &Visible, seen: &[PixelId]) -> Vec<O
         .collect()
 }
 
-/// A map of the scene from above: the outline of every instance coloured by the stage that dropped it, or
-/// by whether it is seen; the outline of the frustum; and a legend with counts.
+/// A map of the scene from above: the outline of every instance coloured by the stage that dropped
+/// it, or by whether it is seen; the outline of the frustum; and a legend with counts.
 ///
-/// `visible` must have reasons; `seen` is the exact visible set ([`Frame::visible`](crate::Frame::visible)),
-/// sorted. `size` is the width and height of the picture, legend included, at least 320 × 200. What
-/// has no finite bounds is not drawn, and counted. Cost: under a microsecond an instance, and its pixels.
+/// `visible` must have reasons; `seen` is the exact visible set
+/// ([`Frame::visible`](crate::Frame::visible)), sorted. `size` is the width and height of the
+/// picture, legend included, at least 320 × 200. What has no finite bounds is not drawn, and
+/// counted. Cost: under a microsecond an instance, and its pixels.
 #[must_use]
 pub fn top_down(
     scene: &Scene,
@@ -219,7 +220,8 @@ fn draw_place(picture: &mut Picture, place: &Place, ground: bool) {
     }
 }
 
-/// Counts of each fate, in the order of a legend: what is kept, and then what was dropped in the order of the stages.
+/// Counts of each fate, in the order of a legend: what is kept, and then what was dropped in the
+/// order of the stages.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Tally([u64; 3 + Stage::ALL.len()]);
 

@@ -72,8 +72,8 @@ impl Picture {
         [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
     }
 
-    /// The picture at half the size, each pixel the mean of four (in linear light): smooth edges for a
-    /// frame rendered at scale 2. An odd last column or row is left out.
+    /// The picture at half the size, each pixel the mean of four (in linear light): smooth edges
+    /// for a frame rendered at scale 2. An odd last column or row is left out.
     #[must_use]
     pub fn halved(&self) -> Self {
         let (width, height) = (self.width / 2, self.height / 2);

@@ -1,5 +1,5 @@
-//! Occlusion culling in a view: its buffer beside the truth, which occluder covers which pixels of it, and
-//! the instances that it hides.
+//! Occlusion culling in a view: its buffer beside the truth, which occluder covers which pixels of
+//! it, and the instances that it hides.
 
 use cullet::cull::occlusion::{OcclusionBuffer, TILE};
 use cullet::{
@@ -62,7 +62,8 @@ fn off(view: &View) -> Picture {
 /// From depths of a frame to the nearness of the buffer.
 struct Nearness {
     space: Space,
-    /// Takes a point to its distance along the line of view; `None` where lines of sight are parallel.
+    /// Takes a point to its distance along the line of view; `None` where lines of sight are
+    /// parallel.
     distance: Option<DVec4>,
     reversed: bool,
     size: [u32; 2],
@@ -132,12 +133,12 @@ impl Finding {
     }
 }
 
-/// Four panes: the true depth of the view, the occlusion buffer pixel by pixel, its coarse level of tiles, and
-/// how the buffer differs from the truth. A pixel that claims more than is there would be red: there must
-/// be none.
+/// Four panes: the true depth of the view, the occlusion buffer pixel by pixel, its coarse level of
+/// tiles, and how the buffer differs from the truth. A pixel that claims more than is there would
+/// be red: there must be none.
 ///
-/// The panes share `size[0]`, at least 640; the picture's height follows from the view. Words alone where the cull
-/// had no occlusion culling. Cost: a frame, and some 0.1 µs a pixel.
+/// The panes share `size[0]`, at least 640; the picture's height follows from the view. Words alone
+/// where the cull had no occlusion culling. Cost: a frame, and some 0.1 µs a pixel.
 #[must_use]
 pub fn occlusion_buffer(
     scene: &Scene,
@@ -254,7 +255,8 @@ fn range(nearness: impl Iterator<Item = f64>) -> NearnessRange {
 }
 
 impl NearnessRange {
-    /// Where a nearness lies in it, 0 to 1: even steps are factors, for near surfaces are far apart in it.
+    /// Where a nearness lies in it, 0 to 1: even steps are factors, for near surfaces are far apart
+    /// in it.
     fn share(&self, n: f64) -> f64 {
         ((n / self.low).ln() / (self.high / self.low).ln()).clamp(0.0, 1.0)
     }
@@ -289,11 +291,11 @@ fn owners(scene: &Scene, view: &View, culled: &Culled<'_>, buffer: &OcclusionBuf
     best.into_iter().map(|b| b.1).collect()
 }
 
-/// The view as a pale ghost, and over it what each drawn occluder is proved to cover: a colour for each
-/// instance, thin lines between its shapes. Pixels of the buffer that are left pale are open.
+/// The view as a pale ghost, and over it what each drawn occluder is proved to cover: a colour for
+/// each instance, thin lines between its shapes. Pixels of the buffer that are left pale are open.
 ///
-/// `material_colors` are as for [`shaded`](fn@super::shaded). Words alone where the cull had no occlusion culling. Cost:
-/// a frame at twice the size, and each occluder drawn once more, alone.
+/// `material_colors` are as for [`shaded`](fn@super::shaded). Words alone where the cull had no
+/// occlusion culling. Cost: a frame at twice the size, and each occluder drawn once more, alone.
 #[must_use]
 pub fn occluders(
     scene: &Scene,
@@ -343,8 +345,8 @@ pub fn occluders(
 
 /// The view with what occlusion culling hid shining through as ghosts, in the colour of that stage.
 ///
-/// `material_colors` are as for [`shaded`](fn@super::shaded). Words alone where the cull had no occlusion culling. Cost:
-/// two frames at twice the size.
+/// `material_colors` are as for [`shaded`](fn@super::shaded). Words alone where the cull had no
+/// occlusion culling. Cost: two frames at twice the size.
 #[must_use]
 pub fn hidden(
     scene: &Scene,
@@ -494,7 +496,8 @@ mod tests {
                 let owners = owners(&scene, &views[1], culled, buffer);
                 for (at, owner) in owners.iter().enumerate() {
                     let proved = buffer.nearness((at % 80) as u32, (at / 80) as u32) > 0.0;
-                    // Neighbours drawn one after the other may cover a pixel by the nearer of both alone.
+                    // Neighbours drawn one after the other may cover a pixel by the nearer of both
+                    // alone.
                     assert_eq!(proved, *owner != usize::MAX, "pixel {at}");
                 }
             },

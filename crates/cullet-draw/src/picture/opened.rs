@@ -17,8 +17,8 @@ use crate::clip::{Clipper, HalfSpace, Region};
 use crate::cut::{Cut, render_cut, to_world, world};
 use crate::frame::{Frame, PixelId, RenderOptions};
 
-/// How much of its light a cut face keeps where its colour says what became of it: less, so that a section
-/// reads as one.
+/// How much of its light a cut face keeps where its colour says what became of it: less, so that a
+/// section reads as one.
 const CUT_LIGHT: f64 = 0.42;
 /// The brightest that a surface is drawn: white ones would lose their shading in the light.
 const BRIGHTEST: f32 = 0.52;
@@ -27,12 +27,13 @@ const HATCH: [i64; 2] = [17, 4];
 /// The background, from the top of the picture to its bottom.
 const BACKDROP: [[u8; 3]; 2] = [[0xF1, 0xF3, 0xF5], [0xCB, 0xD1, 0xD8]];
 
-/// Draws what is left of a scene that was cut open as a section drawing: lit, without haze, its cut faces
-/// outlined and hatched, each instance's the other way than that before it.
+/// Draws what is left of a scene that was cut open as a section drawing: lit, without haze, its cut
+/// faces outlined and hatched, each instance's the other way than that before it.
 ///
-/// `frame` must be of `view`, at scale 2 ([`RenderOptions::scale`](crate::RenderOptions::scale)); the picture has half its size.
-/// `material_colors` are as for [`shaded`](fn@super::shaded); ones too bright to show their shading are toned
-/// down. Blended triangles are not drawn. Cost: some 0.3 µs a pixel of the frame.
+/// `frame` must be of `view`, at scale 2 ([`RenderOptions::scale`](crate::RenderOptions::scale));
+/// the picture has half its size. `material_colors` are as for [`shaded`](fn@super::shaded); ones
+/// too bright to show their shading are toned down. Blended triangles are not drawn. Cost: some 0.3
+/// µs a pixel of the frame.
 #[must_use]
 pub fn cut_away(
     scene: &Scene,
@@ -61,8 +62,8 @@ pub fn cut_away(
     picture.halved()
 }
 
-/// Puts the backdrop behind everything, and hatching and outlines onto cut faces; the picture is of the
-/// frame's size.
+/// Puts the backdrop behind everything, and hatching and outlines onto cut faces; the picture is of
+/// the frame's size.
 fn finish(picture: &mut Picture, frame: &Frame, is_cut: &dyn Fn(PixelId) -> bool) {
     let (width, height) = (frame.width as usize, frame.height as usize);
     // The slot of the cut face on each pixel.
@@ -86,7 +87,8 @@ fn finish(picture: &mut Picture, frame: &Frame, is_cut: &dyn Fn(PixelId) -> bool
                 picture.fill(pixel, [1, 1], backdrop, 1.0);
             }
             let own = cuts[at];
-            // Of each border the pixels above and to the left: thin walls keep room for their colour.
+            // Of each border the pixels above and to the left: thin walls keep room for their
+            // colour.
             let differs = |dx: usize, dy: usize| {
                 let (x, y) = (x + dx, y + dy);
                 x < width && y < height && cuts[y * width + x] != own
@@ -112,9 +114,10 @@ pub struct Opening {
 }
 
 impl Opening {
-    /// Opens a scene at the planes of a convex region of the world, of which the inside is left, or all that is outside,
-    /// and stands before it for a picture of `size`. Closed meshes have cut faces there, unless they are around the point
-    /// `hollow`: one looks into those. `None` if nothing of the scene is left.
+    /// Opens a scene at the planes of a convex region of the world, of which the inside is left, or
+    /// all that is outside, and stands before it for a picture of `size`. Closed meshes have cut
+    /// faces there, unless they are around the point `hollow`: one looks into those. `None` if
+    /// nothing of the scene is left.
     ///
     /// Cost: some 10 ns a vertex of what is left.
     #[must_use]
@@ -130,12 +133,12 @@ impl Opening {
         Some(Self { cut, from })
     }
 
-    /// Draws what is left: each triangle in the colour of its fate in `view`, cut faces in that of their instance, darker,
-    /// with the frustum, and a legend where it would cover less than a quarter. The counts of the legend are those of the
-    /// whole scene.
+    /// Draws what is left: each triangle in the colour of its fate in `view`, cut faces in that of
+    /// their instance, darker, with the frustum, and a legend where it would cover less than a
+    /// quarter. The counts of the legend are those of the whole scene.
     ///
-    /// `visible` must have reasons, and triangles if single ones shall be told apart. Cost: two frames, some 0.3 µs a
-    /// pixel, and as much for a triangle of an instance that is kept.
+    /// `visible` must have reasons, and triangles if single ones shall be told apart. Cost: two
+    /// frames, some 0.3 µs a pixel, and as much for a triangle of an instance that is kept.
     #[must_use]
     pub fn draw(&self, scene: &Scene, view: &View, visible: &Visible) -> Picture {
         let frozen = FrozenView::new(scene, Cow::Borrowed(view), Cow::Borrowed(visible));
@@ -195,9 +198,10 @@ fn left(scene: &Scene, cut: &Cut) -> Vec<DVec3> {
 /// The vertical field of view from where one looks into a cut: narrow, so that it keeps its shape.
 const FOV_DEGREES: f64 = 35.0;
 
-/// Stands before what is left of a scene that was cut open at the planes of a region, so that all of these points are in a
-/// picture of `size`: above and to the side of the cut. `outside` says that what is outside of the region is left.
-/// `None` without points, and where their numbers make no view.
+/// Stands before what is left of a scene that was cut open at the planes of a region, so that all
+/// of these points are in a picture of `size`: above and to the side of the cut. `outside` says
+/// that what is outside of the region is left. `None` without points, and where their numbers make
+/// no view.
 #[must_use]
 pub fn before_cut(
     points: &[DVec3],

@@ -1,5 +1,5 @@
-//! Standing outside of a view: from where one sees it with what it culls, its frustum as a drawing, and whether the
-//! scene must be cut open for that.
+//! Standing outside of a view: from where one sees it with what it culls, its frustum as a drawing,
+//! and whether the scene must be cut open for that.
 
 use std::ops::Range;
 
@@ -31,13 +31,14 @@ const HEIGHTS: [f64; 3] = [29.0, 52.0, 75.0];
 /// Where to stand to see a view and what it culls.
 #[derive(Clone, Debug)]
 pub struct Outlook {
-    /// From aside: of an eye outside of the scene, with all of the scene and the frustum in the picture; of one
-    /// within, from behind and above it, with much of the scene before it, and so high that most of what the view
-    /// sees is in sight, if there is such a height. The view itself, if the scene's numbers are so extreme that there
-    /// is no such camera.
+    /// From aside: of an eye outside of the scene, with all of the scene and the frustum in the
+    /// picture; of one within, from behind and above it, with much of the scene before it, and so
+    /// high that most of what the view sees is in sight, if there is such a height. The view
+    /// itself, if the scene's numbers are so extreme that there is no such camera.
     pub from: View,
-    /// Where from no height most of it is in sight: the height at which to cut the scene open, so that one looks
-    /// from above into what the view sees. It is above the eye by a tenth of what the eye is above the ground.
+    /// Where from no height most of it is in sight: the height at which to cut the scene open, so
+    /// that one looks from above into what the view sees. It is above the eye by a tenth of what
+    /// the eye is above the ground.
     pub cut_at: Option<f64>,
 }
 
@@ -55,8 +56,8 @@ impl Outlook {
     }
 }
 
-/// The number of the lowest stand from which most of what a view sees is in sight, else of that from which the most
-/// is; and how much that is.
+/// The number of the lowest stand from which most of what a view sees is in sight, else of that
+/// from which the most is; and how much that is.
 fn best_stand(scene: &Scene, view: &View) -> (usize, f64) {
     if is_outside(scene, &Space::new(view)) {
         return (0, 1.0);
@@ -113,8 +114,8 @@ fn is_outside(scene: &Scene, space: &Space) -> bool {
     off > 0.0 && off < 6.0 * reach(scene)
 }
 
-/// The corners of the near plane of a view, and beyond each the point to which the frustum is drawn: of an
-/// eye outside of the scene, as far as that reaches along its line of sight.
+/// The corners of the near plane of a view, and beyond each the point to which the frustum is
+/// drawn: of an eye outside of the scene, as far as that reaches along its line of sight.
 fn frustum_corners(scene: &Scene, space: &Space) -> [[DVec3; 2]; 4] {
     let length = if is_outside(scene, space) {
         let (near, direction) = space.ray(0.0, 0.0);
@@ -174,8 +175,8 @@ fn reach(scene: &Scene) -> f64 {
     if contents.is_empty() { 1.0 } else { DVec3::from(contents.half_extent()).length().max(1e-6) }
 }
 
-/// Draws the edges of a view's frustum into a picture taken from another, finer from the eye to the near plane;
-/// where the scene hides them, faintly. Returns points along them.
+/// Draws the edges of a view's frustum into a picture taken from another, finer from the eye to the
+/// near plane; where the scene hides them, faintly. Returns points along them.
 pub(super) fn draw_frustum(
     picture: &mut Picture,
     scene: &Scene,
@@ -196,7 +197,8 @@ pub(super) fn draw_frustum(
     let mut points = Vec::new();
     let mut runs = Vec::new();
     for (a, b, width) in lines {
-        // In segments, each with a depth of its own; those alike are one line, or their ends would show.
+        // In segments, each with a depth of its own; those alike are one line, or their ends would
+        // show.
         const SEGMENTS: u32 = 256;
         let at = |k: u32| a.lerp(b, f64::from(k) / f64::from(SEGMENTS));
         let mut run: Option<([f64; 2], [f64; 2], bool)> = None;
@@ -265,7 +267,8 @@ impl SightLines {
         Some(Self(shown.map(point).collect()))
     }
 
-    /// How many of them are in another view, from the same side and with nothing before them, as a share; 1 of none.
+    /// How many of them are in another view, from the same side and with nothing before them, as a
+    /// share; 1 of none.
     fn share_in_sight(&self, scene: &Scene, from: &View) -> f64 {
         let from = from_outside(from);
         let (frame, space) = (draw_all(scene, &from), Space::new(&from));

@@ -10,8 +10,8 @@
 //! | ink or chalk, [`INK`], [`CHALK`] | the eye, its frustum, lines of sight, and words |
 //! | crimson, [`LOST`] | wrong: lost though it is visible |
 //!
-//! Most hues are those of Okabe & Ito, *Color Universal Design* (2008), told apart by people with any of
-//! the common kinds of colour blindness; pictures carry a legend with words besides.
+//! Most hues are those of Okabe & Ito, *Color Universal Design* (2008), told apart by people with
+//! any of the common kinds of colour blindness; pictures carry a legend with words besides.
 
 use cullet::Stage;
 
@@ -83,8 +83,9 @@ pub const fn reason_label(stage: Option<Stage>) -> &'static str {
     }
 }
 
-/// The colour of a level of detail: [`SEEN`] in full, then one for each time that it was simplified, up to twelve; neighbours
-/// are told apart by lightness too. Coarser ones have the last.
+/// The colour of a level of detail: [`SEEN`] in full, then one for each time that it was
+/// simplified, up to twelve; neighbours are told apart by lightness too. Coarser ones have the
+/// last.
 #[must_use]
 pub const fn level_color(step: u32) -> [u8; 3] {
     const COLORS: [[u8; 3]; 13] = [
@@ -124,8 +125,8 @@ pub const fn material_color(n: u32) -> [u8; 3] {
 }
 
 /// A colour for a share of 0..1, dark to light, even in lightness and safe for the colour-blind: an
-/// approximation of *inferno* by N. Smith and S. van der Walt (2015) through eight of its points. NaN
-/// is 0.
+/// approximation of *inferno* by N. Smith and S. van der Walt (2015) through eight of its points.
+/// NaN is 0.
 #[must_use]
 pub fn heat(share: f64) -> [u8; 3] {
     const POINTS: [[u8; 3]; 8] = [

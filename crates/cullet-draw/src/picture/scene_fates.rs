@@ -20,8 +20,8 @@ pub(super) struct SceneFates<'a> {
 }
 
 impl<'a> SceneFates<'a> {
-    /// `visible` has reasons and triangles, `seen` is the exact visible set, and `surfaces` knows all of the
-    /// scene.
+    /// `visible` has reasons and triangles, `seen` is the exact visible set, and `surfaces` knows
+    /// all of the scene.
     pub(super) fn new(
         scene: &'a Scene,
         visible: &'a Visible,
@@ -55,7 +55,8 @@ impl<'a> SceneFates<'a> {
         (dropped && !self.triangles.visible.went_in_parts(slot)).then_some(fate)
     }
 
-    /// How many triangles of the scene there are of each fate that occurs, in the order of a legend.
+    /// How many triangles of the scene there are of each fate that occurs, in the order of a
+    /// legend.
     pub(super) fn counts(&self) -> Vec<(Fate, u64)> {
         let slots: Vec<u32> = self.scene.slots().collect();
         let tallies = parallel::tasks(slots.len(), TASK, &|range| {

@@ -24,10 +24,10 @@ const AMBIENT_RADIUS: f64 = 0.035;
 /// A picture of a frame: flat shading under a sun and a sky, corners darkened, a little haze, and
 /// edges between instances.
 ///
-/// `frame` must be of `view`, at any scale ([`RenderOptions::scale`](crate::RenderOptions::scale) of 2
-/// and [`Picture::halved`] give smooth edges). `material_colors` are linear colours by the number of
-/// the material; materials beyond them get a colour of their own, from their number. Blended triangles
-/// are not drawn.
+/// `frame` must be of `view`, at any scale ([`RenderOptions::scale`](crate::RenderOptions::scale)
+/// of 2 and [`Picture::halved`] give smooth edges). `material_colors` are linear colours by the
+/// number of the material; materials beyond them get a colour of their own, from their number.
+/// Blended triangles are not drawn.
 ///
 /// Cost: some 0.3 µs a pixel on one core.
 #[must_use]
@@ -88,8 +88,8 @@ fn material(surfaces: &Surfaces, material_colors: &[[f32; 4]]) -> impl Fn(PixelI
 /// How much haze there is far away in a landscape.
 const HAZE: f64 = 0.42;
 
-/// Lights a frame whose surfaces have these linear colours, with so much haze far away, 0 to 1: none where colours carry the
-/// meaning.
+/// Lights a frame whose surfaces have these linear colours, with so much haze far away, 0 to 1:
+/// none where colours carry the meaning.
 pub fn light_through(
     air: f64,
     scene: &Scene,
@@ -152,8 +152,9 @@ pub fn light_through(
 /// Colour behind all surfaces where light is even.
 const PLAIN_SKY: [u8; 3] = [0xDD, 0xE4, 0xE9];
 
-/// A view of what a culler left, in even light: each triangle of one shade, by its normal and its material alone, and a plain
-/// sky. Few colours lie side by side, so films of it are small. `material_colors` are as for [`shaded`].
+/// A view of what a culler left, in even light: each triangle of one shade, by its normal and its
+/// material alone, and a plain sky. Few colours lie side by side, so films of it are small.
+/// `material_colors` are as for [`shaded`].
 ///
 /// Cost: a frame of four times the view's pixels, and some 20 ns for each of those.
 #[must_use]
@@ -226,8 +227,8 @@ pub fn irradiance(n: DVec3, open: f64) -> DVec3 {
     ground.lerp(sky, up) * open + sun * 1.05 * (0.5 + 0.5 * open)
 }
 
-/// How open the surroundings of pixels are, 0 to 1: what stands above the surface nearby shades it, as
-/// seen in the depth of the frame alone.
+/// How open the surroundings of pixels are, 0 to 1: what stands above the surface nearby shades it,
+/// as seen in the depth of the frame alone.
 struct Ambient {
     /// Pixels along a side of a square that shares one value: 2 in large frames, which are halved
     /// later, or would hardly show it.

@@ -67,8 +67,8 @@ impl Space {
         if self.near == 0.0 { a < b } else { a > b }
     }
 
-    /// The point where the line of sight through a place has gone `reach` from the near plane, or has
-    /// come to the far plane.
+    /// The point where the line of sight through a place has gone `reach` from the near plane, or
+    /// has come to the far plane.
     pub fn along(&self, x: f64, y: f64, reach: f64) -> DVec3 {
         let (from, direction) = self.ray(x, y);
         let far = self.to_world * DVec4::new(x, y, 1.0 - self.near, 1.0);
@@ -83,8 +83,8 @@ impl Space {
     }
 }
 
-/// A view that looks against `back` and has all these points in its picture, as near as that allows, with a
-/// margin of a twentieth. `None` if there is no point, or the numbers make no view.
+/// A view that looks against `back` and has all these points in its picture, as near as that
+/// allows, with a margin of a twentieth. `None` if there is no point, or the numbers make no view.
 pub fn framing(points: &[DVec3], back: DVec3, fov_y_radians: f64, size: [u32; 2]) -> Option<View> {
     let aspect = f64::from(size[0]) / f64::from(size[1].max(1));
     let back = back.try_normalize()?;
@@ -93,8 +93,8 @@ pub fn framing(points: &[DVec3], back: DVec3, fov_y_radians: f64, size: [u32; 2]
     let above = back.cross(right);
     let middle = points.iter().copied().sum::<DVec3>() / points.len().max(1) as f64;
     let t = (fov_y_radians * 0.5).tan() * 0.95;
-    // A point is in the picture iff |p·right − x| ≤ t (d − p·back), and the like for y: each bounds x and
-    // d from both sides, and the bounds meet at the least distance. Returns x and that.
+    // A point is in the picture iff |p·right − x| ≤ t (d − p·back), and the like for y: each bounds
+    // x and d from both sides, and the bounds meet at the least distance. Returns x and that.
     let fit = |along: DVec3, t: f64| {
         let most = |sign: f64| {
             let bound = |p: &DVec3| (*p - middle).dot(along * sign + back * t);
@@ -107,8 +107,8 @@ pub fn framing(points: &[DVec3], back: DVec3, fov_y_radians: f64, size: [u32; 2]
     let spread = points.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
     let front = points.iter().map(|p| (*p - middle).dot(back)).fold(f64::NEG_INFINITY, f64::max);
     let distance = fit(right, t * aspect).1.max(fit(above, t).1).max(front + 0.1 * spread);
-    // One way the picture is full; the other way the points are in the middle if they would just fill a narrower
-    // picture from as far.
+    // One way the picture is full; the other way the points are in the middle if they would just
+    // fill a narrower picture from as far.
     let centred = |along: DVec3, most: f64| {
         let (mut low, mut high) = (0.0, most);
         for _ in 0..40 {
@@ -144,7 +144,8 @@ pub struct Surfaces<'a> {
     scene: &'a Scene,
     /// For each mesh that the frame shows, the place in the mesh's order of each original triangle.
     order: Vec<Vec<u32>>,
-    /// For each slot the level that the frame shows; none for slots beyond, which are shown in full.
+    /// For each slot the level that the frame shows; none for slots beyond, which are shown in
+    /// full.
     levels: Vec<u32>,
     /// The normal of each plane at which the frame is cut open.
     cuts: Vec<DVec3>,
@@ -224,7 +225,8 @@ impl<'a> Surfaces<'a> {
         self.order[mesh as usize].get(id.triangle as usize).copied()
     }
 
-    /// The impostor at which a slot is shown, and the texel of an owner, whose number stands in place of the triangle's.
+    /// The impostor at which a slot is shown, and the texel of an owner, whose number stands in
+    /// place of the triangle's.
     fn texel(&self, id: PixelId) -> Option<Texel> {
         let level = self.level(id.slot);
         if level == 0 || id.slot >= self.scene.slot_count() {

@@ -9,8 +9,8 @@ const WIDTH: usize = 16;
 
 /// Every node that a walk tests, with the result, level by level.
 ///
-/// `levels[0]` is the boxes themselves, `levels[k]` level k − 1 of the nodes: entry i is `None` where the
-/// walk never came to it, because something above it was dropped or taken whole.
+/// `levels[0]` is the boxes themselves, `levels[k]` level k − 1 of the nodes: entry i is `None`
+/// where the walk never came to it, because something above it was dropped or taken whole.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Trace {
     /// Answers by level, from the boxes up.
@@ -18,10 +18,11 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Walks `nodes`, which are over `boxes` or the first of them, one after the other, each against
-    /// all planes. Boxes that lie under no node are tested each.
+    /// Walks `nodes`, which are over `boxes` or the first of them, one after the other, each
+    /// against all planes. Boxes that lie under no node are tested each.
     ///
-    /// The slow twin of [`Cut::cull`](cullet::cull::frustum::tree::Cut::cull): the same nodes, the same answers.
+    /// The slow twin of [`Cut::cull`](cullet::cull::frustum::tree::Cut::cull): the same nodes, the
+    /// same answers.
     ///
     /// # Panics
     /// If the nodes are over more boxes than there are.
@@ -42,8 +43,8 @@ impl Trace {
         Self { levels }
     }
 
-    /// The boxes that it keeps, ascending: those that it tested and found not outside, and all below a node
-    /// that is inside, empty ones apart where planes reject those.
+    /// The boxes that it keeps, ascending: those that it tested and found not outside, and all
+    /// below a node that is inside, empty ones apart where planes reject those.
     #[must_use]
     pub fn visible(&self, planes: &Planes, boxes: &Boxes) -> Vec<u32> {
         let outside = planes.classify_box(&cullet::bounds::Aabb::EMPTY) == Side::Outside;

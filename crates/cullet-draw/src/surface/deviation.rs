@@ -1,4 +1,5 @@
-//! How far a simplified surface is from the original, both ways, found without anything that made it.
+//! How far a simplified surface is from the original, both ways, found without anything that made
+//! it.
 
 use cullet_mesh::Topology;
 
@@ -16,20 +17,22 @@ pub type SurfaceSlices<'a> = (&'a [[f32; 3]], &'a [u32]);
 /// Distances between an original and a simplified surface, in their units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation {
-    /// The largest distance of all points: random ones and the corners of triangles, of either surface to the other.
-    /// Infinite where just one of them is empty.
+    /// The largest distance of all points: random ones and the corners of triangles, of either
+    /// surface to the other. Infinite where just one of them is empty.
     pub max: f32,
     /// Bound that 99.9 % of the random points of the original, and of the simplified surface, stay
     /// within: the larger of both.
     pub p999: f32,
     /// How many points were measured.
     pub points: u64,
-    /// Edges of one triangle once equal positions are welded: of the original, of the simplified surface.
+    /// Edges of one triangle once equal positions are welded: of the original, of the simplified
+    /// surface.
     pub open_edges: [u32; 2],
 }
 
-/// Measures from `samples` points of each surface, evenly distributed by area, and from all corners of its triangles. The
-/// same for the same `seed`, other than which what is measured must have used for measurements of its own.
+/// Measures from `samples` points of each surface, evenly distributed by area, and from all corners
+/// of its triangles. The same for the same `seed`, other than which what is measured must have used
+/// for measurements of its own.
 ///
 /// Some microsecond a point; memory for both surfaces' trees and for the points.
 ///

@@ -4,14 +4,17 @@ use std::cmp::Ordering;
 
 use glam::{DVec3, Vec4};
 
-/// Triangles to which distances are measured: a tree of four boxes a node and four triangles a leaf.
+/// Triangles to which distances are measured: a tree of four boxes a node and four triangles a
+/// leaf.
 ///
-/// Points and triangles are brought into the cube from −1 to 1 around the surface before anything is computed in f32, so
-/// that a distance is right to some 1e-6 of the surface's half size (of the point's distance, for points far away),
-/// wherever it lies and however large it is. Points that are equal to corners of triangles have the distance 0.
+/// Points and triangles are brought into the cube from −1 to 1 around the surface before anything
+/// is computed in f32, so that a distance is right to some 1e-6 of the surface's half size (of the
+/// point's distance, for points far away), wherever it lies and however large it is. Points that
+/// are equal to corners of triangles have the distance 0.
 ///
-/// Triangles with a corner that is not finite or does not exist are as though they were not there; those without area are
-/// the segment or the point that they look like. Some 75 bytes a triangle; built in O(n log n), the same on every machine.
+/// Triangles with a corner that is not finite or does not exist are as though they were not there;
+/// those without area are the segment or the point that they look like. Some 75 bytes a triangle;
+/// built in O(n log n), the same on every machine.
 ///
 /// ```
 /// use cullet_draw::surface::SurfaceTree;
@@ -49,7 +52,8 @@ struct Node {
 struct Leaf {
     corner: [Vec4; 3],
     edges: [[Vec4; 3]; 2],
-    /// NaN where the triangle has no area: then no point is above its inside, and its edges are all there is.
+    /// NaN where the triangle has no area: then no point is above its inside, and its edges are all
+    /// there is.
     normal: [Vec4; 3],
     double_area: Vec4,
     triangle: [u32; 4],
@@ -61,10 +65,12 @@ const LEAF: u32 = 1 << 31;
 /// No child or triangle.
 const NONE: u32 = u32::MAX;
 
-/// Children that wait: each node leaves at most three, and trees are balanced, so that 2³² triangles have 16 levels.
+/// Children that wait: each node leaves at most three, and trees are balanced, so that 2³²
+/// triangles have 16 levels.
 const STACK: usize = 64;
 
-/// Triangles flatter than this share of their longest edge are their edges: what is left out is as small as rounding.
+/// Triangles flatter than this share of their longest edge are their edges: what is left out is as
+/// small as rounding.
 const FLATTEST: f64 = 1e-7;
 
 /// Beyond so many sizes of the surface, squares of f32 could overflow.
@@ -115,16 +121,17 @@ impl SurfaceTree {
         self.root == NONE
     }
 
-    /// A triangle at most `distance` away, if there is one: the first that is found, not the nearest, but always the same.
-    /// `None` for a point that is not finite and a distance that is negative or NaN.
+    /// A triangle at most `distance` away, if there is one: the first that is found, not the
+    /// nearest, but always the same. `None` for a point that is not finite and a distance that is
+    /// negative or NaN.
     #[must_use]
     #[inline]
     pub fn within(&self, point: [f32; 3], distance: f32) -> Option<u32> {
         self.search(point, distance, true).map(|found| found.1)
     }
 
-    /// The nearest triangle that is at most `limit` away, and its distance; of several one, always the same. `None` as for
-    /// [`within`](Self::within).
+    /// The nearest triangle that is at most `limit` away, and its distance; of several one, always
+    /// the same. `None` as for [`within`](Self::within).
     #[must_use]
     #[inline]
     pub fn nearest(&self, point: [f32; 3], limit: f32) -> Option<(f32, u32)> {
@@ -311,8 +318,8 @@ impl Leaf {
         self.triangle[k] = number;
     }
 
-    /// Squared distances to the triangles: to the plane for points above the inside, else to the nearest edge. With the
-    /// normal known to full precision, slivers are as right as others.
+    /// Squared distances to the triangles: to the plane for points above the inside, else to the
+    /// nearest edge. With the normal known to full precision, slivers are as right as others.
     #[inline]
     fn distances(&self, at: &[Vec4; 3]) -> Vec4 {
         let [e, f] = &self.edges;
@@ -429,8 +436,8 @@ fn halves(items: &mut [Item]) -> (&mut [Item], &mut [Item]) {
     items.split_at_mut(mid)
 }
 
-/// The distance from a point to the nearest triangle, and that triangle's number, by looking at all in f64: what
-/// [`SurfaceTree::nearest`] is held against. Triangles are left out as there.
+/// The distance from a point to the nearest triangle, and that triangle's number, by looking at all
+/// in f64: what [`SurfaceTree::nearest`] is held against. Triangles are left out as there.
 #[must_use]
 pub fn nearest_ref(positions: &[[f32; 3]], indices: &[u32], point: [f32; 3]) -> Option<(f64, u32)> {
     let at = DVec3::from_array(point.map(f64::from));
@@ -450,8 +457,8 @@ pub fn nearest_ref(positions: &[[f32; 3]], indices: &[u32], point: [f32; 3]) -> 
     best
 }
 
-/// The point of a triangle that is nearest to another: the foot of the perpendicular where that is inside, else the
-/// nearest point of the three edges.
+/// The point of a triangle that is nearest to another: the foot of the perpendicular where that is
+/// inside, else the nearest point of the three edges.
 pub fn closest_point(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
     let on_edge = |a: DVec3, b: DVec3| {
         let e = b - a;

@@ -1,4 +1,5 @@
-//! Distances between surfaces: what says how far a simplified mesh is from the original, without a look at how it was made.
+//! Distances between surfaces: what says how far a simplified mesh is from the original, without a
+//! look at how it was made.
 
 mod deviation;
 mod distance;

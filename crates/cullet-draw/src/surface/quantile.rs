@@ -3,11 +3,13 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// The largest of a known number of distances, of which a share may exceed the error that is stated.
+/// The largest of a known number of distances, of which a share may exceed the error that is
+/// stated.
 ///
-/// Distances up to the [`quantile`](Self::quantile) so far need not be known: they change neither that, nor
-/// [`max`](Self::max), nor [`error`](Self::error). So a search may stop at the first triangle that is not farther. Memory
-/// and time for as many distances as may exceed it, not for all.
+/// Distances up to the [`quantile`](Self::quantile) so far need not be known: they change neither
+/// that, nor [`max`](Self::max), nor [`error`](Self::error). So a search may stop at the first
+/// triangle that is not farther. Memory and time for as many distances as may exceed it, not for
+/// all.
 ///
 /// ```
 /// use cullet_draw::surface::LargestDistances;
@@ -26,8 +28,8 @@ pub struct LargestDistances {
 }
 
 impl LargestDistances {
-    /// For so many distances, of which a share (0 up to 1; 0.001 is usual) may exceed the quantile. Nothing is stated below
-    /// the `floor`, such as the error of the level before.
+    /// For so many distances, of which a share (0 up to 1; 0.001 is usual) may exceed the quantile.
+    /// Nothing is stated below the `floor`, such as the error of the level before.
     #[must_use]
     pub fn new(count: usize, share: f64, floor: f32) -> Self {
         let over = (count as f64 * share.clamp(0.0, 1.0)) as usize;
@@ -51,8 +53,8 @@ impl LargestDistances {
         }
     }
 
-    /// The largest distance but for the share that may exceed it, at least the floor. Where fewer distances came than may
-    /// exceed it, that is the floor.
+    /// The largest distance but for the share that may exceed it, at least the floor. Where fewer
+    /// distances came than may exceed it, that is the floor.
     #[must_use]
     #[inline]
     pub fn quantile(&self) -> f32 {

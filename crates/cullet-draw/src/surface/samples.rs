@@ -13,8 +13,8 @@ pub struct SurfacePoint {
     pub triangle: u32,
 }
 
-/// `count` points within a triangle, evenly distributed: the same for the same seed and number of the triangle, whatever
-/// the others are. Corners that are not finite give points that are not.
+/// `count` points within a triangle, evenly distributed: the same for the same seed and number of
+/// the triangle, whatever the others are. Corners that are not finite give points that are not.
 pub fn inner_points(
     corners: [[f32; 3]; 3],
     seed: u64,
@@ -26,10 +26,12 @@ pub fn inner_points(
     (0..count).map(move |_| inner(corners, &mut random))
 }
 
-/// `count` points of a surface, evenly distributed by area: each triangle has as many as its share of the area says,
-/// rounded up or down, so that small triangles have one now and then. The same for the same seed.
+/// `count` points of a surface, evenly distributed by area: each triangle has as many as its share
+/// of the area says, rounded up or down, so that small triangles have one now and then. The same
+/// for the same seed.
 ///
-/// None where there is no area. Triangles with a corner that is not finite or does not exist have none.
+/// None where there is no area. Triangles with a corner that is not finite or does not exist have
+/// none.
 #[must_use]
 pub fn surface_points(
     positions: &[[f32; 3]],

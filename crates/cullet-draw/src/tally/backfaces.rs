@@ -11,7 +11,8 @@ use cullet::{
 use crate::geometry::{cross, sub};
 use crate::prepare::part_of;
 
-/// Back faces of one-sided parts, counted over the clusters that were left when back faces were culled.
+/// Back faces of one-sided parts, counted over the clusters that were left when back faces were
+/// culled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BackfaceCounts {
     /// Instances with backs that can be culled.
@@ -43,8 +44,9 @@ impl BackfaceTest {
     /// Counting what faces away takes some 15 ns a triangle; views with more than this go without.
     const MOST_TRIANGLES: u64 = 50_000_000;
 
-    /// Counts over the clusters that were left when back faces were culled, as the record of a cull says
-    /// ([`Culler::dropped`]). `None` where back faces are not culled, or there are too many triangles to count.
+    /// Counts over the clusters that were left when back faces were culled, as the record of a cull
+    /// says ([`Culler::dropped`]). `None` where back faces are not culled, or there are too many
+    /// triangles to count.
     pub fn measure(
         &mut self,
         scene: &Scene,
@@ -139,8 +141,8 @@ impl BackfaceTest {
     }
 }
 
-/// How many of `triangles` (in the mesh's order) of a slot at a level have both sides drawn and face away: what
-/// back-face culling would take if the mesh were one-sided.
+/// How many of `triangles` (in the mesh's order) of a slot at a level have both sides drawn and
+/// face away: what back-face culling would take if the mesh were one-sided.
 #[must_use]
 pub fn facing_away(scene: &Scene, view: &View, [slot, level]: [u32; 2], triangles: &[u32]) -> u64 {
     let mesh = scene.mesh_at(slot, level);

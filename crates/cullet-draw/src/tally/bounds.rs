@@ -15,7 +15,8 @@ pub struct BoundsCounts {
     pub boxes_kept: u64,
     /// Instances whose sphere is kept.
     pub spheres_kept: u64,
-    /// Instances with a triangle that the frustum's triangle test keeps: what a perfect bound keeps.
+    /// Instances with a triangle that the frustum's triangle test keeps: what a perfect bound
+    /// keeps.
     pub in_frustum: u64,
     /// Nanoseconds that the test of a box takes.
     pub box_ns: f64,
@@ -75,7 +76,8 @@ impl BoundsTest {
         })
     }
 
-    /// Tests both against a view's frustum, and counts what a perfect bound would keep. `clock` tells nanoseconds.
+    /// Tests both against a view's frustum, and counts what a perfect bound would keep. `clock`
+    /// tells nanoseconds.
     pub fn measure(
         &mut self,
         scene: &Scene,
@@ -88,7 +90,8 @@ impl BoundsTest {
         let (planes, sphere_planes) = (Planes::new(&relative), SpherePlanes::new(&relative));
         let tested = self.boxes.len();
         let mut time = |test: &mut dyn FnMut(&mut Indices)| {
-            // The first run warms the cache and grows the list; the better of two others is the time.
+            // The first run warms the cache and grows the list; the better of two others is the
+            // time.
             test(&mut self.hits);
             let run = |hits: &mut Indices, test: &mut dyn FnMut(&mut Indices)| {
                 let start = clock();
@@ -115,7 +118,8 @@ impl BoundsTest {
     }
 }
 
-/// Whether a perfect bound would keep an instance: the test of its triangles leaves one, or it cannot be said.
+/// Whether a perfect bound would keep an instance: the test of its triangles leaves one, or it
+/// cannot be said.
 fn has_triangle_in(scene: &Scene, frustum: &Frustum, planes: &Planes, slot: u32) -> bool {
     if !scene.is_rigid(slot) || planes.classify_box(&scene.bounds(slot)) == Side::Inside {
         return true;

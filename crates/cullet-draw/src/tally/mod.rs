@@ -1,4 +1,5 @@
-//! Counts over the instances, triangles and pixels of a view, for reports on what it draws for nothing.
+//! Counts over the instances, triangles and pixels of a view, for reports on what it draws for
+//! nothing.
 
 mod backfaces;
 mod bounds;

@@ -14,8 +14,8 @@ pub struct PixelCounts {
     pub open: u64,
 }
 
-/// For each mesh of a scene, the pixels of a frame that its instances own, and those of them where a buffer of the same view
-/// has nothing.
+/// For each mesh of a scene, the pixels of a frame that its instances own, and those of them where
+/// a buffer of the same view has nothing.
 #[must_use]
 pub fn pixels_of_meshes(
     scene: &Scene,

@@ -4,7 +4,8 @@ use cullet::Scene;
 
 use crate::sort;
 
-/// Instances with the mesh and, bit for bit, the transform of one with a lower slot; ascending. O(n log n).
+/// Instances with the mesh and, bit for bit, the transform of one with a lower slot; ascending. O(n
+/// log n).
 #[must_use]
 pub fn twins(scene: &Scene) -> Vec<u32> {
     let key = |slot: u32| {

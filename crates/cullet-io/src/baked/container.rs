@@ -1,9 +1,10 @@
 //! A file of what is baked: chunks with names, each found and read by itself.
 //!
-//! Everything is little-endian. 32 bytes of header: `CULLBAKE`, the version (1) and the number of chunks as u32, the size
-//! of the file and the sum of the table as u64. Then the table, 32 bytes a chunk: four letters, four bytes of zero, where the
-//! chunk begins, its size and its sum as u64. Then the chunks, each at a multiple of 64 bytes, so that a file that is mapped
-//! into memory can be used as it lies: what is never read is never fetched.
+//! Everything is little-endian. 32 bytes of header: `CULLBAKE`, the version (1) and the number of
+//! chunks as u32, the size of the file and the sum of the table as u64. Then the table, 32 bytes a
+//! chunk: four letters, four bytes of zero, where the chunk begins, its size and its sum as u64.
+//! Then the chunks, each at a multiple of 64 bytes, so that a file that is mapped into memory can
+//! be used as it lies: what is never read is never fetched.
 
 use thiserror::Error;
 
@@ -94,7 +95,8 @@ impl<'a> Container<'a> {
     /// Reads header and table; the chunks are not looked at. O(chunks).
     ///
     /// # Errors
-    /// If the bytes begin otherwise, are of another version, are not as many as they say, or the table was changed.
+    /// If the bytes begin otherwise, are of another version, are not as many as they say, or the
+    /// table was changed.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ContainerError> {
         if !bytes.starts_with(MAGIC) {
             return Err(ContainerError::Magic);

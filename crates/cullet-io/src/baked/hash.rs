@@ -7,7 +7,8 @@ use crate::bytes::{put_f64s, put_u32s};
 /// The golden ratio, as a step that meets all words.
 const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// Hash of bytes, the same on every machine: no secret, but no accident keeps it. It is that of every baked file.
+/// Hash of bytes, the same on every machine: no secret, but no accident keeps it. It is that of
+/// every baked file.
 #[must_use]
 pub fn hash(bytes: &[u8]) -> u64 {
     let mut sum = Sum::new(bytes.len() as u64);
@@ -58,7 +59,8 @@ pub(crate) fn root_sum(chunks: &[[u64; 3]]) -> u64 {
     sum.end()
 }
 
-/// Mixes the bits of a word: Steele, Lea and Flood, *Fast Splittable Pseudorandom Number Generators*, 2014.
+/// Mixes the bits of a word: Steele, Lea and Flood, *Fast Splittable Pseudorandom Number
+/// Generators*, 2014.
 #[inline]
 #[must_use]
 pub fn mix(mut z: u64) -> u64 {

@@ -11,8 +11,9 @@ use crate::bytes::{put_f32s, put_u32s};
 /// Bytes before the planes: sizes, box and error as ten words, and zeros up to this.
 const HEAD: usize = 64;
 
-/// The bytes of an impostor, all little-endian: frames along a side of the grid and texels along a side of a frame as
-/// u32; as f32 the box in six, the radius around its middle and the error; zeros up to 64 bytes; then the plane of the shape and that of the normals.
+/// The bytes of an impostor, all little-endian: frames along a side of the grid and texels along a
+/// side of a frame as u32; as f32 the box in six, the radius around its middle and the error; zeros
+/// up to 64 bytes; then the plane of the shape and that of the normals.
 #[must_use]
 pub fn impostor_to_bytes(impostor: &Impostor) -> Vec<u8> {
     let bounds = impostor.bounds();

@@ -1,9 +1,10 @@
 //! Baked data of a model's meshes, as `CULLET_baked` of a GLB holds it: levels, and how their
 //! errors were measured.
 //!
-//! [`load`](crate::load) gives the scene the levels that a file has; [`save`](crate::save()) writes those that
-//! [`Model::baked`](crate::Model::baked) names. What does not fit the mesh beside it is left out with a warning: the plain
-//! mesh is always right, and levels of another would be a wrong picture.
+//! [`load`](crate::load) gives the scene the levels that a file has; [`save`](crate::save()) writes
+//! those that [`Model::baked`](crate::Model::baked) names. What does not fit the mesh beside it is
+//! left out with a warning: the plain mesh is always right, and levels of another would be a wrong
+//! picture.
 
 mod cell_sets;
 mod container;
@@ -37,7 +38,8 @@ pub(crate) use tables::{ROWS, sum_of};
 /// The version of the extension that is written, and the only one that is read.
 pub const VERSION: u32 = 1;
 
-/// Tables begin at multiples of this, in the file as it lies: a line of the cache, and more than any type needs.
+/// Tables begin at multiples of this, in the file as it lies: a line of the cache, and more than
+/// any type needs.
 pub const TABLE_ALIGNMENT: usize = 64;
 
 /// The most sets of levels of one mesh that are read.
@@ -50,7 +52,8 @@ pub struct Baked {
     pub generator: String,
     /// The meshes with something baked, or with something in the file that does not fit them.
     pub meshes: Vec<BakedMesh>,
-    /// How the errors were found of instances that [stand for others](cullet::Scene::stand_for), where there are any.
+    /// How the errors were found of instances that [stand for others](cullet::Scene::stand_for),
+    /// where there are any.
     pub stand_ins: Option<Measured>,
     /// Why all of it was left out, where it was.
     pub problem: Option<BakedError>,
@@ -63,7 +66,8 @@ impl Baked {
         self.meshes.iter().find(|m| m.mesh == mesh)
     }
 
-    /// How many meshes of the scene are there only to hold the levels of others. In a model that was loaded they come last.
+    /// How many meshes of the scene are there only to hold the levels of others. In a model that
+    /// was loaded they come last.
     #[must_use]
     pub fn held_count(&self) -> usize {
         self.meshes.iter().map(|m| m.levels.len()).sum()
@@ -111,8 +115,8 @@ pub enum LevelKind {
     Chain,
     /// Clusters, simplified in groups that meet without cracks.
     Hierarchy,
-    /// An impostor: pictures from all around, drawn in the box of the mesh. Its [`Measured::points`] are the directions from
-    /// which its error was measured.
+    /// An impostor: pictures from all around, drawn in the box of the mesh. Its
+    /// [`Measured::points`] are the directions from which its error was measured.
     Impostor,
 }
 
@@ -137,7 +141,8 @@ impl LevelKind {
 /// How the errors of levels were found: from points of the surface, at random from a seed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Measured {
-    /// Points of each triangle of the original from which the simplified surface was looked for, beside its corners.
+    /// Points of each triangle of the original from which the simplified surface was looked for,
+    /// beside its corners.
     pub points: u32,
     /// Points of each simplified triangle from which the original was looked for.
     pub reverse_points: u32,
@@ -149,8 +154,9 @@ pub struct Measured {
     pub seed: u64,
 }
 
-/// Hash of what levels depend on: positions, triangles in their original order, and how many of them each part has that
-/// has any. The same for a mesh and for what is loaded from the file that it was saved to. O(size of the mesh).
+/// Hash of what levels depend on: positions, triangles in their original order, and how many of
+/// them each part has that has any. The same for a mesh and for what is loaded from the file that
+/// it was saved to. O(size of the mesh).
 #[must_use]
 pub fn geometry_hash(mesh: &Mesh) -> u64 {
     let counts = mesh.parts().iter().map(|p| p.triangle_count);

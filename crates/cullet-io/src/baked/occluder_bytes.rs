@@ -11,9 +11,9 @@ use crate::bytes::{of_u32s, put_f32s, to_u32s};
 const HEAD: usize = 8;
 
 impl Occluders {
-    /// Its bytes, in words of four, little-endian: how many boxes, sealed boxes, polygons, sheets and near sheets; the efficiency as
-    /// f64; a zero; for each polygon its corners, its sides, its tolerance; for each sheet its triangles and its sides; then all
-    /// coordinates.
+    /// Its bytes, in words of four, little-endian: how many boxes, sealed boxes, polygons, sheets
+    /// and near sheets; the efficiency as f64; a zero; for each polygon its corners, its sides, its
+    /// tolerance; for each sheet its triangles and its sides; then all coordinates.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let sheets = || self.sheets.iter().chain(&self.near);

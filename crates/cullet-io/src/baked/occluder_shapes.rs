@@ -8,8 +8,9 @@ use cullet::mesh::Part;
 use super::occluders::{OccluderSheet, Occluders};
 
 impl Occluders {
-    /// The occluders as a mesh, to save or draw: boxes with `box_material`, wound outward and one-sided;
-    /// then polygons and triangles with `polygon_material`, with the sides they block from. Empty for none.
+    /// The occluders as a mesh, to save or draw: boxes with `box_material`, wound outward and
+    /// one-sided; then polygons and triangles with `polygon_material`, with the sides they block
+    /// from. Empty for none.
     #[must_use]
     pub fn to_data(&self, box_material: u32, polygon_material: u32) -> MeshData {
         let mut data = MeshData::default();
@@ -47,9 +48,10 @@ impl Occluders {
         data
     }
 
-    /// The engine's occluder: boxes and polygons drawn by their outline, triangles as patches of a surface. Polygons with a
-    /// [tolerance](super::OccluderPolygon::tolerance) are left out, for the engine does not test whether they
-    /// [hold](super::OccluderPolygon::holds_from) from its eye.
+    /// The engine's occluder: boxes and polygons drawn by their outline, triangles as patches of a
+    /// surface. Polygons with a [tolerance](super::OccluderPolygon::tolerance) are left out, for
+    /// the engine does not test whether they [hold](super::OccluderPolygon::holds_from) from its
+    /// eye.
     ///
     /// # Errors
     /// Where something here is not finite or has no extent, which a baker does not make.
@@ -79,7 +81,8 @@ fn patches(sheets: &[OccluderSheet]) -> Result<Vec<Shape>, OcclusionError> {
     Ok(shapes)
 }
 
-/// The sides of a box, wound outward; bit `a` of a corner's number is set where axis `a` is at its maximum.
+/// The sides of a box, wound outward; bit `a` of a corner's number is set where axis `a` is at its
+/// maximum.
 pub const BOX_QUADS: [[usize; 4]; 6] =
     [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 

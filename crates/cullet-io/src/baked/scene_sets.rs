@@ -1,4 +1,5 @@
-//! Visible sets of a scene's view cells, as `cullet pvs` bakes them: read, written, and given to the scene that they are of.
+//! Visible sets of a scene's view cells, as `cullet pvs` bakes them: read, written, and given to
+//! the scene that they are of.
 
 use cullet::Scene;
 use cullet_cells::Cells;
@@ -10,7 +11,8 @@ use super::container::{Container, ContainerError, Tag, write_chunks};
 use super::hash::{hash, mix};
 use crate::bytes::{of_f32s, put_f32s, put_f64s, put_u32s, to_f32s};
 
-/// The chunks of a file: the hash of the scene and the rays; the cells as boxes; the sets of instances; estimates.
+/// The chunks of a file: the hash of the scene and the rays; the cells as boxes; the sets of
+/// instances; estimates.
 const HEAD: Tag = *b"PVSS";
 const BOXES: Tag = *b"BOXS";
 const SETS: Tag = *b"SETS";
@@ -113,15 +115,16 @@ impl SceneSets {
         Ok(Self { cells, sets, missing, scene_hash: u64::from_le_bytes(*hash) })
     }
 
-    /// Mean over the cells of what is estimated to be [missing](Self::missing), and the most of a cell.
+    /// Mean over the cells of what is estimated to be [missing](Self::missing), and the most of a
+    /// cell.
     #[must_use]
     pub fn stated_error(&self) -> [f64; 2] {
         let shares = || self.missing.iter().map(|&share| f64::from(share));
         [shares().sum::<f64>() / self.missing.len().max(1) as f64, shares().fold(0.0, f64::max)]
     }
 
-    /// Returns cells of the scene that the sets are of. [`Culler::pvs`](cullet::Culler::pvs) culls by them while the eye is in
-    /// one of the boxes.
+    /// Returns cells of the scene that the sets are of. [`Culler::pvs`](cullet::Culler::pvs) culls
+    /// by them while the eye is in one of the boxes.
     ///
     /// # Errors
     /// If they are of another scene, or one of the boxes is none.
@@ -139,8 +142,8 @@ impl SceneSets {
     }
 }
 
-/// Hash of what sets of a scene depend on: meshes, sides and alpha modes, and where instances stand. The same on every
-/// machine; the order of slots is none of it. O(triangles of the meshes).
+/// Hash of what sets of a scene depend on: meshes, sides and alpha modes, and where instances
+/// stand. The same on every machine; the order of slots is none of it. O(triangles of the meshes).
 #[must_use]
 pub fn scene_hash(scene: &Scene) -> u64 {
     let mut bytes = Vec::new();

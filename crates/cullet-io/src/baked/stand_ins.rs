@@ -19,13 +19,15 @@ pub(crate) struct StandInTables {
     pub(crate) instances: Vec<u32>,
     /// The others that it stands for, by their numbers in the list, lower than its own.
     pub(crate) stand_ins: Vec<u32>,
-    /// For each part an instance below it, and which of its parts that have triangles it is drawn like.
+    /// For each part an instance below it, and which of its parts that have triangles it is drawn
+    /// like.
     pub(crate) like: Vec<[u32; 2]>,
     pub(crate) positions: Vec<[f32; 3]>,
     /// Texture coordinates and colours of the vertices, where there are any.
     pub(crate) attributes: Attributes,
     pub(crate) levels: LevelTables,
-    /// How many triangles all instances below have, by which it is known that they are still the same.
+    /// How many triangles all instances below have, by which it is known that they are still the
+    /// same.
     pub(crate) triangles: u64,
 }
 
@@ -45,14 +47,16 @@ pub(crate) fn sum_of(all: &[(&StandInTables, [&[u8]; 4])]) -> u64 {
     sum.end()
 }
 
-/// The sum of the attributes of one: of their bytes, texture coordinates and colours, which are empty where there are none.
+/// The sum of the attributes of one: of their bytes, texture coordinates and colours, which are
+/// empty where there are none.
 pub(crate) fn attribute_sum(tables: [&[u8]; 2]) -> u64 {
     let mut sum = Sum::new(2);
     tables.iter().for_each(|bytes| sum.add(hash(bytes)));
     sum.end()
 }
 
-/// The instances of a scene in the order of its file: by their handles, which are given in that order.
+/// The instances of a scene in the order of its file: by their handles, which are given in that
+/// order.
 fn in_order(scene: &Scene) -> Vec<Handle> {
     let mut all: Vec<Handle> = scene.slots().filter_map(|slot| scene.handle(slot)).collect();
     all.sort_unstable_by_key(|handle| handle.index);
@@ -175,7 +179,8 @@ impl StandInTables {
         [of_f32s(self.positions.as_flattened()), indices, clusters, groups]
     }
 
-    /// Adds all of a list to a scene whose instances are those of the file, and to the names and attributes of its meshes.
+    /// Adds all of a list to a scene whose instances are those of the file, and to the names and
+    /// attributes of its meshes.
     ///
     /// # Errors
     /// If one does not fit it; then none is added, but meshes may have been.

@@ -22,7 +22,8 @@ pub struct ClusterRow {
     pub replaced_by: u32,
 }
 
-/// Levels of a mesh as plain tables. Triangles are in the order of the clusters, clusters in that of the parts.
+/// Levels of a mesh as plain tables. Triangles are in the order of the clusters, clusters in that
+/// of the parts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LevelTables {
     /// How many triangles each part of the mesh has in all levels together.
@@ -40,7 +41,8 @@ pub(crate) const ROWS: [(&str, usize); 3] =
     [("its indices", 12), ("its clusters", 16), ("its groups", 20)];
 
 impl LevelTables {
-    /// The tables of levels that a mesh holds; `None` if triangles of its parts are mixed, or some are in no cluster.
+    /// The tables of levels that a mesh holds; `None` if triangles of its parts are mixed, or some
+    /// are in no cluster.
     #[must_use]
     pub fn of(held_by: &Mesh, levels: &Levels) -> Option<Self> {
         let clusters = held_by.clusters();
@@ -91,7 +93,8 @@ impl LevelTables {
         let parts: Vec<Part> = base.parts().iter().zip(&counts).map(part).collect();
         let cluster = |row: &ClusterRow| {
             let after = parts.partition_point(|p| p.first_triangle <= row.first_triangle);
-            // Of parts that begin at one triangle, the last has it. One that is in no part is refused below.
+            // Of parts that begin at one triangle, the last has it. One that is in no part is
+            // refused below.
             let part = after.saturating_sub(1) as u32;
             Cluster { first_triangle: row.first_triangle, triangle_count: row.triangle_count, part }
         };
@@ -157,7 +160,8 @@ impl LevelTables {
     }
 }
 
-/// The sum of what is baked of a mesh: of the geometry, and for each of its levels of all that the file says.
+/// The sum of what is baked of a mesh: of the geometry, and for each of its levels of all that the
+/// file says.
 pub(crate) fn sum_of<'a>(
     geometry: u64,
     levels: impl Iterator<Item = (LevelKind, &'a Measured, &'a [u32], [&'a [u8]; 3])>,

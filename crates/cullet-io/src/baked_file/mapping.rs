@@ -3,11 +3,12 @@
 use std::fmt;
 use std::path::Path;
 
-/// A file that is mapped into memory: its bytes are those of the disk, fetched when they are looked at.
+/// A file that is mapped into memory: its bytes are those of the disk, fetched when they are looked
+/// at.
 ///
-/// As long as it is there nobody must make the file shorter or write to it: the system ends a program that looks at what is no
-/// longer there. `cullet bake` never does that to a file, for it puts a new one in the place of the old, which stays as long as
-/// it is mapped.
+/// As long as it is there nobody must make the file shorter or write to it: the system ends a
+/// program that looks at what is no longer there. `cullet bake` never does that to a file, for it
+/// puts a new one in the place of the old, which stays as long as it is mapped.
 pub struct Mapping(imp::Bytes);
 
 impl Mapping {

@@ -44,12 +44,14 @@ pub enum BakedFileError {
     BigEndian,
 }
 
-/// A GLB with `CULLET_baked`, whose tables are slices of its bytes: nothing is copied, and what is never looked at is never
-/// read from the disk. `B` is a [`Mapping`], or any bytes that begin at a multiple of 4 in memory.
+/// A GLB with `CULLET_baked`, whose tables are slices of its bytes: nothing is copied, and what is
+/// never looked at is never read from the disk. `B` is a [`Mapping`], or any bytes that begin at a
+/// multiple of 4 in memory.
 ///
-/// What a mesh has is checked by its sum when it is first asked for: bytes that were damaged are never given out. A sum is no
-/// proof against malice: whether numbers of a table are within range is for who uses it to check, or for
-/// [`LevelTables::build`](crate::baked::LevelTables::build), which checks all of them.
+/// What a mesh has is checked by its sum when it is first asked for: bytes that were damaged are
+/// never given out. A sum is no proof against malice: whether numbers of a table are within range
+/// is for who uses it to check, or for [`LevelTables::build`](crate::baked::LevelTables::build),
+/// which checks all of them.
 ///
 /// ```no_run
 /// let file = cullet_io::BakedFile::open("baked.glb".as_ref())?;
@@ -75,7 +77,8 @@ impl BakedFile<Mapping> {
     /// Maps a file and reads its JSON: O(size of the JSON), whatever there is in tables.
     ///
     /// # Errors
-    /// If it cannot be mapped, is no GLB, has nothing baked or that of another version, or the table of chunks is damaged.
+    /// If it cannot be mapped, is no GLB, has nothing baked or that of another version, or the
+    /// table of chunks is damaged.
     pub fn open(path: &Path) -> Result<Self, BakedFileError> {
         let map = Mapping::open(path);
         Self::of(map.map_err(|error| BakedFileError::Map { path: path.to_owned(), error })?)
@@ -118,7 +121,8 @@ impl<B: AsRef<[u8]>> BakedFile<B> {
         &self.listed.meshes
     }
 
-    /// Whether all that is baked of the mesh `at` of [`meshes`](Self::meshes) is as it was written. Reads its tables once.
+    /// Whether all that is baked of the mesh `at` of [`meshes`](Self::meshes) is as it was written.
+    /// Reads its tables once.
     ///
     /// # Errors
     /// If it is not, or the mesh has a problem; also where there is no such mesh.
@@ -145,12 +149,12 @@ impl<B: AsRef<[u8]>> BakedFile<B> {
         self.sound[at].get_or_init(check).clone()
     }
 
-    /// The tables of the levels `levels` of the mesh `at` of [`meshes`](Self::meshes), as they lie. The first time for each
-    /// mesh its sum is checked.
+    /// The tables of the levels `levels` of the mesh `at` of [`meshes`](Self::meshes), as they lie.
+    /// The first time for each mesh its sum is checked.
     ///
     /// # Errors
-    /// As [`check`](Self::check); where there are no such levels; or if the bytes do not begin where numbers of four bytes
-    /// can, as those of a mapping always do.
+    /// As [`check`](Self::check); where there are no such levels; or if the bytes do not begin
+    /// where numbers of four bytes can, as those of a mapping always do.
     pub fn levels(&self, at: usize, levels: usize) -> Result<LevelSlices<'_>, BakedError> {
         self.check(at)?;
         self.levels_unchecked(at, levels)
@@ -227,7 +231,8 @@ impl<B: AsRef<[u8]>> BakedFile<B> {
         (!groups.all.is_empty()).then_some(groups.measured)
     }
 
-    /// Whether all that is baked of merged groups is as it was written. Reads their tables once, for they have one sum.
+    /// Whether all that is baked of merged groups is as it was written. Reads their tables once,
+    /// for they have one sum.
     ///
     /// # Errors
     /// If it is not, or as [`groups`](Self::groups).

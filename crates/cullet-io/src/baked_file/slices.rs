@@ -87,9 +87,11 @@ pub struct OccluderSlices<'a> {
     pub boxes: &'a [[[f32; 3]; 2]],
     /// Boxes around what the shells that hold those seal off.
     pub sealed: &'a [[[f32; 3]; 2]],
-    /// For each polygon how many corners it has, from how many sides it blocks, and the bits of its tolerance.
+    /// For each polygon how many corners it has, from how many sides it blocks, and the bits of its
+    /// tolerance.
     pub polygons: &'a [[u32; 3]],
-    /// For each sheet, those near after the others, how many triangles it has and from how many sides it blocks.
+    /// For each sheet, those near after the others, how many triangles it has and from how many
+    /// sides it blocks.
     pub sheets: &'a [[u32; 2]],
     /// How many of the sheets are not for near eyes alone.
     pub far_sheets: u32,

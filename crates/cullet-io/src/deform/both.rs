@@ -8,13 +8,13 @@ use super::joints::{JointBoxes, Moved, Skin};
 use super::morphs::Morphs;
 use super::{DeformError, F32_UNDERFLOW, linear};
 
-/// For each joint the box of the vertices it moves, and for each target the box of what it adds to them,
-/// all in the joint's own space: bounds of a mesh that is morphed and then skinned, for the cost of its
-/// joints times its targets.
+/// For each joint the box of the vertices it moves, and for each target the box of what it adds to
+/// them, all in the joint's own space: bounds of a mesh that is morphed and then skinned, for the
+/// cost of its joints times its targets.
 ///
-/// Under weights w, what a joint moves lies in its box grown by Σ `wᵢ · targetᵢ` (the sum of boxes); from
-/// there on it is as [`JointBoxes`] has it. A target that moves nothing of a joint does not grow its box:
-/// a face that smiles leaves the feet alone.
+/// Under weights w, what a joint moves lies in its box grown by Σ `wᵢ · targetᵢ` (the sum of
+/// boxes); from there on it is as [`JointBoxes`] has it. A target that moves nothing of a joint
+/// does not grow its box: a face that smiles leaves the feet alone.
 #[derive(Clone, Debug)]
 pub struct MorphedJointBoxes {
     joints: JointBoxes,
@@ -33,9 +33,9 @@ struct Pull {
 }
 
 impl MorphedJointBoxes {
-    /// Takes the boxes. `skin.positions` is the base shape, and each target has the displacement of every
-    /// vertex. O(vertices × targets). What is not finite and matters makes bounds [`Aabb::EVERYTHING`]:
-    /// of the skin all, of a target those under a weight that is not 0.
+    /// Takes the boxes. `skin.positions` is the base shape, and each target has the displacement of
+    /// every vertex. O(vertices × targets). What is not finite and matters makes bounds
+    /// [`Aabb::EVERYTHING`]: of the skin all, of a target those under a weight that is not 0.
     ///
     /// # Errors
     /// As [`JointBoxes::new`]; also if a target has not one displacement for each vertex.
@@ -53,7 +53,8 @@ impl MorphedJointBoxes {
                     let m = linear(&skin.inverse_binds[usize::from(joint)]);
                     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::abs);
                     let size = x * d.x.abs() + y * d.y.abs() + z * d.z.abs();
-                    // A joint that only vertices without a place name has no box, and all is unbounded.
+                    // A joint that only vertices without a place name has no box, and all is
+                    // unbounded.
                     let Some(pull) = pulls.get_mut(at[usize::from(joint)]) else { continue };
                     let image = m * d;
                     // The lesser of NaN and a number is the number: it must not vanish.
@@ -71,12 +72,13 @@ impl MorphedJointBoxes {
         Ok(Self { joints, targets })
     }
 
-    /// The box around the mesh under `weights` when its joints are at `joints`, relative to `origin`, rounded
-    /// outward: it holds every vertex though morphing and skinning be done in f32. Targets beyond the weights
-    /// have weight 0, and weights beyond the targets do not matter. O(joints × targets).
+    /// The box around the mesh under `weights` when its joints are at `joints`, relative to
+    /// `origin`, rounded outward: it holds every vertex though morphing and skinning be done in
+    /// f32. Targets beyond the weights have weight 0, and weights beyond the targets do not matter.
+    /// O(joints × targets).
     ///
-    /// [`Aabb::EVERYTHING`] where a weight is not finite, or a joint that moves something is missing from
-    /// `joints` or not finite.
+    /// [`Aabb::EVERYTHING`] where a weight is not finite, or a joint that moves something is
+    /// missing from `joints` or not finite.
     #[must_use]
     pub fn bounds(&self, joints: &[Transform], weights: &[f32], origin: [f64; 3]) -> Aabb {
         let active = || self.targets.iter().zip(weights).filter(|(_, w)| **w != 0.0);

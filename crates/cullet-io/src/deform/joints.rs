@@ -6,8 +6,8 @@ use glam::{DAffine3, DVec3};
 
 use super::{DeformError, F32_LOSS, F32_UNDERFLOW, linear};
 
-/// A mesh bound to joints (linear blend skinning with four joints a vertex, as in glTF): vertex v is drawn
-/// at Σ `weightᵢ · jointᵢ · inverse_bindᵢ · v`.
+/// A mesh bound to joints (linear blend skinning with four joints a vertex, as in glTF): vertex v
+/// is drawn at Σ `weightᵢ · jointᵢ · inverse_bindᵢ · v`.
 #[derive(Clone, Copy, Debug)]
 pub struct Skin<'a> {
     /// Vertex positions, as bound.
@@ -44,8 +44,9 @@ impl Skin<'_> {
         pairs.filter(|(_, w)| *w != 0.0).map(|(j, w)| (j, f64::from(w)))
     }
 
-    /// Where every vertex is drawn when the joints are at `joints`: evaluated in f64, rounded at the end.
-    /// The slow truth that [`JointBoxes::bounds`] is held against. A vertex without weights is at zero.
+    /// Where every vertex is drawn when the joints are at `joints`: evaluated in f64, rounded at
+    /// the end. The slow truth that [`JointBoxes::bounds`] is held against. A vertex without
+    /// weights is at zero.
     ///
     /// # Errors
     /// As [`JointBoxes::new`]; a joint beyond `joints` counts as one that is not there.
@@ -79,14 +80,14 @@ pub(super) struct Moved {
     pub(super) size: DVec3,
 }
 
-/// For each joint the box of the vertices it moves, in the joint's own space: bounds of a skinned mesh for
-/// the cost of its joints, not of its vertices.
+/// For each joint the box of the vertices it moves, in the joint's own space: bounds of a skinned
+/// mesh for the cost of its joints, not of its vertices.
 ///
-/// A vertex is a blend of its images under several joints. Where weights are not negative and add to 1 it
-/// lies between them, so the box around all joints' moved boxes holds it. Weights that add to something
-/// else, or are negative, are allowed: the least and greatest sums are kept, and the box grows by them
-/// (about the zero of the space that the joints are given in: give joints relative to the mesh, not to a far
-/// world, if weights are careless).
+/// A vertex is a blend of its images under several joints. Where weights are not negative and add
+/// to 1 it lies between them, so the box around all joints' moved boxes holds it. Weights that add
+/// to something else, or are negative, are allowed: the least and greatest sums are kept, and the
+/// box grows by them (about the zero of the space that the joints are given in: give joints
+/// relative to the mesh, not to a far world, if weights are careless).
 #[derive(Clone, Debug)]
 pub struct JointBoxes {
     pub(super) moved: Vec<Moved>,
@@ -98,12 +99,12 @@ pub struct JointBoxes {
 }
 
 impl JointBoxes {
-    /// Takes the boxes. O(vertices). A mesh without vertices has empty bounds; a position, weight or
-    /// inverse bind matrix that matters and is not finite makes all bounds [`Aabb::EVERYTHING`].
+    /// Takes the boxes. O(vertices). A mesh without vertices has empty bounds; a position, weight
+    /// or inverse bind matrix that matters and is not finite makes all bounds [`Aabb::EVERYTHING`].
     ///
     /// # Errors
-    /// If the lists are not of one length, or a weight that is not zero names a joint without an inverse
-    /// bind matrix.
+    /// If the lists are not of one length, or a weight that is not zero names a joint without an
+    /// inverse bind matrix.
     pub fn new(skin: &Skin<'_>) -> Result<Self, DeformError> {
         skin.check()?;
         let joints = skin.inverse_binds.len();
@@ -148,10 +149,12 @@ impl JointBoxes {
         self.moved.iter().find(|m| m.joint == joint).map_or(Aabb::EMPTY, |m| m.bounds)
     }
 
-    /// The box around the mesh when its joints are at `joints`, relative to `origin`, rounded outward: it
-    /// holds every vertex though the skinning be done in f32. O(joints that move something).
+    /// The box around the mesh when its joints are at `joints`, relative to `origin`, rounded
+    /// outward: it holds every vertex though the skinning be done in f32. O(joints that move
+    /// something).
     ///
-    /// [`Aabb::EVERYTHING`] where a joint that moves something is missing from `joints` or not finite.
+    /// [`Aabb::EVERYTHING`] where a joint that moves something is missing from `joints` or not
+    /// finite.
     #[must_use]
     pub fn bounds(&self, joints: &[Transform], origin: [f64; 3]) -> Aabb {
         self.bounds_of(self.moved.iter().copied(), joints, origin)
@@ -190,7 +193,8 @@ impl JointBoxes {
             // No vertex has a weight: all are at zero.
             (low, high) = (DVec3::ZERO, DVec3::ZERO);
         }
-        // p·a − n·b for a, b in the box, p and n the sums of weights: per axis, the extremes of each term.
+        // p·a − n·b for a, b in the box, p and n the sums of weights: per axis, the extremes of
+        // each term.
         let ([p0, p1], n) = (self.positive, self.negative);
         let least = (low * p0).min(low * p1) - (high * n).max(DVec3::ZERO);
         let most = (high * p0).max(high * p1) - (low * n).min(DVec3::ZERO);

@@ -1,8 +1,8 @@
-//! Bounds of meshes whose vertices move: skinned by joints, morphed between shapes, or first morphed and
-//! then skinned.
+//! Bounds of meshes whose vertices move: skinned by joints, morphed between shapes, or first
+//! morphed and then skinned.
 //!
-//! The types are prepared once from the mesh and evaluated once a frame; the bounds, in the space that the
-//! joints or the mesh are given in, go to the scene as
+//! The types are prepared once from the mesh and evaluated once a frame; the bounds, in the space
+//! that the joints or the mesh are given in, go to the scene as
 //! [`BoundsOverride::World`](cullet::scene::BoundsOverride::World).
 
 mod both;
@@ -17,9 +17,9 @@ use cullet::Transform;
 use glam::{DMat3, DVec3};
 use thiserror::Error;
 
-/// Bound on the rounding error of a vertex evaluated in f32, relative to the sizes of all its terms: two
-/// dozen roundings of 2⁻²⁴ each (the product of two matrices, of matrix and vertex, four joints or a handful
-/// of targets summed, the joints themselves rounded), and some to spare.
+/// Bound on the rounding error of a vertex evaluated in f32, relative to the sizes of all its
+/// terms: two dozen roundings of 2⁻²⁴ each (the product of two matrices, of matrix and vertex, four
+/// joints or a handful of targets summed, the joints themselves rounded), and some to spare.
 const F32_LOSS: f64 = 32.0 / 16_777_216.0;
 /// Bound on the error by underflow, absolute.
 const F32_UNDERFLOW: f64 = 64.0 * f32::MIN_POSITIVE as f64;

@@ -24,9 +24,9 @@ impl Morphs<'_> {
         })
     }
 
-    /// Where every vertex is drawn under some weights: evaluated in f64, rounded at the end. The slow truth
-    /// that [`MorphBounds::bounds`] is held against. Targets beyond the weights have weight 0, and weights
-    /// beyond the targets do not matter.
+    /// Where every vertex is drawn under some weights: evaluated in f64, rounded at the end. The
+    /// slow truth that [`MorphBounds::bounds`] is held against. Targets beyond the weights have
+    /// weight 0, and weights beyond the targets do not matter.
     ///
     /// # Errors
     /// As [`MorphBounds::new`].
@@ -42,11 +42,11 @@ impl Morphs<'_> {
     }
 }
 
-/// The box of a base shape, and for each target the box of its displacements: bounds of a morphed mesh for
-/// the cost of its targets, not of its vertices.
+/// The box of a base shape, and for each target the box of its displacements: bounds of a morphed
+/// mesh for the cost of its targets, not of its vertices.
 ///
-/// Weights may have any sign and size. The box is exact for one target that moves everything alike, and
-/// looser the more targets move different places at once.
+/// Weights may have any sign and size. The box is exact for one target that moves everything alike,
+/// and looser the more targets move different places at once.
 #[derive(Clone, Debug)]
 pub struct MorphBounds {
     base: Aabb,
@@ -54,8 +54,9 @@ pub struct MorphBounds {
 }
 
 impl MorphBounds {
-    /// Takes the boxes. O(vertices × targets). A mesh without vertices has empty bounds; a position that is
-    /// not finite makes all bounds [`Aabb::EVERYTHING`], a displacement those under a weight that is not 0.
+    /// Takes the boxes. O(vertices × targets). A mesh without vertices has empty bounds; a position
+    /// that is not finite makes all bounds [`Aabb::EVERYTHING`], a displacement those under a
+    /// weight that is not 0.
     ///
     /// # Errors
     /// If a target has not one displacement for each vertex.
@@ -65,9 +66,9 @@ impl MorphBounds {
         Ok(Self { base: Aabb::from_points(morphs.positions), targets })
     }
 
-    /// The box around the mesh under `weights`, in the mesh's space, rounded outward: it holds every vertex
-    /// though the morphing be done in f32. Targets beyond the weights have weight 0, and weights beyond the
-    /// targets do not matter. O(targets).
+    /// The box around the mesh under `weights`, in the mesh's space, rounded outward: it holds
+    /// every vertex though the morphing be done in f32. Targets beyond the weights have weight 0,
+    /// and weights beyond the targets do not matter. O(targets).
     ///
     /// [`Aabb::EVERYTHING`] where a weight is not finite.
     #[must_use]

@@ -1,5 +1,5 @@
-//! Accessors: typed, checked against their views before anything is allocated, decoded to floats and
-//! indices.
+//! Accessors: typed, checked against their views before anything is allocated, decoded to floats
+//! and indices.
 
 use std::cell::Cell;
 
@@ -197,8 +197,8 @@ impl Accessors {
         self.all.get(index)?.as_ref()
     }
 
-    /// Decodes an accessor of `N` components into floats; 16 are those of a 4x4 matrix. Normalised integers
-    /// become fractions, others keep their value.
+    /// Decodes an accessor of `N` components into floats; 16 are those of a 4x4 matrix. Normalised
+    /// integers become fractions, others keep their value.
     ///
     /// # Errors
     /// If it has another shape or is of u32, or its bytes are absent; `user` is who needs it.
@@ -286,8 +286,8 @@ impl Accessors {
         Ok(out)
     }
 
-    /// Whether every float of an accessor is finite; the first element that is not. Accessors without
-    /// bytes, or not of floats, pass.
+    /// Whether every float of an accessor is finite; the first element that is not. Accessors
+    /// without bytes, or not of floats, pass.
     pub(super) fn first_not_finite(&self, index: usize, buffers: &Buffers<'_>) -> Option<usize> {
         let a = self.find(index)?;
         let run = a.run.filter(|_| a.component == Component::F32)?;

@@ -18,8 +18,9 @@ use crate::motion::track::{Interpolation, Local, Property, Track, WeightTrack};
 const SEGMENTS: usize = 8;
 
 impl Clip {
-    /// Reads the tracks of animation `index`; `targets` says how many morph targets a node of the document
-    /// has, `None` for a node that is not there. A track that is malformed is left out with a note.
+    /// Reads the tracks of animation `index`; `targets` says how many morph targets a node of the
+    /// document has, `None` for a node that is not there. A track that is malformed is left out
+    /// with a note.
     ///
     /// # Errors
     /// If the animation itself is malformed.
@@ -87,8 +88,9 @@ impl Clip {
         count.saturating_mul(keys)
     }
 
-    /// The transform of the last node of `chain`, which leads there from its root, at every key time
-    /// of any track that moves it. Steps get a key just before the jump; curves get keys between.
+    /// The transform of the last node of `chain`, which leads there from its root, at every key
+    /// time of any track that moves it. Steps get a key just before the jump; curves get keys
+    /// between.
     pub(super) fn keys(&self, chain: &[u32], nodes: &Nodes) -> Vec<(f64, DAffine3)> {
         let tracks: Vec<&Track> = self.tracks.iter().filter(|t| chain.contains(&t.node)).collect();
         let mut times: Vec<f64> = tracks.iter().flat_map(|t| t.key_times()).collect();

@@ -1,8 +1,8 @@
-//! `CULLET_baked`: what was baked of meshes. What each member means is in the book's page on baking, and in
-//! `docs/schema/CULLET_baked.schema.json`.
+//! `CULLET_baked`: what was baked of meshes. What each member means is in the book's page on
+//! baking, and in `docs/schema/CULLET_baked.schema.json`.
 //!
-//! Nothing here is an error of the file, for the plain mesh beside is right whatever this says: what is damaged, of another
-//! version or of another mesh is left out with a warning.
+//! Nothing here is an error of the file, for the plain mesh beside is right whatever this says:
+//! what is damaged, of another version or of another mesh is left out with a warning.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -93,7 +93,8 @@ struct FoundMesh {
     impostor: Option<(Measured, Impostor)>,
 }
 
-/// Reads what is baked of the meshes that are drawn: `drawn` has the file's number of each, `data` what was decoded of it.
+/// Reads what is baked of the meshes that are drawn: `drawn` has the file's number of each, `data`
+/// what was decoded of it.
 pub(super) fn read(
     root: &Root<'_>,
     buffers: &Buffers<'_>,
@@ -237,8 +238,8 @@ impl Found {
         self
     }
 
-    /// Makes the levels and gives them to the scene, whose meshes are those that were read; the meshes that hold them come
-    /// after all others.
+    /// Makes the levels and gives them to the scene, whose meshes are those that were read; the
+    /// meshes that hold them come after all others.
     pub(super) fn give(
         self,
         scene: &mut Scene,

@@ -12,8 +12,8 @@ use crate::{CameraNode, ErrorKind};
 /// More work than this to sample animations is no camera path but an attack.
 const MOST_WORK: u64 = 50_000_000;
 
-/// Makes a camera of every node in `placed` that has one: with one key where it stands, and one more
-/// camera for each animation that moves it.
+/// Makes a camera of every node in `placed` that has one: with one key where it stands, and one
+/// more camera for each animation that moves it.
 ///
 /// # Errors
 /// If a camera is malformed.

@@ -1,5 +1,5 @@
-//! `CULLET_cells_portals`: cells and portals in the root of a document. What each member means is in the book's page on the
-//! format, and in `docs/schema/CULLET_cells_portals.schema.json`.
+//! `CULLET_cells_portals`: cells and portals in the root of a document. What each member means is
+//! in the book's page on the format, and in `docs/schema/CULLET_cells_portals.schema.json`.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -68,11 +68,12 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Reads the extension, if it is there. `base` is the rotation of the file's up axis, `nodes` how many there are.
+    /// Reads the extension, if it is there. `base` is the rotation of the file's up axis, `nodes`
+    /// how many there are.
     ///
     /// # Errors
-    /// If it is not of the right form, or an index leads nowhere. What polygons and pieces enclose is judged when the cells
-    /// are placed.
+    /// If it is not of the right form, or an index leads nowhere. What polygons and pieces enclose
+    /// is judged when the cells are placed.
     pub(super) fn read(root: &Root<'_>, base: &DAffine3, nodes: usize) -> Result<Self, ErrorKind> {
         let mut out = Self::default();
         let extensions = root.extensions.filter(|json| json.text().starts_with('{'));

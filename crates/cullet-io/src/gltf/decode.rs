@@ -38,7 +38,8 @@ struct Block {
 }
 
 impl Block {
-    /// Decodes them, and with `details` more than their positions; attributes that are not finite are left out with a note.
+    /// Decodes them, and with `details` more than their positions; attributes that are not finite
+    /// are left out with a note.
     ///
     /// # Errors
     /// If an accessor has another form than its attribute, or a position is not finite.
@@ -104,7 +105,8 @@ impl<'a> Decoder<'a> {
     ) -> Self {
         let mut shared: HashMap<Vertices, Shared> = HashMap::new();
         for (number, mesh) in used.enumerate() {
-            // A mesh that deforms keeps its vertices in the order of the file, as its weights and targets are.
+            // A mesh that deforms keeps its vertices in the order of the file, as its weights and
+            // targets are.
             for p in mesh.primitives.iter().filter(|p| p.deform.is_rigid()) {
                 let entry = shared.entry(p.vertices).or_default();
                 if entry.counted != Some(number) {
@@ -127,8 +129,8 @@ impl<'a> Decoder<'a> {
         }
     }
 
-    /// Decodes a mesh: one part for each primitive of triangles, in order. Vertices are those of the
-    /// file, unless several meshes share them: then each gets those that it uses.
+    /// Decodes a mesh: one part for each primitive of triangles, in order. Vertices are those of
+    /// the file, unless several meshes share them: then each gets those that it uses.
     ///
     /// # Errors
     /// If an index or a position is out of range, or a limit is passed; the error names mesh,
@@ -265,7 +267,8 @@ impl<'a> Decoder<'a> {
         Ok((data, attributes))
     }
 
-    /// Joints, weights and morph targets of the mesh that was decoded last, which has `vertices` vertices.
+    /// Joints, weights and morph targets of the mesh that was decoded last, which has `vertices`
+    /// vertices.
     ///
     /// # Errors
     /// If joints, weights or displacements are of another form or number than the vertices.
@@ -367,7 +370,8 @@ impl<'a> Decoder<'a> {
     }
 }
 
-/// Weights that add to 1, as most programs make them when they load; without any, the first has all.
+/// Weights that add to 1, as most programs make them when they load; without any, the first has
+/// all.
 fn normalised(w: [f32; 4]) -> [f32; 4] {
     let sum: f32 = w.iter().sum();
     match sum > 0.0 && sum.is_finite() {
@@ -383,8 +387,8 @@ fn triangle_count(topology: Topology, corners: usize) -> usize {
     }
 }
 
-/// Calls `corner` with the vertex of each corner of each triangle, in the order of the specification:
-/// every second triangle of a strip is turned, and a fan's centre comes last.
+/// Calls `corner` with the vertex of each corner of each triangle, in the order of the
+/// specification: every second triangle of a strip is turned, and a fan's centre comes last.
 pub(super) fn each_corner(topology: Topology, list: &[u32], mut corner: impl FnMut(u32)) {
     match topology {
         Topology::List => list[..list.len() / 3 * 3].iter().copied().for_each(corner),

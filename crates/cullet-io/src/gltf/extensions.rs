@@ -17,8 +17,8 @@ const READ: [&str; 8] = [
     "KHR_materials_pbrSpecularGlossiness",
 ];
 
-/// They say how surfaces look, what nodes mean, or how they move, not where triangles are: whoever's
-/// they are, so the vendor before the first underscore does not count.
+/// They say how surfaces look, what nodes mean, or how they move, not where triangles are:
+/// whoever's they are, so the vendor before the first underscore does not count.
 const HARMLESS_PREFIXES: [&str; 12] = [
     "materials_",
     "texture_",

@@ -20,7 +20,8 @@ pub(crate) struct Container {
     pub(crate) bin: Option<Range<usize>>,
     /// Whether this is a GLB rather than bare JSON.
     pub(crate) is_glb: bool,
-    /// Where the file ends by its own account. What lies before and behind the chunks above are chunks of other kinds.
+    /// Where the file ends by its own account. What lies before and behind the chunks above are
+    /// chunks of other kinds.
     pub(crate) end: usize,
 }
 
@@ -107,8 +108,8 @@ pub(super) fn open(bytes: &[u8], notes: &mut Notes) -> Result<Container, ErrorKi
     }
 }
 
-/// Where the JSON lies in a file that begins with `head`, without a look at what follows it; `None` if that cannot be
-/// told. `head` is the container's header and that of its first chunk, or more.
+/// Where the JSON lies in a file that begins with `head`, without a look at what follows it; `None`
+/// if that cannot be told. `head` is the container's header and that of its first chunk, or more.
 pub(super) fn json_at(head: &[u8]) -> Option<Range<usize>> {
     let word = |at: usize| {
         let bytes = head.get(at..at + 4)?;

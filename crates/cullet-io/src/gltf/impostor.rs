@@ -24,7 +24,8 @@ from_json! {
     }
 }
 
-/// The impostor, how it was measured, and how many bytes it has. `left` is how many bytes may yet be taken for tables.
+/// The impostor, how it was measured, and how many bytes it has. `left` is how many bytes may yet
+/// be taken for tables.
 pub(super) fn read(
     item: &ImpostorItem<'_>,
     geometry: u64,

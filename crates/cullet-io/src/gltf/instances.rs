@@ -45,8 +45,8 @@ impl Instancing {
 /// Meshes and instances that the nodes of the scene place.
 #[derive(Debug, Default)]
 pub(super) struct PlacedScene {
-    /// The file's meshes that are drawn, in the order of the file; after them one more of its mesh for each
-    /// node that deforms and shares it.
+    /// The file's meshes that are drawn, in the order of the file; after them one more of its mesh
+    /// for each node that deforms and shares it.
     pub(super) meshes: Vec<u32>,
     /// Nodes that deform, each with its own of `meshes`.
     pub(super) deformed: Vec<(u32, u32)>,

@@ -1,7 +1,7 @@
 //! The JSON of a glTF, as far as geometry, sidedness and cameras go.
 //!
-//! Every item of an array is read on its own: so an error can name the item it is in, and what is not needed (images,
-//! textures) is never read.
+//! Every item of an array is read on its own: so an error can name the item it is in, and what is
+//! not needed (images, textures) is never read.
 
 use std::borrow::Cow;
 

@@ -1,5 +1,5 @@
-//! Where the tables of `CULLET_baked` lie in the bytes of a GLB: of the JSON only what leads there is read, and of the rest
-//! nothing.
+//! Where the tables of `CULLET_baked` lie in the bytes of a GLB: of the JSON only what leads there
+//! is read, and of the rest nothing.
 
 use std::ops::Range;
 
@@ -84,8 +84,8 @@ pub struct ListedImpostor {
 /// Finds them; `None` where nothing is baked. O(size of the JSON).
 ///
 /// # Errors
-/// If it is no GLB whose parts are within it, or the table of chunks is damaged or of another version. What is wrong with one
-/// mesh is told with it.
+/// If it is no GLB whose parts are within it, or the table of chunks is damaged or of another
+/// version. What is wrong with one mesh is told with it.
 pub(crate) fn list(bytes: &[u8]) -> Result<Option<Listed>, ListError> {
     let container = glb::parts(bytes)?;
     let Some(bin) = container.bin.filter(|_| container.is_glb) else {

@@ -24,13 +24,15 @@ pub(crate) struct ListedGroups {
 pub struct ListedGroup {
     /// Where the origin of its positions is in the scene.
     pub origin: [f64; 3],
-    /// The instances that it stands for, by their numbers in the order in which a walk of the scene's nodes comes to meshes.
+    /// The instances that it stands for, by their numbers in the order in which a walk of the
+    /// scene's nodes comes to meshes.
     pub instances: Vec<u32>,
     /// The groups that it stands for, by their numbers, lower than its own.
     pub groups: Vec<u32>,
     /// How many triangles all instances below have.
     pub triangles: u64,
-    /// For each part an instance below, and which primitive of triangles of its mesh the part is drawn like.
+    /// For each part an instance below, and which primitive of triangles of its mesh the part is
+    /// drawn like.
     pub like: Vec<[u32; 2]>,
     /// How many triangles of all levels each part has; they follow each other.
     pub parts: Vec<u32>,
@@ -38,7 +40,8 @@ pub struct ListedGroup {
     pub positions: Range<usize>,
     /// Bytes of the file: indices, clusters, groups.
     pub tables: [Range<usize>; 3],
-    /// Bytes of the file: texture coordinates and colours, each empty where there are none, and their sum.
+    /// Bytes of the file: texture coordinates and colours, each empty where there are none, and
+    /// their sum.
     pub attributes: Option<([Range<usize>; 2], u64)>,
 }
 

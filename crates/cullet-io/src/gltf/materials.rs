@@ -27,7 +27,8 @@ pub(super) fn read(root: &Root<'_>, notes: &mut Notes) -> Result<Vec<Surface>, E
     Ok(all)
 }
 
-/// The material of a primitive that names none: opaque, grey, one-sided as the specification has it.
+/// The material of a primitive that names none: opaque, grey, one-sided as the specification has
+/// it.
 pub(super) fn default() -> Surface {
     Surface {
         material: Material { name: "default".into(), color: [1.0; 4] },

@@ -27,8 +27,9 @@ pub(super) struct Primitive {
     pub(super) deform: Deform,
 }
 
-/// The accessors of what its vertices are, also where only positions are kept: what the vertices of a mesh are numbered by
-/// must not depend on that, or levels that were baked with all of them would not fit a mesh that was loaded with few.
+/// The accessors of what its vertices are, also where only positions are kept: what the vertices of
+/// a mesh are numbered by must not depend on that, or levels that were baked with all of them would
+/// not fit a mesh that was loaded with few.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Vertices {
     pub(super) positions: usize,

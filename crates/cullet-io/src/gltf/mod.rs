@@ -1,8 +1,8 @@
 //! glTF 2.0 and GLB.
 //!
-//! The JSON is read by types of our own and every reference, range and count is checked here before it
-//! is used: a general reader either refuses files for things that have no bearing on geometry, or
-//! trusts what it must not.
+//! The JSON is read by types of our own and every reference, range and count is checked here before
+//! it is used: a general reader either refuses files for things that have no bearing on geometry,
+//! or trusts what it must not.
 
 mod accessor;
 mod animation;
@@ -59,11 +59,11 @@ pub use uri::{UriSource, read as read_uri};
 
 /// Loads a glTF or GLB from the bytes of its file; its other files are `beside`.
 ///
-/// The scene that the file chooses is loaded (else its first, else every root node): one mesh for each
-/// mesh that a node draws, one instance for each drawing. Points and lines are skipped with a warning.
-/// Skinned and morphed meshes come in the pose they were bound in, each node's its own mesh; the model's
-/// motion poses them. Vertices keep their order, except
-/// that meshes which share a vertex accessor get only the vertices that they use.
+/// The scene that the file chooses is loaded (else its first, else every root node): one mesh for
+/// each mesh that a node draws, one instance for each drawing. Points and lines are skipped with a
+/// warning. Skinned and morphed meshes come in the pose they were bound in, each node's its own
+/// mesh; the model's motion poses them. Vertices keep their order, except that meshes which share a
+/// vertex accessor get only the vertices that they use.
 ///
 /// Costs O(size of the file + instances); at its peak takes the file's bytes and once the decoded
 /// geometry, then the geometry and what [`Mesh::new`] needs for one mesh.
@@ -96,7 +96,8 @@ fn check_header(path: &Path, bytes: &[u8]) -> Result<(), ErrorKind> {
     Ok(())
 }
 
-/// The first bytes of a glTF or GLB, and where in them its JSON is. Of a GLB what follows that is not read.
+/// The first bytes of a glTF or GLB, and where in them its JSON is. Of a GLB what follows that is
+/// not read.
 fn json_of(source: &Source<'_>) -> Result<(Vec<u8>, Range<usize>), ErrorKind> {
     let head = source.head(glb::HEAD)?;
     let size = usize::try_from(source.size()).unwrap_or(usize::MAX);
@@ -318,8 +319,8 @@ fn empty_arrays(root: &json::Root<'_>, notes: &mut Notes) {
     }
 }
 
-/// Floats that nobody names might be positions for somebody: as in positions, NaN is an error there.
-/// Those of other attributes and of animations are theirs to judge.
+/// Floats that nobody names might be positions for somebody: as in positions, NaN is an error
+/// there. Those of other attributes and of animations are theirs to judge.
 fn check_unused(
     root: &json::Root<'_>,
     accessors: &accessor::Accessors,

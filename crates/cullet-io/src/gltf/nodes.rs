@@ -8,7 +8,8 @@ use super::uri::shorten;
 use crate::motion::track::Local;
 use crate::{ErrorKind, NodeTree, Up};
 
-/// How far from 1 the length of a rotation may be: what the reference validator allows for rounding.
+/// How far from 1 the length of a rotation may be: what the reference validator allows for
+/// rounding.
 const ROTATION_TOLERANCE: f64 = 0.007_69;
 
 /// The attributes of `EXT_mesh_gpu_instancing`, by accessor.
@@ -58,8 +59,8 @@ impl Nodes {
     /// Reads all nodes and the scene to show: the file's choice, else its first, else every root.
     ///
     /// # Errors
-    /// If an index leads nowhere, a node has two parents or is its own ancestor, or its transform is
-    /// ambiguous.
+    /// If an index leads nowhere, a node has two parents or is its own ancestor, or its transform
+    /// is ambiguous.
     pub(super) fn read(
         root: &Root<'_>,
         counts: &Counts,
@@ -117,8 +118,8 @@ impl Nodes {
         chain
     }
 
-    /// The tree as a model keeps it. `node_of_instance` is the node of each instance; `details` is whether
-    /// the nodes' places are kept.
+    /// The tree as a model keeps it. `node_of_instance` is the node of each instance; `details` is
+    /// whether the nodes' places are kept.
     pub(super) fn tree(&self, node_of_instance: Vec<u32>, details: bool) -> NodeTree {
         let local = |n: &Node| {
             let local = n.local.affine();

@@ -2,7 +2,8 @@
 
 use crate::Warning;
 
-/// More than this of warnings says nothing more to a reader, but a hostile file could make millions.
+/// More than this of warnings says nothing more to a reader, but a hostile file could make
+/// millions.
 const MOST: usize = 200;
 
 /// Collects warnings.

@@ -1,7 +1,7 @@
 //! Animations, skins and morph targets, made ready for posing.
 //!
-//! Nothing here stops a file from loading, but for the limits: what is malformed stays as it is stored, and
-//! is noted.
+//! Nothing here stops a file from loading, but for the limits: what is malformed stays as it is
+//! stored, and is noted.
 
 use std::collections::HashMap;
 

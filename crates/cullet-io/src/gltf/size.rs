@@ -17,8 +17,9 @@ pub struct Counts {
     pub triangles: u64,
 }
 
-/// How much a glTF or GLB takes at the most, by the counts of its accessors: the binary chunk of a GLB is not read. `None` where that
-/// cannot be told from them: of meshes that deform, of which each node has its own, and of baked levels.
+/// How much a glTF or GLB takes at the most, by the counts of its accessors: the binary chunk of a
+/// GLB is not read. `None` where that cannot be told from them: of meshes that deform, of which
+/// each node has its own, and of baked levels.
 ///
 /// # Errors
 /// If there is no JSON to be read, or what is needed of it is invalid.

@@ -1,5 +1,6 @@
-//! Instances that stand for others: `standIns` of the object of `CULLET_baked` at the root. What each member means is in
-//! the book's page on baking, and in `docs/schema/CULLET_baked.schema.json`.
+//! Instances that stand for others: `standIns` of the object of `CULLET_baked` at the root. What
+//! each member means is in the book's page on baking, and in
+//! `docs/schema/CULLET_baked.schema.json`.
 
 use std::borrow::Cow;
 
@@ -55,8 +56,8 @@ pub(super) fn list(root: Json<'_>) -> Result<Option<ListItem<'_>>, BakedError> {
     Object::from_json(root).and_then(|all| all.get("standIns")).map_err(BakedError::Form)
 }
 
-/// Reads them from the extension's object at the root, with `details` their attributes too. `left` is how many bytes may yet be
-/// taken for tables.
+/// Reads them from the extension's object at the root, with `details` their attributes too. `left`
+/// is how many bytes may yet be taken for tables.
 pub(super) fn read(
     root: Json<'_>,
     buffers: &Buffers<'_>,

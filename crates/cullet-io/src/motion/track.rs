@@ -110,8 +110,8 @@ impl WeightTrack {
     }
 }
 
-/// Follows keys, of which `value` gives the values one after the other; `mix` goes straight from one to
-/// the next.
+/// Follows keys, of which `value` gives the values one after the other; `mix` goes straight from
+/// one to the next.
 fn sample<V: Copy + Add<Output = V> + Mul<f64, Output = V>>(
     interpolation: Interpolation,
     times: &[f64],

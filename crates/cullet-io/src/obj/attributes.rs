@@ -45,8 +45,8 @@ impl Corners {
         self.polygon.clear();
     }
 
-    /// Takes what follows a corner's position: nothing, `/vt`, `//vn` or `/vt/vn`. Whether it is one of
-    /// these, with numbers from 1, or back from the last one.
+    /// Takes what follows a corner's position: nothing, `/vt`, `//vn` or `/vt/vn`. Whether it is
+    /// one of these, with numbers from 1, or back from the last one.
     pub(super) fn name(&mut self, rest: &[u8], at: u64) -> bool {
         let mut named = [NONE; 2];
         let mut fields = rest.split(|&b| b == b'/');
@@ -70,8 +70,8 @@ impl Corners {
         fields.next().is_none()
     }
 
-    /// Puts corners in the place of the positions of a face's triangles. A face that comes by a position
-    /// twice takes what it has there first. Whether 32 bits can number them all.
+    /// Puts corners in the place of the positions of a face's triangles. A face that comes by a
+    /// position twice takes what it has there first. Whether 32 bits can number them all.
     pub(super) fn resolve(&mut self, positions: &[u32], triangles: &mut [u32]) -> bool {
         let mut first = HashMap::new();
         if positions.len() > FEW {
@@ -176,7 +176,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Reads what follows a position: a colour of the screen if it is three numbers, or four with alpha.
+    /// Reads what follows a position: a colour of the screen if it is three numbers, or four with
+    /// alpha.
     pub(super) fn color(&mut self) {
         let Some(corners) = &mut self.corners else { return };
         let mut values = [1.0f32; 4];

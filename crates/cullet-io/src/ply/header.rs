@@ -151,7 +151,8 @@ pub(super) fn parse(c: &mut Cursor<'_>) -> Result<Header, ErrorKind> {
     let Some(encoding) = encoding else {
         return Err(c.error("the header has no format line"));
     };
-    // Blanks after end_header belong to its line, but in a binary file only if the line end follows.
+    // Blanks after end_header belong to its line, but in a binary file only if the line end
+    // follows.
     let end = c.offset();
     c.skip_blanks();
     if !c.at_line_end() {

@@ -1,6 +1,6 @@
-//! PLY: one mesh of vertices, polygons and triangle strips, in ASCII and both binary orders. Properties
-//! may have any type and order. Normals, texture coordinates and colours of vertices are kept where they are
-//! wanted; elements and properties that are not geometry are passed over.
+//! PLY: one mesh of vertices, polygons and triangle strips, in ASCII and both binary orders.
+//! Properties may have any type and order. Normals, texture coordinates and colours of vertices are
+//! kept where they are wanted; elements and properties that are not geometry are passed over.
 
 mod attributes;
 mod header;

@@ -18,10 +18,12 @@ pub(super) struct Written {
     pub(super) meshes: Vec<(usize, Value)>,
 }
 
-/// Puts the tables of what was baked of the meshes that are written into the file; the extension's objects, if there is
-/// anything. `number` is that of each mesh in the file. Levels of a mesh that was changed since are left out.
+/// Puts the tables of what was baked of the meshes that are written into the file; the extension's
+/// objects, if there is anything. `number` is that of each mesh in the file. Levels of a mesh that
+/// was changed since are left out.
 ///
-/// All tables are put in here, one after another, so that they can be told from the rest of the file and taken out again.
+/// All tables are put in here, one after another, so that they can be told from the rest of the
+/// file and taken out again.
 pub(super) fn write(model: &Model, number: &[Option<usize>], file: &mut File) -> Option<Written> {
     let baked = model.baked.as_ref()?;
     let first = file.view_count();

@@ -15,7 +15,8 @@ const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 pub(super) use crate::baked::TABLE_ALIGNMENT as ALIGNMENT;
 
-/// The parts of the file that grow with each mesh. Everything in `bin` is of four bytes, so aligned.
+/// The parts of the file that grow with each mesh. Everything in `bin` is of four bytes, so
+/// aligned.
 #[derive(Default)]
 pub(super) struct File {
     pub(super) bin: Vec<u8>,

@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 
 use crate::Model;
 
-/// The cameras, and a node for each. Projections that glTF does not have are left out: windows that are not centred, and
-/// parallel ones from behind the camera.
+/// The cameras, and a node for each. Projections that glTF does not have are left out: windows that
+/// are not centred, and parallel ones from behind the camera.
 pub(super) fn write(model: &Model, nodes: &mut Vec<Value>, roots: &mut Vec<usize>) -> Vec<Value> {
     let mut cameras = Vec::new();
     for camera in &model.cameras {

@@ -6,8 +6,8 @@ use serde_json::{Map, Value, json};
 
 use crate::cells::{CellGraph, box_planes};
 
-/// The extension's object, as the reader has it. `node_of` has the node of each instance that is written, by the index of
-/// its handle.
+/// The extension's object, as the reader has it. `node_of` has the node of each instance that is
+/// written, by the index of its handle.
 pub(super) fn extension(cells: &CellGraph, node_of: &HashMap<u32, usize>) -> Value {
     let mut out = Map::new();
     let named = |name: &str| {

@@ -72,7 +72,8 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
     container(root.to_string().into_bytes(), &file.bin, &[], alignment, out)
 }
 
-/// Writes a GLB of its JSON, its binary buffer, which begins at a multiple of `alignment`, and other chunks as they are.
+/// Writes a GLB of its JSON, its binary buffer, which begins at a multiple of `alignment`, and
+/// other chunks as they are.
 ///
 /// # Errors
 /// If it cannot be written, or is larger than the format allows.

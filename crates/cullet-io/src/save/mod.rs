@@ -68,14 +68,16 @@ pub enum SaveErrorKind {
 /// A kind of file that is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SaveFormat {
-    /// Binary glTF 2.0: meshes are shared by their nodes, with names, materials, sidedness and attributes.
-    /// Cells and portals are in `CULLET_cells_portals`, levels that the model's [`baked`](crate::baked) names in `CULLET_baked`. Of the model's node tree the nodes are kept that lead to an instance; where it has none, there is one
-    /// node for each instance.
+    /// Binary glTF 2.0: meshes are shared by their nodes, with names, materials, sidedness and
+    /// attributes. Cells and portals are in `CULLET_cells_portals`, levels that the model's
+    /// [`baked`](crate::baked) names in `CULLET_baked`. Of the model's node tree the nodes are kept
+    /// that lead to an instance; where it has none, there is one node for each instance.
     Glb,
-    /// Binary, little-endian: all instances as one mesh in world space, with their attributes; normals only
-    /// if all have them.
+    /// Binary, little-endian: all instances as one mesh in world space, with their attributes;
+    /// normals only if all have them.
     Ply,
-    /// Text: a group for each instance, in world space, with attributes, and a file of materials beside it.
+    /// Text: a group for each instance, in world space, with attributes, and a file of materials
+    /// beside it.
     Obj,
     /// Binary: all instances as one mesh in world space, three vertices a triangle.
     Stl,
@@ -96,14 +98,15 @@ impl SaveFormat {
     }
 }
 
-/// Saves the meshes, instances and materials of a model, and the attributes that it has, and in a GLB its cells, its levels
-/// and its cameras, each where its first key is; other views are left out. Every triangle is written, in its original order, degenerate ones too. Positions in
-/// world space are rounded to f32 once. An existing file is replaced when all has been written, so that one half written never
-/// takes its place.
+/// Saves the meshes, instances and materials of a model, and the attributes that it has, and in a
+/// GLB its cells, its levels and its cameras, each where its first key is; other views are left
+/// out. Every triangle is written, in its original order, degenerate ones too. Positions in world
+/// space are rounded to f32 once. An existing file is replaced when all has been written, so that
+/// one half written never takes its place.
 ///
 /// # Errors
-/// If the ending is of no kind that is written, the file cannot be written, or the format cannot count so
-/// much.
+/// If the ending is of no kind that is written, the file cannot be written, or the format cannot
+/// count so much.
 pub fn save(model: &Model, path: &Path) -> Result<(), SaveError> {
     let write = || -> Result<(), SaveErrorKind> {
         let format = SaveFormat::of(path).ok_or(SaveErrorKind::Unsupported)?;
@@ -235,7 +238,8 @@ fn world_normals(transform: &Transform, mesh: &cullet::Mesh, kept: &Attributes) 
     kept.unit_normals(mesh).into_iter().map(world).collect()
 }
 
-/// The triangles of an instance in world space: a mirrored one is turned, so that its outside stays out.
+/// The triangles of an instance in world space: a mirrored one is turned, so that its outside stays
+/// out.
 fn world_indices(scene: &Scene, slot: u32) -> Vec<u32> {
     let mut indices = scene.mesh(slot).original_indices();
     if scene.transform(slot).determinant() < 0.0 {

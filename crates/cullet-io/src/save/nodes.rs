@@ -1,4 +1,5 @@
-//! The nodes of a GLB: those of the model's tree that lead to something drawn, or one for each instance.
+//! The nodes of a GLB: those of the model's tree that lead to something drawn, or one for each
+//! instance.
 
 use std::collections::HashMap;
 

@@ -31,7 +31,8 @@ pub(super) fn write(model: &Model, path: &Path, out: &mut impl Write) -> io::Res
         for (v, &p) in mesh.positions().iter().enumerate() {
             let [x, y, z] = world(transform, p);
             write!(out, "v {x} {y} {z}")?;
-            // Colours of the screen behind positions, as most programs have them; there is no alpha.
+            // Colours of the screen behind positions, as most programs have them; there is no
+            // alpha.
             if let Some(c) = kept.colors.get(v) {
                 let [r, g, b] = [0, 1, 2].map(|i| f32::from(srgb_byte(c[i])) / 255.0);
                 write!(out, " {r} {g} {b}")?;

@@ -6,7 +6,8 @@ use super::buffer::File;
 use crate::Model;
 use crate::baked::{StandInTables, attribute_sum, sum_of_stand_ins};
 
-/// The object of all, if there are any, without how they were measured; `number` is that of each mesh that is written.
+/// The object of all, if there are any, without how they were measured; `number` is that of each
+/// mesh that is written.
 pub(super) fn write(model: &Model, number: &[Option<usize>], file: &mut File) -> Option<Value> {
     let scene = &model.scene;
     let written = |slot: u32| {
@@ -48,7 +49,8 @@ pub(super) fn write(model: &Model, number: &[Option<usize>], file: &mut File) ->
     Some(json!({ "hash": hash, "all": items }))
 }
 
-/// Attributes of the vertices of one that has some, under a sum of their own: older readers pass over them.
+/// Attributes of the vertices of one that has some, under a sum of their own: older readers pass
+/// over them.
 fn attributes(one: &StandInTables, file: &mut File) -> Value {
     let bytes = one.attributes_to_bytes();
     let hash = format!("{:016x}", attribute_sum(bytes.each_ref().map(Vec::as_slice)));

@@ -1,4 +1,5 @@
-//! Cells of a map as a model has them: their graph, and of each leaf the convex region that the tree cuts out.
+//! Cells of a map as a model has them: their graph, and of each leaf the convex region that the
+//! tree cuts out.
 
 use cullet::bounds::Plane;
 use glam::DVec3;
@@ -10,19 +11,22 @@ use cullet_io::{Cell, CellGraph, ErrorKind, Portal, Up};
 
 /// Cells reach so far out of the map's box, if nothing bounds them before: in a map that leaks.
 const MARGIN: f64 = 64.0;
-/// Corners within so much of a plane are on it: less than what portals are off the planes of their leafs.
+/// Corners within so much of a plane are on it: less than what portals are off the planes of their
+/// leafs.
 const ON: f64 = 1e-3;
-/// Leafs that are thinner than this share of their size are left out: rounding makes them, and nobody fits in.
+/// Leafs that are thinner than this share of their size are left out: rounding makes them, and
+/// nobody fits in.
 const THIN: f64 = 1e-4;
 /// How thick a sky is.
 const FILM: f64 = 0.01;
-/// Surfaces and portals are off the planes of the tree by rounding: in Quake 3 corners are whole numbers.
+/// Surfaces and portals are off the planes of the tree by rounding: in Quake 3 corners are whole
+/// numbers.
 const WALLS: f64 = 2.0;
 
 impl Bsp {
-    /// Cells and portals in the axes of the scene that loading makes with the same `up`: the graph of
-    /// [`cells`](Self::cells), and for each leaf of a cell a convex piece. All between is rock, or a surface that engines draw
-    /// nothing behind.
+    /// Cells and portals in the axes of the scene that loading makes with the same `up`: the graph
+    /// of [`cells`](Self::cells), and for each leaf of a cell a convex piece. All between is rock,
+    /// or a surface that engines draw nothing behind.
     ///
     /// All portals are open: doors of a map are brush models, which move, so they shut none.
     ///
@@ -51,8 +55,9 @@ impl Bsp {
             let planes: Vec<_> = region.faces().map(|(plane, _)| turned(plane)).collect();
             let pieces = &mut cells.cells[cell as usize].pieces;
             if leaf.contents == Contents::Sky {
-                // Nobody stands in a sky: its surface has one side, and from behind there is nothing to be seen of it.
-                // So it is no more than a film within its border, on which its portals are.
+                // Nobody stands in a sky: its surface has one side, and from behind there is
+                // nothing to be seen of it. So it is no more than a film within its border, on
+                // which its portals are.
                 for (plane, _) in region.faces() {
                     let inner = Plane { d: plane.d - FILM, ..*plane }.flipped();
                     pieces.push(planes.iter().copied().chain([turned(&inner)]).collect());

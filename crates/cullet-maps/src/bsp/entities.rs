@@ -37,7 +37,8 @@ pub struct Lamp {
 }
 
 impl Entity {
-    /// The value of a key, told without regard to small letters and capitals; the last, where there are several.
+    /// The value of a key, told without regard to small letters and capitals; the last, where there
+    /// are several.
     #[must_use]
     pub fn get(&self, key: &str) -> Option<&str> {
         let found = self.pairs.iter().rev().find(|(k, _)| k.eq_ignore_ascii_case(key));
@@ -56,8 +57,8 @@ impl Entity {
         self.vector("origin")
     }
 
-    /// Pitch (down is positive), yaw and roll in degrees: its `mangle` or `angles`, or its `angle` as the yaw. 0 where
-    /// it has none. An angle of −1 is up and of −2 down.
+    /// Pitch (down is positive), yaw and roll in degrees: its `mangle` or `angles`, or its `angle`
+    /// as the yaw. 0 where it has none. An angle of −1 is up and of −2 down.
     #[must_use]
     pub fn angles(&self) -> [f64; 3] {
         if let Some(angles) = self.vector("mangle").or_else(|| self.vector("angles")) {
@@ -196,7 +197,8 @@ impl Words<'_> {
 /// Reads entities: `{ "key" "value" ... }`, one after the other, up to the first zero byte.
 ///
 /// # Errors
-/// The first defect and its line: a brace or a quotation mark that is not closed, a key without a value, text outside.
+/// The first defect and its line: a brace or a quotation mark that is not closed, a key without a
+/// value, text outside.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Vec<Entity>, ErrorKind> {
     let end = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
     let mut words = Words { left: &bytes[..end], line: 1 };

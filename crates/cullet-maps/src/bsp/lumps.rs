@@ -85,7 +85,8 @@ impl Version {
     }
 }
 
-/// A map's bytes with its directory, checked: every lump lies within the file and after the directory.
+/// A map's bytes with its directory, checked: every lump lies within the file and after the
+/// directory.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lumps<'a> {
     pub(crate) version: Version,
@@ -138,7 +139,8 @@ impl<'a> Lumps<'a> {
     pub(crate) fn lump(&self, name: &'static str) -> Lump<'a> {
         let index = self.version.lumps().iter().position(|n| *n == name);
         let [offset, length] = index.map_or([0, 0], |i| self.place(i));
-        // The directory is checked, so that both are within the file; an empty lump may lie anywhere.
+        // The directory is checked, so that both are within the file; an empty lump may lie
+        // anywhere.
         let range = offset.max(0) as usize..offset.max(0) as usize + length.max(0) as usize;
         Lump { name, bytes: self.bytes.get(range).unwrap_or(&[]) }
     }
@@ -200,11 +202,12 @@ impl<'a> Records<'a> {
     }
 }
 
-/// Most times that one item of a lump may be named by the lists of another: compilers name each once or a few times, and
-/// a file of a few bytes could claim a great deal otherwise.
+/// Most times that one item of a lump may be named by the lists of another: compilers name each
+/// once or a few times, and a file of a few bytes could claim a great deal otherwise.
 const MOST_SHARED: u64 = 16;
 
-/// Sum of the lengths of lists that name items of a lump, refused where it exceeds what compilers write.
+/// Sum of the lengths of lists that name items of a lump, refused where it exceeds what compilers
+/// write.
 pub(crate) struct Shared {
     lump: &'static str,
     sum: u64,

@@ -33,10 +33,11 @@ impl Contents {
 pub struct Leaf {
     /// Contents.
     pub contents: Contents,
-    /// Lowest and highest corner, in the map's axes, as the file has them: rounded to whole numbers in most maps.
+    /// Lowest and highest corner, in the map's axes, as the file has them: rounded to whole numbers
+    /// in most maps.
     pub bounds: [[f64; 3]; 2],
-    /// The cell that it is a part of: leafs that share one row of visibility are one cell. `None` for what has no place
-    /// in visibility: the solid outside, and leafs of brush models.
+    /// The cell that it is a part of: leafs that share one row of visibility are one cell. `None`
+    /// for what has no place in visibility: the solid outside, and leafs of brush models.
     pub cell: Option<u32>,
     /// Surfaces in it: a range of [`Bsp::listed`].
     pub(crate) surfaces: Range<usize>,
@@ -64,8 +65,8 @@ pub struct Texture {
 
 /// A Quake or Quake 3 map, but for its geometry, which [`load`](crate::load()) makes a model of.
 ///
-/// All is in the map's own axes (z up) and units, as in `.prt` files; [`to_scene`](super::to_scene) turns a point as
-/// loading does.
+/// All is in the map's own axes (z up) and units, as in `.prt` files; [`to_scene`](super::to_scene)
+/// turns a point as loading does.
 #[derive(Clone, Debug)]
 pub struct Bsp {
     pub(crate) version: Version,
@@ -117,8 +118,8 @@ impl Bsp {
         &self.models
     }
 
-    /// How many cells there are: leafs that share one row of stored visibility are one cell, as are those of one cluster in
-    /// Quake 3. In a Quake map without visibility each leaf is a cell.
+    /// How many cells there are: leafs that share one row of stored visibility are one cell, as are
+    /// those of one cluster in Quake 3. In a Quake map without visibility each leaf is a cell.
     #[must_use]
     pub fn cell_count(&self) -> u32 {
         self.cell_count
@@ -143,7 +144,8 @@ impl Bsp {
         self.entities.iter().filter_map(Entity::lamp).collect()
     }
 
-    /// The leaf of the world that a point is in; on a border, that in front. Cost: the depth of the tree.
+    /// The leaf of the world that a point is in; on a border, that in front. Cost: the depth of the
+    /// tree.
     #[must_use]
     pub fn leaf_at(&self, point: [f64; 3]) -> u32 {
         let root = self.models.first().map_or(Child::Leaf(0), |world| world.root);
@@ -163,9 +165,9 @@ impl Bsp {
         self.visibility.is_some()
     }
 
-    /// Leafs that can be seen from a leaf, as the file says, ascending; only leafs that are part of a cell. All of them
-    /// where nothing is stored, for a leaf without a row (`vis` gives leafs of a leak none), and from rock: this is
-    /// what engines make of it. Cost: linear in the leafs.
+    /// Leafs that can be seen from a leaf, as the file says, ascending; only leafs that are part of
+    /// a cell. All of them where nothing is stored, for a leaf without a row (`vis` gives leafs of
+    /// a leak none), and from rock: this is what engines make of it. Cost: linear in the leafs.
     ///
     /// # Panics
     /// If there is no such leaf.

@@ -1,5 +1,5 @@
-//! Quake and Quake 3 maps: tree, leafs, entities and stored visibility; visibility written back; cells and portals made from
-//! the tree.
+//! Quake and Quake 3 maps: tree, leafs, entities and stored visibility; visibility written back;
+//! cells and portals made from the tree.
 //!
 //! [`load`](crate::load()) makes a model of a map's geometry. What more a map has is here:
 //!

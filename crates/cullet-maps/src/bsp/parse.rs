@@ -29,8 +29,8 @@ impl Bsp {
     /// Reads a map. Allocates no more than a few times the size of the file.
     ///
     /// # Errors
-    /// If it is no map of a known version, or something in it is wrong: the lump, the number of the record, the value and
-    /// the limit are named.
+    /// If it is no map of a known version, or something in it is wrong: the lump, the number of the
+    /// record, the value and the limit are named.
     pub fn parse(bytes: &[u8]) -> Result<Self, ErrorKind> {
         parse(&Lumps::new(bytes)?)
     }

@@ -4,13 +4,14 @@ use glam::DVec3;
 
 use cullet_io::reader::Welder;
 
-/// How far triangles may be off the curve, in units of the map: some two centimetres. The engine's own default is 4.
+/// How far triangles may be off the curve, in units of the map: some two centimetres. The engine's
+/// own default is 4.
 const TOLERANCE: f64 = 1.0;
 /// Most pieces along one curve of a patch.
 const MOST: usize = 16;
 
-/// A net of control points: odd numbers of columns and rows, at least three, of which each three by three, sharing their
-/// borders, are a patch.
+/// A net of control points: odd numbers of columns and rows, at least three, of which each three by
+/// three, sharing their borders, are a patch.
 pub(crate) struct Net<'a> {
     points: &'a [[f32; 3]],
     columns: usize,
@@ -38,8 +39,9 @@ impl<'a> Net<'a> {
         DVec3::from(self.points[row * self.columns + column].map(f64::from))
     }
 
-    /// Into how many pieces each curve along a row (or a column, with `turned`) is cut: as many as the most curved of
-    /// those beside each other needs, so that the patches of a net meet without cracks.
+    /// Into how many pieces each curve along a row (or a column, with `turned`) is cut: as many as
+    /// the most curved of those beside each other needs, so that the patches of a net meet without
+    /// cracks.
     fn pieces(&self, turned: bool) -> Vec<usize> {
         let at = |along: usize, across: usize| {
             if turned { self.point(across, along) } else { self.point(along, across) }

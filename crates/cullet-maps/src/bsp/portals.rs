@@ -1,6 +1,6 @@
-//! Cells and portals of a map, made from its tree as a compiler makes them (Teller and Séquin, *Visibility Preprocessing for
-//! Interactive Walkthroughs*, 1991, have cells from a tree; the portals of a node are what its plane has in common with the
-//! leafs on its two sides).
+//! Cells and portals of a map, made from its tree as a compiler makes them (Teller and Séquin,
+//! *Visibility Preprocessing for Interactive Walkthroughs*, 1991, have cells from a tree; the
+//! portals of a node are what its plane has in common with the leafs on its two sides).
 
 use cullet_cells::cell::{CellGraph, Portal};
 use glam::DVec3;
@@ -14,31 +14,33 @@ use cullet_io::reader::{Cut, ON, Winding};
 const MARGIN: f64 = 64.0;
 /// Portals narrower than this are left out: they are what rounding leaves between neighbours.
 const NARROW: f64 = 2.0 * ON;
-/// Most cuts, for each node of the tree: of a map they are about ten; of a tree that is made to be slow, no bound but the
-/// square of the nodes would hold.
+/// Most cuts, for each node of the tree: of a map they are about ten; of a tree that is made to be
+/// slow, no bound but the square of the nodes would hold.
 const CUTS: u64 = 1_000;
 /// Most portals, for each node of the tree: of a map there are fewer than nodes.
 const PORTALS: u64 = 16;
 
-/// Most pieces between two cells on one plane that are tried to be joined: the search takes their square.
+/// Most pieces between two cells on one plane that are tried to be joined: the search takes their
+/// square.
 const MOST_JOINED: usize = 64;
 
 impl Bsp {
-    /// Cells and the portals between them, made from the tree, in the map's axes: the graph of which visibility is baked,
-    /// with no `.prt` file. Cells are those of [`Leaf::cell`](super::Leaf::cell); rock lies between. Sight does not
-    /// pass between the sky and what is not sky, for engines draw the sky in front of what is behind it; compilers do the
-    /// same. Portals
-    /// between leafs of one cell vanish, and pieces of one plane between the same two cells are joined where they are
-    /// convex together.
+    /// Cells and the portals between them, made from the tree, in the map's axes: the graph of
+    /// which visibility is baked, with no `.prt` file. Cells are those of
+    /// [`Leaf::cell`](super::Leaf::cell); rock lies between. Sight does not pass between the sky
+    /// and what is not sky, for engines draw the sky in front of what is behind it; compilers do
+    /// the same. Portals between leafs of one cell vanish, and pieces of one plane between the same
+    /// two cells are joined where they are convex together.
     ///
-    /// Corners within a hundredth of a unit of a plane count as on it, and portals narrower than a fiftieth are left
-    /// out: a slit thinner than that is lost, as it is to compilers (whose tolerance is a tenth).
+    /// Corners within a hundredth of a unit of a plane count as on it, and portals narrower than a
+    /// fiftieth are left out: a slit thinner than that is lost, as it is to compilers (whose
+    /// tolerance is a tenth).
     ///
     /// Cost: some hundred cuts of a polygon for each node.
     ///
     /// # Errors
-    /// If the map's box is not finite, or the tree is so shaped that cuts exceed 1,000 for each node, or
-    /// portals 16 for each node.
+    /// If the map's box is not finite, or the tree is so shaped that cuts exceed 1,000 for each
+    /// node, or portals 16 for each node.
     pub fn cells(&self) -> Result<CellGraph, ErrorKind> {
         let world = &self.models[0];
         let [low, high] = world.bounds.map(DVec3::from);
@@ -198,8 +200,8 @@ impl Maker<'_> {
         Ok(Some(whole))
     }
 
-    /// The cells below `child` that a polygon on its border touches, and where. `inward` points from the polygon into
-    /// what is below.
+    /// The cells below `child` that a polygon on its border touches, and where. `inward` points
+    /// from the polygon into what is below.
     fn reached(
         &mut self,
         child: Child,

@@ -165,8 +165,8 @@ fn read_leafs(records: Records<'_>, wide: bool, marks: usize) -> Result<Vec<Leaf
     records.iter().enumerate().map(leaf).collect()
 }
 
-/// Gives the leafs of visibility their cells, numbered in the order of the first leaf of each: leafs of one row are one
-/// cell. How many there are, and where the row of each begins.
+/// Gives the leafs of visibility their cells, numbered in the order of the first leaf of each:
+/// leafs of one row are one cell. How many there are, and where the row of each begins.
 fn cells(
     leafs: &mut [Leaf],
     records: Records<'_>,
@@ -307,11 +307,13 @@ pub(crate) fn surfaces(lumps: &Lumps<'_>, map: &Bsp) -> Result<Surfaces, ErrorKi
     Ok(Surfaces { positions, indices, list, notes })
 }
 
-/// Most corners of a polygon whose best fan is looked for: it takes their square, and the engines allow no more.
+/// Most corners of a polygon whose best fan is looked for: it takes their square, and the engines
+/// allow no more.
 const MOST_CORNERS: usize = 64;
 
-/// Turns a polygon so that a fan from its first corner has the least triangle as large as may be: compilers put corners on
-/// straight edges, where neighbours have theirs, and a fan from one of those has triangles without area.
+/// Turns a polygon so that a fan from its first corner has the least triangle as large as may be:
+/// compilers put corners on straight edges, where neighbours have theirs, and a fan from one of
+/// those has triangles without area.
 fn turn_to_best(polygon: &mut [u32], positions: &[[f32; 3]]) {
     let count = polygon.len();
     if !(4..=MOST_CORNERS).contains(&count) {
@@ -340,8 +342,8 @@ pub(crate) fn positions(records: Records<'_>, offset: usize) -> Result<Vec<[f32;
     records.iter().enumerate().map(position).collect()
 }
 
-/// Kind of a surface: by the name of its texture as the engine tells it, or, where the map has no names, by what lies before
-/// and behind it.
+/// Kind of a surface: by the name of its texture as the engine tells it, or, where the map has no
+/// names, by what lies before and behind it.
 fn kind(map: &Bsp, texture: u32, plane: &Plane, centre: [f64; 3]) -> Kind {
     let name = map.textures.get(texture as usize).map_or("", |t| t.name.as_str());
     if !name.is_empty() {

@@ -122,7 +122,8 @@ fn read_leafs(records: Records<'_>, marks: usize) -> Result<(Vec<Leaf>, u32), Er
     Ok((leafs, clusters))
 }
 
-/// Faces of these types have triangles of their own; a patch is curved, a billboard is the glare of a lamp.
+/// Faces of these types have triangles of their own; a patch is curved, a billboard is the glare of
+/// a lamp.
 const POLYGON: i32 = 1;
 const PATCH: i32 = 2;
 const MESH: i32 = 3;
@@ -188,8 +189,8 @@ pub(crate) fn surfaces(lumps: &Lumps<'_>, map: &Bsp) -> Result<Surfaces, ErrorKi
         let what = of_flags(flags, contents);
         let normals = vertices_normals(vertices, range);
         turn(&mut out.indices[start..], normals, &welder);
-        // Which shaders are drawn from both sides, the map does not say: only of brushes is it known that nobody looks
-        // at the back.
+        // Which shaders are drawn from both sides, the map does not say: only of brushes is it
+        // known that nobody looks at the back.
         let brush = kind == POLYGON && contents & contents::SOLID != 0 && what == Kind::Wall;
         out.list.push(Some(Surface {
             texture: texture.unsigned_abs(),
@@ -232,7 +233,8 @@ fn vertices_normals(vertices: Records<'_>, range: std::ops::Range<usize>) -> gla
     normals.filter(|n| n.is_finite()).sum()
 }
 
-/// Turns triangles so that they go round counter-clockwise about the normal: Quake 3 goes round clockwise.
+/// Turns triangles so that they go round counter-clockwise about the normal: Quake 3 goes round
+/// clockwise.
 fn turn(indices: &mut [u32], normal: glam::DVec3, welder: &Welder) {
     let triangles = indices.as_chunks_mut::<3>().0;
     let sum = triangles

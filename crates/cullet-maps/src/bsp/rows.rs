@@ -7,9 +7,10 @@ use super::map::Bsp;
 use super::visibility::bit;
 
 impl Bsp {
-    /// Appends the row of a cell to `out`: bit j of it (byte j/8, bit j%8) says whether the file has cell j, or a leaf
-    /// of it, seen from there. All are, from a cell that is not there, or to which the file gives no row (`vis` does that to
-    /// leafs of a leak). A row has `cell_count` / 8 bytes, rounded up. Cost: linear in the leafs.
+    /// Appends the row of a cell to `out`: bit j of it (byte j/8, bit j%8) says whether the file
+    /// has cell j, or a leaf of it, seen from there. All are, from a cell that is not there, or to
+    /// which the file gives no row (`vis` does that to leafs of a leak). A row has `cell_count` / 8
+    /// bytes, rounded up. Cost: linear in the leafs.
     pub fn cell_row_into(&self, cell: u32, out: &mut Vec<u8>) {
         let start = out.len();
         let cell_count = self.cell_count();
@@ -29,8 +30,8 @@ impl Bsp {
         }
     }
 
-    /// Visible sets of the cells, as the visibility lump has them; `None` where the map has none. Cost: linear in cells times
-    /// leafs.
+    /// Visible sets of the cells, as the visibility lump has them; `None` where the map has none.
+    /// Cost: linear in cells times leafs.
     #[must_use]
     pub fn cell_sets(&self) -> Option<VisibleSets<'static>> {
         if !self.has_visibility() {

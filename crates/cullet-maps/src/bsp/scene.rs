@@ -15,7 +15,8 @@ use cullet_io::reader::Builder;
 use cullet_io::reader::Compact;
 use cullet_io::{CameraNode, ErrorKind, LoadOptions, Up};
 
-/// Turns a point or a direction of a map as loading does with the same `up`: a map has z up where nothing else is said.
+/// Turns a point or a direction of a map as loading does with the same `up`: a map has z up where
+/// nothing else is said.
 #[must_use]
 pub fn to_scene([x, y, z]: [f64; 3], up: Option<Up>) -> [f64; 3] {
     match up.unwrap_or(Up::Z) {
@@ -31,10 +32,11 @@ const NEAR: f64 = 4.0;
 /// Full vertical field of view of a start's camera: 90 degrees across a picture of 4 to 3.
 const FOV_Y: f64 = 1.287_002_217_586_57;
 
-/// A mesh with one instance for each cell: the surfaces of leafs that share one row of visibility, so that what is known
-/// of cells holds for instances, and no mesh is larger than what its author took for one room. A surface that is in
-/// several cells is in the mesh of that in front of its middle. Another mesh for each brush model, with an instance for
-/// each entity that places it; triggers are never seen, so they have none.
+/// A mesh with one instance for each cell: the surfaces of leafs that share one row of visibility,
+/// so that what is known of cells holds for instances, and no mesh is larger than what its author
+/// took for one room. A surface that is in several cells is in the mesh of that in front of its
+/// middle. Another mesh for each brush model, with an instance for each entity that places it;
+/// triggers are never seen, so they have none.
 pub(crate) fn read<'o>(
     name: &str,
     bytes: &[u8],
@@ -201,7 +203,8 @@ impl Maker<'_, '_> {
     }
 }
 
-/// Colour in place of a texture's: of its kind, or for a wall a muted one by its name, so that neighbours differ.
+/// Colour in place of a texture's: of its kind, or for a wall a muted one by its name, so that
+/// neighbours differ.
 fn color(name: &str, kind: Kind) -> [f32; 4] {
     match kind {
         Kind::Sky => [0.42, 0.6, 0.86, 1.0],
@@ -218,7 +221,8 @@ fn color(name: &str, kind: Kind) -> [f32; 4] {
     }
 }
 
-/// A camera at the eyes of each start. A map without starts has one in the middle of its largest open leaf.
+/// A camera at the eyes of each start. A map without starts has one in the middle of its largest
+/// open leaf.
 fn add_cameras(map: &Bsp, up: Option<Up>, builder: &mut Builder<'_>) {
     let mut starts = map.starts();
     if starts.is_empty() {
@@ -261,7 +265,8 @@ fn add_cameras(map: &Bsp, up: Option<Up>, builder: &mut Builder<'_>) {
     }
 }
 
-/// Height of the eye above the origin of a player; who watches from an intermission is where it says.
+/// Height of the eye above the origin of a player; who watches from an intermission is where it
+/// says.
 fn eye_height(version: Version, start: &Start) -> f64 {
     match version {
         _ if start.class.ends_with("intermission") || start.class == MIDDLE => 0.0,

@@ -49,8 +49,8 @@ pub(crate) fn middle(corners: impl ExactSizeIterator<Item = [f32; 3]>) -> [f64; 
     sum.map(|v| v / count)
 }
 
-/// Twice the area of a polygon as a vector, by Newell's sum: along its normal on the side from which it is
-/// counter-clockwise.
+/// Twice the area of a polygon as a vector, by Newell's sum: along its normal on the side from
+/// which it is counter-clockwise.
 pub(crate) fn area(corners: &[[f32; 3]]) -> glam::DVec3 {
     let at = |i: usize| glam::DVec3::from(corners[i % corners.len()].map(f64::from));
     (1..corners.len())

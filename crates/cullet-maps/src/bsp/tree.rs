@@ -39,13 +39,14 @@ pub struct Tree {
     nodes: Vec<Node>,
     /// The node above each, or [`NONE`].
     parents: Vec<u32>,
-    /// The node above each leaf, or [`NONE`]. The solid leaf 0 of Quake, which is below many, has any of them.
+    /// The node above each leaf, or [`NONE`]. The solid leaf 0 of Quake, which is below many, has
+    /// any of them.
     above_leafs: Vec<u32>,
 }
 
 impl Tree {
-    /// Checks that all that is named is there, that no node is below two others, and that each root is below none: then
-    /// what is below a root is a tree.
+    /// Checks that all that is named is there, that no node is below two others, and that each root
+    /// is below none: then what is below a root is a tree.
     pub(crate) fn new(
         planes: Vec<Plane>,
         nodes: Vec<Node>,
@@ -119,8 +120,8 @@ impl Tree {
         &self.planes[self.nodes[node as usize].plane as usize]
     }
 
-    /// The leaf of a point below `root`; a point on a plane is in front of it. A coordinate that is not a number is
-    /// behind every plane. Cost: the depth of the tree.
+    /// The leaf of a point below `root`; a point on a plane is in front of it. A coordinate that is
+    /// not a number is behind every plane. Cost: the depth of the tree.
     #[must_use]
     pub fn leaf_at(&self, root: Child, point: [f64; 3]) -> u32 {
         let mut at = root;
@@ -135,16 +136,17 @@ impl Tree {
         }
     }
 
-    /// Half-spaces whose intersection is a leaf, planes pointing out, from the leaf up to the root; some may touch it
-    /// nowhere. Empty for a leaf that is below no node. Of Quake's leaf 0, which all solid space shares, they are those of
-    /// one of its pieces.
+    /// Half-spaces whose intersection is a leaf, planes pointing out, from the leaf up to the root;
+    /// some may touch it nowhere. Empty for a leaf that is below no node. Of Quake's leaf 0, which
+    /// all solid space shares, they are those of one of its pieces.
     #[must_use]
     pub fn planes_of_leaf(&self, leaf: u32) -> Vec<Plane> {
         let above = self.above_leafs.get(leaf as usize).copied().unwrap_or(NONE);
         self.planes_above(Child::Leaf(leaf), above)
     }
 
-    /// Half-spaces whose intersection is what a node cuts, as [`planes_of_leaf`](Self::planes_of_leaf) has them.
+    /// Half-spaces whose intersection is what a node cuts, as
+    /// [`planes_of_leaf`](Self::planes_of_leaf) has them.
     pub(crate) fn planes_of_node(&self, node: u32) -> Vec<Plane> {
         self.planes_above(Child::Node(node), self.parents[node as usize])
     }
@@ -179,8 +181,8 @@ fn check(child: Child, nodes: usize, leafs: usize) -> Result<(), String> {
     }
 }
 
-/// Reads planes: records that begin with a normal and an offset. Normals are made of unit length in f64, for maps have
-/// them in f32.
+/// Reads planes: records that begin with a normal and an offset. Normals are made of unit length in
+/// f64, for maps have them in f32.
 pub(crate) fn planes(records: Records<'_>) -> Result<Vec<Plane>, ErrorKind> {
     let plane = |(number, record): (usize, &[u8])| {
         let [x, y, z, d] = [0, 4, 8, 12].map(|at| f64::from(float(record, at)));

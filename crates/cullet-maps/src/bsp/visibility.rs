@@ -68,7 +68,8 @@ impl Visibility {
         }
     }
 
-    /// The row of a cell: of leafs from leaf 1 on in Quake, of clusters in Quake 3. `None` if it sees all.
+    /// The row of a cell: of leafs from leaf 1 on in Quake, of clusters in Quake 3. `None` if it
+    /// sees all.
     pub(crate) fn row(&self, cell: u32) -> Option<Vec<u8>> {
         match self {
             Self::Runs { offsets, leafs, bytes } => {
@@ -90,7 +91,8 @@ pub(crate) fn bit(row: &[u8], at: usize) -> bool {
     row.get(at / 8).is_some_and(|byte| byte >> (at % 8) & 1 == 1)
 }
 
-/// Hands each byte of a row that is not 0 to `visit`, with its place. A byte 0 is followed by how many there are.
+/// Hands each byte of a row that is not 0 to `visit`, with its place. A byte 0 is followed by how
+/// many there are.
 fn unpack(packed: &[u8], row: usize, mut visit: impl FnMut(usize, u8)) -> Result<(), String> {
     let mut packed = packed.iter();
     let mut at = 0;

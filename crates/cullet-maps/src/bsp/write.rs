@@ -11,16 +11,17 @@ use cullet_io::ErrorKind;
 pub struct ClusterRows<'a> {
     /// How many clusters there are.
     pub clusters: u32,
-    /// Quake: the cluster of each leaf that has a place in visibility, from leaf 1 of the map on: the leafs of a `.prt`
-    /// file in their order, or [`clusters_of_leafs`]. Empty for Quake 3, whose leafs have their clusters in the map.
+    /// Quake: the cluster of each leaf that has a place in visibility, from leaf 1 of the map on:
+    /// the leafs of a `.prt` file in their order, or [`clusters_of_leafs`]. Empty for Quake 3,
+    /// whose leafs have their clusters in the map.
     pub of_leaf: &'a [u32],
-    /// A row for each cluster, one after the other, each of `clusters` / 8 bytes, rounded up: bit j (byte j/8, bit j%8)
-    /// says whether cluster j can be seen. Each must see itself.
+    /// A row for each cluster, one after the other, each of `clusters` / 8 bytes, rounded up: bit j
+    /// (byte j/8, bit j%8) says whether cluster j can be seen. Each must see itself.
     pub rows: &'a [u8],
 }
 
-/// The cells of a map's leafs from leaf 1 on, as [`ClusterRows::of_leaf`] wants them, where rows are by the map's own
-/// cells; empty for Quake 3.
+/// The cells of a map's leafs from leaf 1 on, as [`ClusterRows::of_leaf`] wants them, where rows
+/// are by the map's own cells; empty for Quake 3.
 #[must_use]
 pub fn clusters_of_leafs(map: &super::Bsp) -> Vec<u32> {
     match map.version() {
@@ -31,16 +32,18 @@ pub fn clusters_of_leafs(map: &super::Bsp) -> Vec<u32> {
     }
 }
 
-/// The bytes of a map with its visibility replaced. Of all else nothing changes but where it lies: the visibility lump takes
-/// the place of the old one, lumps behind it move by whole words, and their offsets with them, those of a BSPX directory
-/// too; in Quake each leaf is told where its row is. In Quake rows are of leafs, zero bytes counted, one for each cluster
-/// that has a leaf; clusters never share one, so that cells are the same when the map is read again.
+/// The bytes of a map with its visibility replaced. Of all else nothing changes but where it lies:
+/// the visibility lump takes the place of the old one, lumps behind it move by whole words, and
+/// their offsets with them, those of a BSPX directory too; in Quake each leaf is told where its row
+/// is. In Quake rows are of leafs, zero bytes counted, one for each cluster that has a leaf;
+/// clusters never share one, so that cells are the same when the map is read again.
 ///
 /// Cost: clusters times leafs, and the file once.
 ///
 /// # Errors
-/// If the bytes are no sound map; if there are fewer or more rows, leafs or clusters than the map has; if a cluster does not
-/// see itself; or if lumps overlap the visibility lump or the map would exceed 2 GiB.
+/// If the bytes are no sound map; if there are fewer or more rows, leafs or clusters than the map
+/// has; if a cluster does not see itself; or if lumps overlap the visibility lump or the map would
+/// exceed 2 GiB.
 pub fn with_visibility(bytes: &[u8], rows: &ClusterRows<'_>) -> Result<Vec<u8>, ErrorKind> {
     let lumps = Lumps::new(bytes)?;
     let map = parse::parse(&lumps)?;

@@ -11,20 +11,21 @@ use cullet_scenes::Rng;
 pub enum Objects {
     /// The bounds of all instances that are no occluders.
     Rest,
-    /// So many random boxes in the box of the occluders, with half-extents of 0.1 to 1 per cent of its
-    /// diagonal, each drawn evenly for each axis. Instances that are no occluders are left out.
+    /// So many random boxes in the box of the occluders, with half-extents of 0.1 to 1 per cent of
+    /// its diagonal, each drawn evenly for each axis. Instances that are no occluders are left out.
     Random(u32),
 }
 
 /// How [`Occscn::make`] makes a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MakeOptions {
-    /// Parts of names: an instance is an occluder if its own name, its mesh's, or that of a node above it
-    /// contains one. Empty: all are, but those with
+    /// Parts of names: an instance is an occluder if its own name, its mesh's, or that of a node
+    /// above it contains one. Empty: all are, but those with
     /// [`no_occlusion`](cullet::InstanceFlags::no_occlusion).
     pub occluders: Vec<String>,
-    /// Meshes of at most so many triangles, cut from all occluders together (see [`Occscn::cluster`]);
-    /// `None` leaves one mesh an instance. 128 is what published comparisons use.
+    /// Meshes of at most so many triangles, cut from all occluders together (see
+    /// [`Occscn::cluster`]); `None` leaves one mesh an instance. 128 is what published comparisons
+    /// use.
     pub cluster: Option<u32>,
     /// Boxes that are tested.
     pub objects: Objects,
@@ -43,8 +44,8 @@ impl Occscn {
     /// occludes. The same model, views and options give the same scene, to the last bit.
     ///
     /// # Errors
-    /// As [`from_model`](Self::from_model); also if a name matches no instance, or there is nothing that
-    /// occludes.
+    /// As [`from_model`](Self::from_model); also if a name matches no instance, or there is nothing
+    /// that occludes.
     pub fn make(
         model: &Model,
         views: &[MatrixView],
@@ -70,9 +71,10 @@ impl Occscn {
         Ok(out)
     }
 
-    /// Sorts the triangles into meshes of at most `most` triangles (at least 1): halves them at the median
-    /// of their centres along the longest axis of the box around those, until they are few enough. Ties
-    /// keep their order. Vertices stay as they are. O(n log² n) in the number of triangles.
+    /// Sorts the triangles into meshes of at most `most` triangles (at least 1): halves them at the
+    /// median of their centres along the longest axis of the box around those, until they are few
+    /// enough. Ties keep their order. Vertices stay as they are. O(n log² n) in the number of
+    /// triangles.
     pub fn cluster(&mut self, most: u32) {
         let centre = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|v| self.vertices[v as usize]);
@@ -136,7 +138,8 @@ pub fn occluder_slots(model: &Model, names: &[String]) -> Result<Vec<bool>, Erro
         return Ok((0..scene.slot_count()).map(|s| !scene.flags(s).no_occlusion).collect());
     }
     let mut wanted = vec![false; scene.slot_count() as usize];
-    // Whether a node, or one above it, has the name. Parents may come after their children in a file.
+    // Whether a node, or one above it, has the name. Parents may come after their children in a
+    // file.
     let tree = &model.node_tree;
     for name in names {
         let under = |mut node: u32| {

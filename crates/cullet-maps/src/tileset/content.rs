@@ -89,7 +89,8 @@ fn tables(head: &[u8], size: u64) -> Result<Tables, ErrorKind> {
     })
 }
 
-/// How much a file takes at the most, by the counts in its header; `None` where that cannot be told from them.
+/// How much a file takes at the most, by the counts in its header; `None` where that cannot be told
+/// from them.
 pub(super) fn counts(path: &Path) -> Result<Option<Counts>, ErrorKind> {
     let source = Source::open(path)?;
     let head = source.head(FIRST_TABLE)?;

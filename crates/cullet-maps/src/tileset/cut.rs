@@ -9,8 +9,8 @@ use super::options::WriteTiles;
 
 /// Cuts end here: a box is a millionth of the whole.
 const DEEPEST: u32 = 20;
-/// An instance stays with the box that it is a larger part of than this, by their longest sides: it is seen from as far as
-/// the whole is.
+/// An instance stays with the box that it is a larger part of than this, by their longest sides: it
+/// is seen from as far as the whole is.
 const LARGE: f64 = 0.25;
 
 /// An instance that draws something.
@@ -79,8 +79,8 @@ impl Node {
     }
 }
 
-/// The tree of some instances. Where tiles `replace` those above them, an inner one has no instances: those that are large beside it
-/// are a tile of their own, the first below it.
+/// The tree of some instances. Where tiles `replace` those above them, an inner one has no
+/// instances: those that are large beside it are a tile of their own, the first below it.
 pub(super) fn cut(items: Vec<Item>, options: &WriteTiles, replace: bool) -> Node {
     node(items, options, replace, 0)
 }

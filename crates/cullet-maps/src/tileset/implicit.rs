@@ -1,4 +1,5 @@
-//! Implicit tiling (3D Tiles 1.1, section 7.4): a tree whose tiles are bits of subtree files, and whose boxes are halves of the boxes above.
+//! Implicit tiling (3D Tiles 1.1, section 7.4): a tree whose tiles are bits of subtree files, and
+//! whose boxes are halves of the boxes above.
 
 use std::path::{Path, PathBuf};
 

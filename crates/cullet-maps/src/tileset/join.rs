@@ -15,7 +15,8 @@ pub(super) struct Joint<'a> {
     instances: u64,
     /// Tiles whose motions, levels or cells are left out.
     still: usize,
-    /// Whether levels of the first of them are kept: clusters of the others are made anew, and levels are of clusters.
+    /// Whether levels of the first of them are kept: clusters of the others are made anew, and
+    /// levels are of clusters.
     keeps_levels: bool,
 }
 

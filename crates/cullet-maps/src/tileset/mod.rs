@@ -1,7 +1,7 @@
 //! 3D Tiles (OGC, *3D Tiles Specification* 1.1, 2022; 1.0 too), as one model of what is finest.
 //!
-//! Tiles are z-up and their glTF contents y-up; a tileset on the globe is turned so that up, at the middle of its root, is +Y,
-//! east +X and south +Z, and moved so that this middle is the origin.
+//! Tiles are z-up and their glTF contents y-up; a tileset on the globe is turned so that up, at the
+//! middle of its root, is +Y, east +X and south +Z, and moved so that this middle is the origin.
 
 mod content;
 mod cut;
@@ -27,7 +27,8 @@ pub use sight::{TileSets, TileSight};
 pub use tree::{TileNode, TileTree};
 pub use write::{write_tiles, write_tiles_with};
 
-/// Loads a tileset: of each branch the finest contents; of tiles that add to their parents, the parents' too.
+/// Loads a tileset: of each branch the finest contents; of tiles that add to their parents, the
+/// parents' too.
 pub(crate) fn load(
     path: &Path,
     bytes: &[u8],

@@ -34,7 +34,8 @@ pub struct TileStandIn {
     pub error: f64,
 }
 
-/// Makes a stand-in of the instances of some slots whose error is not below a number; `None` where there is none.
+/// Makes a stand-in of the instances of some slots whose error is not below a number; `None` where
+/// there is none.
 pub type StandInOf<'a> = &'a dyn Fn(&[u32], f64) -> Option<TileStandIn>;
 
 /// Input of a tileset beside the instances of the model.

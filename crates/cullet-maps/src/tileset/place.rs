@@ -56,8 +56,8 @@ pub(super) fn frame(root: &TileJson<'_>) -> Result<DMat4, ErrorKind> {
     Ok(z_up_to_y_up * to_local * DMat4::from_translation(-middle))
 }
 
-/// A box around a bounding volume, in the space that the transform leads to; regions are in that of the globe, `frame`. Infinite
-/// where the volume is none.
+/// A box around a bounding volume, in the space that the transform leads to; regions are in that of
+/// the globe, `frame`. Infinite where the volume is none.
 pub(super) fn bounds(volume: &Volume, transform: &DMat4, frame: &DMat4) -> [[f64; 3]; 2] {
     let around =
         |centre: DVec3, half: DVec3| [(centre - half).to_array(), (centre + half).to_array()];

@@ -22,7 +22,8 @@ pub(super) const FILE: &str = "sight.bin";
 pub struct TileSets<'a> {
     /// The cells.
     pub cells: &'a [[[f64; 3]; 2]],
-    /// The sets; of instances, as many as there are cells. Instances beyond the end are in all of them.
+    /// The sets; of instances, as many as there are cells. Instances beyond the end are in all of
+    /// them.
     pub sets: &'a VisibleSets<'a>,
 }
 
@@ -42,7 +43,8 @@ impl TileSight {
         self.place.cell_of(point)
     }
 
-    /// Whether anything of a tile, or of those below it, can be seen from a cell, by the [number](super::TileNode::number) of the tile.
+    /// Whether anything of a tile, or of those below it, can be seen from a cell, by the
+    /// [number](super::TileNode::number) of the tile.
     #[must_use]
     pub fn sees(&self, cell: u32, number: u32) -> bool {
         self.tiles.sees(cell, number)
@@ -112,8 +114,8 @@ pub(super) struct Numbered {
     pub(super) instances: Vec<(u32, u32)>,
 }
 
-/// The bytes of a file: magic, the sum of all that follows, how many boxes; the boxes, six f64 each; then sets of tiles. A tile is in a set
-/// if an instance of it or below it is.
+/// The bytes of a file: magic, the sum of all that follows, how many boxes; the boxes, six f64
+/// each; then sets of tiles. A tile is in a set if an instance of it or below it is.
 pub(super) fn to_bytes(sets: &TileSets<'_>, tiles: &Numbered) -> Vec<u8> {
     let count = tiles.above.len();
     let most = tiles.instances.iter().map(|&(index, _)| index as usize + 1).max().unwrap_or(0);

@@ -16,7 +16,8 @@ use cullet_io::{ErrorKind, LoadError, LoadOptions, Model};
 
 /// The most tilesets that lie within each other.
 const DEEPEST: usize = 32;
-/// The most tiles above a tile of the same tileset: as many as a parser of JSON goes down, and no stack is too small for.
+/// The most tiles above a tile of the same tileset: as many as a parser of JSON goes down, and no
+/// stack is too small for.
 const LOWEST: usize = 61;
 
 /// The most tiles of a tree.
@@ -25,9 +26,11 @@ const MOST: usize = 1 << 24;
 /// Facts about a tile that are known before it is loaded.
 #[derive(Clone, Debug)]
 pub struct TileNode {
-    /// A box around it and all below it, as its tileset states, in the space of the scene; infinite where it states none.
+    /// A box around it and all below it, as its tileset states, in the space of the scene; infinite
+    /// where it states none.
     pub bounds: [[f64; 3]; 2],
-    /// How far what it shows is off while nothing below it is shown, as its tileset states, in units of the scene.
+    /// How far what it shows is off while nothing below it is shown, as its tileset states, in
+    /// units of the scene.
     pub error: f64,
     /// Whether the tiles below it are shown beside it, and not in its place.
     pub adds: bool,
@@ -76,7 +79,8 @@ impl Tree {
     }
 }
 
-/// A tileset whose tiles are loaded one by one. Its JSON is in memory, and that of all tilesets within it.
+/// A tileset whose tiles are loaded one by one. Its JSON is in memory, and that of all tilesets
+/// within it.
 #[derive(Debug)]
 pub struct TileTree {
     folder: PathBuf,
@@ -112,7 +116,8 @@ impl TileTree {
         self.sight.as_ref()
     }
 
-    /// Bytes that the tree itself takes in memory, near enough: its tiles, the names of their files, and its visible sets.
+    /// Bytes that the tree itself takes in memory, near enough: its tiles, the names of their
+    /// files, and its visible sets.
     #[must_use]
     pub fn size(&self) -> u64 {
         let name = |piece: &Piece| size_of::<Piece>() + piece.path.as_os_str().len();
@@ -159,7 +164,8 @@ impl TileTree {
         })
     }
 
-    /// Loads what a tile shows itself, with what was baked of its meshes where it has one content. A tile that there is not shows nothing.
+    /// Loads what a tile shows itself, with what was baked of its meshes where it has one content.
+    /// A tile that there is not shows nothing.
     ///
     /// # Errors
     /// If one of its files cannot be loaded.
@@ -271,7 +277,8 @@ impl Walk<'_> {
 }
 
 impl Walk<'_> {
-    /// Adds a tile without children and contents, so many levels below the one that states its error.
+    /// Adds a tile without children and contents, so many levels below the one that states its
+    /// error.
     fn push(
         &mut self,
         tile: &TileJson<'_>,

@@ -10,12 +10,13 @@ use super::sight::{self, Numbered};
 use cullet::{Instance, Scene, Transform};
 use cullet_io::{Model, SaveError, SaveErrorKind, save};
 
-/// Writes a model as a tileset: `tileset.json` in a folder, which is made where it is not there, and a GLB for each tile that shows
-/// something. Every instance is in one tile: in the smallest box of a tree that has its middle and is not small
-/// beside it. Tiles add to those above them; a tile's geometric error is the diagonal of the largest instance below it. The
-/// same model makes the same bytes. Meshes are written with each tile that draws them, with their levels and occluders where the model was baked;
-/// impostors, cells and motions are left out. `step` is called with the share that is written, and says whether to go on;
-/// `None` where it did not.
+/// Writes a model as a tileset: `tileset.json` in a folder, which is made where it is not there,
+/// and a GLB for each tile that shows something. Every instance is in one tile: in the smallest box
+/// of a tree that has its middle and is not small beside it. Tiles add to those above them; a
+/// tile's geometric error is the diagonal of the largest instance below it. The same model makes
+/// the same bytes. Meshes are written with each tile that draws them, with their levels and
+/// occluders where the model was baked; impostors, cells and motions are left out. `step` is called
+/// with the share that is written, and says whether to go on; `None` where it did not.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -36,7 +37,8 @@ pub fn write_tiles(
 /// that are large beside their box are a tile of their own there. A stand-in of nothing is left
 /// out, and the error is the diagonal of the largest instance below.
 ///
-/// Visible sets are written as `sight.bin`, named by the tileset's root: for each cell a row of bits, one for each tile.
+/// Visible sets are written as `sight.bin`, named by the tileset's root: for each cell a row of
+/// bits, one for each tile.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -97,7 +99,8 @@ struct Tile {
 }
 
 impl Writer<'_> {
-    /// Writes a node, the one below the tile `above`, and all below it; `None` where it is not to go on.
+    /// Writes a node, the one below the tile `above`, and all below it; `None` where it is not to
+    /// go on.
     fn node(&mut self, node: &Node, above: u32, depth: u32) -> Result<Option<Tile>, SaveError> {
         let number = self.written.tiles[0];
         self.written.tiles[0] += 1;

@@ -80,8 +80,8 @@ pub enum ImpostorError {
 pub struct Texel {
     /// The share of it that the mesh covers, from 0 to 1.
     pub coverage: f64,
-    /// How far the surface is towards the viewer of the frame: −1 to 1, in units of [`ImpostorFrame::half`]. Of a texel
-    /// that is not covered that of one nearby.
+    /// How far the surface is towards the viewer of the frame: −1 to 1, in units of
+    /// [`ImpostorFrame::half`]. Of a texel that is not covered that of one nearby.
     pub depth: f64,
     /// The unit normal of the side that is seen, in the space of the mesh.
     pub normal: [f64; 3],
@@ -91,9 +91,9 @@ pub struct Texel {
 
 /// A mesh as it looks from all around.
 ///
-/// Two planes of 16 bits a texel: [`shape`](Self::shape) has coverage, part and depth, which is all that a picture's
-/// outlines need; [`normals`](Self::normals) are for its light. With the usual 12 × 12 frames of 12 × 12 texels each
-/// plane has 41,472 bytes. A clone shares both.
+/// Two planes of 16 bits a texel: [`shape`](Self::shape) has coverage, part and depth, which is all
+/// that a picture's outlines need; [`normals`](Self::normals) are for its light. With the usual 12
+/// × 12 frames of 12 × 12 texels each plane has 41,472 bytes. A clone shares both.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Impostor {
     bounds: Aabb,
@@ -106,10 +106,11 @@ pub struct Impostor {
 }
 
 impl Impostor {
-    /// An impostor of planes, such as a file has: frame by frame, row by row from the top left texel.
+    /// An impostor of planes, such as a file has: frame by frame, row by row from the top left
+    /// texel.
     ///
-    /// `bounds` is the box of the mesh, no point of which is farther than `radius` from the middle of that; `error` how far
-    /// what is drawn may be from it, in units of the mesh.
+    /// `bounds` is the box of the mesh, no point of which is farther than `radius` from the middle
+    /// of that; `error` how far what is drawn may be from it, in units of the mesh.
     ///
     /// # Errors
     /// If sizes do not fit, or numbers are not finite.
@@ -201,7 +202,8 @@ impl Impostor {
         &self.shape
     }
 
-    /// Normals of the texels, on the octahedral square: 8 bits across and 8 up, from the highest down.
+    /// Normals of the texels, on the octahedral square: 8 bits across and 8 up, from the highest
+    /// down.
     #[must_use]
     pub fn normals(&self) -> &[u16] {
         &self.normals
@@ -268,8 +270,8 @@ impl Impostor {
         (0..grid * grid).map(frame).collect()
     }
 
-    /// The three frames around a direction towards the viewer, which need not be of unit length, and their weights, whose
-    /// sum is 1.
+    /// The three frames around a direction towards the viewer, which need not be of unit length,
+    /// and their weights, whose sum is 1.
     #[must_use]
     #[inline]
     pub fn frames_around(&self, direction: [f64; 3]) -> [(u32, f64); 3] {
@@ -280,7 +282,8 @@ impl Impostor {
         let [i, j] = [x, y].map(|at| (at as u32).min(last - 1));
         let [x, y] = [x - f64::from(i), y - f64::from(j)];
         let at = |di: u32, dj: u32| (j + dj) * self.grid + i + di;
-        // The diagonal that runs along the folds of the octahedron, so that a triangle of frames is one of directions too.
+        // The diagonal that runs along the folds of the octahedron, so that a triangle of frames is
+        // one of directions too.
         if u * v > 0.0 {
             match x + y < 1.0 {
                 true => [(at(0, 0), 1.0 - x - y), (at(1, 0), x), (at(0, 1), y)],

@@ -1,9 +1,11 @@
-//! Frames of impostors: directions on the octahedral square, and what of a mesh a parallel view along one shows.
+//! Frames of impostors: directions on the octahedral square, and what of a mesh a parallel view
+//! along one shows.
 
 use cullet::bounds::Aabb;
 use glam::DVec3;
 
-/// The least side of what is looked at, as a share of the radius: a flat mesh has a texel's size too.
+/// The least side of what is looked at, as a share of the radius: a flat mesh has a texel's size
+/// too.
 pub(super) const LEAST_SIDE: f64 = 1e-3;
 
 /// A direction from which the mesh was looked at, by parallel lines of sight.
@@ -11,14 +13,14 @@ pub(super) const LEAST_SIDE: f64 = 1e-3;
 pub struct ImpostorFrame {
     /// Unit vectors to the right, up and towards the viewer, in the space of the mesh.
     pub axes: [[f64; 3]; 3],
-    /// Half of the size along each of them of what the frame shows: the mesh's box, or the sphere around the mesh if that is
-    /// smaller.
+    /// Half of the size along each of them of what the frame shows: the mesh's box, or the sphere
+    /// around the mesh if that is smaller.
     pub half: [f64; 3],
 }
 
 impl ImpostorFrame {
-    /// The parallel view of what is in a box, and no farther than `radius` from its centre, from a direction, which need not be
-    /// of unit length.
+    /// The parallel view of what is in a box, and no farther than `radius` from its centre, from a
+    /// direction, which need not be of unit length.
     #[must_use]
     pub fn towards(direction: [f64; 3], bounds: &Aabb, radius: f32) -> Self {
         let box_half = bounds.half_extent();
@@ -30,8 +32,8 @@ impl ImpostorFrame {
     }
 }
 
-/// The unit vector of a place on the square from −1 to 1: Y is up in its middle and down at its corners (Q. Meyer et al.,
-/// *On Floating-Point Normal Vectors*, 2010).
+/// The unit vector of a place on the square from −1 to 1: Y is up in its middle and down at its
+/// corners (Q. Meyer et al., *On Floating-Point Normal Vectors*, 2010).
 pub(super) fn octahedral([u, v]: [f64; 2]) -> [f64; 3] {
     let y = 1.0 - u.abs() - v.abs();
     let [x, z] = match y < 0.0 {
@@ -69,7 +71,8 @@ pub(super) fn length(a: [f64; 3]) -> f64 {
     DVec3::from(a).length()
 }
 
-/// The triangles of a box around `bounds` that has some thickness everywhere: what the level of an impostor is a mesh of.
+/// The triangles of a box around `bounds` that has some thickness everywhere: what the level of an
+/// impostor is a mesh of.
 pub(super) fn box_triangles(bounds: &Aabb) -> (Vec<[f32; 3]>, Vec<u32>) {
     let (centre, half) = (bounds.center(), bounds.half_extent());
     let grow = length(half) * LEAST_SIDE;

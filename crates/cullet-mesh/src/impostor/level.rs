@@ -11,14 +11,16 @@ use super::atlas::{Impostor, ImpostorError};
 use super::frame::box_triangles;
 
 impl Impostor {
-    /// Gives a mesh of a scene this impostor, as one more of its levels: the box around it, which goes through culling in
-    /// its place where the impostor's error is small enough, and no triangle count is smaller. Returns the number of the
-    /// box among the meshes; a renderer draws there what [`at`](Self::at) has.
+    /// Gives a mesh of a scene this impostor, as one more of its levels: the box around it, which
+    /// goes through culling in its place where the impostor's error is small enough, and no
+    /// triangle count is smaller. Returns the number of the box among the meshes; a renderer draws
+    /// there what [`at`](Self::at) has.
     ///
     /// The eye is never within the box where it is drawn, for then the error is over any threshold.
     ///
     /// # Errors
-    /// If the mesh is not there, may move, is not opaque, or is not of the parts or in the box that the impostor is of.
+    /// If the mesh is not there, may move, is not opaque, or is not of the parts or in the box that
+    /// the impostor is of.
     pub fn add_to(self, scene: &mut Scene, mesh: MeshId) -> Result<MeshId, ImpostorError> {
         let meshes = scene.meshes().len();
         let no_mesh = LevelsError::NoMesh { mesh, meshes };

@@ -1,9 +1,9 @@
 //! Many triangles against one [`BackfaceMask`].
 //!
-//! The test is a look-up in 256 bytes. With AVX-512 a byte permute looks 64 triangles up at once, and
-//! the test runs at the speed at which two bytes a triangle are read. The other levels go through the
-//! 16-byte rows of the table that are not zero: a row is looked up by the low four bits of the offset
-//! where its high four bits name the row.
+//! The test is a look-up in 256 bytes. With AVX-512 a byte permute looks 64 triangles up at once,
+//! and the test runs at the speed at which two bytes a triangle are read. The other levels go
+//! through the 16-byte rows of the table that are not zero: a row is looked up by the low four bits
+//! of the offset where its high four bits name the row.
 
 use fearless_simd::{Simd, dispatch, prelude::*, u8x16};
 
@@ -20,9 +20,9 @@ impl NormalMasks {
         culled
     }
 
-    /// Fills words `first..` of the mask of culled triangles, as many as `culled` has: bit i of word w is set where
-    /// triangle 64 · w + i is back-facing for the view of `mask`; bits beyond the last triangle are 0. The same at
-    /// every level.
+    /// Fills words `first..` of the mask of culled triangles, as many as `culled` has: bit i of
+    /// word w is set where triangle 64 · w + i is back-facing for the view of `mask`; bits beyond
+    /// the last triangle are 0. The same at every level.
     ///
     /// # Panics
     /// If the words reach beyond the last triangle's.
@@ -180,8 +180,8 @@ fn fill_rows<S: Simd>(
     }
 }
 
-/// Byte after byte from the table, then the comparison sixteen at a time: some words later, for a vector
-/// read from bytes just written waits for all of them.
+/// Byte after byte from the table, then the comparison sixteen at a time: some words later, for a
+/// vector read from bytes just written waits for all of them.
 #[inline(always)]
 fn fill_bytes<S: Simd>(
     simd: S,
@@ -196,8 +196,9 @@ fn fill_bytes<S: Simd>(
     let chunks = offsets.chunks(AT_ONCE).zip(bits.chunks(AT_ONCE));
     for ((offsets, bits), out) in chunks.zip(out.chunks_mut(AT_ONCE)) {
         for (found, offset) in found.iter_mut().zip(offsets) {
-            // Eight offsets a load: with one each it took 0.35 ns a triangle and not 0.29. Results put
-            // together in registers too were no faster, or 0.41 with the comparison done in them as well.
+            // Eight offsets a load: with one each it took 0.35 ns a triangle and not 0.29. Results
+            // put together in registers too were no faster, or 0.41 with the comparison done in
+            // them as well.
             let eights = offset.as_chunks::<8>().0;
             for (f, o) in found.as_chunks_mut::<8>().0.iter_mut().zip(eights) {
                 let o = u64::from_le_bytes(*o);

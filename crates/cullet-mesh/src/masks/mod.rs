@@ -1,13 +1,13 @@
 //! Normal masks: two bytes a triangle, one AND to cull it.
 //!
 //! Zhang & Hoff, *Fast Backface Culling Using Normal Masks* (1997). The directions of space are cut
-//! into 6·N² cells of a cube; a triangle carries the cell of its normal as one bit of 256 bytes. Once a
-//! frame, the bits of all cells whose every normal is back-facing for every line of sight are set; a
-//! triangle whose bit is set is back-facing.
+//! into 6·N² cells of a cube; a triangle carries the cell of its normal as one bit of 256 bytes.
+//! Once a frame, the bits of all cells whose every normal is back-facing for every line of sight
+//! are set; a triangle whose bit is set is back-facing.
 //!
-//! The paper calls its test of a cell by its four corners an approximation. It is exact: the normals n
-//! that are back-facing for a cone of lines of sight with axis a and half-angle α, n·a ≥ sin α |n|,
-//! form a convex cone, and a cell is the positive hull of its corners.
+//! The paper calls its test of a cell by its four corners an approximation. It is exact: the
+//! normals n that are back-facing for a cone of lines of sight with axis a and half-angle α, n·a ≥
+//! sin α |n|, form a convex cone, and a cell is the positive hull of its corners.
 
 mod cull;
 
@@ -100,8 +100,9 @@ impl ViewCone {
         Self::around(direction, 0.0)
     }
 
-    /// Lines of sight within `half_angle` radians of `direction`; for a whole view, the angle to the
-    /// *corner* of its frustum. `None` for a direction of no length, or an angle of π/2 or more.
+    /// Lines of sight within `half_angle` radians of `direction`; for a whole view, the angle to
+    /// the *corner* of its frustum. `None` for a direction of no length, or an angle of π/2 or
+    /// more.
     #[must_use]
     pub fn around(direction: [f64; 3], half_angle: f64) -> Option<Self> {
         let right = (0.0..std::f64::consts::FRAC_PI_2).contains(&half_angle);
@@ -109,10 +110,10 @@ impl ViewCone {
         Some(Self { axis: axis.into(), sine: half_angle.sin() })
     }
 
-    /// Lines of sight from a homogeneous eye (as [`View::eye`](cullet::View::eye), in the space of the
-    /// sphere) to all points of a sphere. `None` where the eye is inside or on the sphere, its weight is
-    /// negative, or something is not finite: then nothing may be culled. A sphere of radius 0 is a point,
-    /// and a negative radius is no sphere.
+    /// Lines of sight from a homogeneous eye (as [`View::eye`](cullet::View::eye), in the space of
+    /// the sphere) to all points of a sphere. `None` where the eye is inside or on the sphere, its
+    /// weight is negative, or something is not finite: then nothing may be culled. A sphere of
+    /// radius 0 is a point, and a negative radius is no sphere.
     #[must_use]
     pub fn to_sphere(eye: [f64; 4], sphere: &Sphere) -> Option<Self> {
         let eye = DVec4::from(eye);
@@ -177,8 +178,8 @@ const PAD: usize = 64;
 /// [`encode`]: MaskGrid::encode_triangle
 const MARGIN: f32 = 2e-6;
 /// A triangle whose area is smaller than this share of the product of its edges has a normal too
-/// uncertain for a class: the rounding of its cross product, at most 4 × 2⁻⁵³ of that product, would
-/// turn it by more than 5e-7.
+/// uncertain for a class: the rounding of its cross product, at most 4 × 2⁻⁵³ of that product,
+/// would turn it by more than 5e-7.
 const SLIVER: f64 = 1e-9;
 
 impl MaskGrid {
@@ -222,7 +223,8 @@ impl MaskGrid {
     }
 
     /// The class of a normal of any length; [`NormalMask::NEVER`] for one without a direction. The
-    /// normal is taken as certain: see [`encode_triangle`](Self::encode_triangle) for one that is not.
+    /// normal is taken as certain: see [`encode_triangle`](Self::encode_triangle) for one that is
+    /// not.
     #[must_use]
     pub fn encode(&self, normal: [f64; 3]) -> NormalMask {
         let m = normal.map(f64::abs);
@@ -241,8 +243,8 @@ impl MaskGrid {
         NormalMask { byte_offset: (class / 8) as u8, bit_mask: 1 << (class % 8) }
     }
 
-    /// The class of a triangle wound counter-clockwise; [`NormalMask::NEVER`] where it is a sliver so
-    /// thin that rounding leaves its normal in doubt, has no area, or is not finite.
+    /// The class of a triangle wound counter-clockwise; [`NormalMask::NEVER`] where it is a sliver
+    /// so thin that rounding leaves its normal in doubt, has no area, or is not finite.
     #[must_use]
     pub fn encode_triangle(&self, corners: [[f32; 3]; 3]) -> NormalMask {
         let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));
@@ -270,9 +272,9 @@ impl MaskGrid {
         self.update(positions, indices, 0..masks.len(), masks);
     }
 
-    /// Replaces the masks of the triangles of `range` by those of moved vertices; `positions` and `indices` are the
-    /// whole mesh's. Zhang & Hoff leave what deforms to others; but a triangle's mask depends on its own corners
-    /// alone, so that those which moved can be replaced in place.
+    /// Replaces the masks of the triangles of `range` by those of moved vertices; `positions` and
+    /// `indices` are the whole mesh's. Zhang & Hoff leave what deforms to others; but a triangle's
+    /// mask depends on its own corners alone, so that those which moved can be replaced in place.
     ///
     /// # Panics
     /// If the range reaches beyond the masks or the indices, or an index beyond the positions.

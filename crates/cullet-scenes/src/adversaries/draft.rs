@@ -7,8 +7,8 @@ use crate::Rng;
 /// Distance of the near plane of the first view.
 pub(super) const NEAR: f64 = 0.125;
 
-/// Screen of the first view of an adversary, which stands at the origin and looks along −Z: pixels are a power of two wide
-/// at a distance of 1, so that corners of pixels are exact positions.
+/// Screen of the first view of an adversary, which stands at the origin and looks along −Z: pixels
+/// are a power of two wide at a distance of 1, so that corners of pixels are exact positions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Screen {
     pub(super) size: [u32; 2],
@@ -102,8 +102,8 @@ impl Draft {
         });
     }
 
-    /// `n` × `m` quads over a parallelogram, each corner moved by up to `bump`, each quad left out with a probability of
-    /// `holes`.
+    /// `n` × `m` quads over a parallelogram, each corner moved by up to `bump`, each quad left out
+    /// with a probability of `holes`.
     pub(super) fn sheet(
         &mut self,
         rng: &mut Rng,

@@ -1,11 +1,13 @@
-//! Edges where surfaces should meet: T-junctions, hairline gaps, slivers, fans, doubled triangles, stars.
+//! Edges where surfaces should meet: T-junctions, hairline gaps, slivers, fans, doubled triangles,
+//! stars.
 
 use glam::DVec3;
 
 use super::draft::{Draft, Screen, ahead, anywhere, beyond, hairline, one};
 use crate::Rng;
 
-/// Sheets beside quads whose edge has no corner where theirs have, bent in or out by nothing, an ulp, or more.
+/// Sheets beside quads whose edge has no corner where theirs have, bent in or out by nothing, an
+/// ulp, or more.
 pub(super) fn t_junctions(d: &mut Draft, rng: &mut Rng, _: &Screen) {
     for _ in 0..18 {
         let (o, u, v) = (ahead(rng), anywhere(rng, 5.0), anywhere(rng, 5.0));

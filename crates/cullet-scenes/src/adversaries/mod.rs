@@ -1,7 +1,8 @@
-//! Adversaries: small scenes that are hard for whoever rasterises occluders conservatively, with views of them.
+//! Adversaries: small scenes that are hard for whoever rasterises occluders conservatively, with
+//! views of them.
 //!
-//! Made by rule from a number and a seed: [`ADVERSARIES`] different ones, then the same kinds from other numbers. What each
-//! is for is in its name.
+//! Made by rule from a number and a seed: [`ADVERSARIES`] different ones, then the same kinds from
+//! other numbers. What each is for is in its name.
 
 mod draft;
 mod edges;
@@ -108,8 +109,9 @@ pub const ADVERSARIES: u32 = (KINDS.len() * STANDS.len()) as u32;
 
 /// An adversary by its number, with so many views (at least one) of `size` pixels.
 ///
-/// The same arguments give the same scene and views, to the last bit, on every machine. Numbers from [`ADVERSARIES`] on give
-/// kinds that there were, from other random numbers. A side of `size` must not be 0, and is at most 65,536.
+/// The same arguments give the same scene and views, to the last bit, on every machine. Numbers
+/// from [`ADVERSARIES`] on give kinds that there were, from other random numbers. A side of `size`
+/// must not be 0, and is at most 65,536.
 ///
 /// # Panics
 /// If `size` is none of a view.

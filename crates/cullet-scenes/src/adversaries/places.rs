@@ -1,4 +1,5 @@
-//! Places where rounding decides: the near plane, corners of pixels, edges of the screen; and solids around the eye.
+//! Places where rounding decides: the near plane, corners of pixels, edges of the screen; and
+//! solids around the eye.
 
 use glam::DVec3;
 
@@ -28,7 +29,8 @@ pub(super) fn near_crossers(d: &mut Draft, rng: &mut Rng, _: &Screen) {
     d.face_the_origin();
 }
 
-/// Corners exactly on the near plane of the first view, in the plane of its eye, and at its eye; edges in them.
+/// Corners exactly on the near plane of the first view, in the plane of its eye, and at its eye;
+/// edges in them.
 pub(super) fn on_the_near_plane(d: &mut Draft, rng: &mut Rng, _: &Screen) {
     for _ in 0..30 {
         let mut corners = [ahead(rng), ahead(rng), ahead(rng)];
@@ -55,7 +57,8 @@ pub(super) fn on_the_near_plane(d: &mut Draft, rng: &mut Rng, _: &Screen) {
     d.face_the_origin();
 }
 
-/// Corners exactly on corners of pixels of the first view, edges along the borders of pixels and of tiles.
+/// Corners exactly on corners of pixels of the first view, edges along the borders of pixels and of
+/// tiles.
 pub(super) fn pixel_corners(d: &mut Draft, rng: &mut Rng, screen: &Screen) {
     let place = |rng: &mut Rng| {
         let step = one(rng, &[1.0, 4.0, 8.0, 32.0, 0.5]);

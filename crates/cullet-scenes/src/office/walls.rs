@@ -6,10 +6,11 @@ use glam::DVec3;
 use cullet_io::reader::{box_planes, numbers};
 use cullet_io::{CellGraph, Portal};
 
-/// Takes walls from cells that are boxes up to the middle of their walls: of each cell what is within its walls is left, and
-/// for each portal the way through half of the wall that it is in. `boxes` are the lowest and highest corner of each cell;
-/// `walls` is half of what is between two cells along each axis. Portals are turned so that they are counter-clockwise as
-/// seen from their first cell.
+/// Takes walls from cells that are boxes up to the middle of their walls: of each cell what is
+/// within its walls is left, and for each portal the way through half of the wall that it is in.
+/// `boxes` are the lowest and highest corner of each cell; `walls` is half of what is between two
+/// cells along each axis. Portals are turned so that they are counter-clockwise as seen from their
+/// first cell.
 pub(super) fn take_walls(cells: &mut CellGraph, boxes: &[[[f64; 3]; 2]], walls: [f64; 3]) {
     let walls = DVec3::from(walls);
     for (cell, [min, max]) in cells.cells.iter_mut().zip(boxes) {

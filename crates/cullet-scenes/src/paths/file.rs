@@ -90,14 +90,14 @@ impl FromJson<'_> for Entry {
 
 /// Writes cameras as the text of a path's file.
 ///
-/// The file is an object with the list `views`, of cameras to be used as they are, or the list `keys`, of
-/// cameras to be moved between; a bare list is taken as `views`. Each camera has
-/// `eye`; `target`, or `direction` of any length; and, if wanted, `up` (default `[0, 1, 0]`, or +Z where
+/// The file is an object with the list `views`, of cameras to be used as they are, or the list
+/// `keys`, of cameras to be moved between; a bare list is taken as `views`. Each camera has `eye`;
+/// `target`, or `direction` of any length; and, if wanted, `up` (default `[0, 1, 0]`, or +Z where
 /// the camera looks along Y), `fov_degrees` (vertical, default 60) or `orthographic_height` (of the
-/// picture, in scene units), `near` and `far`
-/// (default: they fit the scene). A key also has `time` in seconds, ascending: the path is sampled evenly
-/// from the first to the last, the eye moving straight and the direction turning along the arc. `up`,
-/// `fov_degrees`, `near` and `far` beside the list hold for all cameras that do not say otherwise.
+/// picture, in scene units), `near` and `far` (default: they fit the scene). A key also has `time`
+/// in seconds, ascending: the path is sampled evenly from the first to the last, the eye moving
+/// straight and the direction turning along the arc. `up`, `fov_degrees`, `near` and `far` beside
+/// the list hold for all cameras that do not say otherwise.
 ///
 /// ```json
 /// { "fov_degrees": 50, "keys": [

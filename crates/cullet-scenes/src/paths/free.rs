@@ -1,12 +1,12 @@
-//! Where an eye may stand: how near geometry is to a point, whether something closed is around it, how far
-//! one sees from it, and where there is ground.
+//! Where an eye may stand: how near geometry is to a point, whether something closed is around it,
+//! how far one sees from it, and where there is ground.
 
 use cullet::bounds::Aabb;
 use cullet::{Mesh, Scene, Transform};
 use glam::{DMat3, DVec3};
 
-/// For each box, in coordinates relative to the scene's origin, the slots whose bounds meet it. One pass
-/// over the scene; slots without finite bounds are passed over.
+/// For each box, in coordinates relative to the scene's origin, the slots whose bounds meet it. One
+/// pass over the scene; slots without finite bounds are passed over.
 pub(super) fn gather(scene: &Scene, queries: &[[DVec3; 2]]) -> Vec<Vec<u32>> {
     let mut found = vec![Vec::new(); queries.len()];
     let whole = queries.iter().copied().reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
@@ -66,7 +66,8 @@ impl<'a> PlacedMesh<'a> {
         }
     }
 
-    /// Calls `each` with the corners of every triangle of every cluster whose world box `wanted` wants.
+    /// Calls `each` with the corners of every triangle of every cluster whose world box `wanted`
+    /// wants.
     fn triangles(
         &self,
         mut wanted: impl FnMut(DVec3, DVec3) -> bool,
@@ -85,9 +86,9 @@ impl<'a> PlacedMesh<'a> {
     }
 
     /// How often the surface winds about a point: 1 inside of a solid, 0 outside, between at holes
-    /// (Jacobson, Kavan, Sorkine-Hornung, *Robust Inside-Outside Segmentation Using Generalized Winding
-    /// Numbers*, 2013; angle of a triangle: Van Oosterom, Strackee, *The Solid Angle of a Plane
-    /// Triangle*, 1983). 0 where the transform is singular.
+    /// (Jacobson, Kavan, Sorkine-Hornung, *Robust Inside-Outside Segmentation Using Generalized
+    /// Winding Numbers*, 2013; angle of a triangle: Van Oosterom, Strackee, *The Solid Angle of a
+    /// Plane Triangle*, 1983). 0 where the transform is singular.
     fn winding(&self, point: DVec3) -> f64 {
         let inverse = self.linear.inverse();
         let p = inverse * (point - self.translation);
@@ -107,8 +108,8 @@ impl<'a> PlacedMesh<'a> {
     }
 }
 
-/// Whether an eye may be at `point`: no triangle of `slots` is nearer than `clearance`, and none of them is
-/// closed around it.
+/// Whether an eye may be at `point`: no triangle of `slots` is nearer than `clearance`, and none of
+/// them is closed around it.
 pub(super) fn is_free(scene: &Scene, slots: &[u32], point: DVec3, clearance: f64) -> bool {
     let origin = DVec3::from(scene.origin());
     slots.iter().all(|&slot| {
@@ -144,7 +145,8 @@ pub(super) fn heights(scene: &Scene, slots: &[u32], x: f64, z: f64) -> Vec<f64> 
     found
 }
 
-/// How far one sees from `point` along the unit vector `along` before a triangle of `slots`, at most `far`.
+/// How far one sees from `point` along the unit vector `along` before a triangle of `slots`, at
+/// most `far`.
 pub(super) fn sight(scene: &Scene, slots: &[u32], point: DVec3, along: DVec3, far: f64) -> f64 {
     let mut nearest = far;
     for &slot in slots {

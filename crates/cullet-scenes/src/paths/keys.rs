@@ -30,8 +30,8 @@ impl Pose {
     }
 }
 
-/// The direction a part `t` of the way from `a` to `b`; along a straight line, so not at even speed, where
-/// they are nearly opposite or have no direction.
+/// The direction a part `t` of the way from `a` to `b`; along a straight line, so not at even
+/// speed, where they are nearly opposite or have no direction.
 fn arc(a: DVec3, b: DVec3, t: f64) -> DVec3 {
     let (a, b) = (a.normalize_or(a), b.normalize_or(b));
     let angle = a.dot(b).clamp(-1.0, 1.0).acos();
@@ -42,8 +42,8 @@ fn arc(a: DVec3, b: DVec3, t: f64) -> DVec3 {
     (a * ((1.0 - t) * angle).sin() + b * (t * angle).sin()) / sin
 }
 
-/// `count` times from the first to the last, evenly; and which keys each lies between, and how far on.
-/// Keys ascend in time.
+/// `count` times from the first to the last, evenly; and which keys each lies between, and how far
+/// on. Keys ascend in time.
 pub(super) fn sample(times: &[f64], count: usize) -> Vec<(usize, usize, f64)> {
     let (Some(&first), Some(&last)) = (times.first(), times.last()) else { return Vec::new() };
     let at = |i: usize| {
@@ -57,7 +57,8 @@ pub(super) fn sample(times: &[f64], count: usize) -> Vec<(usize, usize, f64)> {
     (0..count).map(at).collect()
 }
 
-/// At most `count` of `len`, evenly spread, the first and the last among them if there are two or more.
+/// At most `count` of `len`, evenly spread, the first and the last among them if there are two or
+/// more.
 pub(super) fn spread(len: usize, count: usize) -> impl Iterator<Item = usize> {
     let taken = count.min(len);
     (0..taken).map(move |i| if taken == 1 { 0 } else { i * (len - 1) / (taken - 1) })

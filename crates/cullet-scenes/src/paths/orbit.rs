@@ -8,8 +8,8 @@ use super::{Lens, PathError};
 use crate::sin_cos;
 use cullet_io::Model;
 
-/// How far the eye stays from what is nearest, in halves of the diagonal: one vertex alone would be in a wide picture
-/// with the eye on it.
+/// How far the eye stays from what is nearest, in halves of the diagonal: one vertex alone would be
+/// in a wide picture with the eye on it.
 const CLEAR: f64 = 0.1;
 
 /// Where the eye looks from in one view, and the two directions of its picture.
@@ -19,9 +19,10 @@ struct Stand {
     above: DVec3,
 }
 
-/// Around the middle of the extent, now lower, now higher, and higher for a flat model, which from low down
-/// would be a streak; the eye moves sideways and back until all that is drawn just fills the picture. Costs some
-/// 0.4 ms a view of a hundred thousand instances, and nanoseconds a vertex of those at the rim.
+/// Around the middle of the extent, now lower, now higher, and higher for a flat model, which from
+/// low down would be a streak; the eye moves sideways and back until all that is drawn just fills
+/// the picture. Costs some 0.4 ms a view of a hundred thousand instances, and nanoseconds a vertex
+/// of those at the rim.
 pub(super) fn orbit(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Camera>, PathError> {
     let [low, high] = lens.extent()?;
     let centre = (low + high) * 0.5;
@@ -53,8 +54,8 @@ pub(super) fn orbit(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Came
         fits.map(|([r, l, a, b], t)| [Fit::new(t[0], *r, *l), Fit::new(t[1], *a, *b)]).collect()
     };
     let tight = reach(&vec![[t.x, t.y]; count]);
-    // One way the picture is full. The other way the eye is farther off than it must be; there the contents are
-    // in the middle if they would just fill a narrower picture from that far.
+    // One way the picture is full. The other way the eye is farther off than it must be; there the
+    // contents are in the middle if they would just fill a narrower picture from that far.
     let backs: Vec<DVec3> = stands.iter().map(|s| s.back).collect();
     let nearest = extents.farthest(&backs);
     let distances: Vec<f64> = (tight.iter().zip(&nearest))
@@ -86,14 +87,16 @@ struct Fit {
 }
 
 impl Fit {
-    /// A point p is in the picture iff |p·right − x| ≤ t (d − p·back): each point bounds x and d from both
-    /// sides, and the bounds, of which these are the greatest, meet at the least distance.
+    /// A point p is in the picture iff |p·right − x| ≤ t (d − p·back): each point bounds x and d
+    /// from both sides, and the bounds, of which these are the greatest, meet at the least
+    /// distance.
     fn new(tangent: f64, most: f64, least: f64) -> Self {
         Self { tangent, distance: (most + least) / (2.0 * tangent), shift: (most - least) * 0.5 }
     }
 }
 
-/// Steps that find the middle; a fit's distance is convex in one over its tangent, so few are enough.
+/// Steps that find the middle; a fit's distance is convex in one over its tangent, so few are
+/// enough.
 const CENTRINGS: usize = 6;
 
 /// Two fits with one between them that the eye's distance is that of.
@@ -181,8 +184,8 @@ impl<'a> Extents<'a> {
         Self { scene, centre, half, boxes, groups }
     }
 
-    /// How far the scene reaches in each direction, times the direction's length: of meshes the vertices, of
-    /// instances whose bounds were set those. Where there is nothing, its box.
+    /// How far the scene reaches in each direction, times the direction's length: of meshes the
+    /// vertices, of instances whose bounds were set those. Where there is nothing, its box.
     fn farthest(&self, directions: &[DVec3]) -> Vec<f64> {
         let groups = || self.groups.iter().zip(self.boxes.chunks(GROUP));
         // First those whose boxes reach the farthest: few others can then reach beyond.

@@ -17,8 +17,9 @@ const ASIDE: [f64; 5] = [0.0, 0.6, -0.6, 1.2, -1.2];
 /// Directions looked at from each place of a walk.
 const DIRECTIONS: usize = 16;
 
-/// How high above the ground the eye is: as the model says; else a person's, if the model is of a size for people; else
-/// a tenth of the model's larger horizontal side, but at most half its height.
+/// How high above the ground the eye is: as the model says; else a person's, if the model is of a
+/// size for people; else a tenth of the model's larger horizontal side, but at most half its
+/// height.
 fn eye_height(model: &Model, low: DVec3, high: DVec3) -> f64 {
     if let Some(height) = model.eye_height.filter(|h| h.is_finite() && *h > 0.0) {
         return height;
@@ -48,7 +49,8 @@ fn spread_points(seed: u64) -> impl Iterator<Item = DVec2> {
     (1u32..).map(move |i| (start + step * f64::from(i)).fract())
 }
 
-/// Places at eye height over the ground where the eye is free: the lowest such of each of many points.
+/// Places at eye height over the ground where the eye is free: the lowest such of each of many
+/// points.
 fn places(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Place>, PathError> {
     let scene = &model.scene;
     let origin = DVec3::from(scene.origin());
@@ -124,8 +126,8 @@ fn tour(mut left: Vec<Place>) -> Vec<Place> {
     tour
 }
 
-/// At eye height from place to place, looking where one sees far, on the way to the next place if that is
-/// as good.
+/// At eye height from place to place, looking where one sees far, on the way to the next place if
+/// that is as good.
 pub(super) fn walk(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Camera>, PathError> {
     let scene = &model.scene;
     let origin = DVec3::from(scene.origin());
@@ -179,8 +181,8 @@ fn around(lens: &Lens, count: usize, y: f64) -> Result<Vec<Camera>, PathError> {
         .collect())
 }
 
-/// Along the longer side of the model: in from above its near end, swinging to and fro, down to a third of
-/// its height over the middle, and up again before the far end.
+/// Along the longer side of the model: in from above its near end, swinging to and fro, down to a
+/// third of its height over the middle, and up again before the far end.
 pub(super) fn fly(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Camera>, PathError> {
     let scene = &model.scene;
     let origin = DVec3::from(scene.origin());
@@ -193,7 +195,8 @@ pub(super) fn fly(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Camera
     let mut rng = Rng::new(lens.overrides.seed, 12);
     let (phase, side) = (rng.unit(), if rng.chance(0.5) { 1.0 } else { -1.0 });
     let at = |t: f64| {
-        // From 1.25 half-lengths before the middle to 0.75 behind it: the end still has something ahead.
+        // From 1.25 half-lengths before the middle to 0.75 behind it: the end still has something
+        // ahead.
         let u = -1.25 + 2.0 * t;
         let swing = 0.35 * sin_cos(phase + 1.2 * t).0;
         let dip = u.abs().min(1.0);
@@ -202,7 +205,8 @@ pub(super) fn fly(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Camera
     };
     let clearance = eye * 0.25;
     let steps: Vec<f64> = (0..count).map(|i| i as f64 / count as f64).collect();
-    // Where the way is blocked the eye goes a little to a side, or up, in steps, to above everything.
+    // Where the way is blocked the eye goes a little to a side, or up, in steps, to above
+    // everything.
     let over = high.y + eye.max(tall * 0.05) + clearance;
     let tries: Vec<DVec3> = steps
         .iter()

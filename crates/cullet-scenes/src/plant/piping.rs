@@ -80,8 +80,8 @@ fn valve(at: DVec3, axis: DVec3, radius: f64) -> Shape {
         .and(&spoke(z))
 }
 
-/// A rack of pipes that fills a bay of `size` from the corner at the origin: level above level, risers
-/// between them, flanges and valves. Gives the pipes and, apart, their valves.
+/// A rack of pipes that fills a bay of `size` from the corner at the origin: level above level,
+/// risers between them, flanges and valves. Gives the pipes and, apart, their valves.
 pub(super) fn rack(size: DVec3, pipes: u32, rng: &mut Rng) -> [Shape; 2] {
     let [mut lines, mut valves] = [Shape::default(), Shape::default()];
     for i in 0..pipes {

@@ -51,8 +51,8 @@ impl Aabb {
         Self { min: min.each(round_down), max: max.each(round_up) }
     }
 
-    /// Whether there is no point in the box. One with a NaN coordinate is not empty: what it holds is
-    /// not known.
+    /// Whether there is no point in the box. One with a NaN coordinate is not empty: what it holds
+    /// is not known.
     #[must_use]
     #[inline]
     pub fn is_empty(&self) -> bool {

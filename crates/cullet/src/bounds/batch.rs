@@ -1,19 +1,19 @@
 //! Boxes and spheres in batches, made ready for the conservative tests of
 //! [`cull::frustum`](crate::cull::frustum).
 //!
-//! Items lie in blocks of sixteen: one row of sixteen numbers a coordinate, rows of one block side by
-//! side, each row one cache line. A test reads them in one stream, and no vector load crosses a line.
-//! A box is kept as −min and max, so that a plane test has no negative coefficient and picks a row
-//! where it would have picked a sign.
+//! Items lie in blocks of sixteen: one row of sixteen numbers a coordinate, rows of one block side
+//! by side, each row one cache line. A test reads them in one stream, and no vector load crosses a
+//! line. A box is kept as −min and max, so that a plane test has no negative coefficient and picks
+//! a row where it would have picked a sign.
 //!
-//! Stored bounds are never tighter than the given ones, and just so much wider that the f32 tests need
-//! no error term. With u = 2⁻²⁴: a plane test sums |n|·y over three axes, where y is −min or max, as
-//! y₀ + (b·y₁ + c·y₂), the plane being scaled so that the first coefficient is 1. Rounding b and c to
-//! f32, two products and two sums lose at most 4u Σ|n||y|, and 2⁻¹⁴⁵ where a product underflows.
-//! [`Boxes::set`] moves every coordinate outward by at least 14u|y| + 2⁻¹²⁷, which adds 14u Σ|n||y| + 2⁻¹²⁷
-//! to the sum. Comparing the sum with the offset is exact. The stored sum is therefore never below the
-//! exact sum of the box that was given, and what is culled is outside. The same growth serves the test
-//! for inside, whose sum takes the other corner.
+//! Stored bounds are never tighter than the given ones, and just so much wider that the f32 tests
+//! need no error term. With u = 2⁻²⁴: a plane test sums |n|·y over three axes, where y is −min or
+//! max, as y₀ + (b·y₁ + c·y₂), the plane being scaled so that the first coefficient is 1. Rounding
+//! b and c to f32, two products and two sums lose at most 4u Σ|n||y|, and 2⁻¹⁴⁵ where a product
+//! underflows. [`Boxes::set`] moves every coordinate outward by at least 14u|y| + 2⁻¹²⁷, which adds
+//! 14u Σ|n||y| + 2⁻¹²⁷ to the sum. Comparing the sum with the offset is exact. The stored sum is
+//! therefore never below the exact sum of the box that was given, and what is culled is outside.
+//! The same growth serves the test for inside, whose sum takes the other corner.
 
 use crate::array::Each;
 use crate::simd::dispatch_256;
@@ -117,7 +117,8 @@ fn widen(v: f32) -> f32 {
     v + (v.abs() * BOX_STEP + f32::MIN_POSITIVE)
 }
 
-/// Sixteen items of a batch, a row of sixteen numbers for each coordinate. Boxes and spheres have one.
+/// Sixteen items of a batch, a row of sixteen numbers for each coordinate. Boxes and spheres have
+/// one.
 pub trait Block: Pod + sealed::Sealed {
     /// The item that a block holds sixteen of.
     type Item;
@@ -144,39 +145,40 @@ mod sealed {
     impl Sealed for super::SphereBlock {}
 }
 
-/// A growable batch of boxes or spheres, in blocks of sixteen. They are stored a little larger than given,
-/// which is what makes the tests of a batch conservative.
+/// A growable batch of boxes or spheres, in blocks of sixteen. They are stored a little larger than
+/// given, which is what makes the tests of a batch conservative.
 #[derive(Clone, Debug)]
 pub struct Batch<B> {
     blocks: Vec<B>,
     len: usize,
 }
 
-/// A batch of axis-aligned boxes: 24 bytes each, stored one part in a million larger than given. A box
-/// with a coordinate that is not finite becomes the whole of space; an empty box stays empty, and every
-/// frustum that has a plane culls it.
+/// A batch of axis-aligned boxes: 24 bytes each, stored one part in a million larger than given. A
+/// box with a coordinate that is not finite becomes the whole of space; an empty box stays empty,
+/// and every frustum that has a plane culls it.
 pub type Boxes = Batch<BoxBlock>;
 
-/// A batch of spheres: 16 bytes each, stored larger by two parts in a million of the radius and of the
-/// distance from the origin. One that is not finite, or reaches [`Boxes::LIMIT`], becomes the whole of
-/// space; one with a negative radius is empty, and every frustum that has a plane culls it.
+/// A batch of spheres: 16 bytes each, stored larger by two parts in a million of the radius and of
+/// the distance from the origin. One that is not finite, or reaches [`Boxes::LIMIT`], becomes the
+/// whole of space; one with a negative radius is empty, and every frustum that has a plane culls
+/// it.
 pub type Spheres = Batch<SphereBlock>;
 
 impl Boxes {
-    /// A box with a coordinate of this size or more, or a coordinate that is not finite, is stored as
-    /// ±this in every direction: no frustum culls it. Chosen so that no plane test can overflow.
+    /// A box with a coordinate of this size or more, or a coordinate that is not finite, is stored
+    /// as ±this in every direction: no frustum culls it. Chosen so that no plane test can overflow.
     pub const LIMIT: f32 = 1e18;
 }
 
 impl Spheres {
-    /// The radius that stands for the whole of space, and, negated, for an empty sphere: more than any
-    /// plane's distance from any point within [`Boxes::LIMIT`].
+    /// The radius that stands for the whole of space, and, negated, for an empty sphere: more than
+    /// any plane's distance from any point within [`Boxes::LIMIT`].
     const REACH: f32 = 8.0 * Boxes::LIMIT;
 }
 
 impl Boxes {
-    /// Replaces all boxes by `items[order[0]]`, `items[order[1]]` and so on: what setting them one by one
-    /// gives, sixteen at a time.
+    /// Replaces all boxes by `items[order[0]]`, `items[order[1]]` and so on: what setting them one
+    /// by one gives, sixteen at a time.
     ///
     /// # Panics
     /// If `order` has a number that is not below the length of `items`.
@@ -190,8 +192,8 @@ impl Boxes {
         }
     }
 
-    /// Replaces all boxes by `stored[order[0]]` and so on, which were read from a batch and so are wide
-    /// enough.
+    /// Replaces all boxes by `stored[order[0]]` and so on, which were read from a batch and so are
+    /// wide enough.
     pub(crate) fn gather_stored(&mut self, stored: &[Aabb], order: &[u32]) {
         self.resize(order.len());
         for (i, &from) in order.iter().enumerate() {
@@ -325,7 +327,8 @@ impl<B: Block> Batch<B> {
     /// Sets the number of items; new ones are points at the origin until they are set.
     pub fn resize(&mut self, len: usize) {
         self.blocks.resize(len.div_ceil(LANES), B::zeroed());
-        // Lanes that a shorter batch leaves behind would come back as they were when it grows again.
+        // Lanes that a shorter batch leaves behind would come back as they were when it grows
+        // again.
         if len < self.len
             && let Some(block) = self.blocks.get_mut(len / LANES)
         {
@@ -353,9 +356,9 @@ impl<B: Block> Batch<B> {
         self.blocks[index / LANES].get(index % LANES)
     }
 
-    /// The numbers as they lie in memory. For each sixteen boxes: sixteen of −min x, of −min y, of −min z,
-    /// of max x, of max y, of max z; for each sixteen spheres: of x, of y, of z, of the radius. Lanes past
-    /// the last item are zero.
+    /// The numbers as they lie in memory. For each sixteen boxes: sixteen of −min x, of −min y, of
+    /// −min z, of max x, of max y, of max z; for each sixteen spheres: of x, of y, of z, of the
+    /// radius. Lanes past the last item are zero.
     #[must_use]
     pub fn as_floats(&self) -> &[f32] {
         bytemuck::cast_slice(&self.blocks)

@@ -4,7 +4,8 @@ use super::{Aabb, Sphere};
 use crate::array::Each;
 
 impl From<&Sphere> for Aabb {
-    /// The box around a sphere, rounded outward; [`Aabb::EVERYTHING`] where the sphere is not finite.
+    /// The box around a sphere, rounded outward; [`Aabb::EVERYTHING`] where the sphere is not
+    /// finite.
     fn from(s: &Sphere) -> Self {
         if s.has_nan() {
             return Self::EVERYTHING;
@@ -29,8 +30,8 @@ impl From<&Sphere> for Aabb {
 }
 
 impl From<&Aabb> for Sphere {
-    /// The sphere around a box's corners, rounded outward; [`Sphere::EVERYTHING`] where the box is not
-    /// finite.
+    /// The sphere around a box's corners, rounded outward; [`Sphere::EVERYTHING`] where the box is
+    /// not finite.
     fn from(b: &Aabb) -> Self {
         if b.is_empty() {
             Self::EMPTY

@@ -74,8 +74,8 @@ impl Plane {
         Self::from_point_normal(a, unit(b - a)?.cross(unit(c - a)?))
     }
 
-    /// The same plane with a normal of unit length; `None` where the normal has no direction, or the
-    /// offset is not finite.
+    /// The same plane with a normal of unit length; `None` where the normal has no direction, or
+    /// the offset is not finite.
     #[must_use]
     pub fn normalized(self) -> Option<Self> {
         let n = DVec3::from(self.normal);
@@ -103,8 +103,8 @@ impl Plane {
         DVec3::from(self.normal).dot(DVec3::from(point.into())) - self.d
     }
 
-    /// The side of the plane that `point` is proved to lie on; straddling where rounding hides it, as
-    /// for a point on the plane, or where a number is NaN.
+    /// The side of the plane that `point` is proved to lie on; straddling where rounding hides it,
+    /// as for a point on the plane, or where a number is NaN.
     #[must_use]
     pub fn side_of(&self, point: impl Into<[f64; 3]>) -> Side {
         let p: [f64; 3] = point.into();
@@ -124,8 +124,8 @@ impl Plane {
         Self { normal: self.normal, d }
     }
 
-    /// The point that three planes share; `None` where they share none or a line, or where the point
-    /// is not finite. Rounded; planes almost parallel give a point that is far off.
+    /// The point that three planes share; `None` where they share none or a line, or where the
+    /// point is not finite. Rounded; planes almost parallel give a point that is far off.
     #[must_use]
     pub fn meet(a: &Self, b: &Self, c: &Self) -> Option<[f64; 3]> {
         let (p, w) = meet_homogeneous(a, b, c);
@@ -149,15 +149,15 @@ pub(crate) fn unit(v: DVec3) -> Option<DVec3> {
     Some(v / v.length())
 }
 
-/// The homogeneous point (p, w) of three planes: their generalised cross product. The point is p / w,
-/// or the direction p where w is 0.
+/// The homogeneous point (p, w) of three planes: their generalised cross product. The point is p /
+/// w, or the direction p where w is 0.
 pub(crate) fn meet_homogeneous(a: &Plane, b: &Plane, c: &Plane) -> (DVec3, f64) {
     let (n, m, l) = (DVec3::from(a.normal), DVec3::from(b.normal), DVec3::from(c.normal));
     (m.cross(l) * a.d + l.cross(n) * b.d + n.cross(m) * c.d, n.dot(m.cross(l)))
 }
 
-/// a·b + c and a bound of its absolute error. Computed as if in twice the precision and rounded once,
-/// so that what cancels leaves a true remainder.
+/// a·b + c and a bound of its absolute error. Computed as if in twice the precision and rounded
+/// once, so that what cancels leaves a true remainder.
 ///
 /// (Ogita, Rump & Oishi, *Accurate Sum and Dot Product*, 2005: Dot2.)
 pub(crate) fn dot2(a: [f64; 3], b: [f64; 3], c: f64) -> (f64, f64) {
@@ -186,8 +186,8 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (s, (a - (s - z)) + (b - z))
 }
 
-/// The rounded product and its error (Dekker and Veltkamp; a fused multiply-add would be a call into
-/// software on machines without one).
+/// The rounded product and its error (Dekker and Veltkamp; a fused multiply-add would be a call
+/// into software on machines without one).
 fn two_product(a: f64, b: f64) -> (f64, f64) {
     let split = |v: f64| {
         let t = v * 134_217_729.0; // 2^27 + 1

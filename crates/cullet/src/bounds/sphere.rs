@@ -36,7 +36,8 @@ impl Sphere {
     /// No point gives [`Sphere::EMPTY`]; a point that is not finite gives [`Sphere::EVERYTHING`].
     /// O(points) for each of some 5 to 20 passes.
     ///
-    /// (Gärtner, *Fast and Robust Smallest Enclosing Balls*, 1999: the farthest point joins the basis.)
+    /// (Gärtner, *Fast and Robust Smallest Enclosing Balls*, 1999: the farthest point joins the
+    /// basis.)
     #[must_use]
     pub fn from_points(points: &[[f32; 3]]) -> Self {
         let b = Aabb::from_points(points);
@@ -171,8 +172,8 @@ impl Sphere {
         [middle - reach - slack, middle + reach + slack]
     }
 
-    /// Where the sphere lies: each of the two certain answers is proved, rounding included. Empty is
-    /// [`Side::Outside`] (there is nothing to see), NaN or infinite is [`Side::Straddling`].
+    /// Where the sphere lies: each of the two certain answers is proved, rounding included. Empty
+    /// is [`Side::Outside`] (there is nothing to see), NaN or infinite is [`Side::Straddling`].
     #[must_use]
     pub fn side(&self, plane: &Plane) -> Side {
         Side::from_span(self.span(plane))
@@ -194,8 +195,8 @@ struct Ball {
     square: f64,
 }
 
-/// The smallest ball of at most five points, and those that lie on it: every subset of up to four is
-/// tried. `None` where rounding leaves no ball around all.
+/// The smallest ball of at most five points, and those that lie on it: every subset of up to four
+/// is tried. `None` where rounding leaves no ball around all.
 fn smallest_of_few(points: &[DVec3]) -> Option<(Ball, Vec<DVec3>)> {
     let mut best: Option<(Ball, u32)> = None;
     for subset in 1..1u32 << points.len() {
@@ -222,7 +223,8 @@ fn smallest_of_few(points: &[DVec3]) -> Option<(Ball, Vec<DVec3>)> {
     })
 }
 
-/// The smallest ball with all of one to four points on its surface; `None` where they are dependent.
+/// The smallest ball with all of one to four points on its surface; `None` where they are
+/// dependent.
 fn through(points: &[DVec3]) -> Option<Ball> {
     let ball = |o: DVec3, to_center: DVec3| Ball {
         center: o + to_center,

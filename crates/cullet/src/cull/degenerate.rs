@@ -1,10 +1,10 @@
 //! Triangles without area, and transforms that make them so.
 //!
-//! A mesh that cannot deform has none left in its clusters: [`crate::Mesh`] puts them aside when it is
-//! made. What is left for run time is a deformed mesh, and an instance whose transform flattens space:
-//! where the linear part has rank 2, triangles along the direction that is lost collapse to a line;
-//! where it has rank 1 or 0, all do. Every answer here is exact: no tolerance, so no thin triangle is
-//! ever called degenerate.
+//! A mesh that cannot deform has none left in its clusters: [`crate::Mesh`] puts them aside when it
+//! is made. What is left for run time is a deformed mesh, and an instance whose transform flattens
+//! space: where the linear part has rank 2, triangles along the direction that is lost collapse to
+//! a line; where it has rank 1 or 0, all do. Every answer here is exact: no tolerance, so no thin
+//! triangle is ever called degenerate.
 
 use std::ops::Range;
 
@@ -35,8 +35,8 @@ impl Flattening {
         if !transform.is_finite() || crate::exact::determinant_sign(columns) != 0 {
             return full;
         }
-        // Each row of the cofactor matrix that is not zero is the lost direction: it is orthogonal to
-        // every row of the linear part, and they span a plane.
+        // Each row of the cofactor matrix that is not zero is the lost direction: it is orthogonal
+        // to every row of the linear part, and they span a plane.
         let row = |i: usize| [0, 1, 2].each(|j| f64::from(columns[j][i]));
         for (a, b) in [(row(0), row(1)), (row(1), row(2)), (row(2), row(0))] {
             let lost = [0, 1, 2].each(|i| {
@@ -58,8 +58,8 @@ impl Flattening {
         self.rank
     }
 
-    /// Whether a triangle has no area once it is transformed: its plane holds the lost direction, or it
-    /// has none to begin with. NaN coordinates count as area.
+    /// Whether a triangle has no area once it is transformed: its plane holds the lost direction,
+    /// or it has none to begin with. NaN coordinates count as area.
     #[must_use]
     pub fn flattens(&self, corners: &[[f32; 3]; 3]) -> bool {
         match self.rank {
@@ -82,8 +82,8 @@ impl Flattening {
         dot_area_sign(&self.lost, corners) == 0
     }
 
-    /// Appends the numbers of those triangles of `range` that keep some area, ascending. Returns how
-    /// many. `indices` is the whole index list; a triangle beyond it is left out, and one whose
+    /// Appends the numbers of those triangles of `range` that keep some area, ascending. Returns
+    /// how many. `indices` is the whole index list; a triangle beyond it is left out, and one whose
     /// vertices are out of range is kept. At most `range.len()` are appended.
     pub fn keep_into(
         &self,

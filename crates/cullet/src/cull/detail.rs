@@ -12,7 +12,8 @@ use crate::view::ScreenRect;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Measure {
-    /// Width and height both below the threshold: what is long and thin, such as a cable, is kept by its long side.
+    /// Width and height both below the threshold: what is long and thin, such as a cable, is kept
+    /// by its long side.
     #[default]
     #[cfg_attr(feature = "serde", serde(rename = "box"))]
     WidthAndHeight,
@@ -32,12 +33,13 @@ pub struct Detail {
     pub measure: Measure,
     /// The threshold, in pixels (square pixels for [`Measure::Area`]).
     pub threshold_px: f64,
-    /// Whether clusters of rigid instances are dropped by themselves, too. Default off: it tears holes into whatever is
-    /// made of clusters that are smaller than the threshold but is itself larger; [levels](crate::lod) are for that. An
-    /// instance that [hides](crate::Culler::occlusion) others keeps its clusters.
+    /// Whether clusters of rigid instances are dropped by themselves, too. Default off: it tears
+    /// holes into whatever is made of clusters that are smaller than the threshold but is itself
+    /// larger; [levels](crate::lod) are for that. An instance that
+    /// [hides](crate::Culler::occlusion) others keeps its clusters.
     pub clusters: bool,
-    /// How much above the threshold what is left begins to [fade](Self::weight), as a share of it, from 0. Default 0. What
-    /// fades hides nothing.
+    /// How much above the threshold what is left begins to [fade](Self::weight), as a share of it,
+    /// from 0. Default 0. What fades hides nothing.
     pub fade: f64,
 }
 
@@ -73,8 +75,8 @@ impl Detail {
         Self { fade, ..self }
     }
 
-    /// Whether a projected box is too small. One that crosses the near plane has no rectangle and is
-    /// never small; nor is one whose size or threshold is NaN.
+    /// Whether a projected box is too small. One that crosses the near plane has no rectangle and
+    /// is never small; nor is one whose size or threshold is NaN.
     #[must_use]
     pub fn is_small(&self, rect: Option<&ScreenRect>) -> bool {
         rect.is_some_and(|rect| self.is_small_size([rect.width(), rect.height()], 1.0))
@@ -100,9 +102,10 @@ impl Detail {
         }
     }
 
-    /// How much of something is to be drawn, 0 to 1, by the width and height of its picture in pixels: 0 at the threshold,
-    /// where it goes, 1 from `1 + fade` times that. A renderer that draws it by that share, blended or as a pattern of
-    /// pixels, has nothing pop out of sight. 1 where there is no size.
+    /// How much of something is to be drawn, 0 to 1, by the width and height of its picture in
+    /// pixels: 0 at the threshold, where it goes, 1 from `1 + fade` times that. A renderer that
+    /// draws it by that share, blended or as a pattern of pixels, has nothing pop out of sight. 1
+    /// where there is no size.
     #[must_use]
     pub fn weight(&self, size: Option<[f64; 2]>, weight: f64) -> f64 {
         let Some(size) = size else { return 1.0 };

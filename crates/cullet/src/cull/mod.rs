@@ -1,5 +1,5 @@
-//! One room for each kind of culling. A room is plain functions over slices, usable with no scene; a
-//! small form prepared once per view; and a slow `_ref` twin beside each fast path.
+//! One room for each kind of culling. A room is plain functions over slices, usable with no scene;
+//! a small form prepared once per view; and a slow `_ref` twin beside each fast path.
 
 pub mod backface;
 pub mod degenerate;

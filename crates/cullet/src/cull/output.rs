@@ -8,8 +8,8 @@ use fearless_simd::u32x8;
 
 /// A list of indices that keeps its memory from call to call.
 ///
-/// Its buffer stays filled to the largest size it ever had, so that a call neither allocates nor clears
-/// what it is going to overwrite. Reads as a slice.
+/// Its buffer stays filled to the largest size it ever had, so that a call neither allocates nor
+/// clears what it is going to overwrite. Reads as a slice.
 #[derive(Clone, Debug, Default)]
 pub struct Indices {
     buffer: Vec<u32>,
@@ -28,8 +28,8 @@ impl Indices {
         self.len = 0;
     }
 
-    /// Appends the numbers of the set bits of `words`, ascending; bit 0 of the first is number `base`. The
-    /// same at every level.
+    /// Appends the numbers of the set bits of `words`, ascending; bit 0 of the first is number
+    /// `base`. The same at every level.
     pub fn append_ones(&mut self, simd: crate::Simd, words: &[u64], base: u32) {
         let room = self.len + words.len() * 64;
         if self.buffer.len() < room {
@@ -38,7 +38,8 @@ impl Indices {
         self.len += expand(simd, words, base, &mut self.buffer[self.len..]);
     }
 
-    /// Lets `write` fill the list: it is given at least `room` entries and returns how many it wrote.
+    /// Lets `write` fill the list: it is given at least `room` entries and returns how many it
+    /// wrote.
     pub(in crate::cull) fn fill(&mut self, room: usize, write: impl FnOnce(&mut [u32]) -> usize) {
         if self.buffer.len() < room {
             self.buffer.resize(room, 0);
@@ -77,8 +78,9 @@ static POSITIONS: [[u32; 8]; 256] = {
 /// holds 64 entries a word; returns how many there are.
 ///
 /// Whole vectors are stored and overlap: the next begins at the end of what counts. Storing under a
-/// mask, or compressing into memory, is microcoded on Zen 4 and ten times slower. A pass of its own over
-/// some words is faster than doing this as each word is found, which costs the tests registers.
+/// mask, or compressing into memory, is microcoded on Zen 4 and ten times slower. A pass of its own
+/// over some words is faster than doing this as each word is found, which costs the tests
+/// registers.
 pub(in crate::cull) fn expand(
     simd: crate::Simd,
     words: &[u64],
@@ -88,8 +90,9 @@ pub(in crate::cull) fn expand(
     dispatch_256!(simd, simd => expand_with(simd, words, base, out))
 }
 
-/// Appends those of an ascending `list` whose bit in `culled` is not set; bit 0 of the first word is
-/// number 64 · `base`, and numbers beyond the last word are kept. No number may be below the first word.
+/// Appends those of an ascending `list` whose bit in `culled` is not set; bit 0 of the first word
+/// is number 64 · `base`, and numbers beyond the last word are kept. No number may be below the
+/// first word.
 ///
 /// Where the list runs to the end of a word without a gap, as lists of whole ranges do, the word is
 /// expanded; the rest goes number by number.
@@ -138,10 +141,10 @@ pub(crate) fn keep_listed(
 fn expand_with<S: Simd>(simd: S, words: &[u64], base: u32, out: &mut [u32]) -> usize {
     let mut len = 0;
     for (index, &bits) in words.iter().enumerate() {
-        // Neighbours share their answers: most words are none or all. Without the two short ways a word
-        // of a ball took 4.2 ns and not 1.5; words of random bits lose nothing by them (3.5 and 3.7).
-        // Bytes compressed as one vector of 64, widened and stored as far as there are any, with AVX-512
-        // alone, take 1.8 and 3.0; the same all stored, 4.6 and 4.4.
+        // Neighbours share their answers: most words are none or all. Without the two short ways a
+        // word of a ball took 4.2 ns and not 1.5; words of random bits lose nothing by them (3.5
+        // and 3.7). Bytes compressed as one vector of 64, widened and stored as far as there are
+        // any, with AVX-512 alone, take 1.8 and 3.0; the same all stored, 4.6 and 4.4.
         if bits == 0 {
             continue;
         }

@@ -16,29 +16,32 @@ pub struct Look<'a> {
     pub view: &'a View,
 }
 
-/// Instances that may be visible for all that the caller knows: by visible sets, cells and portals, streaming, fog of war or
-/// what an editor isolates.
+/// Instances that may be visible for all that the caller knows: by visible sets, cells and portals,
+/// streaming, fog of war or what an editor isolates.
 ///
-/// [`Culler::cull_among`] drops all others after the frustum stage. [Exempt](Scene::exempt) instances stay.
+/// [`Culler::cull_among`] drops all others after the frustum stage. [Exempt](Scene::exempt)
+/// instances stay.
 ///
-/// A vector or slice of words is a mask of candidates: bit s mod 64 of word s / 64 is that of slot s. It holds until slots are
-/// permuted; see [`Scene::order_version`]. What it drops is in the row of [`Stage::Pvs`]. The crate `cullet-cells` has
-/// candidates by cells, portals and visible sets.
+/// A vector or slice of words is a mask of candidates: bit s mod 64 of word s / 64 is that of slot
+/// s. It holds until slots are permuted; see [`Scene::order_version`]. What it drops is in the row
+/// of [`Stage::Pvs`]. The crate `cullet-cells` has candidates by cells, portals and visible sets.
 pub trait Candidates {
     /// Refuses a scene that the candidates are not of.
     ///
     /// # Errors
-    /// [`CullError::Candidates`] for a mask of the wrong length, [`CullError::Order`] for candidates of an earlier order.
+    /// [`CullError::Candidates`] for a mask of the wrong length, [`CullError::Order`] for
+    /// candidates of an earlier order.
     fn check(&self, scene: &Scene) -> Result<(), CullError>;
 
-    /// Returns the stages by which candidates are told from others: [`Stage::Pvs`], [`Stage::Portal`] or both. Each that
-    /// the culler [runs](Culler::runs) has a row in the funnel.
+    /// Returns the stages by which candidates are told from others: [`Stage::Pvs`],
+    /// [`Stage::Portal`] or both. Each that the culler [runs](Culler::runs) has a row in the
+    /// funnel.
     fn stages(&self) -> &[Stage] {
         &[Stage::Pvs]
     }
 
-    /// Looks from a view, once for each stage of a cull. `alive` has one bit for each slot that is left, and `live` lists the
-    /// words of it that are not zero.
+    /// Looks from a view, once for each stage of a cull. `alive` has one bit for each slot that is
+    /// left, and `live` lists the words of it that are not zero.
     fn look(&self, stage: Stage, look: &Look<'_>, alive: &[u64], live: &[u32]) {
         let _ = (stage, look, alive, live);
     }
@@ -46,20 +49,22 @@ pub trait Candidates {
     /// Returns one bit for each slot of `word`: its instance may be visible by `stage`.
     fn word(&self, stage: Stage, word: usize) -> u64;
 
-    /// Returns the [detail](crate::Reason::detail) of the reason for which `stage` drops the instance of `slot`.
+    /// Returns the [detail](crate::Reason::detail) of the reason for which `stage` drops the
+    /// instance of `slot`.
     fn detail(&self, stage: Stage, slot: u32) -> u8 {
         let _ = (stage, slot);
         0
     }
 
-    /// Returns one bit for each slot of `word`: only a part of its instance may be visible, that within
-    /// [`frusta`](Self::frusta).
+    /// Returns one bit for each slot of `word`: only a part of its instance may be visible, that
+    /// within [`frusta`](Self::frusta).
     fn straddling(&self, word: usize) -> u64 {
         let _ = word;
         0
     }
 
-    /// Calls `each` with the frusta, in world space, one of which holds what may be visible of the instance of `slot`.
+    /// Calls `each` with the frusta, in world space, one of which holds what may be visible of the
+    /// instance of `slot`.
     fn frusta(&self, scene: &Scene, slot: u32, each: &mut dyn FnMut(&Frustum)) {
         let _ = (scene, slot, each);
     }

@@ -2,8 +2,8 @@
 
 use crate::cull::shadow::CasterReason;
 
-/// Numbers of a stage's test of one instance, as the stage had them. Lengths are in units of the scene, and planes point
-/// out: a positive distance is outside.
+/// Numbers of a stage's test of one instance, as the stage had them. Lengths are in units of the
+/// scene, and planes point out: a positive distance is outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -14,13 +14,15 @@ pub enum Evidence {
     None,
     /// No test: the instance is [exempt](crate::Scene::exempt).
     Exempt,
-    /// No test: the box crosses the near plane, or there is none, so it has no bounds on the screen.
+    /// No test: the box crosses the near plane, or there is none, so it has no bounds on the
+    /// screen.
     NearPlane,
     /// No test: the box is beyond an edge of the screen.
     OffScreen,
     /// No test: the stage would cost more than it could save.
     Cost,
-    /// No test: the mesh has no levels of detail, or the instance is not [rigid](crate::Scene::is_rigid).
+    /// No test: the mesh has no levels of detail, or the instance is not
+    /// [rigid](crate::Scene::is_rigid).
     NoLevels,
     /// No test: the cells have no portals.
     NoPortals,
@@ -97,7 +99,8 @@ pub enum Evidence {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PlaneTest {
-    /// Number of the plane, as in a [`Reason`](crate::Reason) and in [`FrustumPlane::ALL`](crate::view::FrustumPlane::ALL).
+    /// Number of the plane, as in a [`Reason`](crate::Reason) and in
+    /// [`FrustumPlane::ALL`](crate::view::FrustumPlane::ALL).
     pub plane: u8,
     /// Signed distance of the corner that is farthest inside: above 0 all of the box is outside.
     pub nearest: f64,
@@ -113,8 +116,8 @@ pub struct CellTest {
     pub instance: Vec<u32>,
     /// Cells that the near plane may be in, that of the eye first.
     pub eye: Vec<u32>,
-    /// Portals from the eye on: of the chain through which it is seen; or beside which it is, where its cell is
-    /// reached; or else of the shortest open way to it. Always empty for sets.
+    /// Portals from the eye on: of the chain through which it is seen; or beside which it is, where
+    /// its cell is reached; or else of the shortest open way to it. Always empty for sets.
     pub portals: Vec<u32>,
     /// Whether it may be seen.
     pub in_sight: bool,
@@ -133,7 +136,8 @@ pub enum Sight {
     Everywhere,
     /// The visible sets.
     Sets,
-    /// The portals through which its cell is seen: it is seen through them, or beside what they show.
+    /// The portals through which its cell is seen: it is seen through them, or beside what they
+    /// show.
     Portals,
     /// The limits of chains of portals, behind which all is taken to be seen.
     Limited,
@@ -155,10 +159,11 @@ pub struct CoverTest {
     pub min: [u32; 2],
     /// Last column and row, inclusive.
     pub max: [u32; 2],
-    /// How near the box comes at the most. Larger is nearer: 1 / w in perspective, w being the distance along the line of sight
-    /// of the view's centre.
+    /// How near the box comes at the most. Larger is nearer: 1 / w in perspective, w being the
+    /// distance along the line of sight of the view's centre.
     pub nearness: f32,
-    /// How near the covered area is at the least within those bounds: 0 where a pixel is not covered.
+    /// How near the covered area is at the least within those bounds: 0 where a pixel is not
+    /// covered.
     pub covered: f32,
     /// The first pixel that lets it through, by row and then column; `None` where it is hidden.
     pub open: Option<[u32; 2]>,

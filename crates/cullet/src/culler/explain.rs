@@ -44,8 +44,8 @@ pub struct Explanation {
 }
 
 impl Culler {
-    /// Replays the stages for one instance alone and says what each of them found. The reason is the
-    /// one that [`cull_one`](Self::cull_one) writes.
+    /// Replays the stages for one instance alone and says what each of them found. The reason is
+    /// the one that [`cull_one`](Self::cull_one) writes.
     ///
     /// # Errors
     /// If the handle names no instance.
@@ -58,8 +58,8 @@ impl Culler {
         Ok(self.explain_all(scene, Viewer::Camera(view), &[handle])?.remove(0))
     }
 
-    /// Explains many instances, each as [`explain`](Self::explain) does. What the explanations need of the whole scene is
-    /// culled once, not once for each of them.
+    /// Explains many instances, each as [`explain`](Self::explain) does. What the explanations need
+    /// of the whole scene is culled once, not once for each of them.
     ///
     /// # Errors
     /// If a handle names no instance.
@@ -86,8 +86,9 @@ impl Culler {
         Ok(self.explain_all(scene, Viewer::Light(shadows), &[handle])?.remove(0))
     }
 
-    /// Explains instances for a view among `candidates`, as [`explain_many`](Self::explain_many) does for one of the whole
-    /// scene. The reasons are those that [`cull_among`](Self::cull_among) writes.
+    /// Explains instances for a view among `candidates`, as [`explain_many`](Self::explain_many)
+    /// does for one of the whole scene. The reasons are those that [`cull_among`](Self::cull_among)
+    /// writes.
     ///
     /// # Errors
     /// If a handle names no instance, and the errors of [`Candidates::check`].
@@ -116,8 +117,8 @@ impl Culler {
         let has_budget = telling.lod.is_some_and(|lod| lod.triangles.is_some());
         let stands = telling.lod.is_some_and(|lod| lod.stand_ins) && scene.stand_ins().is_some();
         if telling.occlusion.is_some() || has_budget || stands {
-            // Occluders of an instance are all the others, a budget is all instances', and who stands for one does so for
-            // others too, so the whole scene is culled first.
+            // Occluders of an instance are all the others, a budget is all instances', and who
+            // stands for one does so for others too, so the whole scene is culled first.
             let instances = Self { output: Output::Instances, ..telling.clone() };
             pipeline::run(&instances, scene, viewer, None, &mut scratch, &mut all);
             if let (Some(lod), Some(pixels)) = (&mut telling.lod, all.lod_pixels) {

@@ -44,12 +44,14 @@ impl Viewer<'_> {
 pub(super) struct Frame<'a> {
     pub(super) culler: &'a Culler,
     pub(super) scene: &'a Scene,
-    /// View that is drawn: for a light, its map; its camera where it has none, and no stage looks through it.
+    /// View that is drawn: for a light, its map; its camera where it has none, and no stage looks
+    /// through it.
     pub(super) view: &'a View,
-    /// View whose pixels count for what may be simplified: of a light its camera's, or what casts a shadow and what is
-    /// drawn would differ.
+    /// View whose pixels count for what may be simplified: of a light its camera's, or what casts a
+    /// shadow and what is drawn would differ.
     pub(super) seen_by: &'a View,
-    /// In world space, and relative to the scene's origin, as its boxes are: of a light, where casters matter.
+    /// In world space, and relative to the scene's origin, as its boxes are: of a light, where
+    /// casters matter.
     pub(super) world_frustum: Frustum,
     pub(super) frustum: Frustum,
     /// Planes of `frustum`, ready for tests of boxes.
@@ -67,7 +69,8 @@ pub(super) struct Frame<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Alone<'a> {
     pub(super) slot: u32,
-    /// The answer for the whole scene, by instances and with reasons: what hides one is everything else.
+    /// The answer for the whole scene, by instances and with reasons: what hides one is everything
+    /// else.
     pub(super) all: &'a Visible,
 }
 
@@ -128,12 +131,14 @@ impl<'a> Frame<'a> {
         self.only.map(|only| only.slot)
     }
 
-    /// Whether there is nothing to be seen at all: a light that lights nothing which its camera sees.
+    /// Whether there is nothing to be seen at all: a light that lights nothing which its camera
+    /// sees.
     pub(super) fn sees_nothing(&self) -> bool {
         self.casters.as_ref().is_some_and(CasterRegion::no_receiver)
     }
 
-    /// The number of the first plane that an instance is outside of; of a light, its [`CasterReason`] as a number.
+    /// The number of the first plane that an instance is outside of; of a light, its
+    /// [`CasterReason`] as a number.
     pub(super) fn rejection(&self, slot: u32) -> u8 {
         let plane = self.planes.first_rejecting(self.scene.boxes(), slot as usize);
         let Some(casters) = &self.casters else { return plane };
@@ -142,8 +147,8 @@ impl<'a> Frame<'a> {
         casters.reason(&bounds, plane).map_or(VISIBLE, CasterReason::detail)
     }
 
-    /// Planes that an instance is not proved to be inside of, a bit for the number of each: no other can reject
-    /// anything of it.
+    /// Planes that an instance is not proved to be inside of, a bit for the number of each: no
+    /// other can reject anything of it.
     pub(super) fn straddled(&self, slot: u32) -> u32 {
         self.planes.straddled(&self.scene.bounds(slot))
     }
@@ -155,7 +160,8 @@ impl<'a> Frame<'a> {
             && self.culler.output >= Output::Clusters
     }
 
-    /// Whether back faces are culled by triangles; not of two eyes, which share whole clusters alone.
+    /// Whether back faces are culled by triangles; not of two eyes, which share whole clusters
+    /// alone.
     pub(super) fn culls_backs_by_triangle(&self) -> bool {
         self.culler.backface != Backface::Off
             && self.view.cull_face != CullFace::None
@@ -168,7 +174,8 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// Where casters matter, relative to an origin: near it, where f64 is finest, whatever its distance.
+/// Where casters matter, relative to an origin: near it, where f64 is finest, whatever its
+/// distance.
 fn region(shadows: &ShadowView, origin: [f64; 3]) -> CasterRegion {
     let mut light = shadows.light;
     let mut margin = shadows.margin_world.max(0.0);

@@ -1,6 +1,7 @@
 //! The log of a cull: the counts of the funnel, reasons, and the record of what each stage took.
 //!
-//! Every stage counts what it takes where it takes it; what it leaves is what the next one receives.
+//! Every stage counts what it takes where it takes it; what it leaves is what the next one
+//! receives.
 
 use std::ops::Range;
 
@@ -115,9 +116,9 @@ impl<'a> Log<'a> {
         self.rows.push(FunnelRow { stage, unit, entered, left, nanoseconds });
     }
 
-    /// Notes that a stage took clusters of an instance: those of `before` that are not in `kept`. Both ascend, and
-    /// the second lies within the first. How much is left is counted; where no cluster is left, the instance goes,
-    /// and with it its degenerate triangles.
+    /// Notes that a stage took clusters of an instance: those of `before` that are not in `kept`.
+    /// Both ascend, and the second lies within the first. How much is left is counted; where no
+    /// cluster is left, the instance goes, and with it its degenerate triangles.
     pub(super) fn drop_clusters(
         &mut self,
         stage: Stage,

@@ -39,7 +39,8 @@ use frame::Viewer;
 pub enum Output {
     /// Whole instances: [`Visible::whole`] alone.
     Instances,
-    /// Instances, and of those that straddle the frustum or are one-sided the clusters that are left.
+    /// Instances, and of those that straddle the frustum or are one-sided the clusters that are
+    /// left.
     #[default]
     Clusters,
     /// Triangles of every visible instance, in [`Visible::triangles`].
@@ -53,10 +54,11 @@ pub enum Output {
 pub enum Backface {
     /// Not at all.
     Off,
-    /// Whole clusters by an elliptic cone, where the output is clusters or triangles; then, for triangles, each by
-    /// a plane of four bytes, and the few that are in doubt from their corners. Cones and planes are
-    /// [prepared](crate::prepared::Prepared) when the scene is committed; of a mesh that came since, clusters are kept, and
-    /// triangles are tested from their corners. The triangles left are those that `Exact` leaves.
+    /// Whole clusters by an elliptic cone, where the output is clusters or triangles; then, for
+    /// triangles, each by a plane of four bytes, and the few that are in doubt from their corners.
+    /// Cones and planes are [prepared](crate::prepared::Prepared) when the scene is committed; of a
+    /// mesh that came since, clusters are kept, and triangles are tested from their corners. The
+    /// triangles left are those that `Exact` leaves.
     #[default]
     Fast,
     /// Every triangle from its corners, where the output is triangles: nothing is prepared, and it
@@ -68,8 +70,9 @@ pub enum Backface {
 ///
 /// # Presets
 ///
-/// [`exact`](Self::exact) finds as much as can be proved, [`balanced`](Self::balanced) what pays in most frames, and
-/// [`fast`](Self::fast) what is found soonest. None has a stage that is lossy. They differ in these fields alone:
+/// [`exact`](Self::exact) finds as much as can be proved, [`balanced`](Self::balanced) what pays in
+/// most frames, and [`fast`](Self::fast) what is found soonest. None has a stage that is lossy.
+/// They differ in these fields alone:
 ///
 /// | field | unit, range | `exact` | `balanced` | `fast` | a higher value |
 /// |---|---|---|---|---|---|
@@ -78,48 +81,55 @@ pub enum Backface {
 /// | `occlusion.budget` | microseconds of the cost model, from 0 | 100,000 | 200 | 80 | draws more occluders |
 /// | `occlusion.risk` | share of the cost of what is left to draw, from 0; or none | none | 0.015 | 0.015 | draws occluders in frames that are cheap to draw |
 ///
-/// The others are the same in each: no preset is lossy, nor does one change the `output`, for how finely it draws is the
-/// renderer's to choose.
-/// `cullet bench pays` measures on a scene whether a preset's occlusion gives back what it takes.
+/// The others are the same in each: no preset is lossy, nor does one change the `output`, for how
+/// finely it draws is the renderer's to choose. `cullet bench pays` measures on a scene whether a
+/// preset's occlusion gives back what it takes.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Culler {
-    /// Cull what is outside the frustum. Default on. Cost: at most six planes for each node, and for each box that straddles
-    /// the frustum; what a view remembers saves most of them.
+    /// Cull what is outside the frustum. Default on. Cost: at most six planes for each node, and
+    /// for each box that straddles the frustum; what a view remembers saves most of them.
     pub frustum: bool,
-    /// After the plane test, also test the frustum's corners against the faces of boxes that straddle:
-    /// drops big boxes near its corners, at the cost of an exact test for each of them. Default off.
+    /// After the plane test, also test the frustum's corners against the faces of boxes that
+    /// straddle: drops big boxes near its corners, at the cost of an exact test for each of them.
+    /// Default off.
     pub frustum_exact: bool,
-    /// Cull what is not among the [candidates](Candidates) of a mask, or of the visible sets of cells. Default on; it does nothing
-    /// without candidates. As conservative as those are. Cost: none to speak of.
+    /// Cull what is not among the [candidates](Candidates) of a mask, or of the visible sets of
+    /// cells. Default on; it does nothing without candidates. As conservative as those are. Cost:
+    /// none to speak of.
     pub pvs: bool,
-    /// Cull what candidates by cells and portals do not see, and of what they see in part the clusters beside that. Default
-    /// on; it does nothing without such candidates. Conservative as far as the cells say what is true.
+    /// Cull what candidates by cells and portals do not see, and of what they see in part the
+    /// clusters beside that. Default on; it does nothing without such candidates. Conservative as
+    /// far as the cells say what is true.
     pub portal: bool,
-    /// How to cull back faces of one-sided parts. Default [`Backface::Fast`]: a cone for each cluster, and where the output
-    /// is triangles four bytes each.
+    /// How to cull back faces of one-sided parts. Default [`Backface::Fast`]: a cone for each
+    /// cluster, and where the output is triangles four bytes each.
     pub backface: Backface,
-    /// Cull triangles without area. Default on. Cost: none, for a mesh knows them since it was made.
+    /// Cull triangles without area. Default on. Cost: none, for a mesh knows them since it was
+    /// made.
     pub degenerate: bool,
-    /// Cull what is small on the screen, in pixels from 0: lossy, so off by default. Cost: a bound of the size of each
-    /// instance that is not below a node of instances that are all too small.
+    /// Cull what is small on the screen, in pixels from 0: lossy, so off by default. Cost: a bound
+    /// of the size of each instance that is not below a node of instances that are all too small.
     pub detail: Option<Detail>,
-    /// Draw [levels of detail](crate::lod) in place of meshes that [have some](crate::Scene::add_levels), as coarse as the
-    /// threshold allows: lossy, so off by default. Of rigid instances alone. Cost: that of
-    /// [choosing](crate::lod::Levels::select) for each of them.
+    /// Draw [levels of detail](crate::lod) in place of meshes that [have
+    /// some](crate::Scene::add_levels), as coarse as the threshold allows: lossy, so off by
+    /// default. Of rigid instances alone. Cost: that of [choosing](crate::lod::Levels::select) for
+    /// each of them.
     pub lod: Option<Lod>,
-    /// Cull instances that lie behind others, and where the output is finer, clusters of rigid instances that do. Not
-    /// lossy: what is dropped is proved to be hidden, at every resolution, or to be beyond an edge of the screen. On by
-    /// default, as far as it [pays](Occlusion::risk) by the [`costs`](Self::costs).
+    /// Cull instances that lie behind others, and where the output is finer, clusters of rigid
+    /// instances that do. Not lossy: what is dropped is proved to be hidden, at every resolution,
+    /// or to be beyond an edge of the screen. On by default, as far as it [pays](Occlusion::risk)
+    /// by the [`costs`](Self::costs).
     ///
-    /// Only what is drawn hides. [Levels](Self::lod) are chosen first: an instance that is drawn by levels, by an
-    /// impostor or by a stand-in hides nothing, for the proof is of the mesh in full; nor does one that
-    /// [fades](Detail::fade). An instance that hid others keeps the clusters that [`Detail::clusters`] would drop.
+    /// Only what is drawn hides. [Levels](Self::lod) are chosen first: an instance that is drawn by
+    /// levels, by an impostor or by a stand-in hides nothing, for the proof is of the mesh in full;
+    /// nor does one that [fades](Detail::fade). An instance that hid others keeps the clusters that
+    /// [`Detail::clusters`] would drop.
     pub occlusion: Option<Occlusion>,
-    /// Costs by which [`occlusion`](Self::occlusion) chooses what to draw, and whether. Default [`Costs::default`]; give
-    /// those of your renderer.
+    /// Costs by which [`occlusion`](Self::occlusion) chooses what to draw, and whether. Default
+    /// [`Costs::default`]; give those of your renderer.
     pub costs: Costs,
     /// How deep the answer goes.
     pub output: Output,
@@ -144,9 +154,9 @@ impl Default for Culler {
     }
 }
 
-/// State of one view that a culler keeps between frames: scratch memory, and results proved of the scene's
-/// hierarchy. It notices by itself that the scene is another, or has changed. Dropping it costs time, never
-/// an answer.
+/// State of one view that a culler keeps between frames: scratch memory, and results proved of the
+/// scene's hierarchy. It notices by itself that the scene is another, or has changed. Dropping it
+/// costs time, never an answer.
 #[derive(Clone, Debug, Default)]
 pub struct ViewState {
     scratch: pipeline::Scratch,
@@ -154,15 +164,15 @@ pub struct ViewState {
 
 impl ViewState {
     /// The occlusion buffer as the last cull of this view left it; `None` before a cull with
-    /// [`Culler::occlusion`], and after one that found that it would [not pay](Occlusion::risk). A later cull without
-    /// leaves it as it is.
+    /// [`Culler::occlusion`], and after one that found that it would [not pay](Occlusion::risk). A
+    /// later cull without leaves it as it is.
     #[must_use]
     pub fn occlusion_buffer(&self) -> Option<&OcclusionBuffer> {
         self.scratch.caches.occlusion.buffer()
     }
 
-    /// Occluders drawn into that buffer, front to back: slots, and which of the shapes of the slot's
-    /// [occluder](crate::prepared::Prepared::occluder).
+    /// Occluders drawn into that buffer, front to back: slots, and which of the shapes of the
+    /// slot's [occluder](crate::prepared::Prepared::occluder).
     #[must_use]
     pub fn occluders_drawn(&self) -> &[(u32, u32)] {
         &self.scratch.caches.occlusion.drawn
@@ -254,8 +264,9 @@ impl Culler {
         Self { occlusion: Some(occlusion), ..Self::balanced() }
     }
 
-    /// These settings with no stage but one, which is on: with its own settings, or the default ones where it was off.
-    /// Layers always apply, for they belong to the view. A stage that does not exist yet leaves nothing but them.
+    /// These settings with no stage but one, which is on: with its own settings, or the default
+    /// ones where it was off. Layers always apply, for they belong to the view. A stage that does
+    /// not exist yet leaves nothing but them.
     #[must_use]
     pub fn only(&self, stage: Stage) -> Self {
         let others = Stage::ALL.into_iter().filter(|&s| s != stage);
@@ -310,10 +321,10 @@ impl Culler {
         }
     }
 
-    /// Culls one scene for several views, each as [`cull_one`](Self::cull_one) would; with the feature `rayon` side by side
-    /// on the threads of its pool. Walking the nodes once for
-    /// all views was tried: nodes are shared, but tests are not, and what a view remembers of its last frame
-    /// saves more.
+    /// Culls one scene for several views, each as [`cull_one`](Self::cull_one) would; with the
+    /// feature `rayon` side by side on the threads of its pool. Walking the nodes once for all
+    /// views was tried: nodes are shared, but tests are not, and what a view remembers of its last
+    /// frame saves more.
     ///
     /// # Errors
     /// If there is not one state and one result for each view.
@@ -329,8 +340,8 @@ impl Culler {
         })
     }
 
-    /// Culls for one view. The result ascends by slot. Allocates nothing once `state` and `result` have
-    /// grown to what the scene needs.
+    /// Culls for one view. The result ascends by slot. Allocates nothing once `state` and `result`
+    /// have grown to what the scene needs.
     pub fn cull_one(
         &self,
         scene: &Scene,
@@ -341,8 +352,9 @@ impl Culler {
         pipeline::run(self, scene, Viewer::Camera(view), None, &mut state.scratch, result);
     }
 
-    /// Culls one scene for several lights, or for the [cascades](ShadowView::cascades) of one, each as
-    /// [`cull_shadow`](Self::cull_shadow) would; with the feature `rayon` side by side on the threads of its pool.
+    /// Culls one scene for several lights, or for the [cascades](ShadowView::cascades) of one, each
+    /// as [`cull_shadow`](Self::cull_shadow) would; with the feature `rayon` side by side on the
+    /// threads of its pool.
     ///
     /// # Errors
     /// If there is not one state and one result for each.
@@ -358,9 +370,10 @@ impl Culler {
         })
     }
 
-    /// Culls for one view among `candidates`, the instances that the caller takes for visible; all others are dropped after the
-    /// frustum stage, by the stages of the candidates. The answer is what is left of [`cull_one`](Self::cull_one)'s, but
-    /// for what dropped instances would have hidden. Cost: none to speak of.
+    /// Culls for one view among `candidates`, the instances that the caller takes for visible; all
+    /// others are dropped after the frustum stage, by the stages of the candidates. The answer is
+    /// what is left of [`cull_one`](Self::cull_one)'s, but for what dropped instances would have
+    /// hidden. Cost: none to speak of.
     ///
     /// ```
     /// # use cullet::{Culler, Instance, Mesh, MeshData, Scene, Transform, View, ViewState, Visible};
@@ -402,12 +415,14 @@ impl Culler {
         Ok(())
     }
 
-    /// Culls for a light: what casts a shadow that its camera sees. The same stages by the same settings, with the
-    /// region where a caster can matter in place of a frustum; see [`ShadowView`]. What the frustum stage took went
-    /// because its shadow cannot matter, and [`Reason::caster`](crate::Reason::caster) says why. Conservative: no point
-    /// of what was dropped is between the light and a receiver, or what hides it from the light is kept.
+    /// Culls for a light: what casts a shadow that its camera sees. The same stages by the same
+    /// settings, with the region where a caster can matter in place of a frustum; see
+    /// [`ShadowView`]. What the frustum stage took went because its shadow cannot matter, and
+    /// [`Reason::caster`](crate::Reason::caster) says why. Conservative: no point of what was
+    /// dropped is between the light and a receiver, or what hides it from the light is kept.
     ///
-    /// Use one state for each light and camera. Cost: that of a camera's view, and the shadow region once.
+    /// Use one state for each light and camera. Cost: that of a camera's view, and the shadow
+    /// region once.
     pub fn cull_shadow(
         &self,
         scene: &Scene,

@@ -1,8 +1,9 @@
 //! The pipeline of one view: the list of stages, in the order in which they run.
 //!
-//! Three working sets pass from stage to stage, each made of what is left of the one before: instances are bits in
-//! words of 64 slots; those become runs of clusters, and those a list of triangles. A stage goes over all of a set
-//! before the next begins, cheapest test first, so that its time and its counts are its own.
+//! Three working sets pass from stage to stage, each made of what is left of the one before:
+//! instances are bits in words of 64 slots; those become runs of clusters, and those a list of
+//! triangles. A stage goes over all of a set before the next begins, cheapest test first, so that
+//! its time and its counts are its own.
 
 use super::answer;
 use super::frame::{Alone, Frame, Viewer};
@@ -18,8 +19,8 @@ use crate::visible::Visible;
 struct Step {
     stage: Stage,
     unit: Unit,
-    /// Whether this step makes the set of its unit of what the one before left. Then it also runs where its stage is
-    /// off, and takes everything.
+    /// Whether this step makes the set of its unit of what the one before left. Then it also runs
+    /// where its stage is off, and takes everything.
     opens: bool,
     run: Run,
 }
@@ -34,8 +35,8 @@ const fn then(stage: Stage, unit: Unit, run: Run) -> Step {
     Step { stage, unit, opens: false, run }
 }
 
-/// The one list of what runs when. A step is left out where its stage is off, and where the answer does not go as deep
-/// as its unit.
+/// The one list of what runs when. A step is left out where its stage is off, and where the answer
+/// does not go as deep as its unit.
 const PIPELINE: [Step; 16] = [
     then(Stage::Layer, Unit::Instances, |f, _, _, log| {
         layer::instances(f, log);
@@ -113,7 +114,8 @@ pub(super) struct Scratch {
     pub(super) caches: Caches,
 }
 
-/// Culls for a camera or a light; with `only`, one instance alone, by what the scratch has of the whole scene.
+/// Culls for a camera or a light; with `only`, one instance alone, by what the scratch has of the
+/// whole scene.
 pub(super) fn run(
     culler: &Culler,
     scene: &Scene,

@@ -7,9 +7,9 @@ use crate::scene::{Scene, SceneError};
 use crate::view::{View, ViewError};
 use crate::visible::Visible;
 
-/// A light and the camera whose picture its shadows fall into: what [`Culler::cull_shadow`] takes for a view. Its
-/// result is what the light's shadow map must show: an instance matters only if it stands between the light and
-/// something that the camera sees.
+/// A light and the camera whose picture its shadows fall into: what [`Culler::cull_shadow`] takes
+/// for a view. Its result is what the light's shadow map must show: an instance matters only if it
+/// stands between the light and something that the camera sees.
 ///
 /// ```
 /// use cullet::cull::shadow::Light;
@@ -51,32 +51,36 @@ pub struct ShadowView {
     pub camera: View,
     /// The light, in world space, as the camera is.
     pub light: Light,
-    /// A box around all on which the camera can see a shadow, relative to the scene's origin. The tighter it is, the
-    /// more is dropped. `None`, as a box that is not finite, is any place in the camera's frustum; an empty one is
-    /// none at all, so that every caster is dropped.
+    /// A box around all on which the camera can see a shadow, relative to the scene's origin. The
+    /// tighter it is, the more is dropped. `None`, as a box that is not finite, is any place in the
+    /// camera's frustum; an empty one is none at all, so that every caster is dropped.
     pub receivers: Option<Aabb>,
-    /// Shadows may be wrong by so much to every side, in world units: for edges that are blurred, or maps that are read
-    /// around a point. One that is not above zero counts as zero; an infinite one keeps all that the map shows.
+    /// Shadows may be wrong by so much to every side, in world units: for edges that are blurred,
+    /// or maps that are read around a point. One that is not above zero counts as zero; an infinite
+    /// one keeps all that the map shows.
     pub margin_world: f64,
-    /// The view that the shadow map is drawn with, if it is known yet. What is outside of it is dropped, also before its
-    /// near plane: where depth is clamped when drawing, say here a view that begins at the light. The light then stands
-    /// where the map's eye is, and only its range and cone are its own. Layers, culled faces, sizes in pixels and what
-    /// is hidden are those of this view: a caster that is hidden from the light shades nothing of its own.
+    /// The view that the shadow map is drawn with, if it is known yet. What is outside of it is
+    /// dropped, also before its near plane: where depth is clamped when drawing, say here a view
+    /// that begins at the light. The light then stands where the map's eye is, and only its range
+    /// and cone are its own. Layers, culled faces, sizes in pixels and what is hidden are those of
+    /// this view: a caster that is hidden from the light shades nothing of its own.
     ///
-    /// Without one, layers are the camera's, and the stages that must look from somewhere (detail, occlusion, back
-    /// faces) do not run: the answer says what a map is to be fitted around.
+    /// Without one, layers are the camera's, and the stages that must look from somewhere (detail,
+    /// occlusion, back faces) do not run: the answer says what a map is to be fitted around.
     pub map: Option<View>,
 }
 
 impl ShadowView {
-    /// The shadows of a light in the picture of a camera, on any place that it shows; sharp, and with no map yet.
+    /// The shadows of a light in the picture of a camera, on any place that it shows; sharp, and
+    /// with no map yet.
     #[must_use]
     pub fn new(camera: View, light: Light) -> Self {
         Self { camera, light, receivers: None, margin_world: 0.0, map: None }
     }
 
-    /// Returns the shadows of cascaded shadow maps: one view for each two distances of `splits`, which ascend, with
-    /// the [slice](View::slice) of the camera between them in place of the camera.
+    /// Returns the shadows of cascaded shadow maps: one view for each two distances of `splits`,
+    /// which ascend, with the [slice](View::slice) of the camera between them in place of the
+    /// camera.
     ///
     /// # Errors
     /// The errors of [`View::slice`].
@@ -84,9 +88,9 @@ impl ShadowView {
         Ok(camera.slices(splits)?.into_iter().map(|slice| Self::new(slice, light)).collect())
     }
 
-    /// Returns these shadows received by nothing but what the camera was found to see: `visible` is the answer of its
-    /// cull, or of that of the view that a cascade is a slice of. O(what is visible). A receiver without bounds
-    /// stands anywhere in the camera's frustum.
+    /// Returns these shadows received by nothing but what the camera was found to see: `visible` is
+    /// the answer of its cull, or of that of the view that a cascade is a slice of. O(what is
+    /// visible). A receiver without bounds stands anywhere in the camera's frustum.
     ///
     /// # Errors
     /// [`SceneError::Stale`] if `visible` is not of the scene as it is.

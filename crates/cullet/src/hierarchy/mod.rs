@@ -1,13 +1,14 @@
 //! Bounding-volume hierarchies that stay in plain arrays.
 //!
-//! [`spatial_order`] sorts boxes along a curve through space; [`Nodes`] puts sixteen-fold nodes over a
-//! batch of boxes, implicit, without a pointer; [`Hierarchy`] keeps both for items that come, go and
-//! move, under stable handles. What walks them for a view is
+//! [`spatial_order`] sorts boxes along a curve through space; [`Nodes`] puts sixteen-fold nodes
+//! over a batch of boxes, implicit, without a pointer; [`Hierarchy`] keeps both for items that
+//! come, go and move, under stable handles. What walks them for a view is
 //! [`cull::frustum::tree`](crate::cull::frustum::tree).
 //!
-//! The nodes always hold what is below them, so a walk is right at any time. Moving an item lets the
-//! nodes above it grow; [`Hierarchy::refit`] fits them again, [`Hierarchy::commit`] sorts everything
-//! anew, [`Hierarchy::commit_slice`] a little of it, so that a world in motion never waits for a commit.
+//! The nodes always hold what is below them, so a walk is right at any time. Moving an item lets
+//! the nodes above it grow; [`Hierarchy::refit`] fits them again, [`Hierarchy::commit`] sorts
+//! everything anew, [`Hierarchy::commit_slice`] a little of it, so that a world in motion never
+//! waits for a commit.
 
 mod nodes;
 mod order;
@@ -41,9 +42,9 @@ pub enum HierarchyError {
 
 /// Boxes in dense slots under stable handles, with nodes over them.
 ///
-/// An item's slot changes only in [`commit`](Self::commit) and [`commit_slice`](Self::commit_slice).
-/// A removed item leaves an empty slot until a commit. A box that is not finite is everywhere, and so
-/// are the nodes above it; an empty one is nowhere.
+/// An item's slot changes only in [`commit`](Self::commit) and
+/// [`commit_slice`](Self::commit_slice). A removed item leaves an empty slot until a commit. A box
+/// that is not finite is everywhere, and so are the nodes above it; an empty one is nowhere.
 #[derive(Clone, Debug)]
 pub struct Hierarchy {
     simd: Simd,
@@ -94,8 +95,8 @@ impl Hierarchy {
         Self::default()
     }
 
-    /// Builds a hierarchy over `boxes`, sorted by [`spatial_order`]. The handle of `boxes[i]` is `handles[i]`.
-    /// O(n).
+    /// Builds a hierarchy over `boxes`, sorted by [`spatial_order`]. The handle of `boxes[i]` is
+    /// `handles[i]`. O(n).
     ///
     /// # Errors
     /// If there are more boxes than slots.
@@ -112,8 +113,8 @@ impl Hierarchy {
         Ok((h, (0..count).map(handle).collect()))
     }
 
-    /// Adds an item, in a new slot at the end. It lies under no node until the next commit: walks take such
-    /// items one by one.
+    /// Adds an item, in a new slot at the end. It lies under no node until the next commit: walks
+    /// take such items one by one.
     ///
     /// # Errors
     /// If there are as many as there can be.
@@ -165,8 +166,8 @@ impl Hierarchy {
         }
     }
 
-    /// Fits the nodes above all boxes that were written: at the cost of those where they are few, and else all nodes at
-    /// once, which streams.
+    /// Fits the nodes above all boxes that were written: at the cost of those where they are few,
+    /// and else all nodes at once, which streams.
     pub(crate) fn refit_written(&mut self) {
         self.change_version += 1;
         let blocks = self.loose.iter().map(|word| word.count_ones() as usize).sum::<usize>();
@@ -178,11 +179,12 @@ impl Hierarchy {
         }
     }
 
-    /// Calls `write` with the boxes of all slots, to be written in place, and then fits the nodes above those that were
-    /// written, also if `write` panics. The cost is that of what was written, and at most O(n), once through all nodes.
+    /// Calls `write` with the boxes of all slots, to be written in place, and then fits the nodes
+    /// above those that were written, also if `write` panics. The cost is that of what was written,
+    /// and at most O(n), once through all nodes.
     pub fn write_bounds<R>(&mut self, write: impl FnOnce(&mut BoundsWriter<'_>) -> R) -> R {
-        // Lent and never given away: a guard that is dropped by its owner could be leaked, and nodes that do not
-        // hold their boxes would cull what is visible.
+        // Lent and never given away: a guard that is dropped by its owner could be leaked, and
+        // nodes that do not hold their boxes would cull what is visible.
         write(&mut BoundsWriter { hierarchy: self })
     }
 
@@ -196,10 +198,11 @@ impl Hierarchy {
         self.commit_parts(|_| false)
     }
 
-    /// [`commit`](Self::commit) with the slots of which `last` is true after all others, each kind sorted for
-    /// itself: what moves shares no node with what stands.
+    /// [`commit`](Self::commit) with the slots of which `last` is true after all others, each kind
+    /// sorted for itself: what moves shares no node with what stands.
     pub fn commit_parts(&mut self, last: impl Fn(u32) -> bool) -> Commit {
-        // Of ten million items each list takes 40 MB: none is larger, or kept for longer, than it is needed.
+        // Of ten million items each list takes 40 MB: none is larger, or kept for longer, than it
+        // is needed.
         let (mut standing, mut moving) = (Vec::with_capacity(self.len() as usize), Vec::new());
         for slot in bits::in_words(self.slots.present()).map(|slot| slot as u32) {
             if last(slot) { moving.push(slot) } else { standing.push(slot) }
@@ -229,10 +232,11 @@ impl Hierarchy {
         Commit { slot_of_old, order_version: self.order_version }
     }
 
-    /// Nodes over the boxes in the order in which they lie, as after a [`commit`](Self::commit) that found nothing to
-    /// sort: for items that were inserted in the order of an earlier commit. Any other order is right too, but walks
-    /// are slow. Empty slots stay, and [`commit_slice`](Self::commit_slice) does nothing until the next commit.
-    /// O(items), but it streams through them once.
+    /// Nodes over the boxes in the order in which they lie, as after a [`commit`](Self::commit)
+    /// that found nothing to sort: for items that were inserted in the order of an earlier commit.
+    /// Any other order is right too, but walks are slow. Empty slots stay, and
+    /// [`commit_slice`](Self::commit_slice) does nothing until the next commit. O(items), but it
+    /// streams through them once.
     pub fn commit_in_order(&mut self) {
         self.settle(self.boxes.len());
         self.order_version += 1;
@@ -250,10 +254,10 @@ impl Hierarchy {
         self.next_window = 0;
     }
 
-    /// Sorts a little of what moves (all, if nothing was said to): takes the next window of 1024 slots, and up
-    /// to three others to which most items that left it belong, and sorts them together. Call it some
-    /// times a frame in a world in motion: items that leave their window then come home. Returns the slots that
-    /// changed, as old and new.
+    /// Sorts a little of what moves (all, if nothing was said to): takes the next window of 1024
+    /// slots, and up to three others to which most items that left it belong, and sorts them
+    /// together. Call it some times a frame in a world in motion: items that leave their window
+    /// then come home. Returns the slots that changed, as old and new.
     ///
     /// Empty slots stay, at the end of their windows; only [`commit`](Self::commit) closes them.
     pub fn commit_slice(&mut self) -> Vec<[u32; 2]> {
@@ -354,8 +358,8 @@ impl Hierarchy {
         self.order_version
     }
 
-    /// Rises whenever a box or the order of the slots may have changed: what was found out about boxes under
-    /// one number holds as long as the number is the same.
+    /// Rises whenever a box or the order of the slots may have changed: what was found out about
+    /// boxes under one number holds as long as the number is the same.
     #[must_use]
     pub fn change_version(&self) -> u64 {
         self.change_version

@@ -15,12 +15,13 @@ use crate::bounds::{Aabb, Boxes, LANES};
 /// Sixteen-fold levels of nodes over a batch of boxes, whatever their order.
 ///
 /// Node i of level 0 bounds the boxes 16 i to 16 i + 15, node i of the next level the nodes 16 i to
-/// 16 i + 15, and so on up to a level of at most sixteen. The boxes stay where they are: a flat sweep
-/// and a walk of the tree read the same array. All sixteen children of a node are one block, tested at
-/// once. A tenth of the boxes' memory, with the size of the largest box below each node of the lowest two levels.
+/// 16 i + 15, and so on up to a level of at most sixteen. The boxes stay where they are: a flat
+/// sweep and a walk of the tree read the same array. All sixteen children of a node are one block,
+/// tested at once. A tenth of the boxes' memory, with the size of the largest box below each node
+/// of the lowest two levels.
 ///
-/// Boxes that are appended later lie under no node until nodes are made [anew](Self::over): a walk takes
-/// them one by one.
+/// Boxes that are appended later lie under no node until nodes are made [anew](Self::over): a walk
+/// takes them one by one.
 ///
 /// A good order of the boxes ([`spatial_order`](super::spatial_order)) makes it fast; any order is
 /// right.
@@ -28,8 +29,8 @@ use crate::bounds::{Aabb, Boxes, LANES};
 pub struct Nodes {
     levels: Vec<Boxes>,
     leaves: usize,
-    /// One bit a box: it is empty. A node is inside a frustum whether it has such a child or not, but the
-    /// child is not.
+    /// One bit a box: it is empty. A node is inside a frustum whether it has such a child or not,
+    /// but the child is not.
     holes: Vec<u64>,
     /// Whether there may be any.
     any_holes: bool,
@@ -65,8 +66,9 @@ pub enum NodesError {
 pub struct NodeStatistics {
     /// How many nodes each level has, from the one next to the boxes up.
     pub nodes: Vec<usize>,
-    /// Surface of all nodes of a level over the surface of the box around everything: how many of them a
-    /// random ray meets, so the lower the better. 0 where everything is a point or nothing is finite.
+    /// Surface of all nodes of a level over the surface of the box around everything: how many of
+    /// them a random ray meets, so the lower the better. 0 where everything is a point or nothing
+    /// is finite.
     pub surface: Vec<f64>,
     /// Bytes of all nodes.
     pub bytes: usize,
@@ -108,8 +110,8 @@ impl Nodes {
         }
     }
 
-    /// Makes the nodes again, for whatever `boxes` are now. Allocates only if there are more than ever
-    /// before. Streams through the boxes once.
+    /// Makes the nodes again, for whatever `boxes` are now. Allocates only if there are more than
+    /// ever before. Streams through the boxes once.
     pub(crate) fn rebuild(&mut self, simd: crate::Simd, boxes: &Boxes) {
         self.leaves = boxes.len();
         let mut below = boxes.len();
@@ -138,7 +140,8 @@ impl Nodes {
         self.refit_range(simd, boxes, 0..self.leaves);
     }
 
-    /// Fits the nodes above some of the boxes, after only those changed. The cost is that of the range.
+    /// Fits the nodes above some of the boxes, after only those changed. The cost is that of the
+    /// range.
     ///
     /// # Panics
     /// If there are fewer boxes than the nodes were built for, or the range leaves those.
@@ -170,8 +173,9 @@ impl Nodes {
         }
     }
 
-    /// Fits the nodes above the blocks of sixteen boxes whose bits are set, and clears the bits: bit b of
-    /// word w is block 64 w + b. The cost is that of the blocks that are set, and of the words.
+    /// Fits the nodes above the blocks of sixteen boxes whose bits are set, and clears the bits:
+    /// bit b of word w is block 64 w + b. The cost is that of the blocks that are set, and of the
+    /// words.
     ///
     /// # Panics
     /// If there are fewer boxes than the nodes were built for, or `blocks` has a bit beyond those.
@@ -182,7 +186,8 @@ impl Nodes {
             boxes.len(),
             self.leaves
         );
-        // Of the simd above, which is a sixteenth as long, the bits overwrite the words that were read.
+        // Of the simd above, which is a sixteenth as long, the bits overwrite the words that were
+        // read.
         let mut used = blocks.len();
         for at in 0..self.levels.len().max(1) {
             for i in 0..used {
@@ -209,8 +214,8 @@ impl Nodes {
         blocks[..used].fill(0);
     }
 
-    /// Fits the nodes above the blocks of sixteen boxes that are bits of a word, and notes which boxes are empty and
-    /// how large they are: all at once, while they are in the cache.
+    /// Fits the nodes above the blocks of sixteen boxes that are bits of a word, and notes which
+    /// boxes are empty and how large they are: all at once, while they are in the cache.
     fn fit_lowest(&mut self, simd: crate::Simd, boxes: &Boxes, word: usize, blocks: u64) {
         let Self { levels, leaves, holes, any_holes, sizes } = self;
         dispatch_256!(simd, simd => {
@@ -226,7 +231,8 @@ impl Nodes {
         self.sizes.fit_above(word, blocks);
     }
 
-    /// No box below a node of a level, 0 to 2, is larger along any axis; infinite where that is not known.
+    /// No box below a node of a level, 0 to 2, is larger along any axis; infinite where that is not
+    /// known.
     pub(crate) fn largest_below(&self, level: usize, node: usize) -> [f32; 3] {
         if level == 2 {
             // Needed of few, so that it is not kept.
@@ -309,8 +315,8 @@ fn of(below: &Boxes, leaves: usize, at: usize) -> usize {
     if at == 0 { leaves } else { below.len() }
 }
 
-/// The row that tells an empty box, which is stored as −[`Boxes::LIMIT`] in every row: no other box has
-/// its maximum there.
+/// The row that tells an empty box, which is stored as −[`Boxes::LIMIT`] in every row: no other box
+/// has its maximum there.
 const HOLE_ROW: usize = 3;
 
 /// Notes which boxes of a block are empty.
@@ -395,7 +401,8 @@ fn largest_of_four<S: Simd>(simd: S, row: &[f32; LANES]) -> f32x4<S> {
     a.max(b).max(c.max(d))
 }
 
-/// Makes the lanes past the last node empty, so that whoever reads whole blocks finds nothing there.
+/// Makes the lanes past the last node empty, so that whoever reads whole blocks finds nothing
+/// there.
 fn close(here: &mut Boxes) {
     let used = here.len() % LANES;
     if used != 0

@@ -11,17 +11,17 @@ const AXIS_BITS: u32 = 16;
 const DIGITS: usize = 1 << 11;
 const PASSES: usize = KEY_BITS.div_ceil(DIGITS.ilog2() as usize);
 
-/// The numbers of `boxes` in an order that keeps what is near together: along a Morton curve through
-/// their centres, each bit of which halves what is then the longest side of a cell. Boxes that are
-/// empty or not finite come last, so that they share their nodes with each other only; equal keys keep
-/// their order. O(n).
+/// The numbers of `boxes` in an order that keeps what is near together: along a Morton curve
+/// through their centres, each bit of which halves what is then the longest side of a cell. Boxes
+/// that are empty or not finite come last, so that they share their nodes with each other only;
+/// equal keys keep their order. O(n).
 ///
-/// A curve with cells as cubic as they can be matters where worlds are flat: with ten bits for each axis, a
-/// million trees on a plane share a thousand cells each way.
+/// A curve with cells as cubic as they can be matters where worlds are flat: with ten bits for each
+/// axis, a million trees on a plane share a thousand cells each way.
 ///
-/// Of a million boxes, a walk for 1, 10 or 50 % of them tests 0.97 to 1.00 times the blocks that it tests in
-/// the order of a binary tree built by surface area, and 1.06 to 1.08 times where they lie in heaps (obvhs,
-/// medium, in `benches/peers`, program `trees`).
+/// Of a million boxes, a walk for 1, 10 or 50 % of them tests 0.97 to 1.00 times the blocks that it
+/// tests in the order of a binary tree built by surface area, and 1.06 to 1.08 times where they lie
+/// in heaps (obvhs, medium, in `benches/peers`, program `trees`).
 #[must_use]
 pub fn spatial_order(boxes: &[Aabb]) -> Vec<u32> {
     let mut order = Vec::new();
@@ -123,8 +123,8 @@ impl Default for Extent {
     }
 }
 
-/// The centre, each half of it halved first where the sum would overflow, and whether the box is anywhere
-/// in particular.
+/// The centre, each half of it halved first where the sum would overflow, and whether the box is
+/// anywhere in particular.
 #[inline(always)]
 fn centre(b: &Aabb) -> ([f32; 3], bool) {
     let c = array::from_fn(|a| b.min[a] * 0.5 + b.max[a] * 0.5);
@@ -207,10 +207,11 @@ impl Curve {
         let mut key = 0;
         for a in 0..3 {
             let cell = (c[a] - self.low[a]) * self.scale[a];
-            // A NaN (infinity by zero, in spans beyond f32) becomes the last cell; any order is right.
+            // A NaN (infinity by zero, in spans beyond f32) becomes the last cell; any order is
+            // right.
             let cell = cell.min(self.last[a]).max(0.0);
-            // Added to 2²³, a number has its whole part in the last bits, rounded: a conversion that saturates
-            // costs twice that.
+            // Added to 2²³, a number has its whole part in the last bits, rounded: a conversion
+            // that saturates costs twice that.
             let cell = (cell + (1 << 23) as f32).to_bits() as usize;
             key |= self.spread[a][0][cell & 255] | self.spread[a][1][cell >> 8 & 255];
         }

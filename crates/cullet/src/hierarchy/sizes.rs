@@ -11,7 +11,8 @@ pub(super) fn largest_of<'a>(some: impl Iterator<Item = &'a [f32; 3]>) -> [f32; 
     some.fold([0.0; 3], |most, own| array::from_fn(|a| most[a].max(own[a])))
 }
 
-/// The largest sizes along each axis of the boxes below the nodes of the two lowest levels, apart from empty ones.
+/// The largest sizes along each axis of the boxes below the nodes of the two lowest levels, apart
+/// from empty ones.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sizes {
     levels: [Vec<[f32; 3]>; 2],

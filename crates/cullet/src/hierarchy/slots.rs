@@ -2,8 +2,8 @@
 
 use crate::bits;
 
-/// The caller's stable name for an item in a slot: an index, and a generation that tells a removed item
-/// from the one that took its index.
+/// The caller's stable name for an item in a slot: an index, and a generation that tells a removed
+/// item from the one that took its index.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, bytemuck::Pod, bytemuck::Zeroable,
 )]

@@ -5,12 +5,13 @@ use std::f64::consts::SQRT_2;
 use super::{LevelEye, Levels, NO_GROUP};
 use crate::array::{self, Each};
 
-/// How many thresholds are tried, each a quarter of an octave above the one before: up to 55,000 times the first.
+/// How many thresholds are tried, each a quarter of an octave above the one before: up to 55,000
+/// times the first.
 const STEPS: usize = 64;
 const STEPS_PER_OCTAVE: u64 = 4;
 
-/// Errors are taken for so much larger than they are, so that roundings here and in the choice itself cannot have it draw
-/// more than was counted.
+/// Errors are taken for so much larger than they are, so that roundings here and in the choice
+/// itself cannot have it draw more than was counted.
 const OUTWARD: f64 = 1.0 + 1e-4;
 
 /// The finest threshold where none is given: an eighth of a pixel.
@@ -28,8 +29,8 @@ struct Below {
     triangles: [u64; STEPS],
 }
 
-/// How many triangles a scene's instances come to at each of some thresholds, the memory to count them in, and the threshold
-/// that was chosen last.
+/// How many triangles a scene's instances come to at each of some thresholds, the memory to count
+/// them in, and the threshold that was chosen last.
 #[derive(Clone, Debug)]
 pub(crate) struct Budget {
     finest: f64,
@@ -114,7 +115,8 @@ impl Budget {
         self.put(by, [1, clusters], &least);
     }
 
-    /// Counts one that stands for others, after all of those below it: the less of its own levels and of all that.
+    /// Counts one that stands for others, after all of those below it: the less of its own levels
+    /// and of all that.
     pub(crate) fn stand_in<'a>(
         &mut self,
         number: u32,
@@ -130,7 +132,8 @@ impl Budget {
         }
     }
 
-    /// Takes at each threshold what levels have, where that is less and in no more clusters than there are.
+    /// Takes at each threshold what levels have, where that is less and in no more clusters than
+    /// there are.
     fn lessen<'a>(
         &mut self,
         least: &mut [u64; STEPS],
@@ -166,7 +169,8 @@ impl Budget {
         all.iter_mut().zip(least).for_each(|(n, least)| *n += least);
     }
 
-    /// The least threshold at which no more than `most` triangles are drawn; the last one where there is none.
+    /// The least threshold at which no more than `most` triangles are drawn; the last one where
+    /// there is none.
     pub(crate) fn pixels(&self, most: u64) -> f64 {
         let step = self.all.iter().position(|&n| n <= most).unwrap_or(STEPS - 1);
         self.finest * (step as f64 / STEPS_PER_OCTAVE as f64).exp2()
@@ -174,9 +178,9 @@ impl Budget {
 }
 
 impl Levels {
-    /// Adds to each threshold what more, or less, of this is drawn there than at the one before, for
-    /// an eye that was made for the first of them. Returns the first threshold at which all that
-    /// would be drawn is there.
+    /// Adds to each threshold what more, or less, of this is drawn there than at the one before,
+    /// for an eye that was made for the first of them. Returns the first threshold at which all
+    /// that would be drawn is there.
     ///
     /// Goes from the coarsest groups down to those that are within the first threshold, as
     /// [`select`](Self::select) does: below them nothing is ever drawn.
@@ -210,7 +214,8 @@ impl Levels {
     }
 }
 
-/// The number of the first threshold that a group is within; as many as there are where it is within none.
+/// The number of the first threshold that a group is within; as many as there are where it is
+/// within none.
 fn first_within(eye: &LevelEye, group: &super::Group) -> u8 {
     let error = f64::from(group.error) * OUTWARD;
     let [nearest, reach] = [eye.nearest, eye.reach].each(f64::from);

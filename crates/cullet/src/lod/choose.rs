@@ -16,7 +16,8 @@ const WIDTH: usize = 8;
 /// Least number of groups for a walk that asks one by one. With fewer groups a sweep over all is
 /// quicker.
 const LEAST_TO_WALK: usize = 256;
-/// A walk that has visited this part of all groups gives up: it was worth little, and the sweep is worth it.
+/// A walk that has visited this part of all groups gives up: it was worth little, and the sweep is
+/// worth it.
 const SHARE_TO_WALK: usize = 16;
 
 /// Clusters that were chosen, and the memory to choose again.
@@ -85,17 +86,17 @@ impl Selection {
 }
 
 impl Levels {
-    /// Chooses the clusters that are drawn for an eye: those whose group they were made from is not over the threshold,
-    /// and that in which they were simplified is.
+    /// Chooses the clusters that are drawn for an eye: those whose group they were made from is not
+    /// over the threshold, and that in which they were simplified is.
     ///
-    /// Whether all of it is there: the finest clusters may be left out of the levels, as those of a chain are that the mesh
-    /// itself is the finest of; `false` where some of them would be drawn, so that the mesh is to be drawn instead. Then nothing
-    /// is chosen.
+    /// Whether all of it is there: the finest clusters may be left out of the levels, as those of a
+    /// chain are that the mesh itself is the finest of; `false` where some of them would be drawn,
+    /// so that the mesh is to be drawn instead. Then nothing is chosen.
     ///
-    /// Visits the groups from the coarsest down and goes no deeper than what is drawn: O(n log n) of what is drawn, and of
-    /// what was drawn the last time. Where that is much of
-    /// what there is, a sweep over all groups finds out first which are over the threshold, in a fraction of a nanosecond
-    /// each. Allocates while `selection` grows.
+    /// Visits the groups from the coarsest down and goes no deeper than what is drawn: O(n log n)
+    /// of what is drawn, and of what was drawn the last time. Where that is much of what there is,
+    /// a sweep over all groups finds out first which are over the threshold, in a fraction of a
+    /// nanosecond each. Allocates while `selection` grows.
     pub fn select(&self, simd: Simd, eye: &LevelEye, selection: &mut Selection) -> bool {
         let groups = self.group_count();
         if groups >= LEAST_TO_WALK {
@@ -112,8 +113,8 @@ impl Levels {
         all.unwrap_or(false)
     }
 
-    /// Chooses from the coarsest groups down; whether all is there, or nothing where more groups would have to be visited than
-    /// `most`.
+    /// Chooses from the coarsest groups down; whether all is there, or nothing where more groups
+    /// would have to be visited than `most`.
     #[inline(always)]
     fn walk(
         &self,
@@ -159,10 +160,11 @@ impl Levels {
         Some(true)
     }
 
-    /// Chooses clusters by the rule alone, slow and obvious: returns one flag a cluster. It is drawn where the groups
-    /// are over the threshold that `over` says, as for several eyes at once, and [`select`](Self::select) chooses the
-    /// same for one. `over` must say so of each group that was made from one of which it does. Flags are also
-    /// set where clusters that would be drawn are missing from the levels; `select` then chooses nothing.
+    /// Chooses clusters by the rule alone, slow and obvious: returns one flag a cluster. It is
+    /// drawn where the groups are over the threshold that `over` says, as for several eyes at once,
+    /// and [`select`](Self::select) chooses the same for one. `over` must say so of each group that
+    /// was made from one of which it does. Flags are also set where clusters that would be drawn
+    /// are missing from the levels; `select` then chooses nothing.
     #[must_use]
     pub fn select_where(&self, over: impl Fn(&Group) -> bool) -> Vec<bool> {
         let over: Vec<bool> = (0..self.group_count()).map(|g| over(&self.group(g))).collect();

@@ -16,21 +16,24 @@ pub struct Lod {
     /// errors of the levels are bounds. A value that is not above 0, or NaN, draws everything in
     /// full.
     pub pixels: f64,
-    /// Whether that holds in the corners of the image too, where a pixel is a smaller angle than at its centre. Then it is
-    /// held everywhere as in the farthest corner, by 1/cos² of its angle to the centre: 2.4 times as fine at 60 degrees and
-    /// 16:9. Default off: it holds at the centre.
+    /// Whether that holds in the corners of the image too, where a pixel is a smaller angle than at
+    /// its centre. Then it is held everywhere as in the farthest corner, by 1/cos² of its angle to
+    /// the centre: 2.4 times as fine at 60 degrees and 16:9. Default off: it holds at the centre.
     pub at_corners: bool,
-    /// A budget: where more triangles than this would be drawn, `pixels` are raised for all until they are not, in steps of a
-    /// quarter of an octave; [`Visible::lod_pixels`](crate::Visible::lod_pixels) tells to how many. What is counted is
-    /// the instances that are left when levels are chosen: before occlusion, which needs to know what is drawn, and before
-    /// any of their clusters is culled. Those without levels count in full, and where the coarsest of all are still too
-    /// many, they are drawn. Default none. Cost: for each of those instances a choice of its levels at the finest threshold,
-    /// `pixels`, before that at the threshold which is drawn.
+    /// A budget: where more triangles than this would be drawn, `pixels` are raised for all until
+    /// they are not, in steps of a quarter of an octave;
+    /// [`Visible::lod_pixels`](crate::Visible::lod_pixels) tells to how many. What is counted is
+    /// the instances that are left when levels are chosen: before occlusion, which needs to know
+    /// what is drawn, and before any of their clusters is culled. Those without levels count in
+    /// full, and where the coarsest of all are still too many, they are drawn. Default none. Cost:
+    /// for each of those instances a choice of its levels at the finest threshold, `pixels`, before
+    /// that at the threshold which is drawn.
     pub triangles: Option<u64>,
-    /// Whether instances that [stand for others](crate::Scene::stand_for) are drawn in their place. Default on.
+    /// Whether instances that [stand for others](crate::Scene::stand_for) are drawn in their place.
+    /// Default on.
     pub stand_ins: bool,
-    /// Whether [impostors](crate::Scene::add_impostor) are chosen among the levels: off for a renderer that would draw their
-    /// boxes, and to see what they save. Default on.
+    /// Whether [impostors](crate::Scene::add_impostor) are chosen among the levels: off for a
+    /// renderer that would draw their boxes, and to see what they save. Default on.
     pub impostors: bool,
 }
 
@@ -48,7 +51,8 @@ impl Lod {
         Self { pixels, ..self }
     }
 
-    /// These settings with the threshold held [in the corners](Self::at_corners) of the image too, or not.
+    /// These settings with the threshold held [in the corners](Self::at_corners) of the image too,
+    /// or not.
     #[must_use]
     pub fn with_at_corners(self, at_corners: bool) -> Self {
         Self { at_corners, ..self }
@@ -78,7 +82,8 @@ impl Lod {
 pub struct PixelScale {
     /// The eye in world space; none for parallel lines of sight.
     pub eye: Option<[f64; 3]>,
-    /// Pixels of a length of 1 at distance 1 from the eye; with parallel lines of sight at any distance.
+    /// Pixels of a length of 1 at distance 1 from the eye; with parallel lines of sight at any
+    /// distance.
     pub pixels: f64,
     /// The nearest distance that is drawn: errors before it count as if they were there.
     pub near: f64,
@@ -89,7 +94,8 @@ impl PixelScale {
     /// corner.
     #[must_use]
     pub fn of(view: &View, at_corners: bool) -> Self {
-        // Columns of four: row r of the matrix is m[r], m[r + 4], m[r + 8] and, of the translation, m[r + 12].
+        // Columns of four: row r of the matrix is m[r], m[r + 4], m[r + 8] and, of the translation,
+        // m[r + 12].
         let m = view.clip_from_world();
         let row = |r: usize| DVec3::new(m[r], m[r + 4], m[r + 8]);
         let (w, viewport) = (row(3), view.viewport());
@@ -132,10 +138,12 @@ impl PixelScale {
     }
 }
 
-/// An eye in the space of a mesh, with the threshold: what [`Levels::select`](super::Levels::select) needs of a view.
+/// An eye in the space of a mesh, with the threshold: what
+/// [`Levels::select`](super::Levels::select) needs of a view.
 ///
-/// A group is over the threshold iff its error is above `nearest`, and the eye nearer to its centre than radius, error
-/// times `reach` and `ball` together. All is rounded to the side of what is finer.
+/// A group is over the threshold iff its error is above `nearest`, and the eye nearer to its centre
+/// than radius, error times `reach` and `ball` together. All is rounded to the side of what is
+/// finer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelEye {
     /// Where the eye is, in the space of the mesh.
@@ -144,7 +152,8 @@ pub struct LevelEye {
     pub reach: f32,
     /// The radius of the ball of eyes.
     pub ball: f32,
-    /// The error that is just as large as the threshold at the near plane, and with parallel lines of sight everywhere.
+    /// The error that is just as large as the threshold at the near plane, and with parallel lines
+    /// of sight everywhere.
     pub nearest: f32,
 }
 
@@ -210,8 +219,8 @@ impl LevelEye {
         group.error > self.nearest && !beyond
     }
 
-    /// The largest error of which a group in such a sphere is not over the threshold, from 0: how far all that is in the
-    /// sphere may be off.
+    /// The largest error of which a group in such a sphere is not over the threshold, from 0: how
+    /// far all that is in the sphere may be off.
     #[must_use]
     pub fn allowed(&self, centre: [f32; 3], radius: f32) -> f32 {
         let [centre, eye] = [centre, self.eye].each(|p| DVec3::from(p.each(f64::from)));
@@ -223,7 +232,8 @@ impl LevelEye {
     }
 }
 
-/// Returns the least and the largest factor by which a transform stretches; none if it flattens, or is not finite.
+/// Returns the least and the largest factor by which a transform stretches; none if it flattens, or
+/// is not finite.
 fn stretch(transform: &Transform) -> Option<(f64, f64)> {
     let linear = transform.linear_f64();
     let g = linear.transpose() * linear;
@@ -231,7 +241,8 @@ fn stretch(transform: &Transform) -> Option<(f64, f64)> {
     let (least, largest) =
         squares.into_iter().fold((f64::INFINITY, 0.0_f64), |(a, b), v| (a.min(v), b.max(v)));
     let [xy, yz, zx] = [g.x_axis.y, g.y_axis.z, g.z_axis.x].each(f64::abs);
-    // Gershgorin's discs around the squares of the factors: exact for a rotation with a scale along the axes.
+    // Gershgorin's discs around the squares of the factors: exact for a rotation with a scale along
+    // the axes.
     let skew = (xy + zx).max(xy + yz).max(yz + zx);
     let (least, largest) =
         if skew <= largest * 1e-6 { (least - skew, largest + skew) } else { eigenvalues(g) };
@@ -240,8 +251,9 @@ fn stretch(transform: &Transform) -> Option<(f64, f64)> {
 
 /// Returns the least and the largest eigenvalue of a symmetric matrix, a little outward.
 ///
-/// A plain bound, the Frobenius norm and what the determinant leaves for the least factor, is 1.7 times as wide in the
-/// median of uneven scales between 0.5 and 2 in random directions, and levels would be so much finer.
+/// A plain bound, the Frobenius norm and what the determinant leaves for the least factor, is 1.7
+/// times as wide in the median of uneven scales between 0.5 and 2 in random directions, and levels
+/// would be so much finer.
 fn eigenvalues(g: DMat3) -> (f64, f64) {
     let mean = (g.x_axis.x + g.y_axis.y + g.z_axis.z) / 3.0;
     let b = g - DMat3::from_diagonal(DVec3::splat(mean));

@@ -17,7 +17,8 @@ pub struct Group {
     pub centre: [f32; 3],
     /// Radius of the sphere.
     pub radius: f32,
-    /// How far its simplified triangles are from the original surface at the most, in units of the mesh.
+    /// How far its simplified triangles are from the original surface at the most, in units of the
+    /// mesh.
     pub error: f32,
 }
 
@@ -85,8 +86,8 @@ pub enum LevelsError {
         /// The group itself.
         value: Group,
     },
-    /// Triangles that were simplified from others would be nearer to the original, or reach beyond them: a choice
-    /// among them would leave holes.
+    /// Triangles that were simplified from others would be nearer to the original, or reach beyond
+    /// them: a choice among them would leave holes.
     #[error(
         "group {group} is simplified further in group {coarser}, whose {what} {more}: a choice among \
          them would leave holes"
@@ -103,7 +104,8 @@ pub enum LevelsError {
     },
 }
 
-/// The most that a sphere may reach beyond the one around it, as a share: what f32 rounds, with room.
+/// The most that a sphere may reach beyond the one around it, as a share: what f32 rounds, with
+/// room.
 const SLACK: f64 = 1e-4;
 
 /// The levels of one mesh that holds all of them, made ready for choosing.
@@ -112,8 +114,8 @@ pub struct Levels {
     /// Centre, radius and error of each group as five rows.
     pub(super) rows: [Vec<f32>; 5],
     pub(super) made_from: Vec<u32>,
-    /// The clusters that each group was simplified from: `inputs[first_input[g]..first_input[g + 1]]`; the last list is of
-    /// the clusters that were not simplified further.
+    /// The clusters that each group was simplified from: `inputs[first_input[g]..first_input[g +
+    /// 1]]`; the last list is of the clusters that were not simplified further.
     pub(super) inputs: Vec<u32>,
     pub(super) first_input: Vec<u32>,
     pub(super) triangles: Vec<u32>,
@@ -124,12 +126,14 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Levels of `mesh`, which holds the triangles of all of them. For each of its clusters `made_from` has the group whose
-    /// simplified triangles it is part of, [`NO_GROUP`] for the original ones, and `replaced_by` the group that it was
-    /// simplified in, [`NO_GROUP`] for the coarsest.
+    /// Levels of `mesh`, which holds the triangles of all of them. For each of its clusters
+    /// `made_from` has the group whose simplified triangles it is part of, [`NO_GROUP`] for the
+    /// original ones, and `replaced_by` the group that it was simplified in, [`NO_GROUP`] for the
+    /// coarsest.
     ///
     /// # Errors
-    /// If a list does not fit the mesh, or a number is out of range, or errors or spheres do not grow from group to group.
+    /// If a list does not fit the mesh, or a number is out of range, or errors or spheres do not
+    /// grow from group to group.
     pub fn new(
         mesh: &Mesh,
         groups: &[Group],
@@ -248,7 +252,8 @@ impl Levels {
         self.fewest
     }
 
-    /// The clusters that were simplified in a group; with the number of groups, those that were in none.
+    /// The clusters that were simplified in a group; with the number of groups, those that were in
+    /// none.
     pub(super) fn inputs_of(&self, group: usize) -> &[u32] {
         &self.inputs[self.first_input[group] as usize..self.first_input[group + 1] as usize]
     }

@@ -3,14 +3,16 @@
 use super::{Levels, NO_GROUP};
 
 impl Levels {
-    /// For each cluster, how many simplifications lie between it and the original: 0 for the original's clusters; of a
-    /// chain the number of the level; of a hierarchy its depth, the longest way where there are several.
+    /// For each cluster, how many simplifications lie between it and the original: 0 for the
+    /// original's clusters; of a chain the number of the level; of a hierarchy its depth, the
+    /// longest way where there are several.
     ///
     /// O(clusters), in no order that matters; for tables and pictures, not for each frame.
     #[must_use]
     pub fn steps(&self) -> Vec<u32> {
         let groups = self.group_count();
-        // The coarser groups that each one leads to, and how many finer ones have not been counted yet.
+        // The coarser groups that each one leads to, and how many finer ones have not been counted
+        // yet.
         let (mut leads_to, mut waiting) = (vec![Vec::new(); groups], vec![0u32; groups]);
         for (&from, &by) in self.made_from().iter().zip(self.replaced_by()) {
             if from != NO_GROUP && by != NO_GROUP {

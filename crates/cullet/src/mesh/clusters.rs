@@ -6,8 +6,8 @@ use crate::sort::{Sorter, of_f32};
 
 /// The most vertices that a cluster may use: the mesh-shader limit that vendors recommend.
 pub const MAX_CLUSTER_VERTICES: usize = 64;
-/// The most triangles in a cluster: 126 is the mesh-shader limit, 124 keeps their local indices in a
-/// multiple of four bytes.
+/// The most triangles in a cluster: 126 is the mesh-shader limit, 124 keeps their local indices in
+/// a multiple of four bytes.
 pub const MAX_CLUSTER_TRIANGLES: usize = 124;
 
 /// A way to cut a mesh into clusters: an order of its triangles, and ranges of that order.
@@ -20,14 +20,14 @@ pub struct Clustering {
 }
 
 impl Clustering {
-    /// Triangles of each part split in two by the middle of their centres along the longest axis, until
-    /// each half fits a cluster; within a cluster they keep their order. Degenerate triangles are left
-    /// out, unless the mesh can deform. Deterministic; O(n log n).
+    /// Triangles of each part split in two by the middle of their centres along the longest axis,
+    /// until each half fits a cluster; within a cluster they keep their order. Degenerate triangles
+    /// are left out, unless the mesh can deform. Deterministic; O(n log n).
     ///
-    /// Cutting a space-filling curve where a cluster is full was tried and takes as long: along a Hilbert
-    /// curve clusters are 7 to 16 % fewer, but their boxes have 1.5 to 2.3 times the surface, along a
-    /// Morton curve 2.2 to 3.5 times (bunny, armadillo, buddha, a ball). On soups of many small components
-    /// (Sponza) the curve makes a third fewer clusters.
+    /// Cutting a space-filling curve where a cluster is full was tried and takes as long: along a
+    /// Hilbert curve clusters are 7 to 16 % fewer, but their boxes have 1.5 to 2.3 times the
+    /// surface, along a Morton curve 2.2 to 3.5 times (bunny, armadillo, buddha, a ball). On soups
+    /// of many small components (Sponza) the curve makes a third fewer clusters.
     ///
     /// # Errors
     /// As [`Mesh::new`](super::Mesh::new).
@@ -36,12 +36,14 @@ impl Clustering {
         Ok(Self::of_checked(data))
     }
 
-    /// Keeps the caller's order: runs of consecutive triangles of one part, each as long as a cluster may be. A mesh
-    /// [with these clusters](super::Mesh::with_clusters) has the indices that it was given, so that a renderer draws
-    /// from the index buffer that it has. Degenerate triangles keep their places and are drawn. O(n).
+    /// Keeps the caller's order: runs of consecutive triangles of one part, each as long as a
+    /// cluster may be. A mesh [with these clusters](super::Mesh::with_clusters) has the indices
+    /// that it was given, so that a renderer draws from the index buffer that it has. Degenerate
+    /// triangles keep their places and are drawn. O(n).
     ///
-    /// Clusters are as compact as the order is: of indices sorted for a vertex cache they are about as good as
-    /// [`spatial`](Self::spatial) ones, of a random order each is as large as the mesh, and culls nothing.
+    /// Clusters are as compact as the order is: of indices sorted for a vertex cache they are about
+    /// as good as [`spatial`](Self::spatial) ones, of a random order each is as large as the mesh,
+    /// and culls nothing.
     ///
     /// # Errors
     /// As [`Mesh::new`](super::Mesh::new).
@@ -214,8 +216,8 @@ impl Builder<'_> {
         // At the middle, but so that both sides make whole clusters.
         let clusters = range.len().div_ceil(TARGET).max(2);
         let middle = clusters / 2 * range.len() / clusters;
-        // Ties by number, so that the two halves are the same sets whatever the selection does inside.
-        // In place: keys apart would take as much memory again as the centres.
+        // Ties by number, so that the two halves are the same sets whatever the selection does
+        // inside. In place: keys apart would take as much memory again as the centres.
         range.select_nth_unstable_by_key(middle, |&(c, t)| (of_f32(c[axis]), t));
         let (low, high) = range.split_at_mut(middle);
         self.split(part, low);

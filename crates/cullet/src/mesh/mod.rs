@@ -54,9 +54,9 @@ pub struct MeshData {
     pub positions: Vec<[f32; 3]>,
     /// Three indices a triangle.
     pub indices: Vec<u32>,
-    /// Ranges of triangles, in order and without gap. Empty means one opaque part, which is one-sided, so that its back
-    /// faces are culled, where the triangles are the closed surfaces of bodies, wound outward; else two-sided.
-    /// [`Mesh::is_two_sided`] tells which.
+    /// Ranges of triangles, in order and without gap. Empty means one opaque part, which is
+    /// one-sided, so that its back faces are culled, where the triangles are the closed surfaces of
+    /// bodies, wound outward; else two-sided. [`Mesh::is_two_sided`] tells which.
     pub parts: Vec<Part>,
     /// How many polygons the triangles came from; 0 means that each triangle is a polygon.
     pub polygons: u32,
@@ -153,10 +153,11 @@ pub enum MeshError {
 
 /// A triangle mesh: positions, triangles in cluster order, parts and clusters.
 ///
-/// Triangles are permuted once, when the mesh is made; [`original_triangle`](Self::original_triangle)
-/// leads back, and every triangle number that is shown or drawn is the original one. Degenerate
-/// triangles (repeated indices, or an area that is exactly zero, on a mesh that cannot deform)
-/// are kept at the end of the order, in no cluster: nothing ever draws them.
+/// Triangles are permuted once, when the mesh is made;
+/// [`original_triangle`](Self::original_triangle) leads back, and every triangle number that is
+/// shown or drawn is the original one. Degenerate triangles (repeated indices, or an area that is
+/// exactly zero, on a mesh that cannot deform) are kept at the end of the order, in no cluster:
+/// nothing ever draws them.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     positions: Vec<[f32; 3]>,
@@ -204,8 +205,8 @@ impl Mesh {
     /// A mesh with the clusters of the caller.
     ///
     /// # Errors
-    /// As [`Mesh::new`], and if `clustering` does not hold every triangle that is not degenerate just
-    /// once, in clusters within the limits that do not cross a part.
+    /// As [`Mesh::new`], and if `clustering` does not hold every triangle that is not degenerate
+    /// just once, in clusters within the limits that do not cross a part.
     pub fn with_clusters(mut data: MeshData, clustering: &Clustering) -> Result<Self, MeshError> {
         check(&data)?;
         complete_parts(&mut data);
@@ -310,8 +311,8 @@ impl Mesh {
         indices
     }
 
-    /// Input that the mesh was made of, its triangles in their original order: to make it again in another way.
-    /// Copies all of it.
+    /// Input that the mesh was made of, its triangles in their original order: to make it again in
+    /// another way. Copies all of it.
     #[must_use]
     pub fn to_data(&self) -> MeshData {
         MeshData {
@@ -354,14 +355,14 @@ impl Mesh {
         self.clusters.len() as u32
     }
 
-    /// The clusters of each part, in the mesh's order: what is drawn at once. As many runs as parts, unless a
-    /// clustering of the caller's mixes them.
+    /// The clusters of each part, in the mesh's order: what is drawn at once. As many runs as
+    /// parts, unless a clustering of the caller's mixes them.
     pub(crate) fn part_runs(&self) -> &[PartRun] {
         &self.part_runs
     }
 
-    /// Range of [`indices`](Self::indices) of some clusters that follow each other: what to draw for a
-    /// [`DrawRange`](crate::draw::DrawRange). Empty for no clusters.
+    /// Range of [`indices`](Self::indices) of some clusters that follow each other: what to draw
+    /// for a [`DrawRange`](crate::draw::DrawRange). Empty for no clusters.
     ///
     /// # Panics
     /// If there are not as many clusters.
@@ -453,8 +454,8 @@ fn box_of(indices: &[u32], positions: &[[f32; 3]]) -> Aabb {
     b
 }
 
-/// Whether a triangle covers nothing: repeated indices, or an area that is exactly zero (found without
-/// rounding, so a triangle that is merely thin is never one). NaN coordinates are not zero.
+/// Whether a triangle covers nothing: repeated indices, or an area that is exactly zero (found
+/// without rounding, so a triangle that is merely thin is never one). NaN coordinates are not zero.
 ///
 /// # Panics
 /// If an index is not below the number of positions.

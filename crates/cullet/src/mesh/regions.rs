@@ -24,12 +24,13 @@ impl Regions {
     }
 }
 
-/// Returns the connected regions of the triangles of a list for which `chosen` holds. Two triangles are
-/// neighbours if they share an edge once equal positions are welded (−0 equals 0); a shared corner is
-/// not enough.
+/// Returns the connected regions of the triangles of a list for which `chosen` holds. Two triangles
+/// are neighbours if they share an edge once equal positions are welded (−0 equals 0); a shared
+/// corner is not enough.
 ///
-/// Triangles whose corners are not three different positions, or have an index out of range, are in no
-/// region; `chosen` is called once for each of the others. O(n) apart from a sort of the edges at each vertex.
+/// Triangles whose corners are not three different positions, or have an index out of range, are in
+/// no region; `chosen` is called once for each of the others. O(n) apart from a sort of the edges
+/// at each vertex.
 #[must_use]
 pub fn connected_regions(
     positions: &[[f32; 3]],

@@ -4,15 +4,16 @@ use glam::DVec3;
 
 use crate::array::Each;
 
-/// Whether triangles are the surface of bodies, each wound outward: every edge is used as often in one direction as in
-/// the other, and what each set of triangles that share vertices encloses has a volume above zero. Then no eye outside
-/// sees a back face.
+/// Whether triangles are the surface of bodies, each wound outward: every edge is used as often in
+/// one direction as in the other, and what each set of triangles that share vertices encloses has a
+/// volume above zero. Then no eye outside sees a back face.
 ///
-/// Vertices are the same where their numbers are: of a body whose vertices are split along seams this says no, as of one
-/// with a cavity, which is safe. O(n).
+/// Vertices are the same where their numbers are: of a body whose vertices are split along seams
+/// this says no, as of one with a cavity, which is safe. O(n).
 pub(super) fn encloses(positions: &[[f32; 3]], indices: &[u32]) -> bool {
-    // A sum over all edges and their opposites, each by a number of its own in place of a sorted list, which would take
-    // more memory than the mesh: it is zero where both are the same edges, and for no other mesh that anyone will see.
+    // A sum over all edges and their opposites, each by a number of its own in place of a sorted
+    // list, which would take more memory than the mesh: it is zero where both are the same edges,
+    // and for no other mesh that anyone will see.
     let mut sum = 0_u64;
     for t in indices.chunks_exact(3) {
         for [a, b] in [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]] {
@@ -22,8 +23,8 @@ pub(super) fn encloses(positions: &[[f32; 3]], indices: &[u32]) -> bool {
     !indices.is_empty() && sum == 0 && volumes(positions, indices).all(|v| v > 0.0)
 }
 
-/// A number for an edge that looks random: `splitmix64` (G. Steele, D. Lea and C. Flood, "Fast splittable pseudorandom
-/// number generators", 2014).
+/// A number for an edge that looks random: `splitmix64` (G. Steele, D. Lea and C. Flood, "Fast
+/// splittable pseudorandom number generators", 2014).
 fn mixed(from: u32, to: u32) -> u64 {
     let mut v = (u64::from(from) << 32 | u64::from(to)).wrapping_add(0x9e37_79b9_7f4a_7c15);
     v = (v ^ (v >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

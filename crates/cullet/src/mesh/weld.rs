@@ -2,8 +2,8 @@
 
 use crate::array::Each;
 
-/// For each vertex the first vertex at the same position (−0 equals 0; a NaN equals one with the same bits).
-/// Expected O(n), 12 bytes a vertex on top of the result.
+/// For each vertex the first vertex at the same position (−0 equals 0; a NaN equals one with the
+/// same bits). Expected O(n), 12 bytes a vertex on top of the result.
 ///
 /// ```
 /// let positions = [[0.0, 1.0, 2.0], [3.0; 3], [-0.0, 1.0, 2.0]];

@@ -28,11 +28,12 @@ pub struct BoundsViolation {
 impl Scene {
     /// Finds the instances whose true geometry leaves their bounds, in the order of their slots.
     ///
-    /// `current` gives where an instance's vertices are now: in the space of its mesh, in the order of its
-    /// mesh's vertices, before the instance's transform; `None` for those that are drawn as the mesh says.
-    /// Only vertices of triangles that are drawn count. An instance without bounds, or with infinite ones,
-    /// is never lost and so never listed; all others are held against the very box that culling uses, to
-    /// the last bit. For tests and debug builds: O(vertices of all instances).
+    /// `current` gives where an instance's vertices are now: in the space of its mesh, in the order
+    /// of its mesh's vertices, before the instance's transform; `None` for those that are drawn as
+    /// the mesh says. Only vertices of triangles that are drawn count. An instance without bounds,
+    /// or with infinite ones, is never lost and so never listed; all others are held against the
+    /// very box that culling uses, to the last bit. For tests and debug builds: O(vertices of all
+    /// instances).
     ///
     /// # Errors
     /// If `current` gives more or fewer positions than the mesh has.

@@ -100,8 +100,9 @@ pub(super) fn rearrange<T: Copy>(values: &mut [T], moves: &[[u32; 2]]) {
     moves.iter().zip(moved).for_each(|(m, v)| values[m[1] as usize] = v);
 }
 
-/// One value a slot, mostly the default. As long as every slot has the default no memory is taken: of ten million instances few scenes give one
-/// bounds, flags or a number of its own, and those that they might have are a third of what an instance takes.
+/// One value a slot, mostly the default. As long as every slot has the default no memory is taken:
+/// of ten million instances few scenes give one bounds, flags or a number of its own, and those
+/// that they might have are a third of what an instance takes.
 #[derive(Clone, Debug)]
 pub(super) struct Column<T> {
     default: T,
@@ -116,7 +117,8 @@ impl<T: Copy + PartialEq> Column<T> {
         Self { default, len: 0, each: Vec::new() }
     }
 
-    /// Returns the value of a slot. Panics if there is no such slot, whether values are stored or not.
+    /// Returns the value of a slot. Panics if there is no such slot, whether values are stored or
+    /// not.
     #[inline]
     pub(super) fn get(&self, slot: usize) -> T {
         assert!(slot < self.len, "slot {slot} of {}", self.len);
@@ -144,8 +146,8 @@ impl<T: Copy + PartialEq> Column<T> {
         }
     }
 
-    /// Replaces the value of a slot. O(slots) for the first that is not the default. Panics if there
-    /// is no such slot.
+    /// Replaces the value of a slot. O(slots) for the first that is not the default. Panics if
+    /// there is no such slot.
     #[inline]
     pub(super) fn set(&mut self, slot: usize, value: T) {
         assert!(slot < self.len, "slot {slot} of {}", self.len);

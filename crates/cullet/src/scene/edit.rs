@@ -80,8 +80,8 @@ impl Scene {
     /// Sets the layers of an instance.
     ///
     /// # Errors
-    /// If the handle names no instance, or one that [stands for others](Self::stand_for): that is in
-    /// no layer, and drawn in those of the others.
+    /// If the handle names no instance, or one that [stands for others](Self::stand_for): that is
+    /// in no layer, and drawn in those of the others.
     pub fn set_layers(&mut self, handle: Handle, layers: u32) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
         let at = slot as usize;
@@ -145,7 +145,8 @@ impl Scene {
     }
 
     /// Moves the origin, and with it the point around which f32 bounds are finest. O(instances).
-    /// World-space override boxes are relative to the origin, so they are shifted, and grow by their rounding.
+    /// World-space override boxes are relative to the origin, so they are shifted, and grow by
+    /// their rounding.
     pub fn rebase(&mut self, origin: [f64; 3]) {
         let shift: [f64; 3] = array::from_fn(|a| self.origin[a] - origin[a]);
         for o in self.overrides.each_mut() {
@@ -221,8 +222,8 @@ pub struct SceneBoundsMut<'a> {
 }
 
 impl SceneBoundsMut<'_> {
-    /// Gives the instance of a slot this box, relative to the scene's origin, in place of its mesh's. An
-    /// empty slot stays empty.
+    /// Gives the instance of a slot this box, relative to the scene's origin, in place of its
+    /// mesh's. An empty slot stays empty.
     ///
     /// # Panics
     /// If there is no such slot.
@@ -237,8 +238,9 @@ impl SceneBoundsMut<'_> {
         if !is_present || scene.is_stand_in(slot) {
             return;
         }
-        // Neither exempt, whatever its flags, nor collapsed, if it was not: that is worked out once. Bits of many slots
-        // lie in one line of the cache, so that this reads nothing else of a slot that the cache may not have.
+        // Neither exempt, whatever its flags, nor collapsed, if it was not: that is worked out
+        // once. Bits of many slots lie in one line of the cache, so that this reads nothing else of
+        // a slot that the cache may not have.
         if known && bounds.is_finite() && !bits::get(&scene.exempt, at) {
             scene.hierarchy.write(at, bounds);
             scene.log_moved(slot);

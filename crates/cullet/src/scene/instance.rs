@@ -25,8 +25,8 @@ pub struct InstanceFlags {
     pub double_sided: bool,
     /// It is blended, whatever its mesh says.
     pub transparent: bool,
-    /// It is going to move: a commit puts it beside others that do, so that it loosens no node of what
-    /// stands. A hint; anything may move.
+    /// It is going to move: a commit puts it beside others that do, so that it loosens no node of
+    /// what stands. A hint; anything may move.
     pub dynamic: bool,
 }
 
@@ -42,8 +42,8 @@ pub enum BoundsOverride {
     None,
     /// This box in world space, relative to the scene's origin.
     World(Aabb),
-    /// The box of the mesh, grown on every side by this distance in world units: for vertices that a
-    /// shader displaces. A distance below 0 counts as 0; one that is NaN or infinite means that
+    /// The box of the mesh, grown on every side by this distance in world units: for vertices that
+    /// a shader displaces. A distance below 0 counts as 0; one that is NaN or infinite means that
     /// there are no bounds.
     Margin(f32),
 }
@@ -108,10 +108,11 @@ impl std::fmt::Display for SceneVersion {
 }
 
 impl Instance {
-    /// An instance without a mesh, in layer 0 alone: something of the caller's that lies within `bounds`, relative to
-    /// the scene's origin. It hides nothing, has no triangles and no draws; [`Visible::slots`](crate::Visible::slots)
-    /// lists it where it is visible. Bounds that are empty or not finite say nothing: such an instance is always
-    /// visible. Move it by [`Scene::set_bounds`] or [`Scene::write_bounds`].
+    /// An instance without a mesh, in layer 0 alone: something of the caller's that lies within
+    /// `bounds`, relative to the scene's origin. It hides nothing, has no triangles and no draws;
+    /// [`Visible::slots`](crate::Visible::slots) lists it where it is visible. Bounds that are
+    /// empty or not finite say nothing: such an instance is always visible. Move it by
+    /// [`Scene::set_bounds`] or [`Scene::write_bounds`].
     ///
     /// All of a scene share one empty mesh, which takes one [`MeshId`].
     ///
@@ -140,10 +141,12 @@ pub enum SceneError {
     /// The instance stands for others, and so is in no layer.
     #[error("{0:?} stands for others: set the layers of those")]
     StandIn(Handle),
-    /// The mesh of what was to [stand for others](super::Scene::stand_for) has nothing that could be drawn in their place.
+    /// The mesh of what was to [stand for others](super::Scene::stand_for) has nothing that could
+    /// be drawn in their place.
     #[error("the mesh of {0:?} has no levels of detail")]
     NoLevels(Handle),
-    /// An instance that nothing can stand for: it is not drawn just as its mesh says, or must be drawn always.
+    /// An instance that nothing can stand for: it is not drawn just as its mesh says, or must be
+    /// drawn always.
     #[error(
         "{0:?} deforms, has bounds of its own or none, or is always visible: it is drawn as itself"
     )]

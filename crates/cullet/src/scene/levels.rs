@@ -15,7 +15,8 @@ pub struct MeshLevels {
     pub mesh: MeshId,
     /// Its levels.
     pub levels: Levels,
-    /// Where the mesh is no more than the box of an impostor: the picture of the caller's that is drawn in it.
+    /// Where the mesh is no more than the box of an impostor: the picture of the caller's that is
+    /// drawn in it.
     pub impostor: Option<Arc<dyn Any + Send + Sync>>,
     /// The box of the mesh that has them, as it was when they were added.
     bounds: Aabb,
@@ -29,13 +30,15 @@ impl MeshLevels {
 }
 
 impl Scene {
-    /// Gives a mesh levels of detail, which are clusters of another mesh of the scene, in the same space:
-    /// [`Culler::lod`](crate::Culler::lod) then draws those in place of the mesh's own. A mesh may have several, such as a
-    /// chain of whole meshes and a hierarchy of clusters: of those the one with the fewest triangles is drawn.
-    /// They are numbered from 1 in the order in which they were added, 0 being the mesh itself.
+    /// Gives a mesh levels of detail, which are clusters of another mesh of the scene, in the same
+    /// space: [`Culler::lod`](crate::Culler::lod) then draws those in place of the mesh's own. A
+    /// mesh may have several, such as a chain of whole meshes and a hierarchy of clusters: of those
+    /// the one with the fewest triangles is drawn. They are numbered from 1 in the order in which
+    /// they were added, 0 being the mesh itself.
     ///
-    /// Both meshes should have the same parts: sides and materials that are drawn are those of `held_by`. Levels go when
-    /// [`edit_meshes`](Self::edit_meshes) gives the mesh that holds them another number of clusters.
+    /// Both meshes should have the same parts: sides and materials that are drawn are those of
+    /// `held_by`. Levels go when [`edit_meshes`](Self::edit_meshes) gives the mesh that holds them
+    /// another number of clusters.
     ///
     /// # Errors
     /// If one of the meshes is not there, or levels and mesh do not fit.
@@ -62,13 +65,14 @@ impl Scene {
         Ok(())
     }
 
-    /// Gives a mesh a coarser one to be drawn in its place where the eye is far enough: another mesh of the scene, in
-    /// the same space, no point of which is farther than `error` from the surface of `mesh`, in units of the mesh, nor
-    /// the other way round. Call it once for each level of a chain, in any order. For parts and sides see
-    /// [`add_levels`](Self::add_levels).
+    /// Gives a mesh a coarser one to be drawn in its place where the eye is far enough: another
+    /// mesh of the scene, in the same space, no point of which is farther than `error` from the
+    /// surface of `mesh`, in units of the mesh, nor the other way round. Call it once for each
+    /// level of a chain, in any order. For parts and sides see [`add_levels`](Self::add_levels).
     ///
     /// # Errors
-    /// If one of the meshes is not there, `coarse` has degenerate triangles, or `error` is negative or not finite.
+    /// If one of the meshes is not there, `coarse` has degenerate triangles, or `error` is negative
+    /// or not finite.
     pub fn add_lod(&mut self, mesh: MeshId, coarse: MeshId, error: f32) -> Result<(), LevelsError> {
         let meshes = self.meshes.len();
         let find = |id: MeshId| {
@@ -92,11 +96,13 @@ impl Scene {
         self.add_levels(mesh, coarse, levels)
     }
 
-    /// Gives a mesh an impostor as one more of its levels: `held_by`, such as a box around it, goes through culling in its
-    /// place where the error of `levels` is small enough, and a renderer draws `picture` there, which is its own affair and
-    /// comes back as [`MeshLevels::impostor`]. `cullet-mesh` has a picture from all around.
+    /// Gives a mesh an impostor as one more of its levels: `held_by`, such as a box around it, goes
+    /// through culling in its place where the error of `levels` is small enough, and a renderer
+    /// draws `picture` there, which is its own affair and comes back as [`MeshLevels::impostor`].
+    /// `cullet-mesh` has a picture from all around.
     ///
-    /// [`Lod::impostors`] says whether it may be chosen. It goes as other levels do, and when the box of the mesh changes.
+    /// [`Lod::impostors`] says whether it may be chosen. It goes as other levels do, and when the
+    /// box of the mesh changes.
     ///
     /// # Errors
     /// As [`add_levels`](Self::add_levels).
@@ -135,8 +141,8 @@ impl Scene {
         self.levels.get(mesh as usize).map_or(&[], Vec::as_slice)
     }
 
-    /// The number of the mesh that is drawn for a slot at a level of a [`DrawRange`](crate::draw::DrawRange): its own at level
-    /// 0, and where there is no such level.
+    /// The number of the mesh that is drawn for a slot at a level of a
+    /// [`DrawRange`](crate::draw::DrawRange): its own at level 0, and where there is no such level.
     ///
     /// # Panics
     /// If there is no such slot.
@@ -156,7 +162,8 @@ impl Scene {
         &self.meshes[self.mesh_id_at(slot, level) as usize]
     }
 
-    /// Forgets levels that no longer fit the mesh that holds them, and impostors of a mesh that is no longer in their box.
+    /// Forgets levels that no longer fit the mesh that holds them, and impostors of a mesh that is
+    /// no longer in their box.
     pub(super) fn drop_stale_levels(&mut self) {
         for (own, levels) in self.meshes.iter().zip(&mut self.levels) {
             levels.retain(|l| {

@@ -46,20 +46,22 @@ impl Log {
 }
 
 impl Scene {
-    /// Logs changes from here on, for [`changes_since`](Self::changes_since). Cost: a few bytes for each change, and no more than
-    /// eight for each instance.
+    /// Logs changes from here on, for [`changes_since`](Self::changes_since). Cost: a few bytes for
+    /// each change, and no more than eight for each instance.
     pub fn log_changes(&mut self) {
         self.log.is_on = true;
     }
 
-    /// Returns the number of changes that were logged, from which [`changes_since`](Self::changes_since) goes on.
+    /// Returns the number of changes that were logged, from which
+    /// [`changes_since`](Self::changes_since) goes on.
     #[must_use]
     pub fn logged(&self) -> u64 {
         self.log.first + self.log.entries.len() as u64
     }
 
-    /// Returns what changed since there were `logged` changes, in that order; `None` where that is not known: changes are
-    /// [logged](Self::log_changes) from a later one on, or there were more than the log keeps. Removed instances are not told of.
+    /// Returns what changed since there were `logged` changes, in that order; `None` where that is
+    /// not known: changes are [logged](Self::log_changes) from a later one on, or there were more
+    /// than the log keeps. Removed instances are not told of.
     #[must_use]
     pub fn changes_since(&self, logged: u64) -> Option<impl Iterator<Item = SceneChange> + '_> {
         let from = logged.checked_sub(self.log.first).filter(|_| self.log.is_on)?;

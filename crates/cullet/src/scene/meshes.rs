@@ -6,8 +6,8 @@ use crate::cull::occlusion::Occluder;
 use crate::mesh::{MAX_CLUSTER_TRIANGLES, Mesh};
 use crate::prepared::{Preparation, Prepared, add_all};
 
-/// The fewest triangles of a mesh of which clusters are culled by themselves, as many as two clusters hold. Of less so
-/// little goes that finding it costs more than drawing it.
+/// The fewest triangles of a mesh of which clusters are culled by themselves, as many as two
+/// clusters hold. Of less so little goes that finding it costs more than drawing it.
 const LEAST_PARTED: u32 = 2 * MAX_CLUSTER_TRIANGLES as u32;
 
 /// Whether it pays to cull the clusters of a mesh by themselves.
@@ -55,8 +55,9 @@ impl Scene {
         &self.kinds
     }
 
-    /// Adds a mesh that instances may share. What culling needs of it is made by the next [`commit`](Self::commit) or
-    /// [`prepare`](Self::prepare); until then stages keep what they cannot test.
+    /// Adds a mesh that instances may share. What culling needs of it is made by the next
+    /// [`commit`](Self::commit) or [`prepare`](Self::prepare); until then stages keep what they
+    /// cannot test.
     pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
         self.add_prepared_mesh(mesh, Prepared::default())
     }
@@ -91,8 +92,8 @@ impl Scene {
         &self.prepared[self.mesh[slot as usize] as usize]
     }
 
-    /// Gives a mesh an occluder, such as one that was baked: its shapes must lie within what the mesh hides. Nothing
-    /// if there is no such mesh.
+    /// Gives a mesh an occluder, such as one that was baked: its shapes must lie within what the
+    /// mesh hides. Nothing if there is no such mesh.
     pub fn set_occluder(&mut self, mesh: MeshId, occluder: Occluder) {
         if let Some(own) = self.prepared.get_mut(mesh as usize) {
             *own = std::mem::take(own).with_occluder(occluder);
@@ -100,8 +101,8 @@ impl Scene {
         }
     }
 
-    /// Calls `edit` with every mesh, to change its sides or to put another in its place. Returns the
-    /// meshes that lost an occluder that was [given](Self::set_occluder).
+    /// Calls `edit` with every mesh, to change its sides or to put another in its place. Returns
+    /// the meshes that lost an occluder that was [given](Self::set_occluder).
     ///
     /// Where a mesh came out changed, what had been prepared of it is made anew, as by
     /// [`prepare`](Self::prepare); an occluder that was given may stand for what the mesh no longer
@@ -171,11 +172,11 @@ impl Scene {
         lost
     }
 
-    /// Makes what is wanted of every mesh, and not yet there. Nothing of it for two-sided and for deformable meshes; see
-    /// [`Prepared::of`] for the cost.
+    /// Makes what is wanted of every mesh, and not yet there. Nothing of it for two-sided and for
+    /// deformable meshes; see [`Prepared::of`] for the cost.
     ///
-    /// Runs on this thread; with the feature `rayon` on the threads of its pool. To use others, make [`Prepared::of`] each
-    /// mesh on them and hand it to
+    /// Runs on this thread; with the feature `rayon` on the threads of its pool. To use others,
+    /// make [`Prepared::of`] each mesh on them and hand it to
     /// [`add_prepared_mesh`](Self::add_prepared_mesh) with the mesh.
     pub fn prepare(&mut self, wanted: impl Into<Preparation>) {
         add_all(&mut self.prepared, &self.meshes, wanted.into());

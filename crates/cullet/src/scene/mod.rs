@@ -34,14 +34,14 @@ pub(crate) use tally::Tally;
 
 /// Meshes shared by instances.
 ///
-/// Instances live in **slots**, dense numbers that every hot array uses; a removed instance leaves an
-/// empty slot until [`commit`](Self::commit), which sorts the slots by place: it and
-/// [`commit_slice`](Self::commit_slice) are the only calls that move instances between slots.
-/// A handle finds its slot, and a slot its handle, in O(1).
+/// Instances live in **slots**, dense numbers that every hot array uses; a removed instance leaves
+/// an empty slot until [`commit`](Self::commit), which sorts the slots by place: it and
+/// [`commit_slice`](Self::commit_slice) are the only calls that move instances between slots. A
+/// handle finds its slot, and a slot its handle, in O(1).
 ///
-/// An instance takes some 116 bytes, half of them its transform; [`commit`](Self::commit) takes up to 32 more while it sorts.
-/// Flags, bounds, size weights and the caller's numbers take 45 more of every instance, each kind as soon as one instance has
-/// other than the default.
+/// An instance takes some 116 bytes, half of them its transform; [`commit`](Self::commit) takes up
+/// to 32 more while it sorts. Flags, bounds, size weights and the caller's numbers take 45 more of
+/// every instance, each kind as soon as one instance has other than the default.
 #[derive(Debug)]
 pub struct Scene {
     id: u64,
@@ -134,7 +134,8 @@ impl Scene {
         self.hierarchy.order_version()
     }
 
-    /// Versions that slots and clusters of a result belong to: see [`Visible::version`](crate::Visible::version).
+    /// Versions that slots and clusters of a result belong to: see
+    /// [`Visible::version`](crate::Visible::version).
     #[must_use]
     pub fn version(&self) -> SceneVersion {
         SceneVersion { scene: self.id, order: self.order_version(), meshes: self.mesh_version }
@@ -165,7 +166,8 @@ impl Scene {
         self.hierarchy.len() - self.stand_in_slots().filter(here).count() as u32
     }
 
-    /// The slots that hold an instance, ascending, without those that only [stand for others](Self::stand_for).
+    /// The slots that hold an instance, ascending, without those that only [stand for
+    /// others](Self::stand_for).
     pub fn slots(&self) -> impl Iterator<Item = u32> {
         (0..self.slot_count()).filter(|&s| !self.is_removed(s) && !self.is_stand_in(s))
     }
@@ -251,7 +253,8 @@ impl Scene {
         Some(each.get(first..(first + LANES).min(each.len())).unwrap_or_default())
     }
 
-    /// The largest of the [weights](Self::size_weight) of some slots; infinite where one is never culled for its size.
+    /// The largest of the [weights](Self::size_weight) of some slots; infinite where one is never
+    /// culled for its size.
     pub(crate) fn largest_size_weight(&self, slots: std::ops::Range<usize>) -> f32 {
         let Some(each) = self.size_weights.each() else { return 1.0 };
         let own = each.get(slots.start..slots.end.min(each.len())).unwrap_or_default();
@@ -288,8 +291,8 @@ impl Scene {
         &self.hierarchy
     }
 
-    /// One bit a slot: instances that no stage but the layer mask may cull, because they are flagged
-    /// so, have no bounds, or have a transform that is not finite.
+    /// One bit a slot: instances that no stage but the layer mask may cull, because they are
+    /// flagged so, have no bounds, or have a transform that is not finite.
     #[must_use]
     pub fn exempt(&self) -> &[u64] {
         &self.exempt
@@ -320,22 +323,23 @@ impl Scene {
         self.tallies.of_bits(word, bits, self.hierarchy.present()[word], &self.mesh)
     }
 
-    /// Totals of the instances of the bits of some words of slots, from one on; the slots must not be empty.
+    /// Totals of the instances of the bits of some words of slots, from one on; the slots must not
+    /// be empty.
     pub(crate) fn tally_of_words(&self, first: usize, bits: &[u64]) -> Tally {
         let present = &self.hierarchy.present()[first..first + bits.len()];
         self.tallies.of_words(first, bits, present, &self.mesh)
     }
 
-    /// One bit a slot: instances without a triangle that has an area, because their mesh has none or
-    /// their transform flattens everything to a line or a point.
+    /// One bit a slot: instances without a triangle that has an area, because their mesh has none
+    /// or their transform flattens everything to a line or a point.
     #[must_use]
     pub(crate) fn collapsed(&self) -> &[u64] {
         &self.collapsed
     }
 
-    /// Whether the instance is drawn just as its mesh says, so that its clusters and triangles may be
-    /// culled on their own. Not so where the caller gave bounds (a shader may move the vertices) or
-    /// the mesh can deform.
+    /// Whether the instance is drawn just as its mesh says, so that its clusters and triangles may
+    /// be culled on their own. Not so where the caller gave bounds (a shader may move the vertices)
+    /// or the mesh can deform.
     ///
     /// # Panics
     /// If there is no such slot.

@@ -7,18 +7,19 @@ use crate::hierarchy::{Commit, NO_SLOT};
 use crate::prepared::Preparation;
 
 impl Scene {
-    /// Fits the nodes of the hierarchy to what moved since the last time: makes the next cull faster,
-    /// never different. The cost is that of what moved.
+    /// Fits the nodes of the hierarchy to what moved since the last time: makes the next cull
+    /// faster, never different. The cost is that of what moved.
     pub fn refit(&mut self) {
         self.hierarchy.refit();
     }
 
-    /// Sorts the slots by place, those of [dynamic](crate::InstanceFlags::dynamic) instances after all others, and
-    /// closes the gaps that removed instances left. Returns where each slot went. O(instances). Call it after
-    /// loading, and again after much was added or moved far.
+    /// Sorts the slots by place, those of [dynamic](crate::InstanceFlags::dynamic) instances after
+    /// all others, and closes the gaps that removed instances left. Returns where each slot went.
+    /// O(instances). Call it after loading, and again after much was added or moved far.
     ///
-    /// Before that it [prepares](Self::prepare) the meshes that came since the last commit, for the stages of a culler and
-    /// nothing else: `scene.commit(&culler)`. Scenes of several cullers take the [union](Preparation::and) of what those use.
+    /// Before that it [prepares](Self::prepare) the meshes that came since the last commit, for the
+    /// stages of a culler and nothing else: `scene.commit(&culler)`. Scenes of several cullers take
+    /// the [union](Preparation::and) of what those use.
     pub fn commit(&mut self, wanted: impl Into<Preparation>) -> Commit {
         self.prepare(wanted);
         self.sort()
@@ -59,9 +60,10 @@ impl Scene {
         self.change += 1;
     }
 
-    /// Sorts some of the slots: call it once or more a frame where much moves, so that the order does not
-    /// decay and no frame waits for a [`commit`](Self::commit). Returns the slots that changed, as old and
-    /// new. See [`Hierarchy::commit_slice`](crate::hierarchy::Hierarchy::commit_slice).
+    /// Sorts some of the slots: call it once or more a frame where much moves, so that the order
+    /// does not decay and no frame waits for a [`commit`](Self::commit). Returns the slots that
+    /// changed, as old and new. See
+    /// [`Hierarchy::commit_slice`](crate::hierarchy::Hierarchy::commit_slice).
     pub fn commit_slice(&mut self) -> Vec<[u32; 2]> {
         let moves = self.hierarchy.commit_slice();
         let slots = self.slot_count() as usize;

@@ -1,4 +1,5 @@
-//! Instances that stand for others: one mesh with levels of detail in place of many instances that are far away.
+//! Instances that stand for others: one mesh with levels of detail in place of many instances that
+//! are far away.
 
 use std::collections::HashSet;
 
@@ -99,20 +100,23 @@ impl Permute for StandIns {
 }
 
 impl Scene {
-    /// Lets an instance stand for others: where levels of detail are drawn, [`Culler::lod`](crate::Culler::lod) draws a cut of
-    /// its levels in place of all of them, if that is within the threshold and has no more triangles than what would be
-    /// drawn of those that are left. Its surface should be theirs, and the errors of its levels be measured against theirs.
+    /// Lets an instance stand for others: where levels of detail are drawn,
+    /// [`Culler::lod`](crate::Culler::lod) draws a cut of its levels in place of all of them, if
+    /// that is within the threshold and has no more triangles than what would be drawn of those
+    /// that are left. Its surface should be theirs, and the errors of its levels be measured
+    /// against theirs.
     ///
-    /// From then on the instance is in no layer and is drawn for nothing else, [`slots`](Self::slots) leaves it out, and it
-    /// is in no count of the scene's. The others may stand for instances themselves, so that groups become a tree. They
-    /// should be in the same layers: it is drawn as soon as one of them is left.
+    /// From then on the instance is in no layer and is drawn for nothing else,
+    /// [`slots`](Self::slots) leaves it out, and it is in no count of the scene's. The others may
+    /// stand for instances themselves, so that groups become a tree. They should be in the same
+    /// layers: it is drawn as soon as one of them is left.
     ///
-    /// If one of them is moved, removed, put in another layer, given other flags or bounds, or if its mesh is edited, all
-    /// that stand for it are never drawn again. O(instances).
+    /// If one of them is moved, removed, put in another layer, given other flags or bounds, or if
+    /// its mesh is edited, all that stand for it are never drawn again. O(instances).
     ///
     /// # Errors
-    /// If a handle names no instance, the mesh of `stand_in` has no levels, or an instance does not qualify; then nothing has
-    /// changed.
+    /// If a handle names no instance, the mesh of `stand_in` has no levels, or an instance does not
+    /// qualify; then nothing has changed.
     pub fn stand_for(&mut self, stand_in: Handle, others: &[Handle]) -> Result<(), SceneError> {
         let own = self.slot(stand_in)?;
         if self.levels(self.mesh_id(own)).is_empty() {
@@ -181,15 +185,16 @@ impl Scene {
         self.stand_ins.iter().flat_map(|s| s.all.iter().map(|s| s.slot))
     }
 
-    /// Whether the instance of a slot stands for others of which one has changed since, so that it is never drawn.
+    /// Whether the instance of a slot stands for others of which one has changed since, so that it
+    /// is never drawn.
     #[must_use]
     pub fn is_stand_in_off(&self, slot: u32) -> bool {
         let own = |s: &StandIns| s.number_of(slot).is_some_and(|own| s.all[own as usize].off);
         self.stand_ins.as_deref().is_some_and(own)
     }
 
-    /// The slot of the instance that stands for that of a slot, itself one that stands for others or not; `None` where
-    /// there is none.
+    /// The slot of the instance that stands for that of a slot, itself one that stands for others
+    /// or not; `None` where there is none.
     #[must_use]
     pub fn stand_in_of(&self, slot: u32) -> Option<u32> {
         let stands = self.stand_ins.as_deref()?;
@@ -200,8 +205,8 @@ impl Scene {
         Some(stands.all.get(above as usize)?.slot)
     }
 
-    /// The slots of the instances that are drawn as themselves where one that stands for others is not, nor any below it;
-    /// ascending. O(slots).
+    /// The slots of the instances that are drawn as themselves where one that stands for others is
+    /// not, nor any below it; ascending. O(slots).
     #[must_use]
     pub fn stood_for_by(&self, stand_in: u32) -> Vec<u32> {
         let Some(stands) = self.stand_ins.as_deref() else { return Vec::new() };
@@ -242,7 +247,8 @@ impl Scene {
         }
     }
 
-    /// The bounds of a slot in the hierarchy: none of those that stand for others, which nobody is to find there.
+    /// The bounds of a slot in the hierarchy: none of those that stand for others, which nobody is
+    /// to find there.
     pub(super) fn box_to_find(&self, slot: usize) -> Aabb {
         if self.is_stand_in(slot as u32) { Aabb::EMPTY } else { self.world_box(slot) }
     }

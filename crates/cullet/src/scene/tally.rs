@@ -1,5 +1,5 @@
-//! How many clusters and triangles the instances of a scene have, kept so that culling can count without visiting
-//! every instance.
+//! How many clusters and triangles the instances of a scene have, kept so that culling can count
+//! without visiting every instance.
 
 use std::collections::HashMap;
 use std::ops::{Add, AddAssign, SubAssign};
@@ -140,7 +140,8 @@ impl Tallies {
         }
     }
 
-    /// Counts all layers again, after meshes were edited, without the slots that have [left](Self::leave) them.
+    /// Counts all layers again, after meshes were edited, without the slots that have
+    /// [left](Self::leave) them.
     pub(super) fn recount_layers(
         &mut self,
         mesh: &[u32],
@@ -169,8 +170,8 @@ impl Tallies {
         sum
     }
 
-    /// The instances of some bits of a word, all of which are `present`: by those that are missing, where that is
-    /// shorter.
+    /// The instances of some bits of a word, all of which are `present`: by those that are missing,
+    /// where that is shorter.
     pub(super) fn of_bits(&self, word: usize, bits: u64, present: u64, mesh: &[u32]) -> Tally {
         let missing = present & !bits;
         if missing.count_ones() >= bits.count_ones() {
@@ -181,7 +182,8 @@ impl Tallies {
         sum
     }
 
-    /// The same of some words from `first` on; of whole groups that are all there, at the cost of comparing bits.
+    /// The same of some words from `first` on; of whole groups that are all there, at the cost of
+    /// comparing bits.
     pub(super) fn of_words(
         &self,
         first: usize,

@@ -54,7 +54,8 @@ pub enum Projection {
 }
 
 impl Projection {
-    /// Window on the near plane (left, right, bottom, top), near, far, and whether lines of sight meet.
+    /// Window on the near plane (left, right, bottom, top), near, far, and whether lines of sight
+    /// meet.
     fn window(&self) -> ([f64; 4], f64, f64, bool) {
         match *self {
             Self::Perspective { fov_y_radians, aspect, near, far } => {
@@ -164,8 +165,8 @@ impl Camera {
         let (w, h) = (right - left, top - bottom);
         let x_shift = (right + left) / w;
         let y_shift = (top + bottom) / h;
-        // Depth as a row (z factor, constant). The reversed one is w − depth, written out: subtracting would
-        // lose the far plane's digits, which are what reversed depth is for.
+        // Depth as a row (z factor, constant). The reversed one is w − depth, written out:
+        // subtracting would lose the far plane's digits, which are what reversed depth is for.
         let span = far - near;
         let (z, c) = match (perspective, depth, far.is_infinite()) {
             (true, Depth::Standard, true) => (-1.0, -near),
@@ -194,8 +195,8 @@ impl Camera {
         Ok(project * view)
     }
 
-    /// The frustum by the geometric construction of the lectures: the corners of the near window, and
-    /// planes spanned by the eye and its edges. Normals point out, all six. It equals the
+    /// The frustum by the geometric construction of the lectures: the corners of the near window,
+    /// and planes spanned by the eye and its edges. Normals point out, all six. It equals the
     /// [`View::frustum`](super::View::frustum) of this camera but for rounding.
     ///
     /// # Errors
@@ -207,7 +208,8 @@ impl Camera {
 }
 
 impl Projection {
-    /// The frustum in camera space: the eye at the origin, right along +X, up along +Y, looking along −Z.
+    /// The frustum in camera space: the eye at the origin, right along +X, up along +Y, looking
+    /// along −Z.
     ///
     /// # Errors
     /// If the numbers make no view.
@@ -219,7 +221,8 @@ impl Projection {
     fn planes(&self, axes: &DMat3, eye: DVec3) -> Frustum {
         let (r, u, back) = (axes.x_axis, axes.y_axis, axes.z_axis);
         let ([left, right, bottom, top], near, far, perspective) = self.window();
-        // Corners are relative to the eye: subtracting it again far from the origin would cost digits.
+        // Corners are relative to the eye: subtracting it again far from the origin would cost
+        // digits.
         let corner = |x: f64, y: f64| r * x + u * y - back * near;
         // The direction of the line of sight through a point of the near window.
         let sight = |p: DVec3| if perspective { p } else { -back };

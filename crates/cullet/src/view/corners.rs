@@ -24,12 +24,13 @@ pub(super) fn lies_on(corner: usize, plane: usize) -> bool {
 /// Corners less exact than this are not used: 1 / the sine of the angles at which the planes meet.
 const MAX_CONDITION: f64 = 1e6;
 
-/// The corners by the six planes of a view, bit 0, 1, 2 of the index for right, top, far. `None` unless they
-/// are the corners of exactly that region: then the region is their convex hull.
+/// The corners by the six planes of a view, bit 0, 1, 2 of the index for right, top, far. `None`
+/// unless they are the corners of exactly that region: then the region is their convex hull.
 ///
-/// Why checking each corner against all planes is enough: from a corner that satisfies them all, the
-/// region goes on along three edges, each of which ends in another of the eight (or runs to infinity
-/// as one of the four directions). The edges of a convex body connect all its corners, so there are no more.
+/// Why checking each corner against all planes is enough: from a corner that satisfies them all,
+/// the region goes on along three edges, each of which ends in another of the eight (or runs to
+/// infinity as one of the four directions). The edges of a convex body connect all its corners, so
+/// there are no more.
 pub(super) fn of(planes: [Option<&Plane>; 6]) -> Option<[Corner; 8]> {
     let plane = |which: usize| planes[which];
     let mut corners = [Corner { point: DVec3::ZERO, at_infinity: false, error: 0.0 }; 8];

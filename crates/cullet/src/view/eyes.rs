@@ -2,11 +2,13 @@
 
 use crate::array;
 
-/// A ball of eyes that levels are chosen for at once: none of them sees an error above the threshold.
+/// A ball of eyes that levels are chosen for at once: none of them sees an error above the
+/// threshold.
 ///
-/// With a ball that is kept while the eye stays in it nothing flips, whatever the eye does in there, and nothing is
-/// remembered but the ball. A ball around both eyes of a stereo view gives both the same levels, and one around the
-/// camera's eye gives its shadow maps the levels that it draws.
+/// With a ball that is kept while the eye stays in it nothing flips, whatever the eye does in
+/// there, and nothing is remembered but the ball. A ball around both eyes of a stereo view gives
+/// both the same levels, and one around the camera's eye gives its shadow maps the levels that it
+/// draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EyeBall {

@@ -38,13 +38,13 @@ impl FrustumPlane {
     }
 }
 
-/// Up to [`Frustum::MAX_PLANES`] half-spaces n·x ≤ d with outward unit normals. The first six are the
-/// view's own, each at the number of its [`FrustumPlane`]; a missing one (a far plane at infinity)
-/// keeps its number and rejects nothing. More, with numbers from 6, may be added: a portal's edges, a
-/// section plane.
+/// Up to [`Frustum::MAX_PLANES`] half-spaces n·x ≤ d with outward unit normals. The first six are
+/// the view's own, each at the number of its [`FrustumPlane`]; a missing one (a far plane at
+/// infinity) keeps its number and rejects nothing. More, with numbers from 6, may be added: a
+/// portal's edges, a section plane.
 ///
-/// A frustum made from a [`View`](super::View) is never smaller than the volume the view's matrix shows, nor
-/// than what a renderer that works in f64 lets through after rounding.
+/// A frustum made from a [`View`](super::View) is never smaller than the volume the view's matrix
+/// shows, nor than what a renderer that works in f64 lets through after rounding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frustum {
     planes: [Plane; Self::MAX_PLANES],
@@ -63,7 +63,8 @@ impl Frustum {
     }
 
     /// The region within six planes, each taken as it is; `None` for one that is not there. A plane
-    /// with a number that is not finite, or with a zero normal, counts as not there: it proves nothing.
+    /// with a number that is not finite, or with a zero normal, counts as not there: it proves
+    /// nothing.
     #[must_use]
     pub fn from_planes(planes: [Option<Plane>; 6]) -> Self {
         let mut f = Self { planes: [Plane::default(); Self::MAX_PLANES], present: 0 };
@@ -85,7 +86,8 @@ impl Frustum {
     /// Adds one more half-space, normalised, and returns its number, the lowest free one from 6 on.
     ///
     /// # Errors
-    /// If all 26 numbers are taken, or the plane's normal has no direction, or a number is not finite.
+    /// If all 26 numbers are taken, or the plane's normal has no direction, or a number is not
+    /// finite.
     pub fn push(&mut self, plane: Plane) -> Result<usize, ViewError> {
         let normalized = plane.normalized().ok_or(ViewError::NoPlane(plane))?;
         let number = (6..Self::MAX_PLANES)
@@ -109,16 +111,18 @@ impl Frustum {
             let inside = a + b;
             let n = -inside.truncate();
             // Where nothing but the rounding of the two rows is left of the normal, the plane is at
-            // infinity: what direction remains is noise. Dropping a plane errs towards keep, so the threshold
-            // may be generous; 16 u costs a far plane only beyond 1e14 times the distance of the near one.
+            // infinity: what direction remains is noise. Dropping a plane errs towards keep, so the
+            // threshold may be generous; 16 u costs a far plane only beyond 1e14 times the distance
+            // of the near one.
             let noise = (a.truncate().length() + b.truncate().length()) * ROUNDING;
             // Plain length: rows that over- or underflow make no plane that could be trusted.
             let length = n.length();
             (length > noise).then(|| Plane { normal: (n / length).into(), d: inside.w / length })
         }));
-        // A renderer compares two rounded rows (z ≤ w), and is off by their size, not by that of their
-        // difference: near the far plane 1e-16 in clip depth can be whole units of the scene. A plane whose
-        // rows cancel gives way by as much as that is at its farthest corner; the tests allow for the rest.
+        // A renderer compares two rounded rows (z ≤ w), and is off by their size, not by that of
+        // their difference: near the far plane 1e-16 in clip depth can be whole units of the scene.
+        // A plane whose rows cancel gives way by as much as that is at its farthest corner; the
+        // tests allow for the rest.
         for (i, (a, b)) in rows.into_iter().enumerate() {
             let size = |v: DVec4| v.truncate().length();
             let cancels = size(a) + size(b) > 4.0 * size(a + b);
@@ -155,26 +159,28 @@ impl Frustum {
         self.present
     }
 
-    /// Whether `point` is inside every plane or on it, by f64 arithmetic. NaN is inside: nothing rejects it.
+    /// Whether `point` is inside every plane or on it, by f64 arithmetic. NaN is inside: nothing
+    /// rejects it.
     #[must_use]
     pub fn contains(&self, point: impl Into<[f64; 3]>) -> bool {
         let p = point.into();
         !self.planes().any(|(_, plane)| plane.distance(p) > 0.0)
     }
 
-    /// The eight corners as homogeneous points: (x, y, z, 1), or (direction, 0) for the far corners of
-    /// a frustum without a far plane. Bit 0, 1, 2 of the index choose the right, top, far side.
+    /// The eight corners as homogeneous points: (x, y, z, 1), or (direction, 0) for the far corners
+    /// of a frustum without a far plane. Bit 0, 1, 2 of the index choose the right, top, far side.
     ///
-    /// `None` where a side or the near plane is missing, or where the planes do not make the six sides of
-    /// such a body (a view whose far plane is behind its eye, planes that are almost parallel). Planes from 6
-    /// on are not looked at. Rounded.
+    /// `None` where a side or the near plane is missing, or where the planes do not make the six
+    /// sides of such a body (a view whose far plane is behind its eye, planes that are almost
+    /// parallel). Planes from 6 on are not looked at. Rounded.
     #[must_use]
     pub fn corners(&self) -> Option<[[f64; 4]; 8]> {
         self.corners_with_error()
             .map(|all| all.each(|c| c.point.extend(if c.at_infinity { 0.0 } else { 1.0 }).into()))
     }
 
-    /// Returns a box around the frustum, rounded outward; `None` where it has no end or its corners are unknown.
+    /// Returns a box around the frustum, rounded outward; `None` where it has no end or its corners
+    /// are unknown.
     pub(crate) fn bounds(&self) -> Option<Aabb> {
         let corners = self.corners_with_error()?;
         if corners.iter().any(|corner| corner.at_infinity) {
@@ -192,8 +198,8 @@ impl Frustum {
         corners::of(FrustumPlane::ALL.each(|which| self.plane(which)))
     }
 
-    /// The same region for coordinates relative to `origin`. Each d is rounded once, however large the
-    /// origin is.
+    /// The same region for coordinates relative to `origin`. Each d is rounded once, however large
+    /// the origin is.
     #[must_use]
     pub fn relative_to(&self, origin: [f64; 3]) -> Self {
         let mut f = Self { present: 0, ..self.clone() };
@@ -203,15 +209,15 @@ impl Frustum {
         f
     }
 
-    /// The same region in the space of an object that `transform` (relative to the same origin as the
-    /// frustum) puts into the world: x is in it iff its image is in the frustum. Normals go by the transpose of
-    /// the linear part, so mirrored, sheared and singular transforms are right, and are made unit
-    /// again: distances are in units of the object.
+    /// The same region in the space of an object that `transform` (relative to the same origin as
+    /// the frustum) puts into the world: x is in it iff its image is in the frustum. Normals go by
+    /// the transpose of the linear part, so mirrored, sheared and singular transforms are right,
+    /// and are made unit again: distances are in units of the object.
     ///
     /// Each number is computed in twice the precision of f64 and rounded once. A plane whose normal
-    /// vanishes (a transform flattened along it) or drowns in rounding is left out and so rejects nothing: the
-    /// object's box in the world is what such a plane can be tested with. A transform that is not finite gives
-    /// a region without planes.
+    /// vanishes (a transform flattened along it) or drowns in rounding is left out and so rejects
+    /// nothing: the object's box in the world is what such a plane can be tested with. A transform
+    /// that is not finite gives a region without planes.
     #[must_use]
     pub fn to_object_space(&self, transform: &Transform) -> Self {
         let mut f = Self::everything();
@@ -221,7 +227,8 @@ impl Frustum {
         f
     }
 
-    /// The planes of [`to_object_space`](Self::to_object_space) whose bits are set in `wanted`, with their numbers.
+    /// The planes of [`to_object_space`](Self::to_object_space) whose bits are set in `wanted`,
+    /// with their numbers.
     pub(crate) fn planes_in_object_space(
         &self,
         transform: &Transform,

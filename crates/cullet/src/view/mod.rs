@@ -126,8 +126,8 @@ pub enum ViewError {
 
 /// All that a culler needs to know of a camera.
 ///
-/// World space is right-handed; a view looks along −Z of its own space; clip depth is 0..1, standard
-/// or reversed. Everything is f64, so that a world of 1e7 units stays exact enough.
+/// World space is right-handed; a view looks along −Z of its own space; clip depth is 0..1,
+/// standard or reversed. Everything is f64, so that a world of 1e7 units stays exact enough.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "plain::ViewData", into = "plain::ViewData"))]
@@ -143,17 +143,18 @@ pub struct View {
     pub front_face: FrontFace,
     /// Faces of one-sided meshes that this view does not draw.
     pub cull_face: CullFace,
-    /// The eyes that levels of detail are chosen for, where it is not the view's own alone; of parallel lines of sight
-    /// nothing. Not written with a view.
+    /// The eyes that levels of detail are chosen for, where it is not the view's own alone; of
+    /// parallel lines of sight nothing. Not written with a view.
     pub eyes: Option<EyeBall>,
-    /// Half the way between the eyes of a stereo view, and how far their near planes lie apart in depth.
+    /// Half the way between the eyes of a stereo view, and how far their near planes lie apart in
+    /// depth.
     apart: [f64; 3],
     near_depth: f64,
 }
 
 impl View {
-    /// Whether it draws the fronts of one-sided meshes: where it draws their backs alone, as some shadow passes do, their
-    /// fronts hide nothing.
+    /// Whether it draws the fronts of one-sided meshes: where it draws their backs alone, as some
+    /// shadow passes do, their fronts hide nothing.
     #[must_use]
     pub fn draws_fronts(&self) -> bool {
         match self.cull_face {
@@ -172,8 +173,8 @@ impl View {
         Self::from_matrix(m.to_cols_array(), depth, viewport)
     }
 
-    /// A perspective view from `eye` to `target`, +Y up, that fills the viewport; `far` may be infinite.
-    /// Depth is standard. For more say [`Camera`] and [`View::new`].
+    /// A perspective view from `eye` to `target`, +Y up, that fills the viewport; `far` may be
+    /// infinite. Depth is standard. For more say [`Camera`] and [`View::new`].
     ///
     /// # Errors
     /// If the numbers make no view; the message names the number.
@@ -191,8 +192,8 @@ impl View {
         Self::new(&Camera::look_at(eye, target, projection), Depth::Standard, viewport)
     }
 
-    /// An orthographic view from `eye` towards `target`, +Y up, `height` units high and as wide as the
-    /// viewport needs; `near` may be negative. Depth is standard.
+    /// An orthographic view from `eye` towards `target`, +Y up, `height` units high and as wide as
+    /// the viewport needs; `near` may be negative. Depth is standard.
     ///
     /// # Errors
     /// If the numbers make no view; the message names the number.
@@ -211,16 +212,18 @@ impl View {
         Self::new(&Camera::look_at(eye, target, projection), Depth::Standard, viewport)
     }
 
-    /// The view of any invertible matrix, column-major, that takes world to clip space: perspective,
-    /// orthographic, off-centre, mirrored, with a finite or infinite far plane, times any factor.
+    /// The view of any invertible matrix, column-major, that takes world to clip space:
+    /// perspective, orthographic, off-centre, mirrored, with a finite or infinite far plane, times
+    /// any factor.
     ///
-    /// A point is inside where a graphics card keeps it: −w ≤ x ≤ w, −w ≤ y ≤ w, 0 ≤ z ≤ w. A matrix is refused as
-    /// singular where rounding hides the sign of its determinant: 1e17 units from the origin there is no
-    /// room in f64 for a near plane at 0.1, so let matrix and scene share an origin near the eye.
+    /// A point is inside where a graphics card keeps it: −w ≤ x ≤ w, −w ≤ y ≤ w, 0 ≤ z ≤ w. A
+    /// matrix is refused as singular where rounding hides the sign of its determinant: 1e17 units
+    /// from the origin there is no room in f64 for a near plane at 0.1, so let matrix and scene
+    /// share an origin near the eye.
     ///
     /// # Errors
-    /// If a number is not finite, the matrix is singular, a perspective matrix has its near plane at the other end of
-    /// the depth range than `depth` says, or the viewport is empty.
+    /// If a number is not finite, the matrix is singular, a perspective matrix has its near plane
+    /// at the other end of the depth range than `depth` says, or the viewport is empty.
     pub fn from_matrix(
         clip_from_world: impl Into<Matrix>,
         depth: Depth,
@@ -248,11 +251,12 @@ impl View {
         })
     }
 
-    /// Makes the view of a matrix for clip depth −1..1, as OpenGL, WebGL and three.js have it: −1 at the near plane in
-    /// [`Depth::Standard`], 1 in [`Depth::Reversed`]. The view holds the matrix of the same volume for depth 0..1.
+    /// Makes the view of a matrix for clip depth −1..1, as OpenGL, WebGL and three.js have it: −1
+    /// at the near plane in [`Depth::Standard`], 1 in [`Depth::Reversed`]. The view holds the
+    /// matrix of the same volume for depth 0..1.
     ///
-    /// Such a matrix given to [`from_matrix`](Self::from_matrix) moves the near plane to about twice its distance,
-    /// which no check can notice.
+    /// Such a matrix given to [`from_matrix`](Self::from_matrix) moves the near plane to about
+    /// twice its distance, which no check can notice.
     ///
     /// # Errors
     /// The errors of [`from_matrix`](Self::from_matrix).
@@ -281,14 +285,15 @@ impl View {
         self.clip_from_world.to_cols_array()
     }
 
-    /// Clip space to world, column-major: the inverse of [`clip_from_world`](Self::clip_from_world), rounded.
+    /// Clip space to world, column-major: the inverse of
+    /// [`clip_from_world`](Self::clip_from_world), rounded.
     #[must_use]
     pub fn world_from_clip(&self) -> [f64; 16] {
         self.clip_from_world.inverse().to_cols_array()
     }
 
-    /// The homogeneous eye: (position, 1) in perspective; (unit direction from the scene towards the
-    /// viewer, 0) in orthographic. A triangle with outward plane n·x = d is front-facing iff
+    /// The homogeneous eye: (position, 1) in perspective; (unit direction from the scene towards
+    /// the viewer, 0) in orthographic. A triangle with outward plane n·x = d is front-facing iff
     /// n·eye.xyz − d·eye.w > 0, in both.
     #[must_use]
     pub fn eye(&self) -> [f64; 4] {
@@ -301,8 +306,8 @@ impl View {
         self.eye.w == 0.0
     }
 
-    /// Whether the projection mirrors, so that windings on the screen are opposite to those seen from
-    /// the eye.
+    /// Whether the projection mirrors, so that windings on the screen are opposite to those seen
+    /// from the eye.
     #[must_use]
     pub fn is_mirrored(&self) -> bool {
         self.mirrored
@@ -339,16 +344,17 @@ fn check_viewport(viewport: [u32; 2]) -> Result<[f64; 2], ViewError> {
     Ok(viewport.each(f64::from))
 }
 
-/// The point that the rows x, y and w of the matrix send to zero, and whether the projection mirrors.
+/// The point that the rows x, y and w of the matrix send to zero, and whether the projection
+/// mirrors.
 ///
-/// It is the generalised cross product E of the three rows, and by Cauchy–Binet
-/// det[(x, y, w) of three points] = E·(n, −d) for the plane (n, d) of the three points: positive on the
-/// screen means counter-clockwise, so the sign of E also tells whether the projection mirrors.
-/// E is scaled to w = 1, or to a unit direction towards the viewer where the eye is at infinity.
-/// Fails where the matrix is singular, or shows that its depth is not `depth`.
+/// It is the generalised cross product E of the three rows, and by Cauchy–Binet det[(x, y, w) of
+/// three points] = E·(n, −d) for the plane (n, d) of the three points: positive on the screen means
+/// counter-clockwise, so the sign of E also tells whether the projection mirrors. E is scaled to w
+/// = 1, or to a unit direction towards the viewer where the eye is at infinity. Fails where the
+/// matrix is singular, or shows that its depth is not `depth`.
 fn homogeneous_eye(m: &DMat4, depth: Depth) -> Result<(DVec4, bool), ViewError> {
-    // Each row to about unit size: a positive factor changes neither the eye nor a sign, and products
-    // of four tiny or huge numbers would leave f64.
+    // Each row to about unit size: a positive factor changes neither the eye nor a sign, and
+    // products of four tiny or huge numbers would leave f64.
     let row = |i: usize| m.row(i) / m.row(i).abs().max_element();
     let (x, y, z, w) = (row(0), row(1), row(2), row(3));
     // A minor, and the sum of its terms' sizes, which its rounding error is relative to.
@@ -372,7 +378,8 @@ fn homogeneous_eye(m: &DMat4, depth: Depth) -> Result<(DVec4, bool), ViewError> 
     }
     let position = e / e.w;
     if e.w != 0.0 && position.is_finite() {
-        // Clip z of the eye, where w is zero: it lies beyond the near plane, which is z = 0 or z = w.
+        // Clip z of the eye, where w is zero: it lies beyond the near plane, which is z = 0 or z =
+        // w.
         let is_standard = (z.dot(e) < 0.0) == (e.w > 0.0);
         let found = if is_standard { Depth::Standard } else { Depth::Reversed };
         if found != depth {

@@ -1,5 +1,6 @@
-//! Input of a view, for `serde`: all else follows from it, and is checked when it is read. Without the ball of eyes, which is a
-//! frame's: recordings of views are binary, and one more field would make others of them.
+//! Input of a view, for `serde`: all else follows from it, and is checked when it is read. Without
+//! the ball of eyes, which is a frame's: recordings of views are binary, and one more field would
+//! make others of them.
 
 use serde::{Deserialize, Serialize};
 

@@ -44,7 +44,8 @@ impl ScreenRect {
 }
 
 impl View {
-    /// Rows of clip x, y, of the depth beyond the near plane, and of w, for points that `place` puts into the world.
+    /// Rows of clip x, y, of the depth beyond the near plane, and of w, for points that `place`
+    /// puts into the world.
     pub(crate) fn depth_rows(&self, place: &[f64; 16]) -> [[f64; 4]; 4] {
         let clip = self.clip_from_world * DMat4::from_cols_array(place);
         let row = |r: usize| clip.row(r);
@@ -55,11 +56,11 @@ impl View {
         [row(0), row(1), depth, row(3)].each(Into::into)
     }
 
-    /// The rectangle around the projection of a box given relative to `origin`, never smaller than it:
-    /// rounded outward.
+    /// The rectangle around the projection of a box given relative to `origin`, never smaller than
+    /// it: rounded outward.
     ///
-    /// `None` where the box reaches in front of the near plane or behind the eye, where its size has no
-    /// bound; where it is not finite; and where it is empty.
+    /// `None` where the box reaches in front of the near plane or behind the eye, where its size
+    /// has no bound; where it is not finite; and where it is empty.
     #[must_use]
     pub fn project_box(&self, b: &Aabb, origin: [f64; 3]) -> Option<ScreenRect> {
         if b.is_empty() || !b.is_finite() {
@@ -95,9 +96,9 @@ impl View {
         Some(rect)
     }
 
-    /// The rectangle around that part of a box given relative to `origin` that lies beyond the near plane, within the
-    /// screen: 0 to 1 from its top left corner. `None` where there is no such part, and where a number is not finite. An
-    /// estimate: nothing is proved by it.
+    /// The rectangle around that part of a box given relative to `origin` that lies beyond the near
+    /// plane, within the screen: 0 to 1 from its top left corner. `None` where there is no such
+    /// part, and where a number is not finite. An estimate: nothing is proved by it.
     pub(crate) fn part_of_box(&self, b: &Aabb, origin: [f64; 3]) -> Option<[[f64; 2]; 2]> {
         if b.is_empty() || !b.is_finite() {
             return None;

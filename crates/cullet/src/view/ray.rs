@@ -16,11 +16,11 @@ pub struct Ray {
 }
 
 impl View {
-    /// The line of sight through a point of the screen, in pixels from the top left corner (the middle
-    /// of the first pixel is at 0.5, 0.5); points beyond the viewport have one too.
+    /// The line of sight through a point of the screen, in pixels from the top left corner (the
+    /// middle of the first pixel is at 0.5, 0.5); points beyond the viewport have one too.
     ///
-    /// Found from the rows of the matrix without its inverse, so it is as exact as the matrix is. `None` where a
-    /// number is not finite, or the line of sight runs along the near plane.
+    /// Found from the rows of the matrix without its inverse, so it is as exact as the matrix is.
+    /// `None` where a number is not finite, or the line of sight runs along the near plane.
     #[must_use]
     pub fn ray(&self, pixel: [f64; 2]) -> Option<Ray> {
         let [a, b] = self.planes_of_sight(pixel);
@@ -42,8 +42,9 @@ impl View {
         Some(Ray { origin, direction: direction.into() })
     }
 
-    /// Where a point is seen: pixels from the top left corner, and clip depth. `None` for a point that is
-    /// not in front of the eye (w ≤ 0) or not finite. It may lie beyond the viewport or the depth range.
+    /// Where a point is seen: pixels from the top left corner, and clip depth. `None` for a point
+    /// that is not in front of the eye (w ≤ 0) or not finite. It may lie beyond the viewport or the
+    /// depth range.
     #[must_use]
     pub fn project_point(&self, point: impl Into<[f64; 3]>) -> Option<[f64; 3]> {
         let clip = self.clip_from_world * DVec3::from(point.into()).extend(1.0);
@@ -56,7 +57,8 @@ impl View {
         ])
     }
 
-    /// The planes that a column and a row of the screen come from: x = k·w and y = l·w in clip space.
+    /// The planes that a column and a row of the screen come from: x = k·w and y = l·w in clip
+    /// space.
     fn planes_of_sight(&self, pixel: [f64; 2]) -> [Plane; 2] {
         let [width, height] = self.viewport.each(f64::from);
         let (k, l) = (pixel[0] / width * 2.0 - 1.0, 1.0 - pixel[1] / height * 2.0);

@@ -6,14 +6,15 @@ use super::{Depth, View, ViewError};
 use crate::view::FrustumPlane;
 
 impl View {
-    /// Returns this view between two distances: the same eye and sides, with `near` and `far` in place of its own
-    /// near and far plane. `far` may be infinite in perspective.
+    /// Returns this view between two distances: the same eye and sides, with `near` and `far` in
+    /// place of its own near and far plane. `far` may be infinite in perspective.
     ///
-    /// Distances are along the direction of view, in world units: from the eye in perspective, from the near plane
-    /// in an orthographic view.
+    /// Distances are along the direction of view, in world units: from the eye in perspective, from
+    /// the near plane in an orthographic view.
     ///
     /// # Errors
-    /// If `near` is not below `far`, or not above zero in perspective; or the view has no near plane.
+    /// If `near` is not below `far`, or not above zero in perspective; or the view has no near
+    /// plane.
     pub fn slice(&self, near: f64, far: f64) -> Result<Self, ViewError> {
         let range = |what, value, must| Err(ViewError::Range { what, value, must });
         let orthographic = self.is_orthographic();

@@ -4,18 +4,21 @@ use glam::{DMat3, DMat4, DVec3};
 
 use super::{Depth, EyeBall, View, ViewError};
 
-/// Shares by which the sides and the ends of the volume of both eyes lie beyond those of each: more than all rounding here.
+/// Shares by which the sides and the ends of the volume of both eyes lie beyond those of each: more
+/// than all rounding here.
 const SLACK: f64 = 1e-9;
 
 impl View {
-    /// Makes one view of both eyes of a headset: culling it keeps what either eye sees, and hides what is hidden from both.
-    /// One walk and one occlusion buffer serve both, from the point in the middle. [`Visible::by_eye`] says which eye may
-    /// see an instance. Levels of detail are those of the nearer eye.
+    /// Makes one view of both eyes of a headset: culling it keeps what either eye sees, and hides
+    /// what is hidden from both. One walk and one occlusion buffer serve both, from the point in
+    /// the middle. [`Visible::by_eye`] says which eye may see an instance. Levels of detail are
+    /// those of the nearer eye.
     ///
-    /// Both are perspective views of the same viewport, depth, layers and sides; they may be off-centre, and turned against each
-    /// other by less than a right angle. Back faces are culled by whole clusters alone, and portals and sets of cells cull
-    /// nothing. Occluders nearer than some hundred times the distance between the eyes hide less than they would from one
-    /// eye: how much more is seen beside them grows as they come nearer.
+    /// Both are perspective views of the same viewport, depth, layers and sides; they may be
+    /// off-centre, and turned against each other by less than a right angle. Back faces are culled
+    /// by whole clusters alone, and portals and sets of cells cull nothing. Occluders nearer than
+    /// some hundred times the distance between the eyes hide less than they would from one eye: how
+    /// much more is seen beside them grows as they come nearer.
     ///
     /// [`Visible::by_eye`]: crate::Visible::by_eye
     ///
@@ -65,8 +68,8 @@ impl View {
         })
     }
 
-    /// Half the way from the left to the right eye of a [stereo](Self::stereo) view, in world space; zeros for a view of one
-    /// eye.
+    /// Half the way from the left to the right eye of a [stereo](Self::stereo) view, in world
+    /// space; zeros for a view of one eye.
     #[must_use]
     pub fn eyes_apart(&self) -> [f64; 3] {
         self.apart
@@ -92,7 +95,8 @@ fn axes(views: [&View; 2]) -> Option<DMat3> {
     axes.is_finite().then_some(axes)
 }
 
-/// The volume around the frusta of both eyes, seen from the middle: tangents of its sides, and distances along the view.
+/// The volume around the frusta of both eyes, seen from the middle: tangents of its sides, and
+/// distances along the view.
 struct Volume {
     low: [f64; 2],
     high: [f64; 2],

@@ -1,11 +1,12 @@
 //! Draws: an answer as the index ranges and the arrays that a renderer takes.
 //!
-//! [`Visible::draws`] is the simple way: one draw for each part of each instance. [`DrawList`] is the one for every
-//! frame: instances of one mesh become one indirect draw, in arrays that are uploaded as they are, and nothing is
-//! allocated once they have grown.
+//! [`Visible::draws`] is the simple way: one draw for each part of each instance. [`DrawList`] is
+//! the one for every frame: instances of one mesh become one indirect draw, in arrays that are
+//! uploaded as they are, and nothing is allocated once they have grown.
 //!
-//! Both are sorted by state: opaque parts before alpha-masked ones before blended ones, and in each class by
-//! material, then mesh. Blended parts want an order from back to front, which is the renderer's to make.
+//! Both are sorted by state: opaque parts before alpha-masked ones before blended ones, and in each
+//! class by material, then mesh. Blended parts want an order from back to front, which is the
+//! renderer's to make.
 
 use std::ops::Range;
 
@@ -21,7 +22,8 @@ pub struct Draw {
     pub slot: u32,
     /// The instance's handle.
     pub handle: Handle,
-    /// The mesh that the indices are of: the instance's, or that of its [levels](crate::Scene::levels).
+    /// The mesh that the indices are of: the instance's, or that of its
+    /// [levels](crate::Scene::levels).
     pub mesh: MeshId,
     /// The level of detail.
     pub level: u32,
@@ -45,7 +47,8 @@ pub struct DrawState(pub u32);
 impl DrawState {
     /// Both sides are drawn: no back-face culling by the renderer.
     pub const TWO_SIDED: u32 = 1;
-    /// The transform mirrors: fronts that are counter-clockwise in the mesh are clockwise on the screen.
+    /// The transform mirrors: fronts that are counter-clockwise in the mesh are clockwise on the
+    /// screen.
     pub const MIRRORED: u32 = 2;
     /// The material is cut out by a threshold.
     pub const MASKED: u32 = 4;
@@ -80,9 +83,9 @@ impl DrawState {
 }
 
 impl Visible {
-    /// Draws, one for each instance and part. Of an instance that is drawn in part, the clusters that are
-    /// left; triangles that were dropped by themselves are in them again: [`DrawList::fill_triangles`] leaves those
-    /// out.
+    /// Draws, one for each instance and part. Of an instance that is drawn in part, the clusters
+    /// that are left; triangles that were dropped by themselves are in them again:
+    /// [`DrawList::fill_triangles`] leaves those out.
     ///
     /// Allocates the list. O(n log n) of what is visible.
     ///
@@ -174,9 +177,11 @@ pub enum InstanceNumbers {
     /// Slots: dense, and in the order of place, but a commit changes them.
     #[default]
     Slots,
-    /// The indices of handles: dense, and an instance keeps its own, so that no buffer of the renderer's is ever permuted.
+    /// The indices of handles: dense, and an instance keeps its own, so that no buffer of the
+    /// renderer's is ever permuted.
     Handles,
-    /// The low 32 bits of [`Instance::user_data`](crate::Instance::user_data), such as a place in the renderer's own buffer.
+    /// The low 32 bits of [`Instance::user_data`](crate::Instance::user_data), such as a place in
+    /// the renderer's own buffer.
     Users,
 }
 
@@ -187,13 +192,16 @@ pub struct DrawList {
     pub commands: Vec<DrawCommand>,
     /// State, material and mesh of each command.
     pub keys: Vec<DrawKey>,
-    /// The instances that commands draw, each command a range of them, by [`numbers`](Self::numbers).
+    /// The instances that commands draw, each command a range of them, by
+    /// [`numbers`](Self::numbers).
     pub instances: Vec<u32>,
-    /// The numbers that [`instances`](Self::instances) are listed by. Default [`InstanceNumbers::Slots`].
+    /// The numbers that [`instances`](Self::instances) are listed by. Default
+    /// [`InstanceNumbers::Slots`].
     pub numbers: InstanceNumbers,
     /// The indices of [`fill_triangles`](Self::fill_triangles); else empty.
     pub indices: Vec<u32>,
-    /// How many whole instances of each mesh and variant there are; then where their next slot is written.
+    /// How many whole instances of each mesh and variant there are; then where their next slot is
+    /// written.
     counts: Vec<u32>,
     /// The entries of `counts` that are not zero. Only these are cleared before the next list: a
     /// scene may have as many meshes as instances.
@@ -213,9 +221,10 @@ impl DrawList {
         Self { numbers, ..Self::default() }
     }
 
-    /// Fills the list with what is visible: one command for the whole instances of a mesh and part, one for each run
-    /// of clusters of the others. `places` says where the meshes are in the renderer's buffers; for one that is not
-    /// among them the command counts from its mesh's first index.
+    /// Fills the list with what is visible: one command for the whole instances of a mesh and part,
+    /// one for each run of clusters of the others. `places` says where the meshes are in the
+    /// renderer's buffers; for one that is not among them the command counts from its mesh's first
+    /// index.
     ///
     /// O(visible + commands log commands). Allocates only while it grows.
     ///
@@ -261,9 +270,10 @@ impl DrawList {
         Ok(())
     }
 
-    /// Fills the list with the triangles of an answer with [`Output::Triangles`](crate::Output::Triangles): one command
-    /// for each part of each instance, of [`indices`](Self::indices) that are to be uploaded with it. Of `places` only
-    /// the base vertices matter.
+    /// Fills the list with the triangles of an answer with
+    /// [`Output::Triangles`](crate::Output::Triangles): one command for each part of each instance,
+    /// of [`indices`](Self::indices) that are to be uploaded with it. Of `places` only the base
+    /// vertices matter.
     ///
     /// O(triangles). Allocates only while it grows.
     ///

@@ -8,8 +8,9 @@ use crate::scene::Scene;
 use crate::view::View;
 
 impl Visible {
-    /// Returns the visible slots of a [stereo](View::stereo) view, each with the eyes in whose frustum it may be: bit 0 for
-    /// `left`, bit 1 for `right`, at least one of them. A renderer that draws both eyes at once needs the slots alone.
+    /// Returns the visible slots of a [stereo](View::stereo) view, each with the eyes in whose
+    /// frustum it may be: bit 0 for `left`, bit 1 for `right`, at least one of them. A renderer
+    /// that draws both eyes at once needs the slots alone.
     pub fn by_eye<'a>(
         &'a self,
         scene: &'a Scene,

@@ -1,4 +1,5 @@
-//! Results of a culler: visible instances, clusters and triangles, reasons of the rest, and counts of each stage.
+//! Results of a culler: visible instances, clusters and triangles, reasons of the rest, and counts
+//! of each stage.
 
 mod draws;
 mod eyes;
@@ -26,8 +27,8 @@ pub struct SlotRange {
 pub struct DrawRange {
     /// The instance's slot.
     pub slot: u32,
-    /// The level of detail its clusters belong to: 0 for the mesh of the instance, else the number of one of its
-    /// [levels](crate::Scene::levels). One instance has ranges of one level.
+    /// The level of detail its clusters belong to: 0 for the mesh of the instance, else the number
+    /// of one of its [levels](crate::Scene::levels). One instance has ranges of one level.
     pub level: u32,
     /// First cluster of the mesh.
     pub first_cluster: u32,
@@ -69,17 +70,17 @@ pub struct DroppedRange {
     pub unit: Unit,
 }
 
-/// Visible set of one view: a superset of what is truly visible. Ascending by slot; reused from frame to
-/// frame without allocation once it has grown.
+/// Visible set of one view: a superset of what is truly visible. Ascending by slot; reused from
+/// frame to frame without allocation once it has grown.
 ///
 /// Two results are equal if they list and count the same, whichever [`version`](Self::version) they
 /// are of, and whatever work and time it took.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Visible {
-    /// Versions of the scene that was culled. Only while they are [its own](Scene::version) do slots
-    /// and clusters have the numbers that are listed here. They hold within one process: a result
-    /// that was read from elsewhere is of no scene.
+    /// Versions of the scene that was culled. Only while they are [its own](Scene::version) do
+    /// slots and clusters have the numbers that are listed here. They hold within one process: a
+    /// result that was read from elsewhere is of no scene.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub version: SceneVersion,
     /// Slots whose instances are drawn whole.
@@ -89,12 +90,14 @@ pub struct Visible {
     pub partial: Vec<DrawRange>,
     /// Where the output is triangles: the triangles of every visible instance, whole ones too.
     pub triangle_ranges: Vec<TriangleRange>,
-    /// Triangle numbers in the order of the mesh [of the level](crate::Scene::mesh_at), for `triangle_ranges`.
+    /// Triangle numbers in the order of the mesh [of the level](crate::Scene::mesh_at), for
+    /// `triangle_ranges`.
     pub triangles: Vec<u32>,
     /// Where reasons are recorded: one per slot; `None` is visible (or an empty slot).
     pub reasons: Vec<Option<Reason>>,
-    /// Where drops are recorded: the triangles that were culled on their own or with their cluster, ascending by slot
-    /// and triangle, without overlap. An instance that was dropped as a whole has none here, only its reason.
+    /// Where drops are recorded: the triangles that were culled on their own or with their cluster,
+    /// ascending by slot and triangle, without overlap. An instance that was dropped as a whole has
+    /// none here, only its reason.
     pub dropped: Vec<DroppedRange>,
     /// Counts of each stage.
     pub funnel: Funnel,
@@ -102,8 +105,8 @@ pub struct Visible {
     pub triangle_count: u64,
     /// Instances of which something will be drawn.
     pub instance_count: u64,
-    /// Where [levels of detail](crate::Culler::lod) were chosen: by how many pixels what is drawn may be off, which a budget
-    /// may have raised.
+    /// Where [levels of detail](crate::Culler::lod) were chosen: by how many pixels what is drawn
+    /// may be off, which a budget may have raised.
     pub lod_pixels: Option<f64>,
 }
 
@@ -138,8 +141,9 @@ impl Visible {
         if result == scene { Ok(()) } else { Err(SceneError::Stale { result, scene }) }
     }
 
-    /// The stage that took a triangle, given in the order of its instance's mesh; `None` for one that is drawn.
-    /// Needs [`reasons`](Self::reasons) and [`dropped`](Self::dropped). O(log of what is in `dropped`).
+    /// The stage that took a triangle, given in the order of its instance's mesh; `None` for one
+    /// that is drawn. Needs [`reasons`](Self::reasons) and [`dropped`](Self::dropped). O(log of
+    /// what is in `dropped`).
     #[must_use]
     pub fn stage_of(&self, slot: u32, triangle: u32) -> Option<Stage> {
         let after =
@@ -154,8 +158,9 @@ impl Visible {
         }
     }
 
-    /// Whether some triangles of an instance went on their own or with their cluster; then each of its triangles has
-    /// [its own stage](Self::stage_of), also where none is left. Needs [`dropped`](Self::dropped).
+    /// Whether some triangles of an instance went on their own or with their cluster; then each of
+    /// its triangles has [its own stage](Self::stage_of), also where none is left. Needs
+    /// [`dropped`](Self::dropped).
     #[must_use]
     pub fn went_in_parts(&self, slot: u32) -> bool {
         let first = self.dropped.partition_point(|d| d.slot < slot);
@@ -175,10 +180,10 @@ impl Visible {
         })
     }
 
-    /// Lists the slots of which something is drawn now and was not in `earlier`, and those that went, both
-    /// ascending. Both results must be of one order of the scene's slots (see
-    /// [`Scene::order_version`](crate::Scene::order_version)). The lists are cleared first. The cost is that
-    /// of what is visible.
+    /// Lists the slots of which something is drawn now and was not in `earlier`, and those that
+    /// went, both ascending. Both results must be of one order of the scene's slots (see
+    /// [`Scene::order_version`](crate::Scene::order_version)). The lists are cleared first. The
+    /// cost is that of what is visible.
     pub fn changes_since(&self, earlier: &Self, added: &mut Vec<u32>, removed: &mut Vec<u32>) {
         added.clear();
         removed.clear();

@@ -1,4 +1,5 @@
-//! Finished levels, occluders, impostors and merged groups in a folder, each file named by what they are a function of.
+//! Finished levels, occluders, impostors and merged groups in a folder, each file named by what
+//! they are a function of.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -138,7 +139,8 @@ impl Folder {
         rest.is_empty().then(|| Some(tables).filter(|t| !t.groups.is_empty()))
     }
 
-    /// Writes what was made beside its place and renames, so that whoever looks finds all of it or nothing.
+    /// Writes what was made beside its place and renames, so that whoever looks finds all of it or
+    /// nothing.
     pub(super) fn write(&self, key: u64, made: Option<&LevelTables>) -> Result<(), Failure> {
         let none = LevelTables::default();
         let made = made.unwrap_or(&none);

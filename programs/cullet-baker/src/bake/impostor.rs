@@ -21,10 +21,11 @@ use super::{Record, order, resumes};
 /// Counted up whenever the same mesh and options give another impostor.
 const VERSION: u32 = 1;
 
-/// So many triangles must be left of a mesh by its levels at the error of its impostor: the box of an impostor has 12, and
-/// each of its pixels costs as much as some triangles.
+/// So many triangles must be left of a mesh by its levels at the error of its impostor: the box of
+/// an impostor has 12, and each of its pixels costs as much as some triangles.
 const LEAST_TRIANGLES: u64 = 64;
-/// No impostor has a smaller error, in radii: of a mesh of which few triangles are left at that, none is made.
+/// No impostor has a smaller error, in radii: of a mesh of which few triangles are left at that,
+/// none is made.
 const LEAST_ERROR: f64 = 0.05;
 
 /// Makes impostors of the meshes with levels and gives them to the scene, beside those.

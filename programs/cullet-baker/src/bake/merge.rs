@@ -23,8 +23,8 @@ pub(super) struct Merged {
     pub(super) resumed: u64,
 }
 
-/// Makes this process's share of the groups of a model's instances, and keeps them; before, those of others that they are made of
-/// and that are not there.
+/// Makes this process's share of the groups of a model's instances, and keeps them; before, those
+/// of others that they are made of and that are not there.
 pub(super) fn share(
     model: &Model,
     folder: &Folder,

@@ -25,7 +25,8 @@ pub(super) fn kinds(triangles: u32) -> impl Iterator<Item = LevelKind> {
 /// How errors of a kind of levels are measured.
 pub(super) fn measured(kind: LevelKind) -> Measured {
     match kind {
-        // `build_chain` has no choice: the error of a level is the largest of all distances that were measured.
+        // `build_chain` has no choice: the error of a level is the largest of all distances that
+        // were measured.
         LevelKind::Chain => Measured {
             points: 1,
             reverse_points: 4,

@@ -53,7 +53,8 @@ struct Record {
     /// Groups of instances, merged, and triangles of all their levels.
     merged_groups: u64,
     merged_triangles: u64,
-    /// How many chains, hierarchies, impostors, merged groups and meshes with occluders were taken from finished ones.
+    /// How many chains, hierarchies, impostors, merged groups and meshes with occluders were taken
+    /// from finished ones.
     resumed: u64,
     /// Bytes of the file.
     bytes: u64,
@@ -133,8 +134,8 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// Whether what is written is the file that was read, with what was baked added: that of a glTF, unless options say that the
-/// scene is another than the one in the file.
+/// Whether what is written is the file that was read, with what was baked added: that of a glTF,
+/// unless options say that the scene is another than the one in the file.
 fn keeps_original(model: &Model, args: &BakeArgs) -> bool {
     let scene = &args.scene;
     let other = scene.up.is_some() || scene.one_sided || scene.two_sided || scene.cells.is_some();
@@ -233,7 +234,8 @@ fn share(model: &mut Model, rigid: bool, args: &BakeArgs, console: &Console) -> 
     let path = args.units.path(&args.out).unwrap_or_default();
     let folder = Folder::new(&path)?;
     let (jobs, meshes, mut record) = jobs(model, rigid, args);
-    // Impostors and merged groups are made of the levels of all meshes, so those of others that are not there by then are made too.
+    // Impostors and merged groups are made of the levels of all meshes, so those of others that are
+    // not there by then are made too.
     let needs_all = args.impostors || args.merge;
     let order_of_jobs = order(&costs_of(&jobs), needs_all, args);
     let made = run_jobs(model, &jobs, &order_of_jobs, Some(&folder), args, console)?;
@@ -256,8 +258,9 @@ fn share(model: &mut Model, rigid: bool, args: &BakeArgs, console: &Console) -> 
     Ok(Exit::Fine)
 }
 
-/// The levels that are to be made of a model's meshes, in the place of those that it has, and of which meshes; of those alone that
-/// are `rigid` where the file keeps the others as they deform. With the figures of what is there.
+/// The levels that are to be made of a model's meshes, in the place of those that it has, and of
+/// which meshes; of those alone that are `rigid` where the file keeps the others as they deform.
+/// With the figures of what is there.
 fn jobs(model: &mut Model, rigid: bool, args: &BakeArgs) -> (Vec<Job>, Vec<u32>, Record) {
     model.scene.clear_stand_ins();
     let used = used(&model.scene);
@@ -324,8 +327,8 @@ fn resumes(args: &BakeArgs) -> bool {
     args.units.resume || args.units.unit.is_some()
 }
 
-/// The numbers of items that cost so much, in the order in which they are made: all, or this process's share of them and after
-/// these, where they are needed too, those of others.
+/// The numbers of items that cost so much, in the order in which they are made: all, or this
+/// process's share of them and after these, where they are needed too, those of others.
 fn order(costs: &[f64], needs_all: bool, args: &BakeArgs) -> Vec<usize> {
     order_of_share(costs, args.units.share().unwrap_or([0, 1]), !needs_all)
 }
@@ -347,7 +350,8 @@ fn used(scene: &Scene) -> Vec<bool> {
     used
 }
 
-/// Does the jobs of these numbers, in their order, on some threads. What comes of each is a function of its mesh alone.
+/// Does the jobs of these numbers, in their order, on some threads. What comes of each is a
+/// function of its mesh alone.
 fn run_jobs(
     model: &Model,
     jobs: &[Job],

@@ -15,8 +15,8 @@ use super::chunk::{Folder, stopped};
 /// Counted up whenever the same mesh and options give other occluders.
 const VERSION: u32 = 1;
 
-/// Occluders of some meshes of a model, in their order, on some threads, and how many were there before. What comes of each is a
-/// function of its mesh alone.
+/// Occluders of some meshes of a model, in their order, on some threads, and how many were there
+/// before. What comes of each is a function of its mesh alone.
 pub(super) fn make(
     model: &Model,
     meshes: &[MeshId],

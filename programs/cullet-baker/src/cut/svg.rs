@@ -10,8 +10,8 @@ use glam::DVec3;
 /// Pixels of the longer side.
 const SIZE: f64 = 1200.0;
 
-/// Draws every plane's outlines beside each other, each seen from where its normal points, all at one
-/// scale. Units are those of the world; the transform of the whole turns them into pixels.
+/// Draws every plane's outlines beside each other, each seen from where its normal points, all at
+/// one scale. Units are those of the world; the transform of the whole turns them into pixels.
 pub(super) fn draw(model: &Model, planes: &[Plane], sections: &[Section]) -> String {
     let mut sheets = Vec::new();
     for (number, plane) in planes.iter().enumerate() {

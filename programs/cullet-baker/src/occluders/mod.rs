@@ -87,12 +87,13 @@ pub struct OccludersArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Comparison: cullet occluders --compare")]
 pub struct CompareArgs {
-    /// Test from 32 views of --size pixels whether 20000 random boxes are hidden, by these occluders and by all
-    /// triangles, and hold the results against what samples of the model's triangles see
+    /// Test from 32 views of --size pixels whether 20000 random boxes are hidden, by these
+    /// occluders and by all triangles, and hold the results against what samples of the model's
+    /// triangles see
     #[arg(long)]
     pub compare: bool,
-    /// Also by the model's own occluders: the instances that cullet occscn --occluders NAME takes, which says
-    /// where the boxes and views are too; may be given several times
+    /// Also by the model's own occluders: the instances that cullet occscn --occluders NAME takes,
+    /// which says where the boxes and views are too; may be given several times
     #[arg(long, value_name = "NAME", requires = "compare")]
     pub own: Vec<String>,
     /// Draw what is truly hidden at N x N samples a pixel

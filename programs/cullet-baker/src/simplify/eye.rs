@@ -9,8 +9,9 @@ use super::uses::Uses;
 const LINES: f64 = 1080.0;
 const HALF_TANGENT: f64 = 0.577_350_269_189_625_8;
 
-/// The eye at so many radii from the middle of a scene, on the side of +Z, for which nothing may be off by more than so
-/// many pixels at the image's centre: for each mesh, as all its instances see it, each in the mesh's own space.
+/// The eye at so many radii from the middle of a scene, on the side of +Z, for which nothing may be
+/// off by more than so many pixels at the image's centre: for each mesh, as all its instances see
+/// it, each in the mesh's own space.
 pub(super) fn eyes(scene: &Scene, uses: &Uses, pixels: f64, distance: f64) -> Vec<Vec<LevelEye>> {
     let [x, y, z] = std::array::from_fn(|a| uses.middle[a] + scene.origin()[a]);
     let scale = PixelScale {

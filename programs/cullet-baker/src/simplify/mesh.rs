@@ -33,8 +33,8 @@ pub(super) enum Goal<'a> {
     Seen(&'a [LevelEye]),
 }
 
-/// Meshes of more triangles are cut from a hierarchy of clusters for an eye: in smaller ones little of it is far from the
-/// rest.
+/// Meshes of more triangles are cut from a hierarchy of clusters for an eye: in smaller ones little
+/// of it is far from the rest.
 const SMALL: usize = 5000;
 
 /// A mesh of fewer triangles.
@@ -152,7 +152,8 @@ fn cut_for(
     Ok(Within { indices: of_parts.concat(), parts, error })
 }
 
-/// The vertices that triangles use, in the order of first use, and the triangles by their new numbers.
+/// The vertices that triangles use, in the order of first use, and the triangles by their new
+/// numbers.
 #[derive(Debug)]
 struct Used {
     vertices: Vec<u32>,
@@ -181,7 +182,8 @@ impl Used {
     }
 }
 
-/// For each vertex the first one of the same position and attributes; and at how many positions there are several.
+/// For each vertex the first one of the same position and attributes; and at how many positions
+/// there are several.
 fn same_vertices(positions: &[[f32; 3]], attributes: &Attributes) -> (Vec<u32>, u64) {
     let by_position = weld(positions);
     let (numbers, stride) = (attributes.interleaved(), attributes.stride());

@@ -19,14 +19,16 @@ use uses::Uses;
 /// Version of the JSON.
 const SCHEMA: u32 = 1;
 
-/// The figures. Lengths are shares of the bounding radius; counts are of what is drawn, each instance of a mesh anew.
+/// The figures. Lengths are shares of the bounding radius; counts are of what is drawn, each
+/// instance of a mesh anew.
 #[derive(Debug, Default, Serialize)]
 struct Record {
     schema: u32,
     /// Triangles of the result.
     triangles: u64,
-    /// The largest deviation that was measured while it was made: at most 1.08 of what was asked for where that is one bound
-    /// for all. Of the hierarchy of clusters, the largest error that it states of what is drawn.
+    /// The largest deviation that was measured while it was made: at most 1.08 of what was asked
+    /// for where that is one bound for all. Of the hierarchy of clusters, the largest error that it
+    /// states of what is drawn.
     error: f64,
     /// The largest deviation of independent points.
     error_measured_max: f64,

@@ -50,7 +50,8 @@ impl Uses {
     }
 }
 
-/// The largest singular value of a matrix of columns: the root of the largest eigenvalue of its square, in closed form.
+/// The largest singular value of a matrix of columns: the root of the largest eigenvalue of its
+/// square, in closed form.
 pub(super) fn largest_scale(columns: [[f32; 3]; 3]) -> f64 {
     let m = columns.map(|c| c.map(f64::from));
     let dot = |a: usize, b: usize| (0..3).map(|k| m[a][k] * m[b][k]).sum::<f64>();

@@ -53,7 +53,8 @@ pub(crate) struct Row {
 }
 
 impl Scene {
-    /// Opens a file and culls it by each preset from each camera, every time as if it were the first.
+    /// Opens a file and culls it by each preset from each camera, every time as if it were the
+    /// first.
     pub(crate) fn of(file: &Path) -> Result<Self, Box<dyn Error>> {
         let scene = load(file, &LoadOptions::default())?.scene;
         let presets = [

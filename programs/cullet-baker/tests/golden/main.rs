@@ -1,8 +1,9 @@
 //! Answers of the engine on five baked files, with which every host is compared, bit for bit.
 //!
-//! The files and the answers in full, `golden.json`, are written to the folder that `CULLET_GOLDEN` names, else to one of this
-//! test, so that hosts can read them. `answers.txt` has a line for each view, so that a change of an answer is seen where
-//! it is made; `CULLET_WRITE_GOLDEN=1` takes the new ones over.
+//! The files and the answers in full, `golden.json`, are written to the folder that `CULLET_GOLDEN`
+//! names, else to one of this test, so that hosts can read them. `answers.txt` has a line for each
+//! view, so that a change of an answer is seen where it is made; `CULLET_WRITE_GOLDEN=1` takes the
+//! new ones over.
 
 mod answer;
 mod view;

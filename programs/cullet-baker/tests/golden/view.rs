@@ -21,8 +21,8 @@ pub(crate) struct Camera {
 pub(crate) const VIEWPORT: [u32; 2] = [640, 400];
 
 impl Camera {
-    /// Cameras in and around a scene of this extent: from a corner above, from its middle, and along one side near the
-    /// ground.
+    /// Cameras in and around a scene of this extent: from a corner above, from its middle, and
+    /// along one side near the ground.
     pub(crate) fn around(extent: &Aabb) -> [Self; 3] {
         let (centre, half) = (DVec3::from(extent.center()), DVec3::from(extent.half_extent()));
         let looking = |eye: DVec3, target: DVec3| {
@@ -46,7 +46,8 @@ impl Camera {
         ]
     }
 
-    /// The matrix from world to clip space, column-major: the camera's f32 numbers, multiplied in f64.
+    /// The matrix from world to clip space, column-major: the camera's f32 numbers, multiplied in
+    /// f64.
     pub(crate) fn clip_from_world(&self) -> [f64; 16] {
         let (eye, rotation) = (Vec3::from(self.eye), Quat::from_array(self.rotation));
         let world_from_view = Mat4::from_rotation_translation(rotation, eye).as_dmat4();

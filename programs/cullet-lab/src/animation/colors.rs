@@ -31,8 +31,9 @@ fn bin_of(color: [u8; 3]) -> usize {
 }
 
 impl Colors {
-    /// At most `most` colours for these pictures (Heckbert, *Color Image Quantization for Frame Buffer Display*, 1982): the set of
-    /// colours whose spread weighs the most is cut in two, again and again, along the channel that spreads the most.
+    /// At most `most` colours for these pictures (Heckbert, *Color Image Quantization for Frame
+    /// Buffer Display*, 1982): the set of colours whose spread weighs the most is cut in two, again
+    /// and again, along the channel that spreads the most.
     pub(super) fn of(pictures: &[Picture], most: usize) -> Self {
         let mut bins = vec![Bin::default(); 1 << (3 * BITS)];
         for p in pictures {
@@ -85,8 +86,9 @@ impl Colors {
     }
 }
 
-/// The channel in which a set spreads the most, and its sum of squares there. Eyes tell shades of flat areas apart however
-/// small those are, so the weight of a bin is the square root of its count.
+/// The channel in which a set spreads the most, and its sum of squares there. Eyes tell shades of
+/// flat areas apart however small those are, so the weight of a bin is the square root of its
+/// count.
 fn spread_of(set: &[usize], bins: &[Bin]) -> (usize, f64) {
     if set.len() < 2 {
         return (0, 0.0);

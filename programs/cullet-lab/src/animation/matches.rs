@@ -1,4 +1,5 @@
-//! Copies of what came before, in a row of indices: what a lossless stream writes in place of pixels.
+//! Copies of what came before, in a row of indices: what a lossless stream writes in place of
+//! pixels.
 
 /// How long a copy is at the most.
 pub(super) const LONGEST: usize = 4096;
@@ -8,7 +9,8 @@ const SHORTEST: usize = 3;
 const CHAIN: usize = 96;
 /// A copy of this length is good enough.
 const ENOUGH: usize = 512;
-/// How far back a copy may begin: what the stream can say, less the distances that have short codes.
+/// How far back a copy may begin: what the stream can say, less the distances that have short
+/// codes.
 const REACH: usize = (1 << 20) - 121;
 
 /// A part of a row of indices.
@@ -20,8 +22,8 @@ pub(super) enum Token {
     Copy { length: usize, distance: usize },
 }
 
-/// Splits indices into literals and copies; `width` is that of the picture. By hash chains, as most such programs do: at each
-/// place the longest copy, unless the next place has a longer one.
+/// Splits indices into literals and copies; `width` is that of the picture. By hash chains, as most
+/// such programs do: at each place the longest copy, unless the next place has a longer one.
 pub(super) fn split(indices: &[u8], width: usize) -> Vec<Token> {
     let mut finder = Finder::new(indices, width);
     let (mut tokens, mut at) = (Vec::new(), 0);
@@ -50,7 +52,8 @@ pub(super) fn split(indices: &[u8], width: usize) -> Vec<Token> {
 struct Finder<'a> {
     indices: &'a [u8],
     width: usize,
-    /// The last place of each hash, and for each place the one before with the same; one more than the place, 0 for none.
+    /// The last place of each hash, and for each place the one before with the same; one more than
+    /// the place, 0 for none.
     last: Vec<u32>,
     before: Vec<u32>,
 }
@@ -77,8 +80,8 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// The longest copy for a place, and from how far back; the row above and the pixel before are tried first, for they have
-    /// short codes.
+    /// The longest copy for a place, and from how far back; the row above and the pixel before are
+    /// tried first, for they have short codes.
     fn longest(&self, at: usize) -> Option<(usize, usize)> {
         let mut best: Option<(usize, usize)> = None;
         let mut consider = |distance: usize, least: usize| {

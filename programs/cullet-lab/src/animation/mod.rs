@@ -1,4 +1,5 @@
-//! Short films: pictures of one size in few colours, as animated PNG or WebP. The same pictures give the same bytes.
+//! Short films: pictures of one size in few colours, as animated PNG or WebP. The same pictures
+//! give the same bytes.
 
 mod apng;
 mod bits;
@@ -58,8 +59,8 @@ pub(crate) struct Animation {
 }
 
 impl Animation {
-    /// A film of these pictures, reduced to at most so many colours, 2 to 255: the fewer, the smaller its file. Nothing is
-    /// dithered. Cost: some ten nanoseconds a pixel.
+    /// A film of these pictures, reduced to at most so many colours, 2 to 255: the fewer, the
+    /// smaller its file. Nothing is dithered. Cost: some ten nanoseconds a pixel.
     ///
     /// # Errors
     /// If there is no picture, they are not of one size, or a number is beyond its limits.
@@ -112,7 +113,8 @@ impl Animation {
         apng::write(self)
     }
 
-    /// The bytes of an animated WebP, lossless in its colours. Cost: some hundred nanoseconds a pixel.
+    /// The bytes of an animated WebP, lossless in its colours. Cost: some hundred nanoseconds a
+    /// pixel.
     #[must_use]
     pub(crate) fn to_webp(&self) -> Vec<u8> {
         webp::write(self)
@@ -123,12 +125,14 @@ impl Animation {
         self.palette.len() as Index
     }
 
-    /// From when to when a frame is shown, in milliseconds: rounded so that the whole film keeps its time.
+    /// From when to when a frame is shown, in milliseconds: rounded so that the whole film keeps
+    /// its time.
     fn shown_ms(&self, frame: usize) -> [u32; 2] {
         [frame, frame + 1].map(|n| (n as u64 * 1000 / u64::from(self.fps)) as u32)
     }
 
-    /// The part of a frame that differs from the one before; all of the first. One pixel of a frame that is the same.
+    /// The part of a frame that differs from the one before; all of the first. One pixel of a frame
+    /// that is the same.
     fn changed(&self, frame: usize) -> Part {
         let [width, height] = self.size;
         let Some(before) = frame.checked_sub(1).map(|n| &self.frames[n]) else {
@@ -152,7 +156,8 @@ impl Animation {
         Part { at, size: [high[0] + 1 - at[0], high[1] + 1 - at[1]] }
     }
 
-    /// The indices of a part of a frame; and the same with all that is as before left clear, where there is a frame before.
+    /// The indices of a part of a frame; and the same with all that is as before left clear, where
+    /// there is a frame before.
     fn cut(&self, frame: usize, part: &Part) -> (Vec<Index>, Option<Vec<Index>>) {
         let width = self.size[0] as usize;
         let places = || {

@@ -1,4 +1,5 @@
-//! Prefix codes: made, limited in length, and written as WebP's lossless stream has them (RFC 9649, section 3.7.2).
+//! Prefix codes: made, limited in length, and written as WebP's lossless stream has them (RFC 9649,
+//! section 3.7.2).
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -88,12 +89,12 @@ impl PrefixCode {
     }
 }
 
-/// The length of each symbol's code, of two or more that occur (Huffman, *A Method for the Construction of Minimum-Redundancy
-/// Codes*, 1952).
+/// The length of each symbol's code, of two or more that occur (Huffman, *A Method for the
+/// Construction of Minimum-Redundancy Codes*, 1952).
 fn lengths_of(counts: &[u64]) -> Vec<u32> {
     let mut lengths = vec![0; counts.len()];
-    // The children of the nodes that are no symbols, whose numbers follow those of the symbols. Of equal counts the lower
-    // number goes first, so that the code is always the same.
+    // The children of the nodes that are no symbols, whose numbers follow those of the symbols. Of
+    // equal counts the lower number goes first, so that the code is always the same.
     let mut inner: Vec<[usize; 2]> = Vec::new();
     let mut heap: BinaryHeap<Reverse<(u64, usize)>> = (0..counts.len())
         .filter(|&symbol| counts[symbol] > 0)
@@ -116,7 +117,8 @@ fn lengths_of(counts: &[u64]) -> Vec<u32> {
     lengths
 }
 
-/// The canonical code of these lengths: shorter ones first, then by symbol; the first bit the lowest.
+/// The canonical code of these lengths: shorter ones first, then by symbol; the first bit the
+/// lowest.
 fn canonical(lengths: &[u32]) -> Vec<u32> {
     let mut codes = vec![0; lengths.len()];
     let mut next = 0u32;

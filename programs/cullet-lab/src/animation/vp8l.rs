@@ -1,7 +1,8 @@
 //! WebP's lossless stream (RFC 9649) of a picture in few colours.
 //!
-//! Its one transform is that of a palette, so that a pixel is one symbol; copies of what came before take the rest. No
-//! library in Rust alone writes either: `image-webp` writes three symbols a pixel and copies of the pixel before alone.
+//! Its one transform is that of a palette, so that a pixel is one symbol; copies of what came
+//! before take the rest. No library in Rust alone writes either: `image-webp` writes three symbols
+//! a pixel and copies of the pixel before alone.
 
 use super::bits::BitWriter;
 use super::matches::{self, Token};
@@ -17,8 +18,8 @@ const LEAST_COLORS: usize = 17;
 /// Distances up to this number are codes of places around a pixel.
 const NEAR: usize = 120;
 
-/// The stream of a picture as indices of a palette, row by row; index `palette.len()` is clear, of which there may be some
-/// where `has_clear`.
+/// The stream of a picture as indices of a palette, row by row; index `palette.len()` is clear, of
+/// which there may be some where `has_clear`.
 pub(super) fn stream(
     indices: &[u8],
     [width, height]: [u32; 2],
@@ -112,7 +113,8 @@ fn write_indices(indices: &[u8], width: usize, out: &mut BitWriter) {
     }
 }
 
-/// The number by which a distance is written: the four nearest places around a pixel have the first ones.
+/// The number by which a distance is written: the four nearest places around a pixel have the first
+/// ones.
 fn code_of(distance: usize, width: usize) -> usize {
     let around = [width, 1, width + 1, width.wrapping_sub(1)];
     match around.iter().position(|&place| place == distance) {

@@ -1,4 +1,5 @@
-//! Clipping: triangles by their outcodes, lines against windows and planes, polygons in clip space and in the world.
+//! Clipping: triangles by their outcodes, lines against windows and planes, polygons in clip space
+//! and in the world.
 
 use std::hint::black_box;
 
@@ -114,10 +115,10 @@ fn window_in_f64() -> Region<f64, 3> {
     Window::new([-1.0; 3], [1.0; 3]).expect("low is below high").region()
 }
 
-/// Triangles of a soup around the eye that all straddle the band or the near plane, none of them outside of the
-/// view: what is left to cut when all that can be told at a glance has gone. Each straddles at most so many
-/// planes; one with a corner behind the eye straddles several, for that is outside of left or right whatever
-/// its x.
+/// Triangles of a soup around the eye that all straddle the band or the near plane, none of them
+/// outside of the view: what is left to cut when all that can be told at a glance has gone. Each
+/// straddles at most so many planes; one with a corner behind the eye straddles several, for that
+/// is outside of left or right whatever its x.
 fn straddling(guard: &GuardBand<f32>, planes: u32) -> Vec<[[f32; 4]; 3]> {
     let mut random = Random::new();
     let m = view().clip_from_world();
@@ -211,8 +212,8 @@ fn area_of(polygon: impl Iterator<Item = [f64; 4]>) -> [f64; 3] {
     })
 }
 
-/// The whole way of a triangle in the world to a polygon in clip space, clipped before projection or
-/// after it, of triangles of which some are accepted, some rejected and some cut.
+/// The whole way of a triangle in the world to a polygon in clip space, clipped before projection
+/// or after it, of triangles of which some are accepted, some rejected and some cut.
 fn both_places(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     let names = ["world", "clip-space"].map(|what| format!("clip/place/{what}"));
     if !names.iter().any(|name| options.wants(name)) {

@@ -12,8 +12,8 @@ use super::world::size_name;
 /// Bytes that the sweep reads of a group: centre, radius, error.
 const BYTES: usize = 20;
 
-/// From how far an error of 1 looks as large as the threshold: from nearly everywhere the coarsest does; some hundred
-/// clusters are drawn.
+/// From how far an error of 1 looks as large as the threshold: from nearly everywhere the coarsest
+/// does; some hundred clusters are drawn.
 const REACHES: [(&str, f32); 2] = [("far", 1e-3), ("near", 20.0)];
 
 pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
@@ -44,7 +44,8 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     }
 }
 
-/// Clusters of a triangle each in a row, at least so many; each two that are neighbours are replaced by one, and so on.
+/// Clusters of a triangle each in a row, at least so many; each two that are neighbours are
+/// replaced by one, and so on.
 fn row_of_pairs(clusters: usize) -> Levels {
     let finest = clusters.next_power_of_two() as u32;
     let (mut made_from, mut replaced_by) = (vec![NO_GROUP; finest as usize], Vec::new());

@@ -1,4 +1,5 @@
-//! `cullet bench lod --scenes`: what levels of detail and small-object culling leave of scenes, beside what is to be reached.
+//! `cullet bench lod --scenes`: what levels of detail and small-object culling leave of scenes,
+//! beside what is to be reached.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -44,7 +45,8 @@ struct Row {
     /// How far 99.9 % of the points are off, and all, in pixels; where levels were drawn.
     #[serde(skip_serializing_if = "Option::is_none")]
     off_px: Option<[f64; 2]>,
-    /// Whether the threshold of a pixel was kept, where it was measured, and the answer was right, where that was.
+    /// Whether the threshold of a pixel was kept, where it was measured, and the answer was right,
+    /// where that was.
     kept: bool,
 }
 
@@ -56,7 +58,8 @@ struct Record {
     complete: bool,
 }
 
-/// Runs the command. Ends with exit code 1 where a bound is not kept; goals that are missed are figures, not errors.
+/// Runs the command. Ends with exit code 1 where a bound is not kept; goals that are missed are
+/// figures, not errors.
 pub(super) fn run(json: Option<&Path>, console: &Console) -> Outcome {
     console.line("scene        what                                             value     goal    off, 99.9 %      all");
     let mut rows = Vec::new();
@@ -127,8 +130,8 @@ fn is_kept([p999_px, max_px]: [f64; 2]) -> bool {
     cullet_draw::Measured { p999_px, max_px, ..Default::default() }.keeps(one_pixel().pixels)
 }
 
-/// The castle, if it is there: triangles that levels choose of all its instances, over all their triangles; by themselves, and
-/// with its instances merged in groups.
+/// The castle, if it is there: triangles that levels choose of all its instances, over all their
+/// triangles; by themselves, and with its instances merged in groups.
 fn castle(console: &Console, add: &mut impl FnMut(Row)) -> Result<(), Failure> {
     let set = std::env::var_os("CULLET_DATA").filter(|v| !v.is_empty()).map(PathBuf::from);
     let folder = set.unwrap_or_else(|| "../shared/data".into());
@@ -267,8 +270,8 @@ fn along(model: &Model, path: &PathSpec) -> Result<Vec<View>, Failure> {
     cameras.iter().map(view).collect()
 }
 
-/// Times of the small-object stage and of the whole cull of many instances seen from above: the means of the fastest passes of
-/// all views.
+/// Times of the small-object stage and of the whole cull of many instances seen from above: the
+/// means of the fastest passes of all views.
 fn small(name: &str, console: &Console, add: &mut impl FnMut(Row)) -> Result<(), Failure> {
     const PASSES: usize = 24;
     let mut model = cullet_command::inputs::load(&SceneArgs::of(name), &Console::new(true, None))?;

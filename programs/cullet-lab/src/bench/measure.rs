@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use fearless_simd::{dispatch, prelude::*};
 
-/// The fastest pass of each of two workloads, in nanoseconds, taken in turns for `seconds` in all, so that
-/// what disturbs one disturbs both. At least three passes each. The first is told the number of its turn.
+/// The fastest pass of each of two workloads, in nanoseconds, taken in turns for `seconds` in all,
+/// so that what disturbs one disturbs both. At least three passes each. The first is told the
+/// number of its turn.
 pub(super) fn fastest_of_both(
     seconds: f64,
     mut first: impl FnMut(usize),
@@ -33,16 +34,16 @@ pub(super) fn fastest_of_both(
     best.map(|d| d.as_nanos() as f64)
 }
 
-/// The fastest pass of reading `bytes` bytes at the best level, and of something else, taken in turns as
-/// [`fastest_of_both`] does.
+/// The fastest pass of reading `bytes` bytes at the best level, and of something else, taken in
+/// turns as [`fastest_of_both`] does.
 pub(super) fn beside_reading(seconds: f64, bytes: usize, pass: impl FnMut()) -> [f64; 2] {
     let (level, floats) = (cullet::Simd::best(), vec![1.0_f32; bytes / 4]);
     fastest_of_both(seconds, |turn| stream(level, &floats, turn), pass)
 }
 
-/// Reads every number once, at the given level, and does as little as can be with it: a sum. Odd turns
-/// read four quarters side by side, which memory likes better where they lie beyond the caches; the limit
-/// is the faster of the two.
+/// Reads every number once, at the given level, and does as little as can be with it: a sum. Odd
+/// turns read four quarters side by side, which memory likes better where they lie beyond the
+/// caches; the limit is the faster of the two.
 pub(super) fn stream(simd: cullet::Simd, floats: &[f32], turn: usize) {
     let quarter = (floats.len() / 4).next_multiple_of(QUARTER);
     if turn % 2 == 1 && quarter * 3 < floats.len() {

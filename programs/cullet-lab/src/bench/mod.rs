@@ -1,9 +1,9 @@
 //! `cullet bench`: named workloads, their times, and how far from what the machine could do.
 //!
 //! A time says little on another machine; so each comes with the time that the same machine, in the
-//! same run and at its best SIMD level, takes only to read the bytes that must be read, or with that of
-//! another way to the same answer. Every workload checks its answer before it is timed: against the scalar
-//! oracle, or, with a hierarchy, against the flat sweep that was.
+//! same run and at its best SIMD level, takes only to read the bytes that must be read, or with
+//! that of another way to the same answer. Every workload checks its answer before it is timed:
+//! against the scalar oracle, or, with a hierarchy, against the flat sweep that was.
 
 mod backface;
 mod clip;
@@ -46,7 +46,8 @@ use cullet_command::machine::Machine;
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true)]
 pub struct BenchArgs {
-    /// Only workloads whose name contains this, such as frustum, backface, hierarchy, moving, occlusion, lod/
+    /// Only workloads whose name contains this, such as frustum, backface, hierarchy, moving,
+    /// occlusion, lod/
     filter: Option<String>,
     /// Also a hierarchy of 1e7 boxes, and 1,000 frames of 1e6 that move: 1 GiB, some minutes
     #[arg(long)]
@@ -189,9 +190,9 @@ mod tests {
     fn every_workload_of_a_small_run_checks_out() {
         let results = run_all(&small(None));
         let levels = cullet_command::machine::levels().len();
-        // Frustum: two kinds, three shares. Back faces: four forms of triangles and six of clusters, with
-        // three answers each, and the vertices. A frame: three at each level, and three that have none.
-        // Shadows: three lights.
+        // Frustum: two kinds, three shares. Back faces: four forms of triangles and six of
+        // clusters, with three answers each, and the vertices. A frame: three at each level, and
+        // three that have none. Shadows: three lights.
         let flat = (2 * 3 + (4 + 6) * 3 + 3 + 3) * levels + 1 + 3;
         // Two layouts: four shares, a list at each level and sorted; six of moves.
         let trees = 2 * (4 * (levels + 1) + 6);

@@ -130,8 +130,8 @@ impl Moving<'_> {
         }
     }
 
-    /// Measures a walk after everything drifted and only slices were sorted, against one of a hierarchy that was
-    /// just built over the same boxes.
+    /// Measures a walk after everything drifted and only slices were sorted, against one of a
+    /// hierarchy that was just built over the same boxes.
     fn drift(&self, what: &str, rounds: usize, each: &mut dyn FnMut(Measured)) {
         let (mut h, _) = self.built();
         let mut random = Random::new();

@@ -36,8 +36,8 @@ Examples
 /// `cullet bench portal`
 #[derive(Debug, Args)]
 pub(crate) struct PortalArgs {
-    /// A scene that has cells, a file or a built-in one; may be given many times [default: office, and of `CULLET_DATA` a
-    /// house and maps]
+    /// A scene that has cells, a file or a built-in one; may be given many times [default: office,
+    /// and of `CULLET_DATA` a house and maps]
     #[arg(long, value_name = "SCENE")]
     scene: Vec<String>,
     /// Volumes of rooms that cut scenes without cells into some

@@ -33,7 +33,8 @@ With --scene, scenes without cells are baked by sampled lines, and held against 
 /// `cullet bench pvs`
 #[derive(Debug, Args)]
 pub(super) struct PvsArgs {
-    /// Portal graphs [default: every .prt in the folder portals of `CULLET_DATA`, else of ../shared/data]
+    /// Portal graphs [default: every .prt in the folder portals of `CULLET_DATA`, else of
+    /// ../shared/data]
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Threads of the run that is timed
@@ -258,7 +259,8 @@ fn vis(file: &Path, pvs: &Pvs) -> Option<Vis> {
         return None;
     }
     let text = std::fs::read_to_string(file.with_extension("vis.txt")).unwrap_or_default();
-    // One thread where there was such a run, and of several the one on a quieter machine, which is the last.
+    // One thread where there was such a run, and of several the one on a quieter machine, which is
+    // the last.
     let of =
         |kind: &str| text.lines().rfind(|line| line.contains(kind) && line.contains("user_cpu_s="));
     let line = of(" full t1 ").or_else(|| of(" full t2 "));

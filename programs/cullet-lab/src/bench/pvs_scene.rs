@@ -27,7 +27,8 @@ use cullet_command::process;
 /// Scenes to bake.
 #[derive(Debug, Args)]
 pub(crate) struct PvsSceneBenchArgs {
-    /// Bake this scene, a file or a built-in one, in place of portal graphs; may be given many times
+    /// Bake this scene, a file or a built-in one, in place of portal graphs; may be given many
+    /// times
     #[arg(long, value_name = "SCENE", conflicts_with_all = ["files", "again"])]
     pub(crate) scene: Vec<String>,
     /// View cells of each scene
@@ -112,7 +113,8 @@ struct RunTime {
     bytes_per_row: f64,
     file_bytes: usize,
     load_ms: f64,
-    /// Lookups and rows that differ from the bake, and whether the file is another after it was read.
+    /// Lookups and rows that differ from the bake, and whether the file is another after it was
+    /// read.
     wrong: u64,
 }
 
@@ -336,8 +338,8 @@ fn measure(
     })
 }
 
-/// Pictures by the reference renderer, which knows neither the rays nor their tree: the shares of wrong pixels and of what
-/// is seen and missing.
+/// Pictures by the reference renderer, which knows neither the rays nor their tree: the shares of
+/// wrong pixels and of what is seen and missing.
 fn draw(scene: &Scene, cells: &ViewCells, pvs: &ScenePvs, poses: u32) -> [f64; 2] {
     let extent = scene.extent();
     let size = extent.half_extent().iter().map(|h| h * h).sum::<f64>().sqrt() * 2.0;

@@ -1,5 +1,5 @@
-//! Shadow casters of one light and one view: the region, and the walk of the tree, as the culler's frustum stage does
-//! them.
+//! Shadow casters of one light and one view: the region, and the walk of the tree, as the culler's
+//! frustum stage does them.
 
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::{self, Planes};
@@ -32,7 +32,8 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     }
 }
 
-/// The view's frustum, and the box in which shadows can fall: on the floor of the cube and what stands on it.
+/// The view's frustum, and the box in which shadows can fall: on the floor of the cube and what
+/// stands on it.
 fn view() -> (Frustum, Aabb) {
     let half = f64::from(HALF);
     let (eye, target) = ([0.0, -0.9 * half, 0.0], [0.3 * half, -0.95 * half, -half]);
@@ -155,7 +156,8 @@ mod tests {
         [kept.instance_count, kept.slots().filter(|slot| !is_seen(slot)).count() as u64]
     }
 
-    /// The box along the light around the frustum, open towards the light: what a shadow map of the view covers.
+    /// The box along the light around the frustum, open towards the light: what a shadow map of the
+    /// view covers.
     fn lights_box(frustum: &Frustum, towards: [f64; 3]) -> Frustum {
         let [x, y, z] = towards;
         let length = (x * x + y * y + z * z).sqrt();
@@ -177,7 +179,8 @@ mod tests {
         all
     }
 
-    /// The figures of the book: `cargo test -p cullet-lab --lib --release in_the_city -- --nocapture`.
+    /// The figures of the book: `cargo test -p cullet-lab --lib --release in_the_city --
+    /// --nocapture`.
     #[test]
     fn what_is_dropped_in_the_city_has_a_floor() {
         let model = cullet_scenes::build("city:cells=40,objects=20000").expect("a good spec");
@@ -185,7 +188,8 @@ mod tests {
         let overrides = Overrides { far: Some(150.0), ..Overrides::default() };
         let walk = views(&model, &PathSpec::Walk, 16, [1600, 900], &overrides).expect("a walk");
         let suns = [("high", [0.5, -1.0, 0.3]), ("low", [0.8, -0.3, 0.5])];
-        // All outside the view; of those the light's box, the swept frustum, and the swept receivers.
+        // All outside the view; of those the light's box, the swept frustum, and the swept
+        // receivers.
         let mut sums = [[0; 4]; 2];
         let mut lamps = [0; 3];
         let everything = visible(&Frustum::everything(), boxes);

@@ -96,8 +96,8 @@ pub(super) fn frustum_of(camera: &Camera) -> Frustum {
     camera.frustum().expect("a plain camera")
 }
 
-/// The camera that sees about `percent` of the items: it moves back from the far corner of their cube until it
-/// does.
+/// The camera that sees about `percent` of the items: it moves back from the far corner of their
+/// cube until it does.
 pub(super) fn camera_that_sees(
     percent: usize,
     mut count: impl FnMut(&Frustum) -> usize,

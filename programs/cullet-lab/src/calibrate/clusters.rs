@@ -1,4 +1,5 @@
-//! Costs that clusters are made for: a t/r that the user gives, the costs that were measured, or the default.
+//! Costs that clusters are made for: a t/r that the user gives, the costs that were measured, or
+//! the default.
 
 use std::path::PathBuf;
 
@@ -15,10 +16,12 @@ use cullet_command::stored_costs::Stored;
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Clusters")]
 pub struct ClusterArgs {
-    /// Make clusters for costs that `cullet calibrate --out` wrote [default: those that `cullet calibrate` kept]
+    /// Make clusters for costs that `cullet calibrate --out` wrote [default: those that `cullet
+    /// calibrate` kept]
     #[arg(long, value_name = "FILE", conflicts_with = "test_cost")]
     costs: Option<PathBuf>,
-    /// Make clusters for this t/r: the test of a cluster, in triangles drawn [default: by the costs, else 16]
+    /// Make clusters for this t/r: the test of a cluster, in triangles drawn [default: by the
+    /// costs, else 16]
     #[arg(long, value_name = "N", value_parser = parse::triangles)]
     test_cost: Option<f64>,
 }
@@ -39,8 +42,8 @@ pub(super) const fn options_for(costs: &MeasuredCosts) -> ClusterOptions {
 }
 
 impl ClusterArgs {
-    /// The t/r of the command line, else that of the costs it names, else of those that are kept; where there are
-    /// none, the default. Reads a small file.
+    /// The t/r of the command line, else that of the costs it names, else of those that are kept;
+    /// where there are none, the default. Reads a small file.
     ///
     /// # Errors
     /// If the costs that the user names cannot be used.

@@ -33,11 +33,11 @@ const CLUSTER: usize = 64;
 const SIDE: u32 = 512;
 /// Instances along the sides of the sheet that is drawn.
 const PATCHES: u32 = 8;
-/// Quads along the side of an instance: the sheet grows from 8,192 to 131,072 triangles and keeps its
-/// pixels, so the slope of time over triangles holds none of them.
+/// Quads along the side of an instance: the sheet grows from 8,192 to 131,072 triangles and keeps
+/// its pixels, so the slope of time over triangles holds none of them.
 const QUADS: [u32; 4] = [8, 16, 24, 32];
-/// Instances along the sides of a sheet that keeps its 32,768 triangles. No instance is more than one of
-/// the renderer's blocks of 256 triangles.
+/// Instances along the sides of a sheet that keeps its 32,768 triangles. No instance is more than
+/// one of the renderer's blocks of 256 triangles.
 const SPLITS: [u32; 3] = [16, 64, 128];
 /// Quads along the side of that sheet.
 const SPLIT_QUADS: u32 = 128;
@@ -64,9 +64,11 @@ impl Series {
     }
 }
 
-/// Measures every cost of [`MeasuredCosts::named`](cullet_command::measured_costs::MeasuredCosts::named) in so many rounds; `step` is called after each. Where a
-/// cost comes out as one that cannot be, the machine was busy, and rounds are added up to four times as
-/// many, or 24. `None` where the user stopped it.
+/// Measures every cost of
+/// [`MeasuredCosts::named`](cullet_command::measured_costs::MeasuredCosts::named) in so many
+/// rounds; `step` is called after each. Where a cost comes out as one that cannot be, the machine
+/// was busy, and rounds are added up to four times as many, or 24. `None` where the user stopped
+/// it.
 pub(super) fn measure(rounds: u32, mut step: impl FnMut()) -> Option<Stored> {
     let mut tests = Tests::new();
     let view = sheet_view();
@@ -217,8 +219,8 @@ enum Seen {
     Away,
 }
 
-/// A flat sheet from −1 to 1, cut into `patches`² instances of one mesh of `quads`² quads. One mesh, so
-/// that what the renderer prepares once a mesh is not counted once an instance.
+/// A flat sheet from −1 to 1, cut into `patches`² instances of one mesh of `quads`² quads. One
+/// mesh, so that what the renderer prepares once a mesh is not counted once an instance.
 fn sheet(patches: u32, quads: u32, alpha: Alpha, side: Seen) -> Scene {
     let width = 2.0 / f64::from(patches);
     let step = width / f64::from(quads);

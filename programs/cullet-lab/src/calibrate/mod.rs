@@ -47,7 +47,8 @@ pub struct CalibrateArgs {
     /// Keep the costs in this file
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Rounds of which the fastest counts; more are steadier and take longer, and are added where a cost comes out below zero
+    /// Rounds of which the fastest counts; more are steadier and take longer, and are added where a
+    /// cost comes out below zero
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: u32,
     /// Write the costs as JSON; - is the standard output
@@ -74,7 +75,8 @@ pub fn run(args: &CalibrateArgs, console: &Console) -> Outcome {
     if args.forget {
         return forget(console);
     }
-    // Found before anything is measured, so that no measurement is lost for want of a place to keep it.
+    // Found before anything is measured, so that no measurement is lost for want of a place to keep
+    // it.
     let path = match (&args.out, args.dry_run) {
         (_, true) => None,
         (Some(path), false) => Some(path.clone()),

@@ -1,14 +1,17 @@
-//! Claims of an occlusion buffer against samples of what was drawn: pixel by pixel, and depth by depth.
+//! Claims of an occlusion buffer against samples of what was drawn: pixel by pixel, and depth by
+//! depth.
 //!
-//! A buffer says of a pixel that all of it is covered by something at least so near. [`check_claims`] takes it at its
-//! word: every one of N × N jittered samples of that pixel must lie in a triangle of an occluder that shows the side
-//! it is drawn from, is not cut off by the near plane, and is at least so near there. Tests of boxes find a wrong claim only where a
-//! box happens to lie behind it; this finds it wherever it is.
+//! A buffer says of a pixel that all of it is covered by something at least so near.
+//! [`check_claims`] takes it at its word: every one of N × N jittered samples of that pixel must
+//! lie in a triangle of an occluder that shows the side it is drawn from, is not cut off by the
+//! near plane, and is at least so near there. Tests of boxes find a wrong claim only where a box
+//! happens to lie behind it; this finds it wherever it is.
 //!
-//! Not a line of the engine's occlusion culling is used: vertices go through the view's matrix in f64, triangles are
-//! homogeneous edge functions (Olano & Greer, *Triangle Scan Conversion Using 2D Homogeneous Coordinates*, 1997), so that
-//! what crosses the near plane is cut nowhere. Each pixel holds its samples that nothing covers yet as the bits of a word.
-//! A pixel that lies wholly within one triangle that is near enough in all of it is done without looking at samples.
+//! Not a line of the engine's occlusion culling is used: vertices go through the view's matrix in
+//! f64, triangles are homogeneous edge functions (Olano & Greer, *Triangle Scan Conversion Using 2D
+//! Homogeneous Coordinates*, 1997), so that what crosses the near plane is cut nowhere. Each pixel
+//! holds its samples that nothing covers yet as the bits of a word. A pixel that lies wholly within
+//! one triangle that is near enough in all of it is done without looking at samples.
 
 mod sample;
 mod scene;
@@ -79,12 +82,14 @@ impl Claims {
 /// How claims are checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClaimOptions {
-    /// N: each pixel is cut into N × N cells, with one sample in each. 1..=[`MOST_SAMPLES`](Self::MOST_SAMPLES), clamped;
-    /// default 8. Cost: a pass over the triangles for each 64 samples of a pixel.
+    /// N: each pixel is cut into N × N cells, with one sample in each.
+    /// 1..=[`MOST_SAMPLES`](Self::MOST_SAMPLES), clamped; default 8. Cost: a pass over the
+    /// triangles for each 64 samples of a pixel.
     pub samples: u32,
     /// Seed of the place of each sample in its cell.
     pub seed: u64,
-    /// How many threads; 0, the default, is those of the pool that the call runs in. The answer is the same.
+    /// How many threads; 0, the default, is those of the pool that the call runs in. The answer is
+    /// the same.
     pub threads: usize,
     /// How many wrong pixels are listed; all are counted. Default 8.
     pub listed: usize,
@@ -135,26 +140,29 @@ const BATCH: usize = 1 << 16;
 /// Rows of pixels of a job.
 const STRIP: u32 = 16;
 
-/// Holds each claim of a buffer against samples of the occluders that were drawn into it, or of all that is opaque.
+/// Holds each claim of a buffer against samples of the occluders that were drawn into it, or of all
+/// that is opaque.
 ///
-/// Nearness is that of [`OcclusionBuffer::nearness`]: 1 / w in perspective, w being the distance along the line of view;
-/// in orthographic views the distance from the far plane, as a share of the depth range. A triangle covers a sample where
-/// the sample is within its three edges, edges included, and it is beyond the near plane there. One-sided triangles cover
-/// where they show their front (counter-clockwise, or as a mirrored transform or view turns it), two-sided ones from both
+/// Nearness is that of [`OcclusionBuffer::nearness`]: 1 / w in perspective, w being the distance
+/// along the line of view; in orthographic views the distance from the far plane, as a share of the
+/// depth range. A triangle covers a sample where the sample is within its three edges, edges
+/// included, and it is beyond the near plane there. One-sided triangles cover where they show their
+/// front (counter-clockwise, or as a mirrored transform or view turns it), two-sided ones from both
 /// sides. The view's layers, `front_face`, `cull_face` and far plane play no part.
 ///
 /// # Tolerance
-/// That of f64 alone: bounds on what rounding does to a vertex (16 units in the last place of its terms) are carried
-/// through the edge functions and the plane of each triangle, taken relative to a pixel beside it. A sample that lies
-/// outside, or is too far, by less than that counts as covered: less than 1e-9 of a pixel for a triangle in the middle of
-/// the screen. Triangles so thin that their side is in doubt cover nothing.
+/// That of f64 alone: bounds on what rounding does to a vertex (16 units in the last place of its
+/// terms) are carried through the edge functions and the plane of each triangle, taken relative to
+/// a pixel beside it. A sample that lies outside, or is too far, by less than that counts as
+/// covered: less than 1e-9 of a pixel for a triangle in the middle of the screen. Triangles so thin
+/// that their side is in doubt cover nothing.
 ///
 /// # Edges of what is allowed
-/// A claim that is NaN is wrong. Triangles with a vertex that is not finite, or not there, cover nothing. A buffer without
-/// a claim is right.
+/// A claim that is NaN is wrong. Triangles with a vertex that is not finite, or not there, cover
+/// nothing. A buffer without a claim is right.
 ///
-/// Cost: linear in the triangles in view and in the pixels of their areas; what costs most are pixels that a triangle covers in
-/// part, for each of which all samples are looked at.
+/// Cost: linear in the triangles in view and in the pixels of their areas; what costs most are
+/// pixels that a triangle covers in part, for each of which all samples are looked at.
 #[must_use]
 pub fn check_claims(
     view: &View,

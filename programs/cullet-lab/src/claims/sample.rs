@@ -26,7 +26,8 @@ pub(super) struct Patterns {
     seed: u64,
 }
 
-/// A hash (the finaliser of Steele, Lea & Flood, *Fast Splittable Pseudorandom Number Generators*, 2014).
+/// A hash (the finaliser of Steele, Lea & Flood, *Fast Splittable Pseudorandom Number Generators*,
+/// 2014).
 fn mix(mut z: u64) -> u64 {
     z = z.wrapping_add(0x9E37_79B9_7F4A_7C15);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -150,7 +151,8 @@ impl Strip<'_> {
     }
 }
 
-/// First and last column of a row of pixels, whose middle is at `y`, in which all three edges of a triangle may be positive.
+/// First and last column of a row of pixels, whose middle is at `y`, in which all three edges of a
+/// triangle may be positive.
 #[inline(always)]
 fn columns(t: &Triangle, y: f64) -> Option<[u32; 2]> {
     let (mut low, mut high) = (0.0, f64::from(t.columns[1] - t.columns[0] + 1));

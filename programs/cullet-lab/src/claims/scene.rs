@@ -63,9 +63,9 @@ impl<'a> SceneOccluders<'a> {
         })
     }
 
-    /// Turns a buffer to a view and draws all of them into it, front to back by the nearest points of their boxes: every one,
-    /// whatever it costs and whether or not it is hidden by then. Returns how many shapes were drawn; those beyond an edge
-    /// of the screen are not.
+    /// Turns a buffer to a view and draws all of them into it, front to back by the nearest points
+    /// of their boxes: every one, whatever it costs and whether or not it is hidden by then.
+    /// Returns how many shapes were drawn; those beyond an edge of the screen are not.
     ///
     /// The view is taken to draw front faces, as it does unless told otherwise.
     pub fn draw(&self, view: &View, simd: Simd, buffer: &mut OcclusionBuffer) -> u64 {
@@ -102,8 +102,8 @@ impl<'a> SceneOccluders<'a> {
         order.len() as u64
     }
 
-    /// The triangles that [`draw`](Self::draw) may have drawn in a view: all that are opaque of its instances, each with its
-    /// sidedness.
+    /// The triangles that [`draw`](Self::draw) may have drawn in a view: all that are opaque of its
+    /// instances, each with its sidedness.
     #[must_use]
     pub fn triangles(&self, view: &View) -> Vec<OccluderTriangles<'a>> {
         let runs: Vec<Vec<Run<'_>>> = self.scene.meshes().iter().map(runs).collect();

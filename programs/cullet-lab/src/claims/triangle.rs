@@ -1,14 +1,17 @@
 //! Triangles on the screen in f64, with bounds on what rounding does to them.
 //!
-//! A corner is a vector (x·w, y·w, w). The edge between two of them is their cross product e, and e · (x, y, 1) is positive
-//! on one side of it. With all three of one sign, that of the determinant of the corners, the ray of (x, y) meets the
-//! triangle, and in front of the eye: it is a sum of the corners with positive weights. Nearness and the height over the
-//! near plane, each over w, are the sums of the corners' values with the same weights, over the determinant: affine on the screen.
+//! A corner is a vector (x·w, y·w, w). The edge between two of them is their cross product e, and e
+//! · (x, y, 1) is positive on one side of it. With all three of one sign, that of the determinant
+//! of the corners, the ray of (x, y) meets the triangle, and in front of the eye: it is a sum of
+//! the corners with positive weights. Nearness and the height over the near plane, each over w, are
+//! the sums of the corners' values with the same weights, over the determinant: affine on the
+//! screen.
 
 use cullet::{Depth, Transform, View};
 
-/// Bound on the rounding of a number that is summed from products of entries of matrices and a point: their sizes
-/// times this. Three rows are summed and scaled, four products summed twice over: less than 16 roundings of half a unit each.
+/// Bound on the rounding of a number that is summed from products of entries of matrices and a
+/// point: their sizes times this. Three rows are summed and scaled, four products summed twice
+/// over: less than 16 roundings of half a unit each.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// A number, and how far it may be off.
@@ -57,8 +60,8 @@ impl Number {
     }
 }
 
-/// Rows that take a point of the world to x·w, y·w (pixels, down from the top left corner), w, nearness·w and height over
-/// the near plane.
+/// Rows that take a point of the world to x·w, y·w (pixels, down from the top left corner), w,
+/// nearness·w and height over the near plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ScreenRows {
     rows: [[f64; 4]; 5],
@@ -78,7 +81,8 @@ impl ScreenRows {
         let unit =
             if perspective { w[..3].iter().map(|v| v * v).sum::<f64>().sqrt() } else { w[3] };
         let none = [0.0; 4];
-        // Pairs of rows that are added, scaled: those of the screen, and what they were summed from.
+        // Pairs of rows that are added, scaled: those of the screen, and what they were summed
+        // from.
         let mix = |a: [f64; 4], b: [f64; 4], k: f64| -> [[f64; 4]; 2] {
             [
                 std::array::from_fn(|i| (a[i] + b[i]) * k / unit),
@@ -160,7 +164,8 @@ impl Corner {
         self.level() >= 0.0 && self.w.value > self.w.error
     }
 
-    /// Height over the near plane, 0 where that is rounding: a triangle that lies in the plane is all there, as its samples are.
+    /// Height over the near plane, 0 where that is rounding: a triangle that lies in the plane is
+    /// all there, as its samples are.
     fn level(&self) -> f64 {
         let Number { value, error } = self.height;
         if value.abs() <= 64.0 * error { 0.0 } else { value }
@@ -183,8 +188,8 @@ impl ObjectRows {
         Corner { x: number(0), y: number(1), w: number(2), nearness: number(3), height: number(4) }
     }
 
-    /// Whether anything of some triangles may be on the screen: not where all corners of the box around them are beyond
-    /// one and the same edge of it, or before the near plane.
+    /// Whether anything of some triangles may be on the screen: not where all corners of the box
+    /// around them are beyond one and the same edge of it, or before the near plane.
     pub(super) fn may_see(&self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> bool {
         let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
         for p in triangles.as_flattened().iter().filter_map(|&v| positions.get(v as usize)) {
@@ -212,7 +217,8 @@ impl ObjectRows {
     }
 }
 
-/// a·x + b·y + c, for x and y in pixels from a triangle's own pixel; at least `least` where it counts as not negative.
+/// a·x + b·y + c, for x and y in pixels from a triangle's own pixel; at least `least` where it
+/// counts as not negative.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Affine {
     pub(super) a: f64,
@@ -259,8 +265,8 @@ pub(super) struct Triangle {
 }
 
 impl Triangle {
-    /// `None` where it covers nothing: beyond the screen, seen from a side that is not drawn, not finite, or so thin that
-    /// its side is in doubt.
+    /// `None` where it covers nothing: beyond the screen, seen from a side that is not drawn, not
+    /// finite, or so thin that its side is in doubt.
     pub(super) fn new(
         rows: &ObjectRows,
         positions: [[f32; 3]; 3],
@@ -355,7 +361,8 @@ impl Triangle {
         }
         let range = |a: usize| {
             let last = f64::from(size[a]) - 1.0;
-            // More than any rounding of what is on the screen; what is far beyond it is cut off anyway.
+            // More than any rounding of what is on the screen; what is far beyond it is cut off
+            // anyway.
             let reach = 1e-3 + 1e-9 * (low[a].abs().min(1e9) + high[a].abs().min(1e9));
             let (first, end) = ((low[a] - reach).floor().max(0.0), (high[a] + reach).floor());
             (first <= last && end >= 0.0).then(|| [first as u32, end.min(last) as u32])

@@ -164,7 +164,8 @@ fn check(path: &Path, known: &Known) -> Result<(), String> {
     ))
 }
 
-/// Files on the way to a model, gone with the value. Their names are of this process, so that two of them do not meet.
+/// Files on the way to a model, gone with the value. Their names are of this process, so that two
+/// of them do not meet.
 struct Parts {
     archive: PathBuf,
     model: PathBuf,

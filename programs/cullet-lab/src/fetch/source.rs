@@ -12,10 +12,12 @@ use super::models::Known;
 /// The program that speaks to the network; this one does not.
 const CURL: &str = "curl";
 
-/// Gets what is at `from` of a model; where it lies then: at `part` what came from an address, else the file itself.
+/// Gets what is at `from` of a model; where it lies then: at `part` what came from an address, else
+/// the file itself.
 ///
 /// # Errors
-/// If there is no such file, curl is not there or did not get it, or it is larger than the model's archive can be.
+/// If there is no such file, curl is not there or did not get it, or it is larger than the model's
+/// archive can be.
 pub(super) fn get(
     from: &str,
     known: &Known,

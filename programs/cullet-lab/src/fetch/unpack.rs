@@ -14,11 +14,12 @@ const RECORD: usize = 512;
 /// How many names of what else is in an archive are told.
 const TOLD: usize = 6;
 
-/// Writes the model that is in a file to `out`. Nothing is held in memory but a block, and no size that the file claims is
-/// believed: no more than [`Known::most_unpacked`] is looked at.
+/// Writes the model that is in a file to `out`. Nothing is held in memory but a block, and no size
+/// that the file claims is believed: no more than [`Known::most_unpacked`] is looked at.
 ///
 /// # Errors
-/// If the file cannot be read, ends before its time, is over the limit or does not have the model in it, and if `out` cannot be written.
+/// If the file cannot be read, ends before its time, is over the limit or does not have the model
+/// in it, and if `out` cannot be written.
 pub(super) fn unpack(from: &Path, known: &Known, out: &mut impl Write) -> Result<(), Failure> {
     let unreadable = |e| Failure::input(format!("{}: cannot be read: {e}", from.display()));
     let mut file = BufReader::new(File::open(from).map_err(unreadable)?);
@@ -159,7 +160,8 @@ fn unwritable(error: std::io::Error) -> Failure {
     Failure::input(format!("the model cannot be written: {error}"))
 }
 
-/// Whether a path in an archive is the one that is wanted; a copy of the archive may have other folders.
+/// Whether a path in an archive is the one that is wanted; a copy of the archive may have other
+/// folders.
 fn is_same(name: &str, wanted: &str) -> bool {
     let last = |path: &str| path.rsplit('/').next().unwrap_or_default().to_owned();
     last(name) == last(wanted)

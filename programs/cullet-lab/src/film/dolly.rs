@@ -48,7 +48,8 @@ impl<'a> Dolly<'a> {
                 model.name
             )));
         }
-        // What hides what, and what faces away, would be of the far eye: the near one is to see all of it.
+        // What hides what, and what faces away, would be of the far eye: the near one is to see all
+        // of it.
         culler = culler.only(Stage::Lod).with_lod(lod).with_output(Output::Triangles);
         let extent = scene.extent();
         let middle = DVec3::from(scene.origin()) + DVec3::from(extent.center());

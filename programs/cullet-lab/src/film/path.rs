@@ -41,7 +41,8 @@ pub(super) fn stand_of(view: &View, distance: f64) -> Option<Stand> {
     Some(Stand { eye, target: eye + DVec3::from(ray.direction) * distance })
 }
 
-/// How far the nearest surface is in the middle of a view, so that an eye may go there; infinite where there is none.
+/// How far the nearest surface is in the middle of a view, so that an eye may go there; infinite
+/// where there is none.
 pub(super) fn free_ahead(scene: &Scene, view: &View) -> f64 {
     let frame = cullet_draw::render(scene, view, Selection::All, &RenderOptions::default());
     let Some(Stand { eye, .. }) = stand_of(view, 1.0) else { return 0.0 };

@@ -97,8 +97,8 @@ impl Script for Portal<'_> {
     }
 }
 
-/// The middles of the doors, at the height of an eye, from a cell to the one that takes the most of them, up to a number. A door
-/// is an open portal that is upright and reaches that high.
+/// The middles of the doors, at the height of an eye, from a cell to the one that takes the most of
+/// them, up to a number. A door is an open portal that is upright and reaches that high.
 fn longest_way(graph: &CellGraph, start: u32, height: f64) -> Vec<DVec3> {
     let door = |portal: u32| -> Option<DVec3> {
         let polygon = &graph.portals()[portal as usize].polygon;

@@ -6,7 +6,8 @@ use cullet_draw::Picture;
 
 /// Draws frame after frame.
 pub(super) trait Script {
-    /// The frame at a share of the film, 0 at its first frame and 1 after its last; called in that order.
+    /// The frame at a share of the film, 0 at its first frame and 1 after its last; called in that
+    /// order.
     fn frame(&mut self, share: f64) -> Result<Picture, Failure>;
 }
 

@@ -54,7 +54,8 @@ pub struct FlyArgs {
     /// Seconds of flight
     #[arg(long, value_name = "S", default_value_t = SECONDS, value_parser = parse::seconds)]
     seconds: f64,
-    /// Units of the world a second [default: 100 in the city, through all of a tileset in that time]
+    /// Units of the world a second [default: 100 in the city, through all of a tileset in that
+    /// time]
     #[arg(long, value_name = "SPEED", value_parser = parse::distance)]
     speed: Option<f64>,
     /// Draw levels of detail that are off by up to PX pixels, where tiles have some

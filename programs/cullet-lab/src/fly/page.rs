@@ -88,7 +88,8 @@ pub(super) fn page(r: &Record, frames: &[Frame]) -> String {
     out
 }
 
-/// A value along the way as SVG: between its smallest and its largest of each group of frames, so that no peak is lost.
+/// A value along the way as SVG: between its smallest and its largest of each group of frames, so
+/// that no peak is lost.
 fn curve(title: &str, frames: &[Frame], value: Value) -> String {
     let most = frames.iter().map(value).fold(0.0, f64::max).max(1e-9);
     let end = frames.last().map_or(1.0, |f| f.seconds).max(1e-9);

@@ -58,7 +58,8 @@ impl Outcome {
 
 /// Stands for the folder of models in a command.
 const DATA: &str = "DATA/";
-/// Models that `cullet fetch` gets: their paths in a folder of data with a folder for each, and its own names.
+/// Models that `cullet fetch` gets: their paths in a folder of data with a folder for each, and its
+/// own names.
 const FETCHED: [(&str, &str); 2] =
     [("stanford-bunny/bun_zipper.ply", "bunny.ply"), ("armadillo/armadillo.obj", "armadillo.ply")];
 
@@ -237,8 +238,9 @@ fn decimals(held: &str) -> usize {
     held.split_once('.').map_or(0, |(_, digits)| digits.len())
 }
 
-/// Whether a value is a figure as the book has it: within half a unit of its last digit and a hundredth of it, for a last
-/// bit may make another view's triangle face away. A whole number below fifty is exact.
+/// Whether a value is a figure as the book has it: within half a unit of its last digit and a
+/// hundredth of it, for a last bit may make another view's triangle face away. A whole number below
+/// fifty is exact.
 #[must_use]
 pub fn agrees(figure: &str, value: f64) -> bool {
     let text = held(figure);

@@ -36,7 +36,8 @@ cullet fetch puts them.";
 /// `cullet lecture`
 #[derive(Debug, Args)]
 pub struct LectureArgs {
-    /// A text (zachmann, ucsd, kaist, zhang-hoff), an item's number, or a word of its title; a text and an item
+    /// A text (zachmann, ucsd, kaist, zhang-hoff), an item's number, or a word of its title; a text
+    /// and an item
     #[arg(value_name = "TEXT | ITEM", num_args = 0..=2)]
     what: Vec<String>,
     /// Measure all items, or those of the text, and say which claims hold here

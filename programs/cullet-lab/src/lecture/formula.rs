@@ -11,10 +11,10 @@ type Words<'a> = Peekable<SplitWhitespace<'a>>;
 
 /// Evaluates a formula: numbers and pointers into JSON, with `+ - * / ( )` between spaces.
 ///
-/// A pointer begins with a slash, and with `2:` before it if it leads into the second of `runs`. A segment `*` is every
-/// element of a list, and `name=frustum,unit=instances` those that have these values; what several elements have is
-/// added up. A list counts its elements, an object and `true` are 1, and a pointer that ends in `?` is 0 where it leads
-/// nowhere.
+/// A pointer begins with a slash, and with `2:` before it if it leads into the second of `runs`. A
+/// segment `*` is every element of a list, and `name=frustum,unit=instances` those that have these
+/// values; what several elements have is added up. A list counts its elements, an object and `true`
+/// are 1, and a pointer that ends in `?` is 0 where it leads nowhere.
 ///
 /// # Errors
 /// If a pointer leads nowhere or to text, if a divisor is 0, or if the formula is none.

@@ -1,13 +1,13 @@
 //! Statements of three lectures and a paper about culling, item by item, each with what shows it:
 //! `docs/lectures.json`.
 //!
-//! An [`Item`] is a claim, a formula, a method, a picture or a table, in words of our own, with where it [stands](Place),
-//! what is measured of it, the command and the viewer's state that show it, and a [`Check`]: commands whose figures are
-//! compared, or tests. Where a text errs, the check shows both: that what is written fails, and that what should be
-//! written holds.
+//! An [`Item`] is a claim, a formula, a method, a picture or a table, in words of our own, with
+//! where it [stands](Place), what is measured of it, the command and the viewer's state that show
+//! it, and a [`Check`]: commands whose figures are compared, or tests. Where a text errs, the check
+//! shows both: that what is written fails, and that what should be written holds.
 //!
-//! The file is JSON and not TOML for its readers: the page of slides reads it as it lies there, and the programs that read
-//! it have a reader of JSON anyway.
+//! The file is JSON and not TOML for its readers: the page of slides reads it as it lies there, and
+//! the programs that read it have a reader of JSON anyway.
 
 mod check;
 mod command;
@@ -63,8 +63,8 @@ pub struct Item {
     pub said: Option<String>,
     /// Sentence about what is measured here, with a `{}` for each of the figures.
     pub measured: String,
-    /// The figures of the sentence as they are in the book: `1,234`, or `1,234 = FORMULA` of the commands of the check.
-    /// One with a `~` behind it varies from machine to machine.
+    /// The figures of the sentence as they are in the book: `1,234`, or `1,234 = FORMULA` of the
+    /// commands of the check. One with a `~` behind it varies from machine to machine.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub figures: Vec<String>,
     /// Whether the claim holds but for the number, which the book explains.
@@ -90,7 +90,8 @@ pub struct Item {
 pub struct Place {
     /// The text's name.
     pub text: String,
-    /// The slide by its number, the section, the table or the figure; the slide's title where slides have no numbers.
+    /// The slide by its number, the section, the table or the figure; the slide's title where
+    /// slides have no numbers.
     pub at: String,
 }
 
@@ -114,7 +115,8 @@ pub struct Check {
     pub run: Vec<String>,
     /// Conditions on their JSON: two formulas with `<`, `<=`, `>`, `>=`, `==` or `!=` between them.
     ///
-    /// A command that ends with another exit code than 0 fails the item, unless a comparison is of `/exit`.
+    /// A command that ends with another exit code than 0 fails the item, unless a comparison is of
+    /// `/exit`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub holds: Vec<String>,
     /// Tests, as `crates/cullet/tests/view.rs::all_six_normals_point_out`.

@@ -5,10 +5,10 @@ use cullet::mesh::{Regions, connected_regions};
 
 /// The connected regions of the triangles that an eye sees from behind.
 ///
-/// A convex solid has exactly one from any eye outside of it. Each further region is a fold that turns away,
-/// and the more there are, the smaller are the clusters that can be culled. Triangles that are edge-on, or too
-/// thin to tell, are in none and may part a region; so may triangles of no area. Cost: O(n), as
-/// [`connected_regions`].
+/// A convex solid has exactly one from any eye outside of it. Each further region is a fold that
+/// turns away, and the more there are, the smaller are the clusters that can be culled. Triangles
+/// that are edge-on, or too thin to tell, are in none and may part a region; so may triangles of no
+/// area. Cost: O(n), as [`connected_regions`].
 ///
 /// # Panics
 /// If an index is not below the number of positions.
@@ -31,8 +31,8 @@ mod tests {
 
     use super::*;
 
-    /// A box whose sides are grids, each with corners of its own: convex, with seams. The corners of a
-    /// side share a coordinate to the last bit, so it is flat.
+    /// A box whose sides are grids, each with corners of its own: convex, with seams. The corners
+    /// of a side share a coordinate to the last bit, so it is flat.
     fn cuboid(rows: u32, axes: DVec3) -> (Vec<[f32; 3]>, Vec<u32>) {
         let (mut positions, mut indices) = (Vec::new(), Vec::new());
         for face in 0..6u32 {
@@ -53,10 +53,11 @@ mod tests {
         (positions, indices)
     }
 
-    /// An ellipsoid of `rows` rings of `2 rows` facets, with a seam. The corners of a facet are on two
-    /// circles of latitude, so it is a flat trapezium of the convex hull of all corners. Rounded to f32 its
-    /// corners are flat no more, and then its diagonal is the one that bulges; between facets the surface
-    /// bends by degrees, which no rounding turns. So it is convex as built.
+    /// An ellipsoid of `rows` rings of `2 rows` facets, with a seam. The corners of a facet are on
+    /// two circles of latitude, so it is a flat trapezium of the convex hull of all corners.
+    /// Rounded to f32 its corners are flat no more, and then its diagonal is the one that bulges;
+    /// between facets the surface bends by degrees, which no rounding turns. So it is convex as
+    /// built.
     fn ellipsoid(rows: u32, axes: DVec3) -> (Vec<[f32; 3]>, Vec<u32>) {
         let sides = 2 * rows;
         let (mut positions, mut indices) = (Vec::new(), Vec::new());

@@ -1,5 +1,5 @@
-//! Bulk tests: many triangles or clusters against one eye, sixty-four at a time: the answer as a mask of what is culled, a count, or
-//! the ascending list of what is kept.
+//! Bulk tests: many triangles or clusters against one eye, sixty-four at a time: the answer as a
+//! mask of what is culled, a count, or the ascending list of what is kept.
 
 use cullet::Simd;
 use cullet::cull::Indices;
@@ -14,8 +14,8 @@ pub trait Bulk<E: Copy> {
     /// How many there are.
     fn count_all(&self) -> usize;
 
-    /// Fills words `first..` of the mask of what is culled, as many as `culled` has; bits beyond the last are 0. The
-    /// same at every level.
+    /// Fills words `first..` of the mask of what is culled, as many as `culled` has; bits beyond
+    /// the last are 0. The same at every level.
     ///
     /// # Panics
     /// If the words reach beyond the last one's.
@@ -46,8 +46,9 @@ pub trait Bulk<E: Copy> {
         });
     }
 
-    /// Lists what is *not* culled of those words whose bit in `wanted` is set, ascending: for clusters of 64 triangles
-    /// of which only some want a test of each triangle. Bits beyond the last word are ignored.
+    /// Lists what is *not* culled of those words whose bit in `wanted` is set, ascending: for
+    /// clusters of 64 triangles of which only some want a test of each triangle. Bits beyond the
+    /// last word are ignored.
     fn keep_in(&self, simd: Simd, eye: E, wanted: &[u64], kept: &mut Indices) {
         let (len, mut block) = (self.count_all(), [0; AT_ONCE]);
         kept.clear();

@@ -1,8 +1,9 @@
 //! Groups of triangles with a viewing cone each.
 //!
-//! A mask must hold for every line of sight to any of its triangles. Seen from three radii, all of a model
-//! is a cone of 39 degrees; a sixty-fourth of it one of a few, and its mask culls almost what the planes
-//! do. A group may be one object, or any run of triangles; [`Groups::kd`] makes some.
+//! A mask must hold for every line of sight to any of its triangles. Seen from three radii, all of
+//! a model is a cone of 39 degrees; a sixty-fourth of it one of a few, and its mask culls almost
+//! what the planes do. A group may be one object, or any run of triangles; [`Groups::kd`] makes
+//! some.
 
 use std::ops::Range;
 
@@ -19,8 +20,8 @@ pub struct Groups {
 }
 
 impl Groups {
-    /// The caller's own groups: ranges of the triangles in the order in which they are. What is in no
-    /// range is never culled; what is in two, by either.
+    /// The caller's own groups: ranges of the triangles in the order in which they are. What is in
+    /// no range is never culled; what is in two, by either.
     ///
     /// # Panics
     /// If a range reaches beyond the triangles, or an index beyond the positions.
@@ -32,13 +33,13 @@ impl Groups {
         groups
     }
 
-    /// `count` groups of triangles that lie together, by splits at the median of their middles along the
-    /// longest axis; fewer where there are not as many triangles. [`order`](Self::order) says which
-    /// triangles follow each other. O(n log count).
+    /// `count` groups of triangles that lie together, by splits at the median of their middles
+    /// along the longest axis; fewer where there are not as many triangles. [`order`](Self::order)
+    /// says which triangles follow each other. O(n log count).
     ///
     /// Each group costs a mask a frame, about as much as the test of ten thousand triangles with
-    /// AVX-512. On the bunny from three radii with N = 16 (exact: 56 %), 1 group culls 30 %, 16 cull 45 %,
-    /// 64 cull 49 % and 256 cull 51 %.
+    /// AVX-512. On the bunny from three radii with N = 16 (exact: 56 %), 1 group culls 30 %, 16
+    /// cull 45 %, 64 cull 49 % and 256 cull 51 %.
     ///
     /// # Panics
     /// If an index is not below the number of positions.
@@ -131,8 +132,8 @@ impl Groups {
         self.order.iter().flat_map(|t| indices[*t as usize * 3..][..3].iter().copied()).collect()
     }
 
-    /// The mask of each group for an eye in the space of the triangles. A group that the eye is in culls
-    /// nothing.
+    /// The mask of each group for an eye in the space of the triangles. A group that the eye is in
+    /// culls nothing.
     pub fn masks(
         &self,
         simd: Simd,
@@ -145,8 +146,8 @@ impl Groups {
         })
     }
 
-    /// Sets bit i of `culled` where the triangle at place i of the groups' order is back-facing; `masks`
-    /// are of the triangles in that order.
+    /// Sets bit i of `culled` where the triangle at place i of the groups' order is back-facing;
+    /// `masks` are of the triangles in that order.
     ///
     /// # Panics
     /// If there are not as many masks as triangles.

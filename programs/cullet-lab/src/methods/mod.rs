@@ -1,9 +1,9 @@
-//! Methods of visibility culling beside those that [`cullet`] runs: what the literature has, what was tried
-//! and does not win, and what shows how the ones in use work.
+//! Methods of visibility culling beside those that [`cullet`] runs: what the literature has, what
+//! was tried and does not win, and what shows how the ones in use work.
 //!
-//! Nothing here is called in a frame. It is what `cullet reproduce` measures, what `cullet picture` and the
-//! viewer's study views draw, and what tests hold the engine against. All of it is conservative, as the
-//! engine is: what is culled is proved.
+//! Nothing here is called in a frame. It is what `cullet reproduce` measures, what `cullet picture`
+//! and the viewer's study views draw, and what tests hold the engine against. All of it is
+//! conservative, as the engine is: what is culled is proved.
 //!
 //! | room | what | where it stands |
 //! |---|---|---|

@@ -1,25 +1,28 @@
 //! Bézier patches: culled whole, before they are tessellated.
 //!
-//! Shirman & Abi-Ezzi, *The Cone of Normals Technique for Fast Processing of Curved Patches* (1993),
-//! bound the normals of a patch by a cone and its points by the cone's apex, both from the control net.
-//! Here the net yields planes, and every bound of [`cluster`](crate::methods::cluster) can be fitted to them.
+//! Shirman & Abi-Ezzi, *The Cone of Normals Technique for Fast Processing of Curved Patches*
+//! (1993), bound the normals of a patch by a cone and its points by the cone's apex, both from the
+//! control net. Here the net yields planes, and every bound of [`cluster`](crate::methods::cluster)
+//! can be fitted to them.
 //!
-//! The eye e is behind a patch at (u, v) where `S_u` × `S_v` · (S − e) > 0. That is a polynomial in u and v,
-//! so a sum of Bernstein polynomials, which are not negative, with coefficients d − n·e: planes that
-//! depend on the net alone. Where e is behind all of them the sum is positive everywhere. Normals and
-//! points are taken together in each coefficient, which is tighter than any normal with any point.
+//! The eye e is behind a patch at (u, v) where `S_u` × `S_v` · (S − e) > 0. That is a polynomial in
+//! u and v, so a sum of Bernstein polynomials, which are not negative, with coefficients d − n·e:
+//! planes that depend on the net alone. Where e is behind all of them the sum is positive
+//! everywhere. Normals and points are taken together in each coefficient, which is tighter than any
+//! normal with any point.
 //!
-//! A tessellation has other normals than its surface. A triangle with two sides along u and v has the
-//! mean of `S_u`(a, v₀) × `S_v`(u₀, b) over a and b for its normal, where (u₀, v₀) is the corner between
-//! them: a polynomial in four variables, with more planes and a smaller region, and the surface is its
-//! case a = u₀, b = v₀. [`BezierPatch::planes`] are these; [`BezierPatch::surface_planes`] hold for the
-//! surface alone. Measured from three radii on patches that bend by a quarter of a circle both ways, the
-//! latter are behind in 19 to 20 per cent of views and the former, which must hold for a grid of one
-//! cell too, in 6 to 7, where a grid of 8 by 8 is all back-facing in 23. On flatter ones less is lost: 27
-//! and 15 of 33 on a wave, all of 50 on a plane.
+//! A tessellation has other normals than its surface. A triangle with two sides along u and v has
+//! the mean of `S_u`(a, v₀) × `S_v`(u₀, b) over a and b for its normal, where (u₀, v₀) is the
+//! corner between them: a polynomial in four variables, with more planes and a smaller region, and
+//! the surface is its case a = u₀, b = v₀. [`BezierPatch::planes`] are these;
+//! [`BezierPatch::surface_planes`] hold for the surface alone. Measured from three radii on patches
+//! that bend by a quarter of a circle both ways, the latter are behind in 19 to 20 per cent of
+//! views and the former, which must hold for a grid of one cell too, in 6 to 7, where a grid of 8
+//! by 8 is all back-facing in 23. On flatter ones less is lost: 27 and 15 of 33 on a wave, all of
+//! 50 on a plane.
 //!
-//! Rational patches are out of scope: their normals have another form, and taken as polynomial ones they
-//! would be culled wrongly.
+//! Rational patches are out of scope: their normals have another form, and taken as polynomial ones
+//! they would be culled wrongly.
 //!
 //! ```
 //! use cullet::cull::backface::EllipticCone;
@@ -77,26 +80,26 @@ pub enum PatchError {
 
 /// The control net of a polynomial Bézier patch.
 ///
-/// The front is where `S_u` × `S_v` points: a triangle of (0, 0), (1, 0) and (0, 1) is counter-clockwise
-/// seen from there.
+/// The front is where `S_u` × `S_v` points: a triangle of (0, 0), (1, 0) and (0, 1) is
+/// counter-clockwise seen from there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BezierPatch<'a> {
     degree: [usize; 2],
     points: &'a [[f32; 3]],
 }
 
-/// A coefficient whose normal is below this share of what it is added up from is too uncertain. A sum
-/// of at most 4,096 terms is off by 4.5e-13 of that, which turns the normal by 4.5e-7 at most, and moves
-/// the plane by as much of the patch's radius: what the bounds of clusters allow for.
+/// A coefficient whose normal is below this share of what it is added up from is too uncertain. A
+/// sum of at most 4,096 terms is off by 4.5e-13 of that, which turns the normal by 4.5e-7 at most,
+/// and moves the plane by as much of the patch's radius: what the bounds of clusters allow for.
 const CERTAIN: f64 = 1e-6;
 
 impl<'a> BezierPatch<'a> {
     /// The largest degree along a side.
     pub const MAX_DEGREE: usize = 8;
 
-    /// A patch of `degree` along u and v. Point i·(degree along v + 1) + j is the coefficient of the
-    /// i-th Bernstein polynomial in u and the j-th in v; the common bicubic patch has degrees 3 and 3
-    /// and 16 points.
+    /// A patch of `degree` along u and v. Point i·(degree along v + 1) + j is the coefficient of
+    /// the i-th Bernstein polynomial in u and the j-th in v; the common bicubic patch has degrees 3
+    /// and 3 and 16 points.
     ///
     /// # Errors
     /// If a degree is not in 1..=8, the number of points does not fit, or a point is not finite.
@@ -151,12 +154,12 @@ impl<'a> BezierPatch<'a> {
     }
 
     /// Planes such that an eye behind them all is behind the surface, and behind every triangle of
-    /// every tessellation whose corners are points of the surface and that have two sides along u and v
-    /// (as the halves of the cells of any grid have), but for the rounding of those corners.
+    /// every tessellation whose corners are points of the surface and that have two sides along u
+    /// and v (as the halves of the cells of any grid have), but for the rounding of those corners.
     ///
-    /// (2m + 1)(2n + 1)mn planes for degrees m and n: 441 for a bicubic patch. Poles (edges that are one
-    /// point) are no obstacle. A corner at which the two sides of the net are parallel, but not exactly
-    /// so in f32, leaves the planes incomplete: no eye is behind.
+    /// (2m + 1)(2n + 1)mn planes for degrees m and n: 441 for a bicubic patch. Poles (edges that
+    /// are one point) are no obstacle. A corner at which the two sides of the net are parallel, but
+    /// not exactly so in f32, leaves the planes incomplete: no eye is behind.
     #[must_use]
     pub fn planes(&self) -> ClusterPlanes {
         let [m, n] = self.degree;
@@ -169,8 +172,8 @@ impl<'a> BezierPatch<'a> {
     }
 
     /// Planes such that an eye behind them all is behind the surface, though not always behind the
-    /// triangles of a coarse tessellation. 9·m·n planes for degrees m and n: 81 for a bicubic patch;
-    /// otherwise as [`planes`](Self::planes).
+    /// triangles of a coarse tessellation. 9·m·n planes for degrees m and n: 81 for a bicubic
+    /// patch; otherwise as [`planes`](Self::planes).
     #[must_use]
     pub fn surface_planes(&self) -> ClusterPlanes {
         let [m, n] = self.degree;
@@ -181,8 +184,8 @@ impl<'a> BezierPatch<'a> {
     }
 
     /// Adds up, for each side along u (i, j), side along v (k, l) and point (p, q) of the net, what
-    /// belongs to one coefficient. `place` yields a number, a number below the third with which it is
-    /// interleaved, and a weight.
+    /// belongs to one coefficient. `place` yields a number, a number below the third with which it
+    /// is interleaved, and a weight.
     fn coefficients(
         &self,
         count: usize,
@@ -192,8 +195,8 @@ impl<'a> BezierPatch<'a> {
         let points = || self.points.iter().map(|p| DVec3::from(p.map(f64::from)));
         let low = points().fold(DVec3::INFINITY, DVec3::min);
         let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
-        // Offsets are relative to the middle until they are divided, or their rounding would be that of
-        // a patch far from the origin.
+        // Offsets are relative to the middle until they are divided, or their rounding would be
+        // that of a patch far from the origin.
         let middle = (low + high) * 0.5;
         let mut sums = vec![(DVec3::ZERO, 0.0, 0.0); count];
         for (i, j) in pairs(m, n + 1) {
@@ -219,8 +222,8 @@ impl<'a> BezierPatch<'a> {
         ClusterPlanes::of_planes(planes, [low.into(), high.into()], complete)
     }
 
-    /// The product of a side along u and one along v, and of their lengths; `None` where it is exactly
-    /// zero.
+    /// The product of a side along u and one along v, and of their lengths; `None` where it is
+    /// exactly zero.
     fn product(&self, [i, j]: [usize; 2], [k, l]: [usize; 2]) -> Option<(DVec3, f64)> {
         let u = self.at(i + 1, j) - self.at(i, j);
         let v = self.at(k, l + 1) - self.at(k, l);
@@ -228,8 +231,8 @@ impl<'a> BezierPatch<'a> {
         if normal.length() > size * CERTAIN {
             return Some((normal, size));
         }
-        // Sides that are exactly parallel are common, as those of a quarter of a circle; what merely
-        // rounds to it must not be taken for it.
+        // Sides that are exactly parallel are common, as those of a quarter of a circle; what
+        // merely rounds to it must not be taken for it.
         let exact = |a: DVec3, b: DVec3| (0..3).all(|k| is_exact(a[k], b[k]));
         let is_zero = exact(self.at(i, j), self.at(i + 1, j))
             && exact(self.at(k, l), self.at(k, l + 1))
@@ -263,7 +266,8 @@ fn pairs(first: usize, second: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..first).flat_map(move |i| (0..second).map(move |j| (i, j)))
 }
 
-/// Ratio of the product of Bernstein polynomials of these degrees and numbers to the one of their sums.
+/// Ratio of the product of Bernstein polynomials of these degrees and numbers to the one of their
+/// sums.
 fn share<const N: usize>(degrees: [usize; N], numbers: [usize; N]) -> f64 {
     let parts: f64 = degrees.iter().zip(numbers).map(|(d, i)| binomial(*d, i)).product();
     parts / binomial(degrees.iter().sum(), numbers.iter().sum())

@@ -23,7 +23,8 @@ impl Frame {
         Self { centre: bounds.center().into(), scale }
     }
 
-    /// (n, −d) of a triangle with its largest number ±1; zeros, which no eye is behind, for a sliver.
+    /// (n, −d) of a triangle with its largest number ±1; zeros, which no eye is behind, for a
+    /// sliver.
     pub(crate) fn plane(&self, corners: [[f32; 3]; 3]) -> DVec4 {
         let triangle = ClusterPlanes::new([corners]);
         triangle.half_spaces().next().map_or(DVec4::ZERO, |(n, d)| {
@@ -33,8 +34,8 @@ impl Frame {
         })
     }
 
-    /// The eye in units of the frame, its largest number ±1; `None` where it is not finite, zero, or of
-    /// negative weight.
+    /// The eye in units of the frame, its largest number ±1; `None` where it is not finite, zero,
+    /// or of negative weight.
     pub(crate) fn eye(&self, eye: [f64; 4]) -> Option<DVec4> {
         let eye = DVec4::from(eye);
         let e = (eye.truncate() - self.centre * eye.w).extend(eye.w * self.scale);

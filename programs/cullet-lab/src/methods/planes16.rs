@@ -1,16 +1,19 @@
-//! Triangle planes quantised to 16 bits: twice the memory of the engine's, and no quicker at any level.
+//! Triangle planes quantised to 16 bits: twice the memory of the engine's, and no quicker at any
+//! level.
 
 use fearless_simd::{Simd, dispatch, i16x16, i32x8, prelude::*};
 
 use crate::methods::bulk::Bulk;
 use crate::methods::planes::Frame;
 
-/// The largest number of a quantised eye: 14 bits and a sign, so that four products with a plane fit into 32 bits.
+/// The largest number of a quantised eye: 14 bits and a sign, so that four products with a plane
+/// fit into 32 bits.
 const EYE_LIMIT: f64 = 8191.0;
 /// The largest number of a quantised plane.
 const PLANE_LIMIT: i32 = 32767;
 
-/// Planes of a mesh's triangles in eight bytes each, as [`Planes8`](cullet::cull::backface::Planes8) in four.
+/// Planes of a mesh's triangles in eight bytes each, as
+/// [`Planes8`](cullet::cull::backface::Planes8) in four.
 #[derive(Clone, Debug)]
 pub struct Planes16 {
     frame: Frame,
@@ -23,8 +26,8 @@ pub struct Planes16 {
 /// How far the product of a quantised plane and eye may be from the true one.
 fn error_bound(eye: [i32; 4]) -> i32 {
     let eye_sum: i32 = eye.iter().map(|v| v.abs()).sum();
-    // Half of each factor's partner, and the product of the halves; and what a plane lost before it was quantised: a
-    // thin triangle's normal is off by less than 4.5e-7, times 4 products.
+    // Half of each factor's partner, and the product of the halves; and what a plane lost before it
+    // was quantised: a thin triangle's normal is off by less than 4.5e-7, times 4 products.
     (eye_sum + 4 * PLANE_LIMIT) / 2 + 4 + PLANE_LIMIT / 64
 }
 
@@ -45,7 +48,8 @@ impl Planes16 {
         planes
     }
 
-    /// Replaces the plane of triangle `index`; see [`Planes8::set`](cullet::cull::backface::Planes8::set).
+    /// Replaces the plane of triangle `index`; see
+    /// [`Planes8::set`](cullet::cull::backface::Planes8::set).
     ///
     /// # Panics
     /// If `index` is not below the number of triangles.

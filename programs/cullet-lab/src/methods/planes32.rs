@@ -18,9 +18,10 @@ pub struct Planes32 {
 #[repr(C, align(64))]
 struct Block([[f32; 16]; 4]);
 
-/// How far the product of a plane and an eye, both with numbers up to 1, may be from the true one: the
-/// four numbers of each are rounded (2⁻²⁴ of each product twice), so are products and sums (2⁻²⁴ of at
-/// most 4, seven times), and a thin triangle's normal is off by up to 4.5e-7 in each of four products.
+/// How far the product of a plane and an eye, both with numbers up to 1, may be from the true one:
+/// the four numbers of each are rounded (2⁻²⁴ of each product twice), so are products and sums
+/// (2⁻²⁴ of at most 4, seven times), and a thin triangle's normal is off by up to 4.5e-7 in each of
+/// four products.
 const ERROR: f32 = 4e-6;
 
 impl Planes32 {
@@ -39,7 +40,8 @@ impl Planes32 {
         planes
     }
 
-    /// Replaces the plane of triangle `index`; see [`Planes8::set`](cullet::cull::backface::Planes8::set).
+    /// Replaces the plane of triangle `index`; see
+    /// [`Planes8::set`](cullet::cull::backface::Planes8::set).
     ///
     /// # Panics
     /// If `index` is not below the number of triangles.

@@ -65,7 +65,8 @@ mod tests {
 
     #[test]
     fn a_corner_behind_the_eye_turns_the_normal_but_not_the_determinant() {
-        // A floor below the eye, seen from above, that reaches behind it: x right, w forward, y = −1.
+        // A floor below the eye, seen from above, that reaches behind it: x right, w forward, y =
+        // −1.
         let clip = [[-1.0, -1.0, 0.0, 2.0], [1.0, -1.0, 0.0, 2.0], [0.0, -1.0, 0.0, -3.0]];
         // Before the eye the same plane shows the order left, right, far.
         let ahead = [clip[0], clip[1], [0.0, -1.0, 0.0, 9.0]];

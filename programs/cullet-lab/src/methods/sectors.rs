@@ -1,7 +1,7 @@
 //! Masks for k × k sectors of a frustum: lines of sight that differ less, so more classes culled.
 //!
-//! The scene is taken sector by sector (Zhang & Hoff, 1997, section 4): what lies in several sectors is
-//! back-facing only where it is in all of them.
+//! The scene is taken sector by sector (Zhang & Hoff, 1997, section 4): what lies in several
+//! sectors is back-facing only where it is in all of them.
 
 use cullet::bounds::Sphere;
 use cullet::view::FrustumPlane;
@@ -32,8 +32,8 @@ pub enum MaskUse {
     ShadowOrReflection,
 }
 
-/// The mask of what a camera's frustum sees, by its four corner directions: tighter than its cone, and
-/// right only for triangles that are not wholly outside of the frustum.
+/// The mask of what a camera's frustum sees, by its four corner directions: tighter than its cone,
+/// and right only for triangles that are not wholly outside of the frustum.
 ///
 /// # Errors
 /// If the view is no camera's, or its sides do not meet in four lines of sight.
@@ -51,8 +51,8 @@ pub fn mask_of_corners(
     all().ok_or(SectorError::NoCorners)
 }
 
-/// The directions of the four edges of a frustum, from the eye outward, in the order of a walk around
-/// it; `None` for parallel sides.
+/// The directions of the four edges of a frustum, from the eye outward, in the order of a walk
+/// around it; `None` for parallel sides.
 #[must_use]
 pub fn corner_directions(frustum: &Frustum) -> Option<[[f64; 3]; 4]> {
     let side = |p| frustum.plane(p).map(|p| DVec3::from(p.normal));
@@ -141,11 +141,11 @@ impl SectorMasks {
         &self.masks[row * self.k + column]
     }
 
-    /// The mask for what lies in a sphere: the classes that are back-facing in every sector which the
-    /// sphere may reach into. `None` where it reaches into none, being outside of the view.
+    /// The mask for what lies in a sphere: the classes that are back-facing in every sector which
+    /// the sphere may reach into. `None` where it reaches into none, being outside of the view.
     ///
-    /// `eye` is the position of the viewer, in the space of the sphere and of the corner directions.
-    /// A non-finite sphere is in every sector.
+    /// `eye` is the position of the viewer, in the space of the sphere and of the corner
+    /// directions. A non-finite sphere is in every sector.
     #[must_use]
     pub fn for_sphere(&self, eye: [f64; 3], sphere: &Sphere) -> Option<BackfaceMask> {
         let centre = DVec3::from(sphere.center.map(f64::from)) - DVec3::from(eye);

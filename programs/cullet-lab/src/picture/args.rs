@@ -45,8 +45,8 @@ pub struct PictureArgs {
     pub(crate) kind: PictureKind,
     #[command(flatten)]
     pub(crate) input: InputArgs,
-    /// culling-volume: which cluster of the first instance, from 0 [default: the widest with a volume, of the
-    /// first instance that has one]
+    /// culling-volume: which cluster of the first instance, from 0 [default: the widest with a
+    /// volume, of the first instance that has one]
     #[arg(long, value_name = "N")]
     pub(crate) cluster: Option<u32>,
     #[command(flatten)]

@@ -1,4 +1,5 @@
-//! `cullet picture pvs-matrix`: which cells see each other, of what was baked, or is baked for the picture.
+//! `cullet picture pvs-matrix`: which cells see each other, of what was baked, or is baked for the
+//! picture.
 
 use std::path::Path;
 

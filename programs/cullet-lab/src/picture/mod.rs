@@ -102,7 +102,8 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     })
 }
 
-/// Measures the costs of the pipeline's tests on this machine: the benchmarks, briefly, at the best SIMD level.
+/// Measures the costs of the pipeline's tests on this machine: the benchmarks, briefly, at the best
+/// SIMD level.
 fn costs() -> Vec<(String, f64)> {
     let measure = |name: &str| {
         let filter = Some(name.to_owned());

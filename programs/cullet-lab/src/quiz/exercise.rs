@@ -70,8 +70,8 @@ const UNITS: [(&str, &[&str]); 5] = [
 ];
 
 impl Exercise {
-    /// Judges an answer. A number may have its unit behind it, commas between thousands, or % for a hundredth; the case of words does not
-    /// matter.
+    /// Judges an answer. A number may have its unit behind it, commas between thousands, or % for a
+    /// hundredth; the case of words does not matter.
     ///
     /// # Errors
     /// If it is no number where one is sought, or none of the choices.
@@ -139,7 +139,8 @@ const CHAPTERS: [(&str, &str); 26] = chapters![
 /// All exercises, in the order of the book's chapters. Cost: reads the chapters at each call.
 ///
 /// # Errors
-/// The first exercise of a chapter that is not whole, and what it lacks; a test holds that there is none.
+/// The first exercise of a chapter that is not whole, and what it lacks; a test holds that there is
+/// none.
 pub fn exercises() -> Result<Vec<Exercise>, String> {
     let mut all = Vec::new();
     for (chapter, text) in CHAPTERS {
@@ -148,8 +149,8 @@ pub fn exercises() -> Result<Vec<Exercise>, String> {
     Ok(all)
 }
 
-/// The exercises of a chapter: below their heading, each with a name in bold, its question, its answer in a comment and a
-/// folded solution. Other paragraphs there are of all that follow.
+/// The exercises of a chapter: below their heading, each with a name in bold, its question, its
+/// answer in a comment and a folded solution. Other paragraphs there are of all that follow.
 fn posed(chapter: &'static str, text: &'static str) -> Result<Vec<Exercise>, String> {
     let (_, section) = text.split_once("\n## Exercises\n").unwrap_or_default();
     let section = section.split("\n## ").next().unwrap_or_default();
@@ -184,8 +185,8 @@ fn posed(chapter: &'static str, text: &'static str) -> Result<Vec<Exercise>, Str
     Ok(all)
 }
 
-/// Reads `WORD (WORD, OTHER WORD)`, or `NUMBER ± TOLERANCE UNIT` without the one or the other: the answer, the choices, the
-/// tolerance and the unit.
+/// Reads `WORD (WORD, OTHER WORD)`, or `NUMBER ± TOLERANCE UNIT` without the one or the other: the
+/// answer, the choices, the tolerance and the unit.
 fn read(answer: &'static str) -> Option<(Answer, Vec<&'static str>, f64, &'static str)> {
     if let Some((word, choices)) = answer.split_once(" (") {
         let choices: Vec<&str> = choices.strip_suffix(')')?.split(", ").collect();

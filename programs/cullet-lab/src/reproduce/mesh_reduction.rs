@@ -1,5 +1,6 @@
-//! "Size dependent mesh reduction", the slide that lectures on levels of detail show: one model drawn smaller and smaller,
-//! of fewer and fewer triangles. Beside the counts, which the slide has, how far each is off, which it has not.
+//! "Size dependent mesh reduction", the slide that lectures on levels of detail show: one model
+//! drawn smaller and smaller, of fewer and fewer triangles. Beside the counts, which the slide has,
+//! how far each is off, which it has not.
 
 use std::path::PathBuf;
 
@@ -145,7 +146,8 @@ fn sphere(scene: &Scene) -> Option<(DVec3, f64)> {
     (radius > 0.0 && radius.is_finite()).then_some((middle, radius))
 }
 
-/// The model so large, in a picture with a little room around it: the view, and how many radii the eye is away.
+/// The model so large, in a picture with a little room around it: the view, and how many radii the
+/// eye is away.
 fn view((middle, radius): (DVec3, f64), from: [f64; 3], size: u32) -> Result<(View, f64), Failure> {
     // The lines of sight that touch the sphere.
     let tangent = f64::from(size) / LINES * HALF;
@@ -244,7 +246,8 @@ fn print(record: &Record, console: &Console) {
     }
 }
 
-/// The row: each at its size on one ground, below it what is drawn as large as the first, and the figures.
+/// The row: each at its size on one ground, below it what is drawn as large as the first, and the
+/// figures.
 fn picture(record: &Record, shown: &[[Picture; 2]]) -> Picture {
     let wide = shown.iter().flatten().map(|p| p.width).max().unwrap_or(0).max(220);
     let high = |row: usize| shown.iter().map(|p| p[row].height).max().unwrap_or(0);

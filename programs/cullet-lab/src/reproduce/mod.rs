@@ -1,4 +1,5 @@
-//! `cullet reproduce`: the figures of published work, measured again and put beside the published ones.
+//! `cullet reproduce`: the figures of published work, measured again and put beside the published
+//! ones.
 
 mod assarsson_moller;
 mod chart;
@@ -34,7 +35,8 @@ enum Which {
     /// Clustered Backface Culling (1998): the bounds of clusters beside the ideal, and hierarchies
     #[command(after_help = johannsen_carter::HELP)]
     JohannsenCarter(johannsen_carter::JohannsenCarterArgs),
-    /// The lecture's row of smaller and smaller models of fewer and fewer triangles, with how far each is off
+    /// The lecture's row of smaller and smaller models of fewer and fewer triangles, with how far
+    /// each is off
     #[command(after_help = mesh_reduction::HELP)]
     MeshReduction(mesh_reduction::MeshReductionArgs),
 }

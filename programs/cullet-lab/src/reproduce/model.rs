@@ -28,8 +28,8 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// The file or built-in scene of that name, all its instances made one mesh with a part for each
-    /// material of each instance; else a built-in solid of 69,312 triangles.
+    /// The file or built-in scene of that name, all its instances made one mesh with a part for
+    /// each material of each instance; else a built-in solid of 69,312 triangles.
     pub(crate) fn load(model: Option<&str>, console: &Console) -> Result<Self, Failure> {
         let Some(scene) = model else {
             let (positions, indices) = knobbly_ball(76);
@@ -106,7 +106,8 @@ impl Subject {
     }
 }
 
-/// The triangles of all instances in one space, around the middle of the scene so that f32 is fine there.
+/// The triangles of all instances in one space, around the middle of the scene so that f32 is fine
+/// there.
 fn joined(model: &Model) -> MeshData {
     let scene = &model.scene;
     let extent = scene.extent();

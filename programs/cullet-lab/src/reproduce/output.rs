@@ -17,7 +17,8 @@ pub(super) struct Places<'a> {
 }
 
 impl Places<'_> {
-    /// Writes NAME.svg, NAME.png and NAME.json, and a line that says so of what `chart_words` calls the chart.
+    /// Writes NAME.svg, NAME.png and NAME.json, and a line that says so of what `chart_words` calls
+    /// the chart.
     pub(super) fn write(
         &self,
         name: &str,

@@ -14,8 +14,8 @@ fn cells(n: u32) -> Vec<[f64; 2]> {
     (0..4).flat_map(|side| (0..n).map(move |i| [at(side, i), at(side, i + 1)])).collect()
 }
 
-/// Whether a cell is back-facing for all lines of sight within `half_angle` of direction 0: both its
-/// ends are within 90 degrees less that angle. All in degrees.
+/// Whether a cell is back-facing for all lines of sight within `half_angle` of direction 0: both
+/// its ends are within 90 degrees less that angle. All in degrees.
 fn faces_away([from, to]: [f64; 2], half_angle: f64) -> bool {
     let off = |a: f64| ((a + 180.0).rem_euclid(360.0) - 180.0).abs();
     let limit = 90.0 - half_angle + 1e-9;
@@ -40,10 +40,10 @@ fn ring(sheet: &mut Sheet, c: [f64; 2], r: f64, [from, to]: [f64; 2], width: f64
     }
 }
 
-/// The circle of normals and the square around it, whose sides four cells each divide evenly: the lines from
-/// the middle to their ends cut the circle into classes. Those that face away are marked, in an orthographic
-/// view (left) and for lines of sight that spread by `half_angle` degrees (right). `half_angle` is clamped to
-/// 0..80; NaN is 0. `size` is at least 640 × 360.
+/// The circle of normals and the square around it, whose sides four cells each divide evenly: the
+/// lines from the middle to their ends cut the circle into classes. Those that face away are
+/// marked, in an orthographic view (left) and for lines of sight that spread by `half_angle`
+/// degrees (right). `half_angle` is clamped to 0..80; NaN is 0. `size` is at least 640 × 360.
 #[must_use]
 pub fn normal_partition(half_angle: f64, size: [u32; 2]) -> Picture {
     let spread = if half_angle > 0.0 { half_angle.min(80.0) } else { 0.0 };
@@ -102,10 +102,10 @@ fn on_square(c: [f64; 2], r: f64, degrees: f64) -> [f64; 2] {
     on_circle(c, r / s.abs().max(t.abs()), degrees)
 }
 
-/// The normals that are back-facing for all lines of sight of a view `field_of_view` degrees wide: an
-/// arc of 180 degrees less the field of view, and how it grows as the view is cut into 1, 2, 4 and 8
-/// sectors, each with a mask of its own. The field of view is clamped to 10..150; NaN is 90. `size`
-/// is at least 640 × 360.
+/// The normals that are back-facing for all lines of sight of a view `field_of_view` degrees wide:
+/// an arc of 180 degrees less the field of view, and how it grows as the view is cut into 1, 2, 4
+/// and 8 sectors, each with a mask of its own. The field of view is clamped to 10..150; NaN is 90.
+/// `size` is at least 640 × 360.
 #[must_use]
 pub fn conservative_set(field_of_view: f64, size: [u32; 2]) -> Picture {
     let wide = if field_of_view.is_nan() { 90.0 } else { field_of_view.clamp(10.0, 150.0) };
@@ -119,7 +119,8 @@ pub fn conservative_set(field_of_view: f64, size: [u32; 2]) -> Picture {
     let [w, _] = sheet.size();
     let [top, bottom] = sheet.room();
     let em = sheet.text_size();
-    // Four in a row with words below, or two in each of two rows with words beside: which leaves less of the sheet empty.
+    // Four in a row with words below, or two in each of two rows with words beside: which leaves
+    // less of the sheet empty.
     let in_a_row = (w * 0.125 - 16.0).min((bottom - top - 4.0 * em) * 0.5 - 6.0);
     let in_two = ((w * 0.5 - 12.0 * em) * 0.5).min((bottom - top) * 0.25 - 12.0);
     let row = in_a_row * 0.8 > in_two;

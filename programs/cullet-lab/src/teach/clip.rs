@@ -64,8 +64,9 @@ impl Panel {
         [self.middle[0] + x * self.scale, self.middle[1] - y * self.scale]
     }
 
-    /// The top left corner of the code of a region, -1 to 1 to the right and up, and how wide and high it is: in
-    /// the region's upper corner away from the window's middle, where no line and no triangle is drawn.
+    /// The top left corner of the code of a region, -1 to 1 to the right and up, and how wide and
+    /// high it is: in the region's upper corner away from the window's middle, where no line and no
+    /// triangle is drawn.
     fn code(&self, x: i32, y: i32) -> [[f64; 2]; 2] {
         let edge = |v: i32, ends: [f64; 3]| ends[(v + 1) as usize];
         let size = [text_width("0000", self.em) as f64, text_height(self.em) as f64];
@@ -75,9 +76,9 @@ impl Panel {
     }
 }
 
-/// The nine regions around a window with their outcodes, and lines and triangles by what the codes of
-/// their ends say: accepted, rejected, candidates; those candidates marked that miss the window. Results,
-/// codes and what is left are the library's own. `size` is at least 640 × 360.
+/// The nine regions around a window with their outcodes, and lines and triangles by what the codes
+/// of their ends say: accepted, rejected, candidates; those candidates marked that miss the window.
+/// Results, codes and what is left are the library's own. `size` is at least 640 × 360.
 #[must_use]
 pub fn outcodes(size: [u32; 2]) -> Picture {
     let mut sheet = Sheet::new(size);
@@ -150,9 +151,9 @@ pub fn outcodes(size: [u32; 2]) -> Picture {
     sheet.finish()
 }
 
-/// Sutherland & Hodgman, step by step: a polygon, and what is left of it after each of the four sides of
-/// a window. Vertices that stay and vertices that a cut makes are told apart. Each step is what the
-/// library's clipper leaves. `size` is at least 640 × 360.
+/// Sutherland & Hodgman, step by step: a polygon, and what is left of it after each of the four
+/// sides of a window. Vertices that stay and vertices that a cut makes are told apart. Each step is
+/// what the library's clipper leaves. `size` is at least 640 × 360.
 #[must_use]
 pub fn clip_polygon(size: [u32; 2]) -> Picture {
     const POLYGON: [[f64; 2]; 6] =

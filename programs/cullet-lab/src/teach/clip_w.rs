@@ -8,12 +8,13 @@ use super::sheet::Sheet;
 use cullet_draw::Picture;
 use cullet_draw::picture::palette::{INK, LOST, PAPER, PROVED, SUBJECT, mix};
 
-/// A segment whose second end is behind the eye, seen from above; what the screen shows of it when it is
-/// divided first, and when it is clipped first. All numbers are those of the library's clip space.
-/// `size` is at least 640 × 360.
+/// A segment whose second end is behind the eye, seen from above; what the screen shows of it when
+/// it is divided first, and when it is clipped first. All numbers are those of the library's clip
+/// space. `size` is at least 640 × 360.
 #[must_use]
 pub fn clip_w(size: [u32; 2]) -> Picture {
-    // In the plane of x and w: the eye at the origin, w the distance in front of it, the screen at w = 1.
+    // In the plane of x and w: the eye at the origin, w the distance in front of it, the screen at
+    // w = 1.
     const NEAR: f64 = 0.4;
     const A: [f64; 2] = [-0.9, 2.0];
     const B: [f64; 2] = [1.3, -0.9];
@@ -152,10 +153,10 @@ pub fn pipeline_costs() -> impl Iterator<Item = &'static str> {
     SPACES.iter().flat_map(|s| s.2).map(|t| t.1).filter(|name| !name.is_empty())
 }
 
-/// The pipeline, from the space of a mesh to the screen, and in each space the tests of the project that
-/// work there, with what one of them costs: `costs` are nanoseconds by the name of a benchmark, those of
-/// [`pipeline_costs`]; a test without one has no figure. `size` is at least 1160 × 600, so that the
-/// words have room.
+/// The pipeline, from the space of a mesh to the screen, and in each space the tests of the project
+/// that work there, with what one of them costs: `costs` are nanoseconds by the name of a
+/// benchmark, those of [`pipeline_costs`]; a test without one has no figure. `size` is at least
+/// 1160 × 600, so that the words have room.
 #[must_use]
 pub fn pipeline(costs: &[(String, f64)], size: [u32; 2]) -> Picture {
     let mut sheet = Sheet::new([size[0].max(1160), size[1].max(600)]);
@@ -167,7 +168,8 @@ pub fn pipeline(costs: &[(String, f64)], size: [u32; 2]) -> Picture {
     for (i, (name, when, tests)) in SPACES.into_iter().enumerate() {
         let (left, right) = (step * i as f64 + 8.0, step * (i as f64 + 1.0) - 8.0);
         let (top, bottom) = (84.0, h - 104.0);
-        // The farther along, the darker: no colour of the palette, for none of its meanings is meant.
+        // The farther along, the darker: no colour of the palette, for none of its meanings is
+        // meant.
         let tint = mix(SUBJECT, PAPER, 0.8 - 0.15 * i as f64);
         let frame = [[left, top], [right, top], [right, bottom], [left, bottom]];
         sheet.fill(&frame, mix(tint, PAPER, 0.75), 1.0);

@@ -1,5 +1,5 @@
-//! When a pixel counts as covered: pixels of one triangle, of shared edges and of the silhouette on a pixel grid, and a gap that a
-//! buffer of samples does not see.
+//! When a pixel counts as covered: pixels of one triangle, of shared edges and of the silhouette on
+//! a pixel grid, and a gap that a buffer of samples does not see.
 
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch};
 use cullet::{Camera, Depth, Projection, Simd, Transform, View};
@@ -38,10 +38,10 @@ struct Figure {
     buffer: OcclusionBuffer,
 }
 
-/// Two pixel grids. On the left a mesh: pixels that one triangle covers, pixels that triangles cover
-/// together (proved by their edges), and pixels of the silhouette, which stay open. On the right two walls with a gap of a
-/// third of a pixel: where the middle of a pixel lies on a wall, a buffer of samples calls the pixel covered, though
-/// the gap runs through it.
+/// Two pixel grids. On the left a mesh: pixels that one triangle covers, pixels that triangles
+/// cover together (proved by their edges), and pixels of the silhouette, which stay open. On the
+/// right two walls with a gap of a third of a pixel: where the middle of a pixel lies on a wall, a
+/// buffer of samples calls the pixel covered, though the gap runs through it.
 ///
 /// Which pixels are covered is what [`OcclusionBuffer`] says. `size` is at least 640 × 360.
 #[must_use]

@@ -12,12 +12,13 @@ use cullet_mesh::{MaskGrid, ViewCone};
 /// How far below the cube its lower side is drawn, in halves of an edge.
 const FOLDED_OUT: f64 = 1.1;
 
-/// Two cubes side by side, with 6 and 16 cells along an edge (216 and 1536 classes of normals), and the
-/// classes that are back-facing for these lines of sight: Zhang & Hoff's normal masks.
+/// Two cubes side by side, with 6 and 16 cells along an edge (216 and 1536 classes of normals), and
+/// the classes that are back-facing for these lines of sight: Zhang & Hoff's normal masks.
 ///
-/// The cells marked are those of [`MaskGrid::mask`], from which the count in the picture is taken as
-/// well. The cubes are seen from above, and from where most of what is marked is visible; where the lines of sight go
-/// down, the lower side is drawn below the cube. `size` is at least 640 × 360.
+/// The cells marked are those of [`MaskGrid::mask`], from which the count in the picture is taken
+/// as well. The cubes are seen from above, and from where most of what is marked is visible; where
+/// the lines of sight go down, the lower side is drawn below the cube. `size` is at least 640 ×
+/// 360.
 #[must_use]
 pub fn normal_mask(cone: &ViewCone, size: [u32; 2]) -> Picture {
     let mut sheet = Sheet::new(size);
@@ -33,8 +34,8 @@ pub fn normal_mask(cone: &ViewCone, size: [u32; 2]) -> Picture {
     let words = sheet.text_size() * 1.8;
     let axis = DVec3::from(cone.axis);
     let down = axis.y < 0.0;
-    // Along the line of sight lie the normals that face away, so those sides are shown; from aside, or
-    // the arrow would be a point.
+    // Along the line of sight lie the normals that face away, so those sides are shown; from aside,
+    // or the arrow would be a point.
     let sign = axis.to_array().map(|v| if v < 0.0 { -1.0 } else { 1.0 });
     let [x, z] = if axis.x.abs() < axis.z.abs() { [1.5, 0.8] } else { [0.8, 1.5] };
     let toward = DVec3::new(sign[0] * x, 1.0, sign[2] * z);

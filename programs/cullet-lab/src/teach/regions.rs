@@ -21,13 +21,13 @@ const THROUGH: f64 = 0.5;
 const REST: [[u8; 3]; 6] =
     [NEIGHBOURS[0], NEIGHBOURS[1], NEIGHBOURS[2], NEIGHBOURS[5], NEIGHBOURS[3], NEIGHBOURS[4]];
 
-/// The connected regions of the scene that face away from the eye of `view`, and how many there are. Of
-/// each instance, [`crate::methods::back_regions`] decides; its largest region is pink, the others have six
-/// colours in turn.
+/// The connected regions of the scene that face away from the eye of `view`, and how many there
+/// are. Of each instance, [`crate::methods::back_regions`] decides; its largest region is pink, the
+/// others have six colours in turn.
 ///
-/// The scene is seen from beside, so that the eye of `view` is on the left, where an arrow shows its
-/// direction of sight; the rest of the surface is pale, and what faces away shines through it. Cost: two
-/// frames at twice the size, and a copy of what faces away.
+/// The scene is seen from beside, so that the eye of `view` is on the left, where an arrow shows
+/// its direction of sight; the rest of the surface is pale, and what faces away shines through it.
+/// Cost: two frames at twice the size, and a copy of what faces away.
 #[must_use]
 pub fn back_regions(scene: &Scene, view: &View) -> (Picture, usize) {
     let regions: Vec<Regions> = scene
@@ -119,8 +119,8 @@ fn towards_eye_of(scene: &Scene, view: &View) -> DVec3 {
     (DVec3::new(x, y, z) - ball_around(scene).0 * w).normalize_or(DVec3::Z)
 }
 
-/// From where an eye in that direction is on the left; a little above, and on the eye's side, where the
-/// regions are many.
+/// From where an eye in that direction is on the left; a little above, and on the eye's side, where
+/// the regions are many.
 fn beside(toward: DVec3) -> DVec3 {
     let left = DVec3::new(toward.x, 0.0, toward.z).normalize_or(DVec3::X);
     DVec3::Y.cross(left) + left * 0.35 + DVec3::Y * 0.25

@@ -108,7 +108,8 @@ impl Sheet {
         self.keys = entries.iter().map(|(color, words)| (*color, (*words).to_owned())).collect();
     }
 
-    /// From the title down to the legend: the height at which what is drawn begins and that at which it ends.
+    /// From the title down to the legend: the height at which what is drawn begins and that at
+    /// which it ends.
     pub(super) fn room(&self) -> [f64; 2] {
         [20.0 + self.text_size() * TITLE * 1.4, self.size()[1] - self.legend_height() - 4.0]
     }

@@ -21,7 +21,8 @@ use cullet_draw::{Frame, PixelId, RenderOptions, Selection};
 /// The most cones of normals in a picture: those that are the largest in it.
 const MOST_CONES: usize = 400;
 
-/// A cone reaches at most so far on the picture, as a share of its height: one of a large cluster would cover all.
+/// A cone reaches at most so far on the picture, as a share of its height: one of a large cluster
+/// would cover all.
 const CONE_REACH: f64 = 0.07;
 
 /// A cone of normals on a picture.
@@ -35,8 +36,8 @@ struct Glyph {
     ring: Vec<[f64; 2]>,
 }
 
-/// The scene in the colours of its clusters: two that touch differ where eight colours suffice. Both
-/// sides of every surface are drawn. Cost: two frames at twice the size.
+/// The scene in the colours of its clusters: two that touch differ where eight colours suffice.
+/// Both sides of every surface are drawn. Cost: two frames at twice the size.
 #[must_use]
 pub fn clusters(scene: &Scene, view: &View) -> Picture {
     let mut picture = clustered(scene, view).0.halved();
@@ -45,9 +46,9 @@ pub fn clusters(scene: &Scene, view: &View) -> Picture {
     picture
 }
 
-/// [`clusters`] with the cone of normals of those that face the eye and have one: its axis, and a disc
-/// across it as wide as its normals spread. Clusters whose normals fit no cone have none; of more than 400 that
-/// would be seen, the largest in the picture are drawn, and the caption says so.
+/// [`clusters`] with the cone of normals of those that face the eye and have one: its axis, and a
+/// disc across it as wide as its normals spread. Clusters whose normals fit no cone have none; of
+/// more than 400 that would be seen, the largest in the picture are drawn, and the caption says so.
 #[must_use]
 pub fn cones(scene: &Scene, view: &View) -> Picture {
     let (picture, frame) = clustered(scene, view);
@@ -167,8 +168,8 @@ fn clustered(scene: &Scene, view: &View) -> (Picture, Frame) {
     colored(scene, view, &color)
 }
 
-/// A lit picture of the scene at twice the size of the view, both sides of everything, in the colours
-/// of (slot, triangle).
+/// A lit picture of the scene at twice the size of the view, both sides of everything, in the
+/// colours of (slot, triangle).
 pub(super) fn colored(
     scene: &Scene,
     view: &View,

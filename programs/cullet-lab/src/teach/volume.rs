@@ -30,7 +30,8 @@ pub struct VolumeFigure {
     pub proved: f64,
 }
 
-/// The culling volume of a cluster: the eyes from which all of it faces away, in a box around it. All is in the space of its mesh.
+/// The culling volume of a cluster: the eyes from which all of it faces away, in a box around it.
+/// All is in the space of its mesh.
 #[derive(Debug)]
 pub struct CullingVolume<'a> {
     mesh: &'a Mesh,
@@ -59,7 +60,8 @@ impl<'a> CullingVolume<'a> {
         Some(Self { mesh, cluster, planes, bound, ideal, proved, reach, room })
     }
 
-    /// The same in a box in which the whole mesh has room, and an eye that circles it: see [`circle`](Self::circle).
+    /// The same in a box in which the whole mesh has room, and an eye that circles it: see
+    /// [`circle`](Self::circle).
     #[must_use]
     pub fn around_mesh(self) -> Self {
         let (middle, radius) = self.ball();
@@ -81,8 +83,8 @@ impl<'a> CullingVolume<'a> {
         }
     }
 
-    /// A place on a circle around the mesh, through the culling volume: `turn` is 0 to 1, and 0 the place that is the most before the
-    /// cluster.
+    /// A place on a circle around the mesh, through the culling volume: `turn` is 0 to 1, and 0 the
+    /// place that is the most before the cluster.
     #[must_use]
     pub fn circle(&self, turn: f64) -> [f64; 3] {
         let (middle, radius) = self.ball();
@@ -92,9 +94,10 @@ impl<'a> CullingVolume<'a> {
         (middle + (front * c + side * s) * (radius * CIRCLE)).into()
     }
 
-    /// The mesh as seen from aside, each triangle that faces away from an eye in the colour of back faces, with the culling volume and
-    /// the eye, at `size`. Returns too whether all of the cluster faces away from there, and whether that is proved by Johannsen and
-    /// Carter's bound. Cost: a frame of four times the pixels.
+    /// The mesh as seen from aside, each triangle that faces away from an eye in the colour of back
+    /// faces, with the culling volume and the eye, at `size`. Returns too whether all of the
+    /// cluster faces away from there, and whether that is proved by Johannsen and Carter's bound.
+    /// Cost: a frame of four times the pixels.
     #[must_use]
     pub fn seen_by(&self, eye: [f64; 3], size: [u32; 2]) -> (Picture, [bool; 2]) {
         let eye = DVec3::from(eye);
@@ -188,13 +191,14 @@ impl<'a> CullingVolume<'a> {
     }
 }
 
-/// The culling volume of a cluster of the mesh in `slot`, in a box around it: the ideal one in pink,
-/// and in green inside of it the one that Johannsen and Carter's box of normals proves. On the left the
-/// scene with the cluster marked.
+/// The culling volume of a cluster of the mesh in `slot`, in a box around it: the ideal one in
+/// pink, and in green inside of it the one that Johannsen and Carter's box of normals proves. On
+/// the left the scene with the cluster marked.
 ///
-/// Without a number the cluster is the one whose normals spread the most of those that still have at
-/// least 2 % of the box both ways. `None` if the slot or cluster does not exist, or the cluster has no
-/// region. The volume is drawn in the space of the mesh. Cost: a frame, and microseconds a cluster.
+/// Without a number the cluster is the one whose normals spread the most of those that still have
+/// at least 2 % of the box both ways. `None` if the slot or cluster does not exist, or the cluster
+/// has no region. The volume is drawn in the space of the mesh. Cost: a frame, and microseconds a
+/// cluster.
 #[must_use]
 pub fn culling_volume(
     scene: &Scene,
@@ -245,7 +249,8 @@ pub fn culling_volume(
     Some((sheet.finish(), figure))
 }
 
-/// Both regions in a box that reaches so far from the middle of a cluster, and the volume of the box.
+/// Both regions in a box that reaches so far from the middle of a cluster, and the volume of the
+/// box.
 fn regions(
     planes: &ClusterPlanes,
     bound: &NormalBox,
@@ -278,7 +283,8 @@ fn widest(mesh: &Mesh) -> Option<u32> {
     all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, c)| c)
 }
 
-/// The edges of the box that reaches so far from the middle of a cluster: those in front, or those behind.
+/// The edges of the box that reaches so far from the middle of a cluster: those in front, or those
+/// behind.
 fn box_edges(sheet: &mut Sheet, camera: &Flat, planes: &ClusterPlanes, reach: f64, front: bool) {
     let corner = |i: usize| {
         let side = |k: usize| if i >> k & 1 == 1 { reach } else { -reach };

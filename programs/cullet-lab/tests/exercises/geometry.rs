@@ -67,7 +67,8 @@ fn levels_of_nodes() -> Computed {
     number(nodes.levels().len() as f64)
 }
 
-/// Counts the tests of a walk over two nodes, of which one straddles, less those of a walk in which both are inside.
+/// Counts the tests of a walk over two nodes, of which one straddles, less those of a walk in which
+/// both are inside.
 fn planes_that_are_left() -> Computed {
     let projection = Projection::Orthographic {
         left: -10.0,

@@ -32,7 +32,8 @@ pub(crate) const ENTRIES: &[Entry] = &[
 
 type Walked = Result<Reached, Box<dyn std::error::Error>>;
 
-/// The cells that are seen through both doors: the room of the eye, that down to z = −20, and the one beyond.
+/// The cells that are seen through both doors: the room of the eye, that down to z = −20, and the
+/// one beyond.
 fn walked() -> Walked {
     // Counter-clockwise as seen from the eye.
     let door = |[left, right]: [f64; 2], z: f64| {
@@ -86,7 +87,8 @@ fn beside_two_doors() -> Computed {
     Ok(if side(9.0) == Side::Outside { "dropped" } else { "seen" }.to_owned())
 }
 
-/// The wall in a buffer as fine as there is, of a view 51 m wide and 10 m high at a distance of 50 m.
+/// The wall in a buffer as fine as there is, of a view 51 m wide and 10 m high at a distance of 50
+/// m.
 fn behind_the_wall() -> Result<OcclusionBuffer, Box<dyn std::error::Error>> {
     let size = [OcclusionBuffer::LIMIT, 256];
     let fov_y_radians = 2.0 * (5.0_f64 / 50.0).atan();
@@ -116,7 +118,8 @@ fn box_behind_a_wall() -> Computed {
     Ok(if found == Visibility::Hidden { "hidden" } else { "kept" }.to_owned())
 }
 
-/// A unit of this parallel view is a pixel, and the gap is in the column to the right of the middle.
+/// A unit of this parallel view is a pixel, and the gap is in the column to the right of the
+/// middle.
 fn gap_in_a_pixel() -> Computed {
     let (size, column) = ([200, 200], 100);
     let view = View::orthographic([0.0; 3], [0.0, 0.0, -1.0], 200.0, 0.1, 100.0, size)?;

@@ -1,7 +1,8 @@
 //! Answers of the book's exercises, computed by the engine and held against those in the chapters.
 //!
-//! A number of the book is a promise of what the engine does, so it is found by the engine's own functions. Where an exercise is on numbers that it
-//! gives itself and nothing of the engine computes, its function says so.
+//! A number of the book is a promise of what the engine does, so it is found by the engine's own
+//! functions. Where an exercise is on numbers that it gives itself and nothing of the engine
+//! computes, its function says so.
 
 mod geometry;
 mod hidden;

@@ -61,8 +61,8 @@ fn texels_of_a_level() -> Computed {
     number(f64::from(texels[0] * texels[1]))
 }
 
-/// Four walls, each over a quarter of the picture. With a near plane at 1 that is reversed and endless the depth is 1 over the distance, which
-/// is how the engine counts too.
+/// Four walls, each over a quarter of the picture. With a near plane at 1 that is reversed and
+/// endless the depth is 1 over the distance, which is how the engine counts too.
 fn texel_of_four() -> Computed {
     let (size, right_angle) = ([64, 64], std::f64::consts::FRAC_PI_2);
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], right_angle, 0.1, 1000.0, size)?;
@@ -123,8 +123,8 @@ fn seen(
     Ok(visible)
 }
 
-/// Posts in a row, 50 m away, and whether each is hidden. What the body that is drawn hides there is five times as wide as its front, which is
-/// 10 m away.
+/// Posts in a row, 50 m away, and whether each is hidden. What the body that is drawn hides there
+/// is five times as wide as its front, which is 10 m away.
 fn width_of_a_smaller_body() -> Computed {
     const POSTS: i32 = 500;
     let place = |post: i32| f64::from(post) * 0.02 + 15.0;

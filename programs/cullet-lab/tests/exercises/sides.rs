@@ -34,7 +34,8 @@ pub(crate) const ENTRIES: &[Entry] = &[
 /// The triangle of the exercises, in the plane z = 0.
 const TRIANGLE: [[f32; 3]; 3] = [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0]];
 
-/// The z of the triangle's normal: it lies in the plane of the screen, where the engine has that of a projected triangle.
+/// The z of the triangle's normal: it lies in the plane of the screen, where the engine has that of
+/// a projected triangle.
 fn normal_z() -> f64 {
     ndc_normal_z(&TRIANGLE.map(|[x, y, _]| [f64::from(x), f64::from(y)]))
 }
@@ -105,8 +106,8 @@ fn another_origin() -> Computed {
     number(f64::from(bound.join(&bound, [1.0, 0.0, 0.0]).d))
 }
 
-/// The engine merges clusters of meshes, and takes their shares from view points: none of its functions takes given shares. So its cost model,
-/// T = t + (1 − P) n r with r = 1, stands here.
+/// The engine merges clusters of meshes, and takes their shares from view points: none of its
+/// functions takes given shares. So its cost model, T = t + (1 − P) n r with r = 1, stands here.
 fn merge_that_pays() -> Computed {
     let cost = |triangles: f64, culled: f64| 6.0 + (1.0 - culled) * triangles;
     let apart = cost(40.0, 0.5) + cost(20.0, 0.2);

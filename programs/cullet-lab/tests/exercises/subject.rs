@@ -50,8 +50,9 @@ fn tightness_of_knobs() -> Computed {
     number(left as f64 / seen as f64)
 }
 
-/// Ten squares of 32 × 32 pixels, nine of them in view and one behind: culling of all kinds takes no more than a tenth of the triangles,
-/// where each triangle that is left fills hundreds of pixels.
+/// Ten squares of 32 × 32 pixels, nine of them in view and one behind: culling of all kinds takes
+/// no more than a tenth of the triangles, where each triangle that is left fills hundreds of
+/// pixels.
 fn hardly_anything_hidden() -> Computed {
     let mut scene = Scene::new();
     let corners =
@@ -79,8 +80,8 @@ fn between_two_frames() -> Computed {
     number(application.max(bus).max(geometry).max(rasteriser))
 }
 
-/// Counts the work of each link in a frame, in one of a quarter of the pixels, and in one of half of the triangles: a frame waits for the link whose
-/// work changes as the frame does.
+/// Counts the work of each link in a frame, in one of a quarter of the pixels, and in one of half
+/// of the triangles: a frame waits for the link whose work changes as the frame does.
 fn limit_of_a_frame() -> Computed {
     let work = |words: &str, size: [u32; 2]| -> Result<[f64; 4], Box<dyn std::error::Error>> {
         let mut model = cullet_scenes::build(words)?;

@@ -16,7 +16,8 @@ use crate::tools::{
     triangles, views,
 };
 
-/// Items 1 and 7: flat triangles with depths, as the geometry stage leaves them, are all that the rasteriser needs.
+/// Items 1 and 7: flat triangles with depths, as the geometry stage leaves them, are all that the
+/// rasteriser needs.
 #[test]
 fn the_rasteriser_fills_the_same_pixels_from_flat_triangles_alone() {
     let mut model = built("city:cells=6,objects=200");
@@ -131,7 +132,8 @@ fn in_a_parallel_view_along_minus_z_the_direction_of_sight_is_minus_z() {
     told(20, &[decided, shown.len(), kept.len()].map(|n| n as f64));
 }
 
-/// Item 48: n·(e − p) ≤ 0 also takes what is seen edge-on, which fills no pixel; the engine keeps it.
+/// Item 48: n·(e − p) ≤ 0 also takes what is seen edge-on, which fills no pixel; the engine keeps
+/// it.
 #[test]
 fn the_rule_for_clusters_takes_edge_on_triangles_as_well() {
     let scene =
@@ -139,7 +141,8 @@ fn the_rule_for_clusters_takes_edge_on_triangles_as_well() {
     let projection =
         Projection::Perspective { fov_y_radians: 0.8, aspect: 1.6, near: 0.1, far: f64::INFINITY };
     let (mut backs, mut edges) = (0, 0);
-    // From anywhere, from the plane of a side, and from the line of an edge; all in small whole numbers and quarters.
+    // From anywhere, from the plane of a side, and from the line of an edge; all in small whole
+    // numbers and quarters.
     for eye in [[5.0, 3.0, 4.0], [5.0, 1.0, 0.25], [6.0, 1.0, -1.0], [0.5, -7.0, 0.25]] {
         let at = [eye[0], eye[1], eye[2], 1.0];
         let engine = ObjectEye::new(at, &Transform::IDENTITY, FrontFace::default(), CullFace::Back);
@@ -162,7 +165,8 @@ fn the_rule_for_clusters_takes_edge_on_triangles_as_well() {
     told(48, &[f64::from(backs as u32), f64::from(edges as u32)]);
 }
 
-/// Item 76: as written, negative is a front, all fronts are lost; with positive none is, and no back is kept.
+/// Item 76: as written, negative is a front, all fronts are lost; with positive none is, and no
+/// back is kept.
 #[test]
 fn after_projection_fronts_have_a_positive_third_component() {
     let model = built("solids");
@@ -191,7 +195,8 @@ fn after_projection_fronts_have_a_positive_third_component() {
                     continue;
                 }
                 let third = ndc_normal_z(&clip.map(|p| [p[0] / p[3], p[1] / p[3]]));
-                // The oracle is exact: what is edge-on to within rounding is on one side all the same.
+                // The oracle is exact: what is edge-on to within rounding is on one side all the
+                // same.
                 if third.abs() < 1e-12 {
                     continue;
                 }
@@ -211,7 +216,8 @@ fn after_projection_fronts_have_a_positive_third_component() {
     told(76, &[f64::from(fronts as u32)]);
 }
 
-/// Items 17 and 77: culling backs changes no picture of closed bodies, and one of a bowl that is looked into.
+/// Items 17 and 77: culling backs changes no picture of closed bodies, and one of a bowl that is
+/// looked into.
 #[test]
 fn culling_backs_changes_no_picture_of_solids_and_one_of_an_open_bowl() {
     let mut model = built("solids");

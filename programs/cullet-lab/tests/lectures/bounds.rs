@@ -75,7 +75,8 @@ fn comb(largest: [f32; 3], smallest: [f32; 3], e: Vec3, v: Vec3) -> f64 {
     (0..3).map(|k| f64::from(if e[k] > 0.0 { largest[k] } else { smallest[k] }) * v[k]).sum()
 }
 
-/// Item 47: sums, differences and factors in a maximum; what the engine keeps of a cluster is what the rules ask for.
+/// Item 47: sums, differences and factors in a maximum; what the engine keeps of a cluster is what
+/// the rules ask for.
 #[test]
 fn rules_of_minimum_and_maximum_hold_of_the_planes_of_clusters() {
     let body = Body::at([0.0; 3]);
@@ -113,8 +114,8 @@ fn rules_of_minimum_and_maximum_hold_of_the_planes_of_clusters() {
     told(47, &[body.planes.len() as f64, percent(reached, tried), tried as f64]);
 }
 
-/// Items 49 and 50: each step to the quicker bound culls a little less and nothing wrongly; 28 bytes and the eye's octant are
-/// enough for the last.
+/// Items 49 and 50: each step to the quicker bound culls a little less and nothing wrongly; 28
+/// bytes and the eye's octant are enough for the last.
 #[test]
 fn each_step_to_a_quicker_bound_culls_less_and_nothing_wrongly() {
     assert_eq!(size_of::<NormalBoxAtOrigin>(), 28);
@@ -161,8 +162,9 @@ fn each_step_to_a_quicker_bound_culls_less_and_nothing_wrongly() {
     told(50, &[eyes.len(), tests, engine].map(|n| n as f64));
 }
 
-/// Items 51 and 56: no culling volume of a cluster is closed, though that of all normals of a solid is; its half-axes end at
-/// (d/m, 0, 0) where d and m are above 0; cut to a room it is exactly the share of eyes that cull the cluster.
+/// Items 51 and 56: no culling volume of a cluster is closed, though that of all normals of a solid
+/// is; its half-axes end at (d/m, 0, 0) where d and m are above 0; cut to a room it is exactly the
+/// share of eyes that cull the cluster.
 #[test]
 fn culling_volumes_of_clusters_have_no_end_and_are_exact_shares_of_a_room() {
     const POINTS: usize = 4000;
@@ -208,8 +210,8 @@ fn culling_volumes_of_clusters_have_no_end_and_are_exact_shares_of_a_room() {
     let around = body.region(&whole, 64.0).volume();
     told(51, &[f64::from(regions), corners as f64, open_axes as f64, around]);
 
-    // Points that fill a room of four radii evenly (M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*,
-    // 2018): powers of the root of x⁴ = x + 1.
+    // Points that fill a room of four radii evenly (M. Roberts, *The Unreasonable Effectiveness of
+    // Quasirandom Sequences*, 2018): powers of the root of x⁴ = x + 1.
     const ROOT: f64 = 1.220_744_084_605_759_5;
     let eyes: Vec<[f64; 4]> = (1..=POINTS)
         .map(|i| {
@@ -235,7 +237,8 @@ fn culling_volumes_of_clusters_have_no_end_and_are_exact_shares_of_a_room() {
     told(56, &[f64::from(tried), most * 100.0, worst * 100.0, growth]);
 }
 
-/// Item 52: far from the origin nothing is culled but with an origin of the cluster's own, and the octant is that of e − c.
+/// Item 52: far from the origin nothing is culled but with an origin of the cluster's own, and the
+/// octant is that of e − c.
 #[test]
 fn with_an_origin_of_its_own_a_cluster_needs_the_octant_of_the_vector_from_there() {
     assert_eq!(size_of::<NormalBox>(), 40);

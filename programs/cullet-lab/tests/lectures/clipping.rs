@@ -67,7 +67,8 @@ fn four_cases_of_an_edge_make_the_polygon_that_is_left() {
     told(93, &[inside, outside, leaving, entering].map(f64::from));
 }
 
-/// Item 95: the third case as written takes all that is inside as well; mended, each line and triangle is in one case.
+/// Item 95: the third case as written takes all that is inside as well; mended, each line and
+/// triangle is in one case.
 #[test]
 fn the_third_case_of_outcodes_is_and_of_nothing_and_or_of_something() {
     let (region, window) = (window().region(), window());
@@ -112,7 +113,8 @@ fn the_third_case_of_outcodes_is_and_of_nothing_and_or_of_something() {
     told(95, &[f64::from(inside), regions.len() as f64, f64::from(missing), f64::from(candidates)]);
 }
 
-/// Item 97: both places give the same picture and codes; in clip space products are fewer, and some of them for nothing.
+/// Item 97: both places give the same picture and codes; in clip space products are fewer, and some
+/// of them for nothing.
 #[test]
 fn in_clip_space_products_are_fewer_and_some_are_for_nothing() {
     let model = built("city:cells=4,objects=60");
@@ -139,7 +141,8 @@ fn in_clip_space_products_are_fewer_and_some_are_for_nothing() {
             let is_rejected = codes[0] & codes[1] & codes[2] != 0;
             all += 1;
             for_nothing += u32::from(is_rejected);
-            // A corner: three a plane, sixteen to project it less those by its fourth number, which is 1.
+            // A corner: three a plane, sixteen to project it less those by its fourth number, which
+            // is 1.
             in_world += 3 * (3 * planes + if is_rejected { 0 } else { 12 });
             in_clip_space += 3 * 12;
         }
@@ -148,7 +151,8 @@ fn in_clip_space_products_are_fewer_and_some_are_for_nothing() {
     told(97, &[3 * all, in_clip_space, in_world, all, u64::from(for_nothing)].map(|n| n as f64));
 }
 
-/// Item 98: divided first, a segment that passes the eye is drawn where it is not; clipped first, where it is.
+/// Item 98: divided first, a segment that passes the eye is drawn where it is not; clipped first,
+/// where it is.
 #[test]
 fn points_behind_the_eye_flip_unless_they_are_clipped_first() {
     const CASES: u32 = 2000;
@@ -173,7 +177,8 @@ fn points_behind_the_eye_flip_unless_they_are_clipped_first() {
     told(98, &[f64::from(CASES)]);
 }
 
-/// Item 99: outside of x = w is a comparison, and a line crosses at t = (w₀ − x₀) / ((w₀ − x₀) − (w₁ − x₁)).
+/// Item 99: outside of x = w is a comparison, and a line crosses at t = (w₀ − x₀) / ((w₀ − x₀) −
+/// (w₁ − x₁)).
 #[test]
 fn a_line_crosses_the_right_side_where_the_formula_says() {
     const CASES: u32 = 2000;

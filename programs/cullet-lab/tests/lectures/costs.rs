@@ -48,7 +48,8 @@ fn hinge(fold: f64) -> MeshData {
     data((positions, vec![0, 2, 1, 0, 1, 3]), false)
 }
 
-/// Item 59: two triangles are merged if and only if P(C) > (P(A) n(A) + P(B) n(B) − t/r) / (n(A) + n(B)).
+/// Item 59: two triangles are merged if and only if P(C) > (P(A) n(A) + P(B) n(B) − t/r) / (n(A) +
+/// n(B)).
 #[test]
 fn two_clusters_are_merged_where_the_inequality_says() {
     const EYES: usize = 4000;

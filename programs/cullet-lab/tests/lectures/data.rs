@@ -137,7 +137,8 @@ fn wrong(items: &[&Item]) -> Vec<String> {
     wrong
 }
 
-/// The items that commands show, in two halves: those whose first command is the same stay together, for it is run once.
+/// The items that commands show, in two halves: those whose first command is the same stay
+/// together, for it is run once.
 fn halves() -> [Vec<&'static Item>; 2] {
     let shown = lectures().items.iter().filter(|item| !item.check.run.is_empty());
     let mut firsts: Vec<&str> = Vec::new();

@@ -17,7 +17,8 @@ fn joined(a: &NormalBox, b: &NormalBox, origin: [f32; 3]) -> NormalBox {
     }
 }
 
-/// Item 54: the smaller d of two origins culls wrongly; of a common one, or moved to it first, it does not.
+/// Item 54: the smaller d of two origins culls wrongly; of a common one, or moved to it first, it
+/// does not.
 #[test]
 fn the_smaller_d_is_right_of_a_common_origin_alone() {
     // Two bodies of one mesh side by side, and eyes between and around them.
@@ -54,7 +55,8 @@ fn the_smaller_d_is_right_of_a_common_origin_alone() {
     told(54, &[wrong[0], culls[0], culls[1], culls[2]].map(|n| n as f64));
 }
 
-/// Item 55: the test for fronts needs the largest n·p; with it a tree decides what single tests do, by fewer.
+/// Item 55: the test for fronts needs the largest n·p; with it a tree decides what single tests do,
+/// by fewer.
 #[test]
 fn a_test_for_fronts_needs_a_second_d_and_then_a_tree_saves_tests() {
     let body = Body::at([0.0; 3]);

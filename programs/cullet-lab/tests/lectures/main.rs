@@ -1,4 +1,5 @@
-//! The items of the lectures: each is whole, each claim that commands show holds, and those that nothing else shows.
+//! The items of the lectures: each is whole, each claim that commands show holds, and those that
+//! nothing else shows.
 
 mod backface;
 mod bounds;

@@ -17,7 +17,8 @@ use crate::tools::{SIZE, data, dot, fibonacci, knobs, percent, scene_of, seen, t
 /// Cells along an edge of the cube, as the paper usually has them.
 const N: u32 = 16;
 
-/// A cell of the cube by its geometry alone: directions to its corners, in the order of a walk around it, and one within it.
+/// A cell of the cube by its geometry alone: directions to its corners, in the order of a walk
+/// around it, and one within it.
 struct Cell {
     corners: [[f64; 3]; 4],
     middle: [f64; 3],
@@ -43,7 +44,8 @@ fn cells(n: u32) -> Vec<Cell> {
 }
 
 impl Cell {
-    /// Whether a direction passes through it, by more than rounding: on the inner side of all four edges.
+    /// Whether a direction passes through it, by more than rounding: on the inner side of all four
+    /// edges.
     fn holds(&self, direction: [f64; 3]) -> bool {
         // No corner of any cell is farther from its middle than that of a whole side, 54.7 degrees.
         dot(self.middle, direction) > 0.5
@@ -89,7 +91,8 @@ fn eyes(mesh: &Mesh, count: usize, radii: f64) -> impl Iterator<Item = [f64; 4]>
     })
 }
 
-/// Items 29 and 31: a class is the cell that the normal's line passes through, and a bit of one of 256 bytes.
+/// Items 29 and 31: a class is the cell that the normal's line passes through, and a bit of one of
+/// 256 bytes.
 #[test]
 fn a_normal_has_the_class_of_the_cell_that_it_passes_through() {
     assert_eq!(size_of::<NormalMask>(), 2);
@@ -99,7 +102,8 @@ fn a_normal_has_the_class_of_the_cell_that_it_passes_through() {
         assert!(of_cells.iter().all(|(_, bit)| bit.is_power_of_two()));
         let distinct: BTreeSet<_> = of_cells.iter().collect();
         assert_eq!((grid.classes() as usize, distinct.len()), (cells.len(), cells.len()));
-        // But for the first, which lies on an edge, none of an even number is within rounding of one.
+        // But for the first, which lies on an edge, none of an even number is within rounding of
+        // one.
         for d in (1..=1000).map(|i| fibonacci(i, 1002)) {
             let through: Vec<usize> = (0..cells.len()).filter(|&c| cells[c].holds(d)).collect();
             assert_eq!(through.len(), 1, "{d:?}");
@@ -127,7 +131,8 @@ fn pieces_of_the_square_make_arcs_that_differ_and_classes_that_do() {
     }
     let degrees = |steps: Option<&usize>| *steps.expect("arcs") as f64 * 360.0 / STEPS as f64;
     let found = [degrees(arcs.values().min()), degrees(arcs.values().max())];
-    // A side from −1 to 1: of its equal pieces the middle one is the widest as seen from the middle.
+    // A side from −1 to 1: of its equal pieces the middle one is the widest as seen from the
+    // middle.
     let piece = 2.0 / f64::from(N);
     let expected = [45.0 - (1.0 - piece).atan().to_degrees(), piece.atan().to_degrees()];
     assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.01), "{found:?}");
@@ -180,8 +185,8 @@ fn square_view() -> View {
     View::new(&camera, Depth::Reversed, [256, 256]).expect("a view")
 }
 
-/// Item 33: 180 degrees less the angle between two sides of the window loses fronts in its corners; less that between opposite
-/// corners none.
+/// Item 33: 180 degrees less the angle between two sides of the window loses fronts in its corners;
+/// less that between opposite corners none.
 #[test]
 fn the_angle_between_opposite_corners_is_what_classes_have_to_face_away_from() {
     let (mesh, grid, frustum) = (knobs(24), grid(N), square_view().frustum());
@@ -259,7 +264,8 @@ fn four_corners_of_a_cell_and_of_the_window_decide_exactly() {
     told(34, &[f64::from(judged), tried as f64]);
 }
 
-/// Item 35: a polygon is drawn where the AND gives 0. As written in 2013, where it gives 1, nearly all fronts are missing.
+/// Item 35: a polygon is drawn where the AND gives 0. As written in 2013, where it gives 1, nearly
+/// all fronts are missing.
 #[test]
 fn a_polygon_is_drawn_where_the_and_gives_nothing() {
     let (mesh, grid) = (knobs(40), grid(N));
@@ -335,7 +341,8 @@ fn two_bytes_a_triangle_stay_with_the_list_and_a_frame_hands_in_its_mask() {
     told(44, &counts.map(|n| n as f64));
 }
 
-/// Item 45: classes that were made beforehand lose fronts where a mesh deforms; with those of the moved triangles anew none is.
+/// Item 45: classes that were made beforehand lose fronts where a mesh deforms; with those of the
+/// moved triangles anew none is.
 #[test]
 fn only_the_triangles_that_moved_need_their_class_anew() {
     let (mesh, grid) = (knobs(30), grid(N));

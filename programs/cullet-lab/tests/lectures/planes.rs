@@ -9,7 +9,8 @@ use cullet_testkit::vectors::cross;
 
 use crate::tools::{SIZE, Vec3, along, built, dot, draw, in_clip, minus, told};
 
-/// Item 68: a sphere that touches a plane is in none of the three cases as written; it is kept, as those are that are cut.
+/// Item 68: a sphere that touches a plane is in none of the three cases as written; it is kept, as
+/// those are that are cut.
 #[test]
 fn a_sphere_that_touches_a_plane_is_cut_by_it() {
     let as_written = |distance: f64, radius: f64| match distance {
@@ -43,8 +44,8 @@ fn a_sphere_that_touches_a_plane_is_cut_by_it() {
     told(68, &[f64::from(touching), OTHERS as f64]);
 }
 
-/// Item 71: as written, right is left, and near and far look inward, so that all that is seen is outside; mended, the planes
-/// are those of the matrix.
+/// Item 71: as written, right is left, and near and far look inward, so that all that is seen is
+/// outside; mended, the planes are those of the matrix.
 #[test]
 fn planes_of_the_camera_point_out_once_right_is_d_cross_up() {
     let model = built("city:cells=6,objects=200");
@@ -120,8 +121,8 @@ fn reach(view: &View, origin: Vec3, direction: Vec3, depth: f64) -> f64 {
     (depth * w0 - z0) / ((z1 - z0) - depth * (w1 - w0))
 }
 
-/// Items 64, 66, 85 and 86: a plane tells how far a point is and on which side, T·p is 0 on it, and negative half-spaces meet in
-/// a convex region. A sphere is smaller than a box.
+/// Items 64, 66, 85 and 86: a plane tells how far a point is and on which side, T·p is 0 on it, and
+/// negative half-spaces meet in a convex region. A sphere is smaller than a box.
 #[test]
 fn a_plane_is_a_row_that_tells_distances_and_several_make_a_convex_region() {
     const CASES: usize = 2000;

@@ -22,7 +22,8 @@ pub(crate) const SIZE: [u32; 2] = [320, 200];
 /// A vector or a point.
 pub(crate) type Vec3 = [f64; 3];
 
-/// Holds the figures of an item's measured sentence against those that a test found, but for those of commands.
+/// Holds the figures of an item's measured sentence against those that a test found, but for those
+/// of commands.
 pub(crate) fn told(number: usize, found: &[f64]) {
     let figures = lectures().items[number - 1].figures.iter();
     let figures: Vec<&String> = figures.filter(|figure| !figure.contains(" = ")).collect();

@@ -1,5 +1,5 @@
-//! Bounds of clusters: never behind where a triangle is in front, the same answers at every level and
-//! from frame to frame.
+//! Bounds of clusters: never behind where a triangle is in front, the same answers at every level
+//! and from frame to frame.
 
 use cullet::Simd;
 use cullet::cull::Indices;
@@ -64,8 +64,8 @@ fn cluster(rng: &mut Rng, kind: usize, size: f64, middle: [f64; 3]) -> Vec<Trian
     triangles
 }
 
-/// Points at which a wrong bound would show: around the cluster at every distance, in it, and near the
-/// border of the region of the bound `behind`.
+/// Points at which a wrong bound would show: around the cluster at every distance, in it, and near
+/// the border of the region of the bound `behind`.
 fn eyes(
     rng: &mut Rng,
     planes: &ClusterPlanes,

@@ -33,8 +33,8 @@ fn clusters(path: &str) -> Option<Clusters> {
     Some(Clusters { mesh, planes, radius, centre })
 }
 
-/// Share of all triangles that a bound culls, over 100 views at `far` radii, percent; each tenth view
-/// checked triangle by triangle.
+/// Share of all triangles that a bound culls, over 100 views at `far` radii, percent; each tenth
+/// view checked triangle by triangle.
 fn culled<B: Bound>(clusters: &Clusters, far: f64) -> f64 {
     let bounds: ClusterBounds<B> = clusters.planes.iter().map(B::fit).collect();
     share(clusters, far, |eye, words| bounds.cull(Simd::best(), eye, words))

@@ -1,5 +1,5 @@
-//! No front face is lost: every form of the test, on five models, from hundreds of eyes each, near and far
-//! and within the model, against f64.
+//! No front face is lost: every form of the test, on five models, from hundreds of eyes each, near
+//! and far and within the model, against f64.
 
 use cullet::bounds::Sphere;
 use cullet::cull::backface::Planes8;

@@ -16,7 +16,8 @@ use cullet_testkit::{Rng, at_every_level};
 
 type Corners = [[f32; 3]; 3];
 
-/// Clusters of a bumpy sheet that bends by `bend` radians from end to end, in the order of the sheet.
+/// Clusters of a bumpy sheet that bends by `bend` radians from end to end, in the order of the
+/// sheet.
 fn sheet(rng: &mut Rng, count: usize, bend: f64) -> Vec<Vec<Corners>> {
     (0..count)
         .map(|i| {

@@ -1,4 +1,5 @@
-//! Bézier patches: a patch that is culled whole has nothing in front, on its surface or in any grid.
+//! Bézier patches: a patch that is culled whole has nothing in front, on its surface or in any
+//! grid.
 
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet_lab::methods::cluster::{
@@ -171,8 +172,8 @@ fn a_culled_patch_has_nothing_in_front() {
     assert!(culled > 10_000, "{culled} culled");
 }
 
-/// Shares of views at three radii: culled by grid planes, by an elliptic cone of these, by surface planes, and
-/// the share of views in which an 8 × 8 grid is all back-facing.
+/// Shares of views at three radii: culled by grid planes, by an elliptic cone of these, by surface
+/// planes, and the share of views in which an 8 × 8 grid is all back-facing.
 fn shares(net: &Net) -> [f64; 4] {
     let patch = net.patch();
     let (grid, surface) = (patch.planes(), patch.surface_planes());

@@ -1,4 +1,5 @@
-//! Planes in 8 and 16 bytes: never a front face, the same at every level, and a floor on how much they cull.
+//! Planes in 8 and 16 bytes: never a front face, the same at every level, and a floor on how much
+//! they cull.
 
 use cullet::cull::Indices;
 use cullet_lab::methods::{Bulk, Planes16, Planes32};
@@ -62,7 +63,8 @@ fn check<P: Form>() {
             planes.keep(level, eye, &mut kept);
             let list = (0..900).filter(|&t| !bit(t)).map(|t| t as u32);
             assert!(kept.iter().copied().eq(list), "{name}");
-            // Runs over the ends of words, single words, all, none; and bits of words that are not there.
+            // Runs over the ends of words, single words, all, none; and bits of words that are not
+            // there.
             for words in [u64::MAX, 0, 0x7ff1, 0b100_0000_0101] {
                 planes.keep_in(level, eye, &[words], &mut kept);
                 let wanted = |t: &usize| words >> (t / 64) & 1 == 1;

@@ -38,8 +38,8 @@ fn clip_combined(view: &View, transform: &Transform, corners: &[[f32; 3]; 3]) ->
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(4000)))]
 
-    /// Nothing is called front or back, what matters to verification, that an f64 renderer might see the
-    /// other way round.
+    /// Nothing is called front or back, what matters to verification, that an f64 renderer might
+    /// see the other way round.
     #[test]
     fn what_is_decided_is_seen_so_after_projection(view in distant_view(), transform in distant_transform(), corners in corners()) {
         let facing = ObjectEye::of_view(&view, &transform).facing(&corners);
@@ -53,8 +53,8 @@ proptest! {
         }
     }
 
-    /// The two forms agree: after projection nothing is decided wrongly either, given coordinates that
-    /// carry no rounding of their own (powers of two, and few of them).
+    /// The two forms agree: after projection nothing is decided wrongly either, given coordinates
+    /// that carry no rounding of their own (powers of two, and few of them).
     #[test]
     fn the_form_after_projection_is_equal(
         eye in prop::array::uniform3(-8..8i32), corners in

@@ -1,8 +1,9 @@
 //! Requests and decisions as bytes: they go between a page and the worker that keeps its scene.
 //!
-//! Settings, the view and the funnel are the engine's own types, by `postcard`. What is as long as the scene is copied as it
-//! lies in memory: written one by one, reasons alone would take several times as long as all else. As of a packed model both
-//! sides run the same program, so this is no file format; every count is held against the bytes there are all the same.
+//! Settings, the view and the funnel are the engine's own types, by `postcard`. What is as long as
+//! the scene is copied as it lies in memory: written one by one, reasons alone would take several
+//! times as long as all else. As of a packed model both sides run the same program, so this is no
+//! file format; every count is held against the bytes there are all the same.
 
 use std::sync::Arc;
 
@@ -16,7 +17,8 @@ use crate::task::clock;
 use crate::world::World;
 
 impl Request {
-    /// Packs all of it but the scene, which the other side has, and only has to declare its sides and doors.
+    /// Packs all of it but the scene, which the other side has, and only has to declare its sides
+    /// and doors.
     #[must_use]
     pub fn pack(&self) -> Vec<u8> {
         let Self { world, view, culler, buffer, number } = self;
@@ -49,7 +51,8 @@ impl Request {
         from.value()
     }
 
-    /// The request that was packed, of the other side's scene. A culler that kept time keeps that of this side.
+    /// The request that was packed, of the other side's scene. A culler that kept time keeps that
+    /// of this side.
     ///
     /// # Errors
     /// If the bytes are none that [`pack`](Self::pack) wrote.
@@ -71,7 +74,8 @@ impl Decision {
         Reader::new(bytes, 0).value().ok()
     }
 
-    /// Packs the answer, with the number of the request that it answers. The occlusion buffer is left out.
+    /// Packs the answer, with the number of the request that it answers. The occlusion buffer is
+    /// left out.
     #[must_use]
     pub fn pack(&self) -> Vec<u8> {
         let Self { request, visible, occluders, buffer: _, milliseconds, number: _ } = self;
@@ -110,8 +114,8 @@ impl Decision {
         out.bytes
     }
 
-    /// The decision of a request that was packed elsewhere, without an occlusion buffer, in the memory of an answer
-    /// that is needed no more; its own number is 0.
+    /// The decision of a request that was packed elsewhere, without an occlusion buffer, in the
+    /// memory of an answer that is needed no more; its own number is 0.
     ///
     /// # Errors
     /// If the bytes are none that [`pack`](Self::pack) wrote, or answer another request.

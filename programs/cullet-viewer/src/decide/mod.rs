@@ -1,6 +1,6 @@
-//! Who decides what is drawn: the culler on the CPU, in a thread of its own natively, on a page in the worker that made
-//! the scene. Drawing never waits for it: it draws the last decision there is, and of requests that wait only the newest
-//! is answered.
+//! Who decides what is drawn: the culler on the CPU, in a thread of its own natively, on a page in
+//! the worker that made the scene. Drawing never waits for it: it draws the last decision there is,
+//! and of requests that wait only the newest is answered.
 
 mod message;
 mod pick;
@@ -48,7 +48,8 @@ pub struct Decision {
     pub request: Request,
     /// The visible set, with reasons and the funnel.
     pub visible: Visible,
-    /// The slots of which something was drawn into the occlusion buffer, ascending; empty without that stage.
+    /// The slots of which something was drawn into the occlusion buffer, ascending; empty without
+    /// that stage.
     pub occluders: Vec<u32>,
     /// The occlusion buffer, where it was wanted and made.
     pub buffer: Option<OcclusionBuffer>,
@@ -64,8 +65,8 @@ struct Memory {
     state: ViewState,
     among: CellView,
     decided: u64,
-    /// An earlier answer, whose memory the next one takes: that of a million instances is some megabytes, which the
-    /// system would hand out page by page.
+    /// An earlier answer, whose memory the next one takes: that of a million instances is some
+    /// megabytes, which the system would hand out page by page.
     spare: Visible,
 }
 

@@ -1,4 +1,5 @@
-//! Finds the triangle that a line of sight meets first: tests boxes of instances, then of clusters, then triangles.
+//! Finds the triangle that a line of sight meets first: tests boxes of instances, then of clusters,
+//! then triangles.
 
 use cullet::Scene;
 use cullet::bounds::Aabb;
@@ -16,9 +17,9 @@ pub struct Hit {
     pub distance: f64,
 }
 
-/// The nearest triangle on the ray among the slots for which `wanted` holds, of instances and of those that stand for
-/// others, from both sides. `None` where
-/// there is none. Costs a box test an instance, and triangle tests in the clusters that the ray passes.
+/// The nearest triangle on the ray among the slots for which `wanted` holds, of instances and of
+/// those that stand for others, from both sides. `None` where there is none. Costs a box test an
+/// instance, and triangle tests in the clusters that the ray passes.
 pub fn pick(scene: &Scene, ray: &Ray, wanted: impl Fn(u32) -> bool) -> Option<Hit> {
     let origin = DVec3::from(ray.origin) - DVec3::from(scene.origin());
     let direction = DVec3::from(ray.direction);
@@ -74,7 +75,8 @@ fn in_instance(scene: &Scene, slot: u32, ray: &Ray) -> Option<Hit> {
     best
 }
 
-/// Where a ray enters a box, 0 if it begins inside; `None` if it misses. A box without end is entered.
+/// Where a ray enters a box, 0 if it begins inside; `None` if it misses. A box without end is
+/// entered.
 fn enters(b: &Aabb, origin: DVec3, direction: DVec3) -> Option<f64> {
     if b.is_empty() {
         return None;
@@ -96,8 +98,8 @@ fn enters(b: &Aabb, origin: DVec3, direction: DVec3) -> Option<f64> {
     (near <= far + far.abs() * 1e-9).then_some(near)
 }
 
-/// Where a ray meets a triangle (Möller and Trumbore, *Fast, Minimum Storage Ray/Triangle Intersection*,
-/// 1997), from either side.
+/// Where a ray meets a triangle (Möller and Trumbore, *Fast, Minimum Storage Ray/Triangle
+/// Intersection*, 1997), from either side.
 fn meets([a, b, c]: [DVec3; 3], origin: DVec3, direction: DVec3) -> Option<f64> {
     let (ab, ac) = (b - a, c - a);
     let p = direction.cross(ac);

@@ -1,8 +1,9 @@
-//! Deciding on a page, which has one thread, and that draws: the worker that made a scene keeps it, and answers requests.
+//! Deciding on a page, which has one thread, and that draws: the worker that made a scene keeps it,
+//! and answers requests.
 //!
-//! The page decides for itself, when it looks for the answer, where the worker cannot: for a scene that the page made,
-//! as a cut one is; where the occlusion buffer is wanted, which is not packed since only its study needs it; and for
-//! everything once a worker broke off.
+//! The page decides for itself, when it looks for the answer, where the worker cannot: for a scene
+//! that the page made, as a cut one is; where the occlusion buffer is wanted, which is not packed
+//! since only its study needs it; and for everything once a worker broke off.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -96,7 +97,8 @@ impl Decider {
         }
     }
 
-    /// The worker's answer, if it came. Of a worker that broke off the request waits again, unless a newer one does.
+    /// The worker's answer, if it came. Of a worker that broke off the request waits again, unless
+    /// a newer one does.
     fn receive(&mut self) -> Option<Decision> {
         let line = self.line.as_mut()?;
         loop {
@@ -131,8 +133,8 @@ impl Decider {
 
 type Reply = Result<Uint8Array, String>;
 
-/// The way to the worker of a scene and back. It is at one request at a time, so that the newest never waits for more
-/// than the one before.
+/// The way to the worker of a scene and back. It is at one request at a time, so that the newest
+/// never waits for more than the one before.
 struct WorkerLine {
     world: Weak<World>,
     worker: Worker,

@@ -1,4 +1,5 @@
-//! Describes the frame to draw, between those who decide and those who draw. Neither knows the other.
+//! Describes the frame to draw, between those who decide and those who draw. Neither knows the
+//! other.
 
 use cullet::{View, Visible, view::CullFace};
 
@@ -9,15 +10,16 @@ pub struct Pane<'a> {
     pub place: [u32; 4],
     /// From where it is seen; its viewport is the size of `place`.
     pub view: &'a View,
-    /// The part of the scene that is drawn; `None` draws all of it that is in the view's layers. Where it lists
-    /// triangles, these are drawn, else its instances and clusters.
+    /// The part of the scene that is drawn; `None` draws all of it that is in the view's layers.
+    /// Where it lists triangles, these are drawn, else its instances and clusters.
     pub visible: Option<&'a Visible>,
-    /// Whether what the [device decided](DeviceView) is drawn in place of `visible`, wherever it decides: whole instances in full,
-    /// without lines along their normals.
+    /// Whether what the [device decided](DeviceView) is drawn in place of `visible`, wherever it
+    /// decides: whole instances in full, without lines along their normals.
     pub on_device: bool,
     /// How it is drawn.
     pub style: Style,
-    /// Whether it is drawn into what the pane before it left, of the same place and view, rather than over it.
+    /// Whether it is drawn into what the pane before it left, of the same place and view, rather
+    /// than over it.
     pub over: bool,
     /// Things drawn over the scene, hidden by it where they lie behind it.
     pub lines: &'a [LineVertex],
@@ -57,7 +59,8 @@ pub struct DeviceView<'a> {
     /// Faces that the hardware drops, as [`Style::cull_face`] of the panes that draw it: such faces
     /// hide nothing.
     pub faces: CullFace,
-    /// Where in the target a level of the depth pyramid is shown, and which: 0 is half as wide as the picture.
+    /// Where in the target a level of the depth pyramid is shown, and which: 0 is half as wide as
+    /// the picture.
     pub pyramid: Option<([u32; 4], u32)>,
 }
 
@@ -72,7 +75,8 @@ pub struct DeviceFigures {
     pub visible: u32,
     /// Triangles of the visible ones.
     pub triangles: u64,
-    /// Triangles of what was visible in the frame before and is in the view: those of the depth that the rest is tested against.
+    /// Triangles of what was visible in the frame before and is in the view: those of the depth
+    /// that the rest is tested against.
     pub early_triangles: u64,
     /// Draws that are handed in.
     pub draws: u32,
@@ -113,16 +117,18 @@ pub enum Paint {
     Sides,
     /// A colour for each cluster.
     Clusters,
-    /// A colour for each instance, from [`Renderer::set_instance_colours`](super::Renderer::set_instance_colours).
+    /// A colour for each instance, from
+    /// [`Renderer::set_instance_colours`](super::Renderer::set_instance_colours).
     Instances,
     /// How many triangles cover each pixel, hidden ones too: from black over dark red to white.
     Overdraw,
-    /// How many pixels a triangle covers: the colours of [`heat`](cullet_draw::palette::heat) from 4096 and
-    /// more (0) to 1 and less (1), by powers of two.
+    /// How many pixels a triangle covers: the colours of [`heat`](cullet_draw::palette::heat) from
+    /// 4096 and more (0) to 1 and less (1), by powers of two.
     TriangleSize,
     /// Distance, from white to black; half dark half a radius of the scene away.
     Depth,
-    /// How often triangles were simplified: the colours of [`level_color`](cullet_draw::palette::level_color).
+    /// How often triangles were simplified: the colours of
+    /// [`level_color`](cullet_draw::palette::level_color).
     Levels,
 }
 
@@ -142,20 +148,22 @@ pub struct Style {
     /// one-sided parts that the view does not draw (its own [`cull_face`](View::cull_face)), so
     /// that what is drawn without culling is what a culler may assume.
     pub cull_face: CullFace,
-    /// Whether faces that are clockwise on the screen are the front ones; they are, too, where the view's
-    /// own [`front_face`](View::front_face) says so.
+    /// Whether faces that are clockwise on the screen are the front ones; they are, too, where the
+    /// view's own [`front_face`](View::front_face) says so.
     pub clockwise: bool,
     /// A line along the normal from the middle of each face, at most 16 pixels long.
     pub face_normals: bool,
     /// A line along the smooth normal from each vertex, at most 16 pixels long.
     pub vertex_normals: bool,
-    /// Whether instances are drawn by the alpha of their [colour](super::Renderer::set_instance_colours), whatever paints them:
-    /// as a pattern of pixels, so that what fades needs no order.
+    /// Whether instances are drawn by the alpha of their
+    /// [colour](super::Renderer::set_instance_colours), whatever paints them: as a pattern of
+    /// pixels, so that what fades needs no order.
     pub fade: bool,
-    /// Whether just those pixels are drawn that [`fade`](Self::fade) leaves out: of what goes while something else comes in its
-    /// place by that share. Both together draw each pixel once.
+    /// Whether just those pixels are drawn that [`fade`](Self::fade) leaves out: of what goes while
+    /// something else comes in its place by that share. Both together draw each pixel once.
     pub going: bool,
-    /// Samples a pixel: 1, or 4 for more. All panes of a frame have as many as the one with the most.
+    /// Samples a pixel: 1, or 4 for more. All panes of a frame have as many as the one with the
+    /// most.
     pub samples: u32,
 }
 

@@ -1,5 +1,5 @@
-//! Meshes as they are drawn: vertices and indices of many meshes in a few buffers, and where in them
-//! each mesh, part and cluster lies. Pure computation: nothing here needs a device.
+//! Meshes as they are drawn: vertices and indices of many meshes in a few buffers, and where in
+//! them each mesh, part and cluster lies. Pure computation: nothing here needs a device.
 
 use std::ops::Range;
 
@@ -15,14 +15,14 @@ use super::impostors::{Boxes, Impostors};
 
 /// A vertex of a cluster.
 ///
-/// Every cluster has vertices of its own, so all corners of a triangle agree on `key`: which corner it is
-/// that speaks for a triangle differs between WebGPU and OpenGL, and here it does not matter.
+/// Every cluster has vertices of its own, so all corners of a triangle agree on `key`: which corner
+/// it is that speaks for a triangle differs between WebGPU and OpenGL, and here it does not matter.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct Vertex {
     pub(super) position: [f32; 3],
-    /// The part, counted through all meshes, and in the low byte the cluster; of the box of an impostor its
-    /// [heading](Boxes::heading).
+    /// The part, counted through all meshes, and in the low byte the cluster; of the box of an
+    /// impostor its [heading](Boxes::heading).
     pub(super) key: u32,
 }
 
@@ -77,7 +77,8 @@ pub(super) struct MeshPlace {
     pub(super) whole: u32,
     /// Ranges of one way of drawing, covering all clusters.
     pub(super) runs: Vec<Run>,
-    /// For each cluster, and for the end, its first triangle, and the chunk's vertex that is its first.
+    /// For each cluster, and for the end, its first triangle, and the chunk's vertex that is its
+    /// first.
     clusters: Vec<[u32; 2]>,
 }
 
@@ -119,8 +120,9 @@ pub(super) struct ChunkData {
 pub(super) struct Geometry {
     pub(super) chunks: Vec<ChunkData>,
     pub(super) meshes: Vec<MeshPlace>,
-    /// Linear colour of every part of every mesh, and its alpha and twice the number of its level of detail. A part that has
-    /// triangles of several levels has one entry for each, one after the other.
+    /// Linear colour of every part of every mesh, and its alpha and twice the number of its level
+    /// of detail. A part that has triangles of several levels has one entry for each, one after the
+    /// other.
     pub(super) parts: Vec<[f32; 4]>,
     /// Impostors that are drawn in place of the meshes that are their boxes.
     pub(super) impostors: Impostors,
@@ -234,7 +236,8 @@ impl Geometry {
     }
 }
 
-/// For each mesh that holds levels of others, the step of each of its clusters; nothing for the rest.
+/// For each mesh that holds levels of others, the step of each of its clusters; nothing for the
+/// rest.
 fn level_steps(scene: &Scene) -> Vec<Vec<u32>> {
     let mut steps = vec![Vec::new(); scene.meshes().len()];
     for mesh in 0..scene.meshes().len() as u32 {
@@ -253,8 +256,8 @@ fn levels_of(steps: &[u32]) -> u32 {
     steps.iter().max().map_or(1, |&most| most.min(LEVELS - 1) + 1)
 }
 
-/// The vertices and indices of a mesh's clusters, in the mesh's order, and where each cluster starts. `entry` is that of
-/// a cluster of a part in the list of parts; `local` is scratch.
+/// The vertices and indices of a mesh's clusters, in the mesh's order, and where each cluster
+/// starts. `entry` is that of a cluster of a part in the list of parts; `local` is scratch.
 fn cut(
     mesh: &Mesh,
     entry: impl Fn(usize, u32) -> u32,
@@ -308,9 +311,9 @@ pub(crate) fn linear(v: u8) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The normal of every vertex of a chunk, of unit length, weighted by area, zero where no triangle has an area;
-/// and in w about how long the edges there are. Vertices of a mesh in the same place share a normal, so that
-/// clusters do not show.
+/// The normal of every vertex of a chunk, of unit length, weighted by area, zero where no triangle
+/// has an area; and in w about how long the edges there are. Vertices of a mesh in the same place
+/// share a normal, so that clusters do not show.
 pub(super) fn vertex_normals(chunk: &ChunkData) -> Vec<[f32; 4]> {
     let mut normals = vec![glam::Vec3::ZERO; chunk.vertices.len()];
     let corner = |i: u32| glam::Vec3::from(chunk.vertices[i as usize].position);
@@ -405,7 +408,8 @@ mod tests {
                     mixed += usize::from(n.truncate().dot(face) <= 0.0);
                 }
             }
-            // Only at creases of more than a right angle may a face look away from its vertex's normal.
+            // Only at creases of more than a right angle may a face look away from its vertex's
+            // normal.
             assert!(mixed * 50 < chunk.indices.len(), "{mixed} of {}", chunk.indices.len());
         }
     }

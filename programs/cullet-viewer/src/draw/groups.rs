@@ -35,7 +35,8 @@ pub(super) struct Instances {
     pub(super) layers: Vec<u32>,
     /// Groups of instances in full; then groups of levels of detail.
     pub(super) groups: Vec<Group>,
-    /// For each group of instances in full, the first of the groups of its levels, and how many there are.
+    /// For each group of instances in full, the first of the groups of its levels, and how many
+    /// there are.
     levels: Vec<[u32; 2]>,
 }
 
@@ -50,7 +51,8 @@ impl Instances {
 }
 
 impl Instances {
-    /// The group that an instance of a group is in at a level of detail. `None` where there is no such level.
+    /// The group that an instance of a group is in at a level of detail. `None` where there is no
+    /// such level.
     pub(super) fn at_level(&self, group: u32, level: u32) -> Option<u32> {
         let Some(above) = level.checked_sub(1) else { return Some(group) };
         let [first, count] = *self.levels.get(group as usize)?;
@@ -92,7 +94,8 @@ impl Grouping {
         }
     }
 
-    /// The groups. Those of levels have as much room as that of the instances in full, whichever level each is at.
+    /// The groups. Those of levels have as much room as that of the instances in full, whichever
+    /// level each is at.
     pub(super) fn finish(self, scene: &Scene) -> Instances {
         let Self { mut all, counts } = self;
         let mut number = vec![NO_GROUP; counts.len()];

@@ -1,7 +1,8 @@
-//! Impostors as their shader reads them: what is known of each in one list, and the texels of all in another. Pure
-//! computation.
+//! Impostors as their shader reads them: what is known of each in one list, and the texels of all
+//! in another. Pure computation.
 //!
-//! The heading of an impostor, the number of its first entry in the table, is the key of all vertices of its box.
+//! The heading of an impostor, the number of its first entry in the table, is the key of all
+//! vertices of its box.
 
 use cullet::{Scene, scene::MeshLevels};
 use cullet_mesh::{Impostor, ImpostorFrame};
@@ -76,8 +77,8 @@ impl Boxes {
 }
 
 impl Impostors {
-    /// `parts` are the first entry of each mesh in the list of parts, and how many entries each of its parts has. The caller
-    /// has checked that the lists are not too long.
+    /// `parts` are the first entry of each mesh in the list of parts, and how many entries each of
+    /// its parts has. The caller has checked that the lists are not too long.
     pub(super) fn new(scene: &Scene, boxes: Boxes, parts: &[[u32; 2]]) -> Self {
         let [entries, texels] = boxes.counts().map(|(_, count)| count as usize);
         let mut table = Vec::with_capacity(entries);

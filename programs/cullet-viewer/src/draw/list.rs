@@ -28,11 +28,12 @@ pub(super) enum What {
 /// Entries that are uploaded together: 4 KiB.
 const BLOCK: usize = 1024;
 
-/// The list that one view draws, kept from frame to frame: only changed parts are made and uploaded again.
+/// The list that one view draws, kept from frame to frame: only changed parts are made and uploaded
+/// again.
 #[derive(Debug, Default)]
 pub(super) struct DrawList {
-    /// Slots. Every group has its place, as large as all its instances, so that a change in one moves
-    /// nothing of another.
+    /// Slots. Every group has its place, as large as all its instances, so that a change in one
+    /// moves nothing of another.
     pub(super) entries: Vec<u32>,
     pub(super) items: Vec<Item>,
     /// Triangles of meshes, where single triangles were culled.
@@ -72,8 +73,8 @@ impl DrawList {
         self.source = ListSource::Nothing;
     }
 
-    /// Makes the list follow `visible`, or everything in `layers`; true if it changed. Costs a comparison
-    /// where it did not, else some nanoseconds a visible instance.
+    /// Makes the list follow `visible`, or everything in `layers`; true if it changed. Costs a
+    /// comparison where it did not, else some nanoseconds a visible instance.
     pub(super) fn update(
         &mut self,
         geometry: &Geometry,
@@ -129,7 +130,8 @@ impl DrawList {
         let group = instances.at_level(group, level)?;
         let place = &instances.groups[group as usize];
         let used = &mut self.used[group as usize];
-        // A result that names a slot twice is not a culler's; it must not reach into the next group.
+        // A result that names a slot twice is not a culler's; it must not reach into the next
+        // group.
         if *used == place.count {
             return None;
         }
@@ -143,8 +145,8 @@ impl DrawList {
         Some((group, entry))
     }
 
-    /// Whole and partial instances, merged in the order of their slots: where two surfaces are equally
-    /// near, the first one drawn is seen, and that must not depend on what was culled.
+    /// Whole and partial instances, merged in the order of their slots: where two surfaces are
+    /// equally near, the first one drawn is seen, and that must not depend on what was culled.
     fn push_clusters(&mut self, geometry: &Geometry, instances: &Instances, v: &Visible) {
         let mut partial = v.partial.chunk_by(|a, b| a.slot == b.slot).peekable();
         for range in &v.whole {

@@ -3,9 +3,9 @@
 //! - [`frame`](self): what is to be drawn, as panes; plain data.
 //! - [`Renderer`]: uploads a scene once, then draws panes of it into its own texture.
 //!
-//! Every cluster is a range of its mesh's indices, every instance a slot of a list that is grouped by mesh;
-//! so a frame is a few instanced calls for what is whole, and one for each range of what is not. Transforms
-//! lie in a texture, since WebGL2 knows no storage buffers.
+//! Every cluster is a range of its mesh's indices, every instance a slot of a list that is grouped
+//! by mesh; so a frame is a few instanced calls for what is whole, and one for each range of what
+//! is not. Transforms lie in a texture, since WebGL2 knows no storage buffers.
 
 #[cfg(not(target_arch = "wasm32"))]
 mod culling;

@@ -1,4 +1,5 @@
-//! On a page the CPU decides what is drawn: WebGL2 has no compute shaders, and a page draws the same with all that it may find.
+//! On a page the CPU decides what is drawn: WebGL2 has no compute shaders, and a page draws the
+//! same with all that it may find.
 
 use cullet::Scene;
 use eframe::wgpu::{Adapter, BindGroup, CommandEncoder, Device, Queue, RenderPass};

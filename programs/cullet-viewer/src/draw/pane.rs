@@ -80,13 +80,15 @@ pub(super) fn to_linear(v: f32) -> f32 {
     linear((v.clamp(0.0, 1.0) * 255.0).round() as u8)
 }
 
-/// Whether faces that are clockwise on the screen are front ones, of instances that are not mirrored.
+/// Whether faces that are clockwise on the screen are front ones, of instances that are not
+/// mirrored.
 fn flips(pane: &Pane<'_>) -> bool {
     let clockwise = pane.style.clockwise || pane.view.front_face == FrontFace::Clockwise;
     pane.view.is_mirrored() != clockwise
 }
 
-/// The faces that the hardware is to cull of one kind of instance: `None` if no face is left to draw.
+/// The faces that the hardware is to cull of one kind of instance: `None` if no face is left to
+/// draw.
 pub(super) fn culled(pane: &Pane<'_>, kind: &Kind, two_sided: bool) -> Option<Option<Face>> {
     let wanted = [pane.style.cull_face, pane.view.cull_face];
     let wanted = &wanted[..if two_sided || kind.two_sided { 1 } else { 2 }];

@@ -99,7 +99,8 @@ impl PaneDraw<'_> {
         }
     }
 
-    /// Draws the items of a list in one way; of `blended` parts alone, or of those that are not, if set.
+    /// Draws the items of a list in one way; of `blended` parts alone, or of those that are not, if
+    /// set.
     fn items(
         &mut self,
         pass: &mut RenderPass<'_>,
@@ -230,8 +231,9 @@ impl PaneDraw<'_> {
         }
     }
 
-    /// Draws the impostors of a list, each by the far sides of its whole box, whichever triangles of that were left: what is
-    /// seen lies before them. Of transparent instances alone, or of those that are not, if set.
+    /// Draws the impostors of a list, each by the far sides of its whole box, whichever triangles
+    /// of that were left: what is seen lies before them. Of transparent instances alone, or of
+    /// those that are not, if set.
     fn boxes(
         &mut self,
         pass: &mut RenderPass<'_>,

@@ -16,8 +16,9 @@ use super::upload::{Upload, Uploaded};
 
 /// Draws scenes into a texture of its own, which others show.
 ///
-/// It needs nothing beyond WebGL2: no storage buffers and no compute. What it keeps from frame to frame
-/// follows the panes it draws: a list of slots is made and uploaded again only where it changed.
+/// It needs nothing beyond WebGL2: no storage buffers and no compute. What it keeps from frame to
+/// frame follows the panes it draws: a list of slots is made and uploaded again only where it
+/// changed.
 #[derive(Debug)]
 pub struct Renderer {
     pipelines: Pipelines,
@@ -69,8 +70,8 @@ impl Renderer {
         }
     }
 
-    /// Uploads a scene in place of the one before. O(triangles + slots). The model is not needed any more
-    /// afterwards; where its scene changes (moves, commits), upload it again.
+    /// Uploads a scene in place of the one before. O(triangles + slots). The model is not needed
+    /// any more afterwards; where its scene changes (moves, commits), upload it again.
     ///
     /// # Errors
     /// If it does not fit the device; the message names the limit. The scene before stays.
@@ -85,8 +86,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Begins to upload a scene beside the one that is drawn; [`go_on`](Self::go_on) ends it. One that was begun
-    /// before is dropped. O(triangles).
+    /// Begins to upload a scene beside the one that is drawn; [`go_on`](Self::go_on) ends it. One
+    /// that was begun before is dropped. O(triangles).
     ///
     /// # Errors
     /// As [`set_scene`](Self::set_scene).
@@ -101,8 +102,9 @@ impl Renderer {
         Ok(())
     }
 
-    /// Uploads instances of the scene that was begun, the same `model`, while there is `time`, some thousand between
-    /// two questions; true when it is the one that is drawn, or when none was begun.
+    /// Uploads instances of the scene that was begun, the same `model`, while there is `time`, some
+    /// thousand between two questions; true when it is the one that is drawn, or when none was
+    /// begun.
     pub fn go_on(&mut self, queue: &Queue, model: &Model, mut time: impl FnMut() -> bool) -> bool {
         let Some(mut coming) = self.coming.take() else { return true };
         while !coming.step(queue, &model.scene) {
@@ -120,9 +122,10 @@ impl Renderer {
         true
     }
 
-    /// The colours of [`Paint::Instances`](super::Paint::Instances): sRGB with straight alpha, one a slot. An
-    /// alpha of 0 hides the instance; one below 255 shows it through a screen of dots. Slots beyond the list
-    /// keep their colour (grey at first), colours beyond the slots are left out.
+    /// The colours of [`Paint::Instances`](super::Paint::Instances): sRGB with straight alpha, one
+    /// a slot. An alpha of 0 hides the instance; one below 255 shows it through a screen of dots.
+    /// Slots beyond the list keep their colour (grey at first), colours beyond the slots are left
+    /// out.
     pub fn set_instance_colours(&mut self, queue: &Queue, colours: &[[u8; 4]]) {
         let Some(scene) = &self.scene else { return };
         let colours = &colours[..colours.len().min(scene.instances.layers.len())];
@@ -130,10 +133,10 @@ impl Renderer {
         self.translucent = colours.iter().any(|c| c[3] < u8::MAX);
     }
 
-    /// Draws panes, one over the other where they overlap, into a texture of `size` pixels; true when that
-    /// texture was made anew. `background` is sRGB from 0 to 1. Sides are held within 1 and what the device
-    /// can; samples are the most that a pane requests, if the device can. What of a pane lies outside is not
-    /// drawn.
+    /// Draws panes, one over the other where they overlap, into a texture of `size` pixels; true
+    /// when that texture was made anew. `background` is sRGB from 0 to 1. Sides are held within 1
+    /// and what the device can; samples are the most that a pane requests, if the device can. What
+    /// of a pane lies outside is not drawn.
     pub fn draw(
         &mut self,
         device: &Device,
@@ -151,7 +154,8 @@ impl Renderer {
         DeviceCulling::refused(adapter)
     }
 
-    /// Makes the device ready to decide what is drawn of the scene that was uploaded, the same `scene`, unless it is. O(slots log slots).
+    /// Makes the device ready to decide what is drawn of the scene that was uploaded, the same
+    /// `scene`, unless it is. O(slots log slots).
     ///
     /// # Errors
     /// If it cannot; the message says why.

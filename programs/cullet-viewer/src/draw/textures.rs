@@ -31,7 +31,8 @@ impl ListTexture {
         Self { texture, view, width }
     }
 
-    /// Writes texels from the start; those beyond the texture are left out. Returns the bytes written.
+    /// Writes texels from the start; those beyond the texture are left out. Returns the bytes
+    /// written.
     pub(super) fn write<T: bytemuck::Pod>(&self, queue: &Queue, texels: &[T]) -> u64 {
         let most = self.width() * self.texture.height() as usize;
         self.write_from(queue, 0, &texels[..texels.len().min(most)])
@@ -152,8 +153,8 @@ impl GrowingBuffer {
         })
     }
 
-    /// Makes room for so many bytes, where the device can; true if the buffer is another one now, and
-    /// holds nothing.
+    /// Makes room for so many bytes, where the device can; true if the buffer is another one now,
+    /// and holds nothing.
     pub(super) fn reserve(&mut self, device: &Device, bytes: u64) -> bool {
         if bytes <= self.buffer.size() {
             return false;

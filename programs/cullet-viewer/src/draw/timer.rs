@@ -48,7 +48,8 @@ impl Timer {
         })
     }
 
-    /// Returns the timestamps that the pass of this frame writes, if it is measured. Reads those of an earlier frame.
+    /// Returns the timestamps that the pass of this frame writes, if it is measured. Reads those of
+    /// an earlier frame.
     pub(super) fn start(&mut self, queue: &Queue) -> Option<RenderPassTimestampWrites<'_>> {
         match self.state.load(Ordering::Acquire) {
             READY => {

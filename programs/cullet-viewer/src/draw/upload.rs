@@ -129,7 +129,8 @@ impl Upload {
 }
 
 impl Uploaded {
-    /// The impostors' textures, once they were [made ready](Self::prepare_impostors); `None` where there are none.
+    /// The impostors' textures, once they were [made ready](Self::prepare_impostors); `None` where
+    /// there are none.
     pub(super) fn impostors(&self) -> Option<&BindGroup> {
         self.impostor_group.as_ref()
     }
@@ -242,8 +243,8 @@ impl Chunk {
     }
 }
 
-/// Four texels a slot: rows of the linear part, each with the high part of the translation, and the low
-/// part with the hand: −1 where the instance is mirrored, doubled where it is transparent.
+/// Four texels a slot: rows of the linear part, each with the high part of the translation, and the
+/// low part with the hand: −1 where the instance is mirrored, doubled where it is transparent.
 fn transforms(scene: &Scene, slots: Range<u32>) -> Vec<[f32; 4]> {
     let mut texels = Vec::with_capacity(slots.len() * TEXELS);
     for slot in slots {

@@ -1,4 +1,5 @@
-//! Cameras of a session: which one culls, freezing it, going out to look, and fitting it to the scene.
+//! Cameras of a session: which one culls, freezing it, going out to look, and fitting it to the
+//! scene.
 
 use cullet::View;
 use glam::DVec3;
@@ -52,8 +53,8 @@ impl Session {
         }
     }
 
-    /// Shows what was dropped in this form. From where the culler looks nothing of it is to be seen, so that one
-    /// flies out.
+    /// Shows what was dropped in this form. From where the culler looks nothing of it is to be
+    /// seen, so that one flies out.
     pub fn show_ghosts(&mut self, form: GhostForm) {
         self.state.ghosts.form = form;
         let inside = self.state.frozen.is_none() && self.state.layout == Layout::One;
@@ -69,8 +70,8 @@ impl Session {
         Some(self.culling_rig()?.outside(world.centre, world.reach, &self.chase))
     }
 
-    /// Shows a scene for the first time: a small one in such a way that what is culled of it is seen, unless a link
-    /// or the user has chosen another way.
+    /// Shows a scene for the first time: a small one in such a way that what is culled of it is
+    /// seen, unless a link or the user has chosen another way.
     pub(super) fn begin(&mut self) {
         let Some(world) = self.world.clone() else { return };
         let as_it_began = self.is_as_it_began();
@@ -82,7 +83,8 @@ impl Session {
         self.stand();
     }
 
-    /// Puts the flown camera where one begins: before a small scene, and in the midst of a large one.
+    /// Puts the flown camera where one begins: before a small scene, and in the midst of a large
+    /// one.
     pub(super) fn stand(&mut self) {
         match &self.world {
             Some(world) if world.is_large() => {
@@ -111,7 +113,8 @@ impl Session {
         }
     }
 
-    /// Fits the camera again where its pane has another size and it was not moved since it was fitted.
+    /// Fits the camera again where its pane has another size and it was not moved since it was
+    /// fitted.
     pub(super) fn fit_again(&mut self) {
         let Some((rig, size)) = self.fitted else { return };
         let still = self.state.camera == Some(rig) && self.state.frozen.is_none();
@@ -120,7 +123,8 @@ impl Session {
         }
     }
 
-    /// How much nearer the flown camera is than the one that shows the whole scene: 1 is that, 2 twice as near.
+    /// How much nearer the flown camera is than the one that shows the whole scene: 1 is that, 2
+    /// twice as near.
     #[must_use]
     pub fn scale(&self) -> f64 {
         match (&self.world, &self.state.camera) {
@@ -129,7 +133,8 @@ impl Session {
         }
     }
 
-    /// Looks straight at the cut, from far away through a narrow lens, so that it is drawn almost to scale.
+    /// Looks straight at the cut, from far away through a narrow lens, so that it is drawn almost
+    /// to scale.
     pub fn face_cut(&mut self) {
         let Some(world) = self.whole() else { return };
         let Some(plane) = planes(&self.state.cut, world).first().copied() else { return };

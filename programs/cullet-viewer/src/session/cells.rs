@@ -5,7 +5,8 @@ use crate::cells::{CellSets, Cells, Chain, cell_boxes};
 use crate::task::{Progress, Task};
 
 impl Session {
-    /// Opens a portal of the scene, or shuts it: the scene is made again so. Nothing where there is no such portal.
+    /// Opens a portal of the scene, or shuts it: the scene is made again so. Nothing where there is
+    /// no such portal.
     pub fn toggle_portal(&mut self, portal: u32) {
         let graph = self.world.as_ref().and_then(|w| w.model.in_cells().graph());
         if graph.is_none_or(|graph| portal as usize >= graph.portals().len()) {
@@ -19,8 +20,8 @@ impl Session {
         }
     }
 
-    /// Opens or shuts what is nearest: the portal that the chosen step leads through, else the first of the chain, else the first shut door
-    /// in sight.
+    /// Opens or shuts what is nearest: the portal that the chosen step leads through, else the
+    /// first of the chain, else the first shut door in sight.
     pub fn toggle_nearest_portal(&mut self) {
         let Some(chain) = &self.cells.chain else { return };
         let step = chain.shown(self.state.structure.step.max(1)).last().map(|step| step.portal);

@@ -1,4 +1,5 @@
-//! How a session follows a world in tiles: where its eye is goes out, and what is loaded for it comes in.
+//! How a session follows a world in tiles: where its eye is goes out, and what is loaded for it
+//! comes in.
 
 use std::sync::Arc;
 
@@ -28,7 +29,8 @@ impl Following {
     }
 }
 
-/// An eye that goes farther than this share of the scene's radius from one picture to the next has jumped: that is no motion to be followed.
+/// An eye that goes farther than this share of the scene's radius from one picture to the next has
+/// jumped: that is no motion to be followed.
 const JUMP: f64 = 0.25;
 
 impl Session {
@@ -45,8 +47,8 @@ impl Session {
         !is_tiled || self.following.has_ended || eye.is_some() && self.following.settled == eye
     }
 
-    /// Tells the tiles of the scene where the eye that culls is and how it moved in `dt` seconds, and takes in the scene that
-    /// came of them, as one with other sides is taken in.
+    /// Tells the tiles of the scene where the eye that culls is and how it moved in `dt` seconds,
+    /// and takes in the scene that came of them, as one with other sides is taken in.
     pub(super) fn follow_tiles(&mut self, dt: f64) {
         let Some(whole) = self.whole().filter(|whole| whole.is_tiled()).cloned() else { return };
         let (Some(tiles), Some(rig)) = (&whole.tiles, self.culling_rig()) else { return };

@@ -25,8 +25,8 @@ pub struct Inspected {
 }
 
 impl Session {
-    /// Inspects what is seen at a pixel of a view: what is drawn, and ghosts that are shown as they are.
-    /// Nothing there ends the inspection.
+    /// Inspects what is seen at a pixel of a view: what is drawn, and ghosts that are shown as they
+    /// are. Nothing there ends the inspection.
     pub fn inspect(&mut self, view: &View, pixel: [f64; 2]) {
         let (Some(world), Some(ray)) = (&self.world, view.ray(pixel)) else { return };
         let scene = &world.model.scene;
@@ -116,7 +116,8 @@ impl Session {
         Coded::new(view, scene.mesh(slot), scene.transform(slot), inspected.triangle)
     }
 
-    /// The cube of directions: of what is inspected in its own space, or else of the whole culling view.
+    /// The cube of directions: of what is inspected in its own space, or else of the whole culling
+    /// view.
     #[must_use]
     pub fn cube(&self) -> Option<Cube> {
         let (world, decision) = (self.world.as_ref()?, self.decision.as_ref()?);

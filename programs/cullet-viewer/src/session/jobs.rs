@@ -34,8 +34,8 @@ impl Session {
         }
     }
 
-    /// Inputs of a report of the present scene, path and settings: cameras spread over the path, or without one the
-    /// camera that culls.
+    /// Inputs of a report of the present scene, path and settings: cameras spread over the path, or
+    /// without one the camera that culls.
     #[must_use]
     pub fn order(&self) -> Option<ReportOrder> {
         let size = self.culling_size().map(|v| v.max(1));

@@ -1,5 +1,5 @@
-//! State of the viewer while it is open: the scene, the settings, decisions, and everything but the picture.
-//! It needs no window and no graphics, so tests run it as it is.
+//! State of the viewer while it is open: the scene, the settings, decisions, and everything but the
+//! picture. It needs no window and no graphics, so tests run it as it is.
 
 mod cameras;
 mod cells;
@@ -58,7 +58,8 @@ pub struct Notice {
     pub text: String,
     /// Whether something went wrong.
     pub bad: bool,
-    /// Whether it is about the scene that was open then, or that was not to be opened: the next scene ends it.
+    /// Whether it is about the scene that was open then, or that was not to be opened: the next
+    /// scene ends it.
     pub of_scene: bool,
 }
 
@@ -131,7 +132,8 @@ pub struct Session {
     pub help: bool,
     /// The tour, while it goes on.
     pub tour: Option<Tour>,
-    /// Whether nothing may fly or fade that need not: the system, or the browser, asks for reduced motion.
+    /// Whether nothing may fly or fade that need not: the system, or the browser, asks for reduced
+    /// motion.
     pub calm: bool,
     /// Whether the picture must be drawn again though nothing changed.
     pub refresh: bool,
@@ -148,7 +150,8 @@ pub struct Session {
     decider: Decider,
     inbox: Inbox,
     asked: Option<(View, Stages, bool)>,
-    /// The scene that is to be shown in place of this one, as soon as it is decided what of it is drawn.
+    /// The scene that is to be shown in place of this one, as soon as it is decided what of it is
+    /// drawn.
     next: Option<Arc<World>>,
     /// The subject of `figures`: decision, slot, settings.
     studied: Option<(u64, u32, Study)>,
@@ -179,8 +182,9 @@ pub struct Session {
 }
 
 impl Session {
-    /// Begins with a link's text, empty for the default; an invalid one is reported and not followed. `source`, if
-    /// there is one, is opened in place of the link's scene; where neither names any, none is.
+    /// Begins with a link's text, empty for the default; an invalid one is reported and not
+    /// followed. `source`, if there is one, is opened in place of the link's scene; where neither
+    /// names any, none is.
     #[must_use]
     pub fn new(ctx: egui::Context, link: &str, source: Option<Source>) -> Self {
         let mut notices = Vec::new();
@@ -314,8 +318,8 @@ impl Session {
         self.asked.as_ref().is_some_and(fits)
     }
 
-    /// Lets `dt` seconds pass, for a picture of `size` pixels: takes in what was loaded and decided, and asks
-    /// for a decision where the view or a switch changed.
+    /// Lets `dt` seconds pass, for a picture of `size` pixels: takes in what was loaded and
+    /// decided, and asks for a decision where the view or a switch changed.
     pub fn advance(&mut self, dt: f64, size: [u32; 2]) {
         self.size = size.map(|v| v.max(1));
         self.take_chosen();
@@ -376,7 +380,8 @@ impl Session {
         Alteration { sides: self.state.sides, doors }
     }
 
-    /// Goes on with what is made beside the pictures: the scene with other sides, the cut and the audit.
+    /// Goes on with what is made beside the pictures: the scene with other sides, the cut and the
+    /// audit.
     fn beside(&mut self) {
         let Some(world) = self.next.clone().or_else(|| self.world.clone()) else { return };
         let whole = self.cutting.whole.as_ref().unwrap_or(&world);
@@ -414,7 +419,8 @@ impl Session {
         }
     }
 
-    /// Why back faces of the scene are kept though they are to be culled, if they are: a sentence for the user.
+    /// Why back faces of the scene are kept though they are to be culled, if they are: a sentence
+    /// for the user.
     #[must_use]
     pub fn kept_backs(&self) -> Option<String> {
         let State { stages, look, .. } = &self.state;
@@ -439,7 +445,8 @@ impl Session {
         self.decider.request(Request { world, view, culler, buffer, number: self.requests });
     }
 
-    /// A view whose levels of detail are chosen for a ball of eyes, the last one as long as the eye is in it.
+    /// A view whose levels of detail are chosen for a ball of eyes, the last one as long as the eye
+    /// is in it.
     fn with_ball(&mut self, mut view: View) -> View {
         let [x, y, z, w] = view.eye();
         let rig = self.state.frozen.as_ref().or(self.state.camera.as_ref());

@@ -1,4 +1,5 @@
-//! How a scene comes into a session: loaded beside what is shown, and put in its place once it is there.
+//! How a scene comes into a session: loaded beside what is shown, and put in its place once it is
+//! there.
 
 use std::sync::Arc;
 
@@ -27,7 +28,8 @@ impl Session {
         self.load(source);
     }
 
-    /// Reads files that were dropped on the page; [`dropped`](Self::dropped) has them when they are read.
+    /// Reads files that were dropped on the page; [`dropped`](Self::dropped) has them when they are
+    /// read.
     #[cfg(target_arch = "wasm32")]
     pub fn read_dropped(&mut self, files: Vec<egui::DroppedFileHandle>) {
         let put = self.inbox.slot();
@@ -44,8 +46,8 @@ impl Session {
         });
     }
 
-    /// Lets the user choose a file to open. On a page it must be called soon after a click or a key, or the
-    /// browser opens no dialog.
+    /// Lets the user choose a file to open. On a page it must be called soon after a click or a
+    /// key, or the browser opens no dialog.
     pub fn choose_file(&mut self) {
         #[cfg(not(target_arch = "wasm32"))]
         self.chooser.open();
@@ -189,7 +191,8 @@ impl Session {
         }
     }
 
-    /// Clears the scene, and what is being loaded: none is shown until another is opened. Switches stay.
+    /// Clears the scene, and what is being loaded: none is shown until another is opened. Switches
+    /// stay.
     pub fn clear(&mut self) {
         self.end_tour();
         self.notices.retain(|n| !n.of_scene);

@@ -36,7 +36,8 @@ impl Session {
     }
 }
 
-/// The funnel as JSON: a row for each stage and unit, with the triangles that came in and went on, with nanoseconds where a clock was given.
+/// The funnel as JSON: a row for each stage and unit, with the triangles that came in and went on,
+/// with nanoseconds where a clock was given.
 #[must_use]
 pub fn funnel_json(funnel: &Funnel) -> String {
     let mut out = String::from("{\n  \"funnel\": [");

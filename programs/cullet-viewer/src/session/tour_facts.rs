@@ -74,7 +74,8 @@ impl<'a> Facts<'a> {
         (0..to.len()).min_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap_or(0)
     }
 
-    /// Whether of the instances that went for their size one is in view and not proved to be hidden: it may own pixels.
+    /// Whether of the instances that went for their size one is in view and not proved to be
+    /// hidden: it may own pixels.
     pub(super) fn drops_what_may_be_seen(&self) -> bool {
         let occlusion = Some(Occlusion::default());
         let others = self.again(&self.culler().without(Stage::Detail).with_occlusion(occlusion));
@@ -83,7 +84,8 @@ impl<'a> Facts<'a> {
         both.any(|(reason, other)| is_small(reason) && other.is_none())
     }
 
-    /// 0 where as many triangles go with whole clusters as one by one, 1 where fewer do, 2 where more.
+    /// 0 where as many triangles go with whole clusters as one by one, 1 where fewer do, 2 where
+    /// more.
     pub(super) fn clusters_against_triangles(&self) -> usize {
         let one_by_one = self.again(&self.culler().with_output(Output::Triangles));
         let singly = one_by_one.funnel.dropped(Stage::Backface).triangles;
@@ -94,7 +96,8 @@ impl<'a> Facts<'a> {
         }
     }
 
-    /// 0 where the study finds all back faces of what is inspected, 1 where it finds some, 2 where one of them is a front.
+    /// 0 where the study finds all back faces of what is inspected, 1 where it finds some, 2 where
+    /// one of them is a front.
     pub(super) fn masks_against_triangles(&self) -> usize {
         let (Some(figures), Some(inspected)) = (&self.session.figures, &self.session.inspected)
         else {
@@ -119,7 +122,8 @@ impl<'a> Facts<'a> {
         self.session.cutting.report.cap_triangles
     }
 
-    /// 0 where the stage comes first, 1 where it comes later with whole instances or clusters, 2 where it goes by triangles.
+    /// 0 where the stage comes first, 1 where it comes later with whole instances or clusters, 2
+    /// where it goes by triangles.
     pub(super) fn place_in_the_funnel(&self) -> usize {
         let rows = &self.visible.funnel.rows;
         match rows.iter().position(|row| self.stages.first() == Some(&row.stage)) {
@@ -141,7 +145,8 @@ impl<'a> Facts<'a> {
         if has_area { 2 } else { 0 }
     }
 
-    /// 0 where the set of the eye's cell leaves more triangles than the walk through portals, 1 where fewer, 2 where as many.
+    /// 0 where the set of the eye's cell leaves more triangles than the walk through portals, 1
+    /// where fewer, 2 where as many.
     pub(super) fn set_against_walk(&self) -> usize {
         let left = |stage| self.again(&self.culler().only(stage)).triangle_count;
         match left(Stage::Pvs).cmp(&left(Stage::Portal)) {
@@ -171,7 +176,8 @@ impl<'a> Facts<'a> {
         visible
     }
 
-    /// A sentence with its figures: of the scene, of the first stage of the stop, of the study and of the cut.
+    /// A sentence with its figures: of the scene, of the first stage of the stop, of the study and
+    /// of the cut.
     pub(super) fn fill(&self, sentence: &str) -> String {
         let study = self.session.figures.as_ref();
         let (entered, dropped) = (self.entered(), self.dropped());

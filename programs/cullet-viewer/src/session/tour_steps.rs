@@ -1,5 +1,5 @@
-//! The stops of the tour: one flat table. A stop is words, the state of the viewer that shows it, and a question whose
-//! answer the engine gives.
+//! The stops of the tour: one flat table. A stop is words, the state of the viewer that shows it,
+//! and a question whose answer the engine gives.
 
 use cullet::Stage;
 
@@ -15,9 +15,11 @@ pub struct Stop {
     pub words: &'static str,
     /// The stages that it is about; figures are those of the first.
     pub stages: &'static [Stage],
-    /// The state that shows it, as the text of a link with its scene. Without a camera one begins as the scene begins.
+    /// The state that shows it, as the text of a link with its scene. Without a camera one begins
+    /// as the scene begins.
     pub state: &'static str,
-    /// Where the camera outside stands: by how many degrees around from where it follows, and how much nearer.
+    /// Where the camera outside stands: by how many degrees around from where it follows, and how
+    /// much nearer.
     pub(super) outside: (f64, f64),
     /// Action once the scene is there.
     pub(super) order: fn(&mut Session),

@@ -1,5 +1,5 @@
-//! The tour: what each kind of culling does, one after the other, on scenes that show it, for those who see it for the first
-//! time; and a question about each. Afterwards all is as it was.
+//! The tour: what each kind of culling does, one after the other, on scenes that show it, for those
+//! who see it for the first time; and a question about each. Afterwards all is as it was.
 
 use std::sync::Arc;
 
@@ -120,7 +120,8 @@ impl Session {
         }
     }
 
-    /// Answers the question of the stop, once: later answers, and numbers that no choice has, are not heard.
+    /// Answers the question of the stop, once: later answers, and numbers that no choice has, are
+    /// not heard.
     pub fn answer(&mut self, choice: usize) {
         let Some(tour) = self.tour.as_ref().filter(|t| t.is_ready() && t.given.is_none()) else {
             return;
@@ -136,7 +137,8 @@ impl Session {
         }
     }
 
-    /// Ends the tour. Scene, cameras and switches are again as they were; light and panels stay as they are.
+    /// Ends the tour. Scene, cameras and switches are again as they were; light and panels stay as
+    /// they are.
     pub fn end_tour(&mut self) {
         let Some(Tour { before, phase, .. }) = self.tour.take() else { return };
         if phase == Phase::Coming {
@@ -152,7 +154,8 @@ impl Session {
         self.journey = before.journey;
     }
 
-    /// The stop in words, for readers of a screen: the question with its choices, or whether the answer was right.
+    /// The stop in words, for readers of a screen: the question with its choices, or whether the
+    /// answer was right.
     #[must_use]
     pub fn tour_in_words(&self) -> Option<String> {
         let tour = self.tour.as_ref()?;

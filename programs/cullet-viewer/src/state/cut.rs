@@ -38,7 +38,8 @@ pub struct CutAway {
     pub shape: Shape,
     /// The plane's normal, of any length but 0.
     pub normal: [f64; 3],
-    /// Where the plane stands along its normal: −1 and 1 are the ends of the scene, 0 is its middle.
+    /// Where the plane stands along its normal: −1 and 1 are the ends of the scene, 0 is its
+    /// middle.
     pub at: f64,
     /// The box's low corner, each axis as `at`.
     pub low: [f64; 3],

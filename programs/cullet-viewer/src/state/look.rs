@@ -67,7 +67,8 @@ pub struct Look {
     pub wireframe: bool,
     /// Faces of one-sided meshes that are culled.
     pub cull: CullFace,
-    /// Whether the graphics hardware drops those faces too, of every mesh, two-sided ones not excepted.
+    /// Whether the graphics hardware drops those faces too, of every mesh, two-sided ones not
+    /// excepted.
     pub hardware: bool,
     /// Front faces are those that are clockwise.
     pub clockwise: bool,

@@ -19,7 +19,8 @@ pub use sides::{Alteration, Sides};
 pub use stages::Stages;
 pub use study::{By, MOST_GROUPS, Study};
 
-/// Settings of the viewer: the scene, the cameras, culling and how it is shown. See [`link`](crate::link) for their text.
+/// Settings of the viewer: the scene, the cameras, culling and how it is shown. See
+/// [`link`](crate::link) for their text.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct State {
@@ -141,7 +142,8 @@ pub enum Layout {
     Buffer,
 }
 
-/// The widest [`Occlusion::width`](cullet::cull::occlusion::Occlusion::width) that a link may ask for: beyond it a buffer is finer than any screen.
+/// The widest [`Occlusion::width`](cullet::cull::occlusion::Occlusion::width) that a link may ask
+/// for: beyond it a buffer is finer than any screen.
 pub const WIDEST_BUFFER: u32 = 4096;
 
 impl State {
@@ -156,7 +158,8 @@ impl State {
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Structure {
-    /// Boxes of the hierarchy that the walk tested, of this level: 1 is just above the instances, 0 none.
+    /// Boxes of the hierarchy that the walk tested, of this level: 1 is just above the instances, 0
+    /// none.
     pub level: u32,
     /// The cones of normals of the clusters of the inspected instance.
     pub cones: bool,
@@ -168,7 +171,8 @@ pub struct Structure {
     pub occluders: bool,
     /// Where an eye sees the cluster that was clicked wholly from behind.
     pub volume: bool,
-    /// The outcodes of the triangle that was clicked, and the planes of the frustum that they are about.
+    /// The outcodes of the triangle that was clicked, and the planes of the frustum that they are
+    /// about.
     pub outcodes: bool,
     /// Instances that leave the bounds which culling goes by.
     pub audit: bool,

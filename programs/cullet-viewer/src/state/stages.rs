@@ -16,7 +16,8 @@ pub struct Stages {
     pub frustum: bool,
     /// See [`Culler::frustum_exact`].
     pub frustum_exact: bool,
-    /// Whether what is seen through no portal is culled, in scenes with cells; see [`Culler::portal`].
+    /// Whether what is seen through no portal is culled, in scenes with cells; see
+    /// [`Culler::portal`].
     pub portal: bool,
     /// See [`Culler::backface`].
     pub backface: Backface,
@@ -26,19 +27,22 @@ pub struct Stages {
     pub detail_px: f64,
     /// How that size is measured.
     pub detail_by: Measure,
-    /// How much above that size what is left begins to fade, as a share of it; 0 fades nothing. See [`Detail::fade`].
+    /// How much above that size what is left begins to fade, as a share of it; 0 fades nothing. See
+    /// [`Detail::fade`].
     pub detail_fade: f64,
     /// Pixels by which levels of detail may be off; 0 draws all in full. See [`Culler::lod`].
     pub lod_px: f64,
     /// Whether that holds in the image's corners too.
     pub lod_corners: bool,
-    /// The most triangles that are drawn with levels of detail; 0 is no budget. See [`Lod::triangles`].
+    /// The most triangles that are drawn with levels of detail; 0 is no budget. See
+    /// [`Lod::triangles`].
     pub lod_triangles: u64,
     /// Whether levels are chosen for a ball of eyes, and stay while the eye is in it.
     pub lod_steady: bool,
     /// The radius of that ball, as a share of the distance from what the camera turns around.
     pub lod_ball: f64,
-    /// How many seconds the levels of an instance take to fade into those that follow; 0 has them change at once.
+    /// How many seconds the levels of an instance take to fade into those that follow; 0 has them
+    /// change at once.
     pub lod_fade: f64,
     /// Whether impostors are among the levels; see [`Lod::impostors`].
     pub lod_impostors: bool,

@@ -18,7 +18,8 @@ struct Made {
     texture: egui::TextureHandle,
 }
 
-/// Paints the buffer where it is wanted: over the pane of the camera that it was made for, or in the right half.
+/// Paints the buffer where it is wanted: over the pane of the camera that it was made for, or in
+/// the right half.
 pub(super) fn show(ui: &egui::Ui, rect: egui::Rect, session: &Session, made: &Composition) {
     let state = &session.state;
     if !state.wants_buffer() || session.world.is_none() {
@@ -60,7 +61,8 @@ pub(super) fn show(ui: &egui::Ui, rect: egui::Rect, session: &Session, made: &Co
     }
 }
 
-/// Draws the pixels that the inspected instance may touch: all of them must be covered for it to be hidden.
+/// Draws the pixels that the inspected instance may touch: all of them must be covered for it to be
+/// hidden.
 fn screen_bounds(painter: &egui::Painter, session: &Session, place: egui::Rect) {
     let (Some(world), Some(inspected)) = (&session.world, &session.inspected) else { return };
     let Some(buffer) = session.decision.as_ref().and_then(|d| d.buffer.as_ref()) else { return };

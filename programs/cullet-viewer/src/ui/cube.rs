@@ -1,4 +1,5 @@
-//! The cube of directions in a corner of the picture: the cells whose normals face away, as the eye moves.
+//! The cube of directions in a corner of the picture: the cells whose normals face away, as the eye
+//! moves.
 
 use cullet::Stage;
 use cullet_draw::palette;
@@ -44,8 +45,8 @@ pub(super) fn show(ui: &egui::Ui, picture: egui::Rect, session: &Session) {
 
 fn paint(painter: &egui::Painter, rect: egui::Rect, cube: &Cube) {
     let axis = DVec3::from(cube.cone.axis);
-    // Along the line of sight lie the normals that face away, so that corner is shown; from aside, or the arrow
-    // would be a point.
+    // Along the line of sight lie the normals that face away, so that corner is shown; from aside,
+    // or the arrow would be a point.
     let sign = axis.to_array().map(|v| if v < 0.0 { -1.0 } else { 1.0 });
     let [x, z] = if axis.x.abs() < axis.z.abs() { [1.5, 0.8] } else { [0.8, 1.5] };
     let toward = DVec3::new(sign[0] * x, sign[1] * 0.75, sign[2] * z).normalize();

@@ -1,4 +1,5 @@
-//! The funnel: what came into each stage and what went on, with its history, the legend, and the proof.
+//! The funnel: what came into each stage and what went on, with its history, the legend, and the
+//! proof.
 
 use cullet::{
     Stage,
@@ -58,7 +59,8 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
         let text_high = ui.text_style_height(&egui::TextStyle::Small) + 1.0;
         let size = egui::vec2(wide, text_high + BAR + 2.0);
         let (rect, response) = ui.allocate_exact_size(size, egui::Sense::hover());
-        // The culled share is the coloured end of the bar, under the words: on top of it they would be unreadable.
+        // The culled share is the coloured end of the bar, under the words: on top of it they would
+        // be unreadable.
         let painter = ui.painter();
         let mut bar = rect;
         bar.min.y += text_high;

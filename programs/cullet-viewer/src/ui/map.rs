@@ -1,5 +1,5 @@
-//! The map: every instance as a dot from above, in the colour of the stage that culled it, with the frustum. Painted on
-//! the processor, so that it costs the graphics card nothing.
+//! The map: every instance as a dot from above, in the colour of the stage that culled it, with the
+//! frustum. Painted on the processor, so that it costs the graphics card nothing.
 
 use std::sync::Arc;
 
@@ -26,8 +26,8 @@ struct Map {
     next: Option<Painting>,
 }
 
-/// Shows the map in the lower right corner of the picture, if it is wanted and there is something to map; where the
-/// tour's card needs that corner, it has it.
+/// Shows the map in the lower right corner of the picture, if it is wanted and there is something
+/// to map; where the tour's card needs that corner, it has it.
 pub(super) fn show(ui: &egui::Ui, picture: egui::Rect, session: &Session) {
     let (true, Some(world), Some(decision), Some(rig)) =
         (session.state.map, &session.world, &session.decision, session.culling_rig())
@@ -41,7 +41,8 @@ pub(super) fn show(ui: &egui::Ui, picture: egui::Rect, session: &Session) {
         return;
     }
     let eye = DVec3::from(rig.eye());
-    // The middle follows the eye in steps, so that the picture is not made anew for every step of it.
+    // The middle follows the eye in steps, so that the picture is not made anew for every step of
+    // it.
     let wide = world.reach * 1.7;
     let step = wide / 8.0;
     let middle = DVec3::from(world.centre).lerp(eye, 0.5);

@@ -1,4 +1,5 @@
-//! The window's panels. What they change is the session; they know nothing of graphics but one picture.
+//! The window's panels. What they change is the session; they know nothing of graphics but one
+//! picture.
 
 mod buffer;
 mod canvas;
@@ -26,7 +27,8 @@ use eframe::egui;
 use crate::compose::Composition;
 use crate::session::Session;
 
-/// A window of fewer points has no room for a panel on both sides of the picture: a phone, held upright.
+/// A window of fewer points has no room for a panel on both sides of the picture: a phone, held
+/// upright.
 const NARROW: f32 = 560.0;
 
 /// The picture of the scene, as the panels show it.
@@ -36,8 +38,8 @@ pub struct Shown {
     pub texture: Option<egui::TextureId>,
 }
 
-/// Shows everything. `picture` is called with the pixels that there are for the scene's picture, once, and
-/// returns what it drew and the panes it is made of.
+/// Shows everything. `picture` is called with the pixels that there are for the scene's picture,
+/// once, and returns what it drew and the panes it is made of.
 pub fn show(
     ui: &mut egui::Ui,
     session: &mut Session,
@@ -70,7 +72,8 @@ pub fn show(
     help::sheet(ui.ctx(), session);
 }
 
-/// The way back to the panels for whoever has no key for it, or does not know it: frames in pages begin without them.
+/// The way back to the panels for whoever has no key for it, or does not know it: frames in pages
+/// begin without them.
 fn unfold(ctx: &egui::Context, session: &mut Session) {
     egui::Area::new(egui::Id::unique("unfold"))
         .anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0])

@@ -252,8 +252,8 @@ fn canvas(ui: &mut egui::Ui, c: &mut Clipping, steps: &[Vec<Corner>]) {
     }
 }
 
-/// Fills a polygon by the even–odd rule, a row of points at a time: what Sutherland & Hodgman leave of one that is
-/// not convex may run to and fro along a plane, and no fan of triangles fills that.
+/// Fills a polygon by the even–odd rule, a row of points at a time: what Sutherland & Hodgman leave
+/// of one that is not convex may run to and fro along a plane, and no fan of triangles fills that.
 fn fill(painter: &egui::Painter, polygon: &[Pos2], ink: Color32, within: egui::Rect) {
     let mut crossings: Vec<f32> = Vec::new();
     let mut y = within.min.y + 0.5;

@@ -64,7 +64,8 @@ pub(super) fn show(ui: &egui::Ui, rect: Rect, ratio: f32, session: &Session, mad
     }
 }
 
-/// Opens or shuts the portal whose number was clicked, or the shut door; false where nothing of the kind is.
+/// Opens or shuts the portal whose number was clicked, or the shut door; false where nothing of the
+/// kind is.
 pub(super) fn click(
     at: Pos2,
     rect: Rect,
@@ -106,7 +107,8 @@ fn holds(polygon: &[Pos2], p: Pos2) -> bool {
     polygon.len() >= 3 && turns != [true; 2]
 }
 
-/// Numbers of the steps that are shown and names of shut doors, beside each other where they would lie on each other.
+/// Numbers of the steps that are shown and names of shut doors, beside each other where they would
+/// lie on each other.
 fn badges(place: Rect, scale: [f32; 2], session: &Session) -> Vec<(Badge, String, Color32)> {
     let Some(chain) = &session.cells.chain else { return Vec::new() };
     let mut all: Vec<(Badge, String, Color32)> = Vec::new();

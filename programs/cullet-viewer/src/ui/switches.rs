@@ -42,7 +42,8 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
     section(ui, "Structures", shown, |ui| structures(ui, session));
 }
 
-/// A section that is open at first where `open` holds, and opens where that comes to hold, as by a key.
+/// A section that is open at first where `open` holds, and opens where that comes to hold, as by a
+/// key.
 fn section(ui: &mut egui::Ui, name: &str, open: bool, body: impl FnOnce(&mut egui::Ui)) {
     let id = ui.scope_id().with((name, "open"));
     let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or(id, open), open));

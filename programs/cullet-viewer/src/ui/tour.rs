@@ -1,4 +1,5 @@
-//! The tour's card over the picture, and the line that invites those who see this for the first time.
+//! The tour's card over the picture, and the line that invites those who see this for the first
+//! time.
 
 use eframe::egui;
 
@@ -129,7 +130,8 @@ fn card(ctx: &egui::Context, rect: egui::Rect, session: &mut Session) {
     }
 }
 
-/// The question with its choices, and once one was taken whether it is right, in words. The choice that was pressed.
+/// The question with its choices, and once one was taken whether it is right, in words. The choice
+/// that was pressed.
 fn question(ui: &mut egui::Ui, stop: &Stop, given: Option<&Given>, ready: bool) -> Option<usize> {
     let mut pressed = None;
     ui.strong(stop.question);

@@ -26,7 +26,8 @@ pub(super) fn colour([r, g, b]: [u8; 3]) -> egui::Color32 {
     egui::Color32::from_rgb(r, g, b)
 }
 
-/// A filled square of a colour, as high as the text, with a rim so that light ones show on a light ground.
+/// A filled square of a colour, as high as the text, with a rim so that light ones show on a light
+/// ground.
 pub(super) fn swatch(ui: &mut egui::Ui, rgb: [u8; 3]) {
     let side = ui.text_style_height(&egui::TextStyle::Small);
     let (rect, _) = ui.allocate_exact_size(egui::vec2(side, side), egui::Sense::hover());
@@ -35,8 +36,8 @@ pub(super) fn swatch(ui: &mut egui::Ui, rgb: [u8; 3]) {
     ui.painter().rect_stroke(rect, 2.0, rim, egui::StrokeKind::Inside);
 }
 
-/// Choices in a row, each with a sentence. True when another was chosen. Readers of a screen are told, before each, what is
-/// chosen.
+/// Choices in a row, each with a sentence. True when another was chosen. Readers of a screen are
+/// told, before each, what is chosen.
 pub(super) fn choices<T: PartialEq + Copy>(
     ui: &mut egui::Ui,
     what: &str,

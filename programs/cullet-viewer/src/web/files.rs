@@ -9,8 +9,8 @@ use web_sys::{CustomEvent, CustomEventInit, HtmlInputElement};
 use super::worker::thrown;
 use crate::inbox::Read;
 
-/// Opens the browser's dialog; what is chosen is read and put. A browser opens it only soon after a click
-/// or a key, and says nothing of one that was closed.
+/// Opens the browser's dialog; what is chosen is read and put. A browser opens it only soon after a
+/// click or a key, and says nothing of one that was closed.
 pub(crate) fn choose(put: impl Fn(Read) + 'static) -> Result<(), String> {
     let input = web_sys::window()
         .and_then(|w| w.document()?.get_element_by_id("file"))
@@ -36,7 +36,8 @@ pub(crate) fn choose(put: impl Fn(Read) + 'static) -> Result<(), String> {
     Ok(())
 }
 
-/// Hands a picture to the page's script, which offers it as a download: browsers can write PNG themselves.
+/// Hands a picture to the page's script, which offers it as a download: browsers can write PNG
+/// themselves.
 pub(crate) fn download(image: &egui::ColorImage) -> Result<(), String> {
     let refused = |e| format!("The picture cannot be saved: {}.", thrown(e));
     let picture = Object::new();

@@ -1,4 +1,5 @@
-//! Loading on a page: files are fetched, parsed in a worker that keeps the scene, and unpacked between pictures.
+//! Loading on a page: files are fetched, parsed in a worker that keeps the scene, and unpacked
+//! between pictures.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -17,8 +18,8 @@ use crate::state::Alteration;
 use crate::task::{SLICE, Task, clock};
 use crate::world::{Source, World};
 
-/// Begins to load a scene; `wake` is called when it is there or cannot be had. A path is an address of the
-/// server that the page came from (`/scene/model.glb`).
+/// Begins to load a scene; `wake` is called when it is there or cannot be had. A path is an address
+/// of the server that the page came from (`/scene/model.glb`).
 pub(crate) fn load(source: Source, wake: impl FnOnce() + 'static) -> Task<Result<World, String>> {
     let (send, task) = Task::waiting();
     spawn_local(async move {
@@ -32,7 +33,8 @@ pub(crate) fn load(source: Source, wake: impl FnOnce() + 'static) -> Task<Result
 async fn world(source: Source) -> Result<World, String> {
     let name = source.name();
     if crate::examples::is_example(&name) {
-        // The page makes it and decides about it: levels and sets do not go from a worker to the page.
+        // The page makes it and decides about it: levels and sets do not go from a worker to the
+        // page.
         return World::load(&source);
     }
     let (file, files) = match source {
@@ -55,8 +57,9 @@ async fn world(source: Source) -> Result<World, String> {
     Ok(World { keeper: Some(Arc::new(keeper)), ..World::measured(model, name, measures) })
 }
 
-/// Begins to make a scene again with other sides or doors, as [`World::altered`] does at once; `wake` is called when it is
-/// there. Its worker declares them too, with the first request that tells of them.
+/// Begins to make a scene again with other sides or doors, as [`World::altered`] does at once;
+/// `wake` is called when it is there. Its worker declares them too, with the first request that
+/// tells of them.
 pub(crate) fn remake(
     whole: Arc<World>,
     wanted: Alteration,
@@ -97,8 +100,8 @@ fn given(name: &str, bytes: &Uint8Array) -> Array {
     Array::of2(&name.into(), bytes)
 }
 
-/// Parses the first of some files, or makes a built-in scene where there are none, in a worker of its own: a fault in
-/// it harms nobody. Returns the packed scene, and the worker that keeps it too.
+/// Parses the first of some files, or makes a built-in scene where there are none, in a worker of
+/// its own: a fault in it harms nobody. Returns the packed scene, and the worker that keeps it too.
 async fn in_worker(file: &str, files: Option<&Array>) -> Result<(Vec<u8>, Keeper), String> {
     let options = WorkerOptions::new();
     options.set_type(WorkerType::Module);
@@ -197,8 +200,8 @@ fn hand_over(model: Model) -> Uint8Array {
     bytes
 }
 
-/// The worker's part when the page has its bytes: unpacks the same, so that slots are those of the page, and keeps the
-/// scene to decide about.
+/// The worker's part when the page has its bytes: unpacks the same, so that slots are those of the
+/// page, and keeps the scene to decide about.
 ///
 /// # Errors
 /// If nothing was packed, as text.
@@ -213,7 +216,8 @@ pub fn keep() -> Result<(), JsValue> {
     Ok(())
 }
 
-/// The worker's part: files, each its name and its bytes, to a packed model of the first, which may name the others.
+/// The worker's part: files, each its name and its bytes, to a packed model of the first, which may
+/// name the others.
 ///
 /// # Errors
 /// As a file's loading has them, as text.
@@ -241,8 +245,8 @@ pub fn parse(files: &Array) -> Result<Uint8Array, JsValue> {
         .map_err(|e| JsValue::from_str(&e.to_string()))
 }
 
-/// The worker's part before: paths of the files that a model names, from its folder; none where that cannot be told,
-/// for [`parse`] tells why.
+/// The worker's part before: paths of the files that a model names, from its folder; none where
+/// that cannot be told, for [`parse`] tells why.
 #[wasm_bindgen]
 #[must_use]
 #[expect(unreachable_pub, reason = "the page's script calls it")]

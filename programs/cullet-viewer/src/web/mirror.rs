@@ -5,8 +5,9 @@ use eframe::egui;
 use super::page::{set, take};
 use crate::controls;
 
-/// Hands what egui knows of its controls to the page in `data-controls`, once the page asks for it by `data-control="on"`;
-/// then takes what is done to them from there. Until then it costs a look at an attribute per frame.
+/// Hands what egui knows of its controls to the page in `data-controls`, once the page asks for it
+/// by `data-control="on"`; then takes what is done to them from there. Until then it costs a look
+/// at an attribute per frame.
 pub(crate) struct Mirror;
 
 impl egui::Plugin for Mirror {

@@ -33,14 +33,15 @@ pub(super) fn is_calm() -> bool {
     asked.is_some_and(|query| query.matches())
 }
 
-/// Tells the page that the graphics device is gone: nothing more can be drawn, and the page says what to do.
+/// Tells the page that the graphics device is gone: nothing more can be drawn, and the page says
+/// what to do.
 pub(crate) fn tell_lost(why: &str) {
     set("error", why);
     set("state", "lost");
 }
 
-/// Puts the state's text into the address, in place of the one before: turning a scene is no history to go
-/// back through.
+/// Puts the state's text into the address, in place of the one before: turning a scene is no
+/// history to go back through.
 pub(crate) fn set_address(link: &str) {
     let history = web_sys::window().and_then(|w| w.history().ok());
     if let Some(history) = history {

@@ -3,7 +3,8 @@
 use super::page::{set, take};
 use crate::session::{STOPS, Session};
 
-/// The line that is read aloud when it changes: the lecture's counter, and what is frozen, clicked or said.
+/// The line that is read aloud when it changes: the lecture's counter, and what is frozen, clicked
+/// or said.
 fn spoken(session: &Session, left: u64, all: u64) -> String {
     let share = if all == 0 { 0.0 } else { left as f64 / all as f64 * 100.0 };
     let frozen = if session.state.frozen.is_some() { ", frozen" } else { "" };
@@ -31,8 +32,8 @@ fn spoken(session: &Session, left: u64, all: u64) -> String {
     line
 }
 
-/// Tells the page, for those who test it or embed it: `data-faces` (left/all), `data-settled`, `data-frozen`,
-/// `data-reason` of what is inspected, `data-notice`; in the tour `data-step`
+/// Tells the page, for those who test it or embed it: `data-faces` (left/all), `data-settled`,
+/// `data-frozen`, `data-reason` of what is inspected, `data-notice`; in the tour `data-step`
 /// (step/all) and `data-answer`, `right` or `wrong` once one was given.
 pub(crate) fn tell(session: &Session) {
     let all = session.world.as_ref().map_or(0, |w| w.counts.triangles);
@@ -64,7 +65,8 @@ pub(crate) fn tell(session: &Session) {
     set("notice", session.notices.last().map_or("", |n| &n.text));
 }
 
-/// Does what a button of the page for readers of a screen orders, if one was pressed since: see `main.js`.
+/// Does what a button of the page for readers of a screen orders, if one was pressed since: see
+/// `main.js`.
 pub(crate) fn obey(session: &mut Session) {
     match take("order").as_deref() {
         Some("on") => session.tour_on(),

@@ -5,8 +5,9 @@ use wasm_bindgen::prelude::*;
 use super::page::{is_calm, set};
 use crate::app::{App, Start, setup};
 
-/// Starts the viewer in the canvas `canvas`. `?webgl` in the address takes WebGL2 even where WebGPU is to be
-/// had, `?tour` begins with the tour. The body's `data-state` becomes `running`, or `failed` with `data-error`.
+/// Starts the viewer in the canvas `canvas`. `?webgl` in the address takes WebGL2 even where WebGPU
+/// is to be had, `?tour` begins with the tour. The body's `data-state` becomes `running`, or
+/// `failed` with `data-error`.
 #[wasm_bindgen(start)]
 #[expect(unreachable_pub, reason = "the page's script calls it")]
 pub fn start() {

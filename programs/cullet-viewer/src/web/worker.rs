@@ -4,7 +4,8 @@ use js_sys::Reflect;
 use wasm_bindgen::prelude::*;
 use web_sys::Worker;
 
-/// A worker with the scene that it made. It ends with the last who holds this: that gives its memory back.
+/// A worker with the scene that it made. It ends with the last who holds this: that gives its
+/// memory back.
 #[derive(Debug)]
 pub(crate) struct Keeper(pub(super) Worker);
 

@@ -1,4 +1,5 @@
-//! The renderer on a device without a window: culling changes no pixel, and every style shows what it says.
+//! The renderer on a device without a window: culling changes no pixel, and every style shows what
+//! it says.
 
 mod gpu;
 mod impostors;
@@ -247,7 +248,8 @@ fn panes_keep_to_their_places() {
     renderer.draw(&gpu.device, &gpu.queue, SIZE, BACKGROUND, &panes);
     let all = read(gpu, &renderer);
     all.save("panes.png");
-    // Elsewhere on the target corners round differently: a pixel at an edge may fall to the other side.
+    // Elsewhere on the target corners round differently: a pixel at an edge may fall to the other
+    // side.
     let moved = all.part(places[2]).differing(&inset_alone);
     assert!(moved < 15, "the inset lies over the first pane: {moved}");
     let top = [0, 0, 160, 30];

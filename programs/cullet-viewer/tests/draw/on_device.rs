@@ -215,7 +215,8 @@ fn a_level_of_the_pyramid_is_nowhere_nearer_than_the_picture() {
         let [near, far] = [0, width].map(|x| image.part([x, 0, width, height]));
         let is_open = |p: &[u8; 4]| p[2] > p[0];
         let open = far.pixels.iter().filter(|p| is_open(p)).count();
-        // A texel is painted by its middle, and a pixel by its own line of sight: the same depth is a little farther at the edge.
+        // A texel is painted by its middle, and a pixel by its own line of sight: the same depth is
+        // a little farther at the edge.
         let nearer = near.pixels.iter().zip(&far.pixels);
         let nearer = nearer.filter(|(n, f)| !is_open(f) && f[0] > n[0].saturating_add(8)).count();
         assert!(nearer * 100 < near.pixels.len(), "level {level}: {nearer} pixels are nearer");

@@ -1,5 +1,6 @@
-//! Savings by culling for a renderer: the city at 1280×720. It measures, so it is run by hand, alone:
-//! `cargo test -p cullet-viewer --profile checked --test draw speed -- --ignored --nocapture`
+//! Savings by culling for a renderer: the city at 1280×720. It measures, so it is run by hand,
+//! alone: `cargo test -p cullet-viewer --profile checked --test draw speed -- --ignored
+//! --nocapture`
 
 use std::time::Instant;
 
@@ -51,8 +52,8 @@ fn city() {
     }
 }
 
-/// The median of a frame, culling included, and its CPU time on all cores, which other programs do not
-/// change much; in milliseconds.
+/// The median of a frame, culling included, and its CPU time on all cores, which other programs do
+/// not change much; in milliseconds.
 fn frames(
     gpu: &Gpu,
     renderer: &mut Renderer,

@@ -1,4 +1,5 @@
-//! A world in tiles: what is shown of it is what is to be loaded for the eye, and it is drawn like any other scene.
+//! A world in tiles: what is shown of it is what is to be loaded for the eye, and it is drawn like
+//! any other scene.
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -1,4 +1,5 @@
-//! Panels without a window, for tests: keys are pressed and buttons clicked as a user would, and what is shown is read.
+//! Panels without a window, for tests: keys are pressed and buttons clicked as a user would, and
+//! what is shown is read.
 
 #![allow(dead_code, reason = "no test uses all of it")]
 
@@ -92,8 +93,8 @@ impl Panels {
         }
     }
 
-    /// Takes a camera path of the scene's own, and stays where it begins: a camera that moves on is never decided
-    /// for.
+    /// Takes a camera path of the scene's own, and stays where it begins: a camera that moves on is
+    /// never decided for.
     pub(crate) fn travel(&mut self) {
         self.session.travel(cullet_scenes::paths::PathSpec::Orbit);
         while self.session.journey.is_making() {

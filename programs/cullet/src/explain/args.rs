@@ -43,7 +43,8 @@ pub struct ExplainArgs {
     /// Explain this triangle of it, too, by its number in the file, from 0
     #[arg(long, value_name = "ID", requires = "instance")]
     pub(crate) triangle: Option<u32>,
-    /// Draw a .png: the instance, what hides it, and the numbers; or an .svg: the chain of tests, each value beside its limit
+    /// Draw a .png: the instance, what hides it, and the numbers; or an .svg: the chain of tests,
+    /// each value beside its limit
     #[arg(long, value_name = "PATH", value_parser = parse::output)]
     pub(crate) out: Option<PathBuf>,
     /// Write the explanation as JSON; - is the standard output

@@ -14,7 +14,8 @@ use super::record::{InstanceRecord, LevelRecord, StepRecord};
 use super::triangle::plane_name;
 use crate::names::{mesh_name, name_of, reason_text};
 
-/// Explains an instance. `frame` is the view without culling, and `result` its cull with triangles, reasons and drops.
+/// Explains an instance. `frame` is the view without culling, and `result` its cull with triangles,
+/// reasons and drops.
 pub(super) fn explain(
     model: &Model,
     view: &View,

@@ -167,7 +167,8 @@ impl Sheet {
         self.skip(LINE - 4.0);
     }
 
-    /// A value on its scale: the track, tinted where the stage drops; the limit; and from where to where the value reaches.
+    /// A value on its scale: the track, tinted where the stage drops; the limit; and from where to
+    /// where the value reaches.
     pub(super) fn gauge(&mut self, gauge: &Gauge, scale: &Scale, tint: Color) {
         self.put(LEFT, &gauge.label, "");
         self.put(NUMBER, &gauge.number, "");

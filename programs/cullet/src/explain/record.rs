@@ -126,8 +126,8 @@ pub(super) struct TriangleRecord {
     pub(super) sentence: String,
 }
 
-/// The cone of a cluster's normals against the eye, in the space of the mesh: the eye is behind all of the cluster where
-/// `along` is below 0 and `within` above it.
+/// The cone of a cluster's normals against the eye, in the space of the mesh: the eye is behind all
+/// of the cluster where `along` is below 0 and `within` above it.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct ConeRecord {
     /// axis·(eye − apex).

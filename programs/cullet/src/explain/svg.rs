@@ -1,4 +1,5 @@
-//! An explanation as a drawing: the chain of tests from top to bottom, each value on a scale beside its limit.
+//! An explanation as a drawing: the chain of tests from top to bottom, each value on a scale beside
+//! its limit.
 
 use cullet::cull::detail::{Detail, Measure};
 use cullet::{

@@ -65,8 +65,9 @@ pub(super) struct Behind {
     pub(super) stage: Stage,
 }
 
-/// The culled instances of which a triangle would own a pixel if nothing were before it, the nearest first; and whether there are
-/// more than are listed. By the reference renderer: the nearest of them is drawn alone with those behind it, and taken away.
+/// The culled instances of which a triangle would own a pixel if nothing were before it, the
+/// nearest first; and whether there are more than are listed. By the reference renderer: the
+/// nearest of them is drawn alone with those behind it, and taken away.
 pub(super) fn behind(
     scene: &Scene,
     view: &View,
@@ -107,7 +108,8 @@ pub(super) fn everything_of(scene: &Scene, slots: &[u32]) -> Visible {
     all
 }
 
-/// How far from the eye the surface of a pixel is; along the line of sight from the near plane for parallel ones.
+/// How far from the eye the surface of a pixel is; along the line of sight from the near plane for
+/// parallel ones.
 pub(super) fn distance_of(view: &View, frame: &Frame, [x, y]: [u32; 2]) -> f64 {
     let [w, h] = [frame.width, frame.height].map(f64::from);
     let ndc = [(f64::from(x) + 0.5) * 2.0 / w - 1.0, 1.0 - (f64::from(y) + 0.5) * 2.0 / h];

@@ -152,7 +152,8 @@ fn of_triangle(record: &TriangleRecord) -> Vec<String> {
     lines
 }
 
-/// The screen bounds of an instance in pixels of its view, as occlusion took them: the first corner and the last.
+/// The screen bounds of an instance in pixels of its view, as occlusion took them: the first corner
+/// and the last.
 pub(super) fn screen_bounds(record: &InstanceRecord, view: &View) -> Option<[[f64; 2]; 2]> {
     let cover = record.steps.iter().find_map(|step| match step.evidence {
         Evidence::Cover(cover) => Some(cover),

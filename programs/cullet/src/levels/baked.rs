@@ -25,7 +25,8 @@ pub enum Wanted {
     Groups,
 }
 
-/// Loads a scene as [`inputs::load`] does; where levels of detail are drawn, [with some](load_with).
+/// Loads a scene as [`inputs::load`] does; where levels of detail are drawn, [with
+/// some](load_with).
 ///
 /// # Errors
 /// As that.
@@ -36,8 +37,9 @@ pub fn load(args: &SceneArgs, cull: &CullArgs, console: &Console) -> Result<Mode
     }
 }
 
-/// Loads a scene with its levels of detail; where it has none, with those that the baker made of it, now or before. With groups it
-/// is the baked file that is loaded, where the scene has none of its own.
+/// Loads a scene with its levels of detail; where it has none, with those that the baker made of
+/// it, now or before. With groups it is the baked file that is loaded, where the scene has none of
+/// its own.
 ///
 /// # Errors
 /// If the scene cannot be read, or no levels can be had.

@@ -31,8 +31,8 @@ fn folder_from(variable: impl Fn(&str) -> Option<OsString>, windows: bool) -> Op
     Some(caches?.join("cullet"))
 }
 
-/// A name for what is baked of a scene: another for other bytes, other arguments, and another version of the levels or of the
-/// program.
+/// A name for what is baked of a scene: another for other bytes, other arguments, and another
+/// version of the levels or of the program.
 pub(crate) fn key(args: &SceneArgs) -> Result<String, Failure> {
     key_of(args, LEVELS_VERSION)
 }

@@ -1,4 +1,5 @@
-//! From all triangles to those that are seen, kind of culling after kind of culling: each rung a cull of its own.
+//! From all triangles to those that are seen, kind of culling after kind of culling: each rung a
+//! cull of its own.
 
 use cullet::{Backface, Culler, Scene, Stage, View, ViewState, Visible};
 

@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 pub(crate) struct LevelsRecord {
     /// Triangles on the way from all to visible.
     pub(crate) ladder: LadderRecord,
-    /// Triangles that are drawn of each level, by how often they were simplified; the first in full.
+    /// Triangles that are drawn of each level, by how often they were simplified; the first in
+    /// full.
     pub(crate) drawn: Vec<u64>,
     /// Level that holds boxes of impostors instead of triangles of a mesh; left out where there is
     /// none.
@@ -127,7 +128,8 @@ pub(crate) struct LevelsSummary {
     pub(crate) pixels: Option<PixelRecord>,
     /// The worst of the views.
     pub(crate) deviation: Option<DeviationRecord>,
-    /// Triangles drawn with levels over triangles that are visible in full, in the views that were verified.
+    /// Triangles drawn with levels over triangles that are visible in full, in the views that were
+    /// verified.
     pub(crate) drawn_over_visible_in_full: Option<f64>,
 }
 

@@ -1,5 +1,5 @@
-//! Advice: what the tallies say could be done. Every sentence is made of figures of this run; a finding
-//! that is not there gives no sentence.
+//! Advice: what the tallies say could be done. Every sentence is made of figures of this run; a
+//! finding that is not there gives no sentence.
 
 mod context;
 mod occlusion;

@@ -46,7 +46,8 @@ pub(crate) fn stage_words(stage: Stage) -> &'static str {
     }
 }
 
-/// Shares of all triangles by the stage that culled them, in the order of the stages; then unseen and visible ones.
+/// Shares of all triangles by the stage that culled them, in the order of the stages; then unseen
+/// and visible ones.
 pub(crate) fn shares(summary: &Summary) -> Vec<Share> {
     let share = |(&stage, &count): (&Stage, &u64)| Share {
         label: stage_words(stage).to_owned(),
@@ -71,8 +72,8 @@ pub(crate) fn shares(summary: &Summary) -> Vec<Share> {
     shares
 }
 
-/// The funnel: one bar a step, as long as what is left, with what the step took in its colour. Not an SVG like the
-/// curves: its words must stay readable where the page is narrow.
+/// The funnel: one bar a step, as long as what is left, with what the step took in its colour. Not
+/// an SVG like the curves: its words must stay readable where the page is narrow.
 pub(crate) fn funnel(summary: &Summary) -> String {
     let all = summary.triangles.all;
     let views = summary.views.max(1) as u64;
@@ -81,8 +82,8 @@ pub(crate) fn funnel(summary: &Summary) -> String {
     let mut rest = all;
     for taken in shares(summary) {
         rest = rest.saturating_sub(taken.count);
-        // The triangles that are left lie to the left; those culled by this step are cut off at the right. However few they
-        // are, they can be seen.
+        // The triangles that are left lie to the left; those culled by this step are cut off at the
+        // right. However few they are, they can be seen.
         let least = if taken.count > 0 { "2px" } else { "0" };
         let _ = write!(
             html,

@@ -201,8 +201,8 @@ fn of_occlusion(
     ]
 }
 
-/// The same view on half as many pixels each way: two such pictures stand side by side on a page with
-/// their legends still legible.
+/// The same view on half as many pixels each way: two such pictures stand side by side on a page
+/// with their legends still legible.
 fn half(view: &View) -> View {
     let size = view.viewport().map(|v| (v / 2).max(1));
     // The matrix made a view before, so it makes one again.

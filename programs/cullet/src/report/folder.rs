@@ -223,7 +223,8 @@ fn words(path: &Path) -> String {
     parts.join("/")
 }
 
-/// All that rows are a function of besides the files' contents, in words: which files, and the options.
+/// All that rows are a function of besides the files' contents, in words: which files, and the
+/// options.
 fn options(args: &ReportArgs, files: &[PathBuf]) -> String {
     let mut input = args.input.clone();
     input.view.threads = 0;

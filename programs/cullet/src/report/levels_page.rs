@@ -1,5 +1,5 @@
-//! The part of the page on levels of detail: from all triangles to those that are seen, which levels are drawn, how far they
-//! are off, and what they cost.
+//! The part of the page on levels of detail: from all triangles to those that are seen, which
+//! levels are drawn, how far they are off, and what they cost.
 
 use std::fmt::Write;
 

@@ -14,8 +14,8 @@ use crate::survey::Seen;
 /// How to open the scene.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct OpenedArgs {
-    /// Also show the scene cut open at this plane (NX,NY,NZ,D) or box (X0,Y0,Z0,X1,Y1,Z1), as in cullet cut; may
-    /// be given several times
+    /// Also show the scene cut open at this plane (NX,NY,NZ,D) or box (X0,Y0,Z0,X1,Y1,Z1), as in
+    /// cullet cut; may be given several times
     #[arg(long, value_name = "PLANE|BOX", value_parser = shape::shape, allow_hyphen_values = true)]
     cut: Vec<Shape>,
     /// Part that --cut keeps: the inside of all planes, or the rest
@@ -57,7 +57,8 @@ impl Opened {
         Ok(Some(Self { opening, words }))
     }
 
-    /// Draws every triangle of a view in the colour of the stage that culled it, in the opened scene.
+    /// Draws every triangle of a view in the colour of the stage that culled it, in the opened
+    /// scene.
     pub(super) fn picture(&self, scene: &Scene, view: &View, seen: &Seen) -> Titled {
         Titled {
             name: "opened",

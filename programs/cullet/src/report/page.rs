@@ -11,7 +11,8 @@ use super::saved;
 use super::tables;
 use crate::record::Summary;
 
-/// A picture of the page: where its full size lies, the smaller one that the page carries, and words.
+/// A picture of the page: where its full size lies, the smaller one that the page carries, and
+/// words.
 #[derive(Clone, Debug)]
 pub(crate) struct Image {
     /// The file beside the page.
@@ -67,8 +68,8 @@ pub(crate) fn full_headline(record: &Record) -> String {
     headline(&record.summary) + &saved.map_or_else(String::new, saved::CostsRecord::headline)
 }
 
-/// The assumption behind the milliseconds of the headline, or how to get some; `None` where costs are known and culling
-/// saves nothing.
+/// The assumption behind the milliseconds of the headline, or how to get some; `None` where costs
+/// are known and culling saves nothing.
 pub(crate) fn assumption(record: &Record) -> Option<&str> {
     match &record.costs {
         None => Some(saved::UNKNOWN),

@@ -59,20 +59,21 @@ pub(crate) struct CostsRecord {
     pub(crate) rejected_triangle_ns: f64,
     /// A triangle that it would have drawn, in the scene's mix of materials.
     pub(crate) drawn_triangle_ns: f64,
-    /// Estimated saving by culling, in an average view, for a renderer that takes up every triangle, in
-    /// milliseconds.
+    /// Estimated saving by culling, in an average view, for a renderer that takes up every
+    /// triangle, in milliseconds.
     pub(crate) saved_ms_per_view: f64,
     /// That over the triangles that culling takes, in nanoseconds; null where it takes none.
     pub(crate) saved_ns_per_triangle: Option<f64>,
-    /// Estimated cost of the tests in bulk in an average view; null where only a triangle's cost is known.
+    /// Estimated cost of the tests in bulk in an average view; null where only a triangle's cost is
+    /// known.
     pub(crate) tests_ms_per_view: Option<f64>,
     /// All of this in a sentence for people.
     pub(crate) assumption: String,
 }
 
 impl Origin {
-    /// The prices that the command line names, else those that are kept, if any are. A file that the
-    /// user names must be sound; one that is only kept is passed over with a warning.
+    /// The prices that the command line names, else those that are kept, if any are. A file that
+    /// the user names must be sound; one that is only kept is passed over with a warning.
     pub(crate) fn find(args: &CostArgs, console: &Console) -> Result<Option<Self>, Failure> {
         if let Some(ns) = args.triangle_ns {
             return Ok(Some(Self::Given(ns)));
@@ -123,8 +124,9 @@ impl TriangleCosts {
         }
     }
 
-    /// Cost that a triangle would have had if a stage had not culled it. A triangle that is outside the view, faces away or has
-    /// no area fills no pixel in any renderer, so only its setup is saved.
+    /// Cost that a triangle would have had if a stage had not culled it. A triangle that is outside
+    /// the view, faces away or has no area fills no pixel in any renderer, so only its setup is
+    /// saved.
     fn cost_of(&self, stage: Stage) -> f64 {
         match stage {
             Stage::Frustum | Stage::Backface | Stage::Degenerate => self.rejected_ns,
@@ -184,7 +186,8 @@ impl CostsRecord {
 pub(crate) const UNKNOWN: &str = "`cullet calibrate` measures what a triangle costs on this machine; reports \
                                   then say how many milliseconds culling saves.";
 
-/// The cost of a drawn triangle, the mean over all instances; that of an opaque one where there is none.
+/// The cost of a drawn triangle, the mean over all instances; that of an opaque one where there is
+/// none.
 fn mean_drawn_ns(costs: &MeasuredCosts, scene: &Scene) -> f64 {
     let (mut ns, mut triangles) = (0.0, 0u64);
     for slot in scene.slots() {

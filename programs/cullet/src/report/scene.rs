@@ -128,7 +128,8 @@ impl<'a> Report<'a> {
         })
     }
 
-    /// Whether the next view is verified: always, but for scenes so large that time must be shared out.
+    /// Whether the next view is verified: always, but for scenes so large that time must be shared
+    /// out.
     fn verifies(&self) -> bool {
         if self.survey.model.scene.triangle_count() <= MOST_TRIANGLES_VERIFIED {
             return true;

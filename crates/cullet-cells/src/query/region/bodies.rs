@@ -1,4 +1,5 @@
-//! Bodies that hide: which of a scene are drawn for a box of eyes, made smaller by the extent of its cells.
+//! Bodies that hide: which of a scene are drawn for a box of eyes, made smaller by the extent of
+//! its cells.
 
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::{Planes, mask_boxes};
@@ -54,8 +55,8 @@ pub(super) struct Limits {
 }
 
 impl Bodies {
-    /// Chooses the bodies among the `allowed` slots that are largest as seen from a box of eyes, and makes them smaller
-    /// by half the sides of its cells. How many there are.
+    /// Chooses the bodies among the `allowed` slots that are largest as seen from a box of eyes,
+    /// and makes them smaller by half the sides of its cells. How many there are.
     pub(super) fn choose(
         &mut self,
         scene: &Scene,
@@ -118,8 +119,9 @@ impl Bodies {
         self.all.len()
     }
 
-    /// Puts those bodies in order that no eye of a cell is in or comes as near to as `near`: from within a body one
-    /// looks out through it, and so one does where the near plane of a view cuts it open. How many there are.
+    /// Puts those bodies in order that no eye of a cell is in or comes as near to as `near`: from
+    /// within a body one looks out through it, and so one does where the near plane of a view cuts
+    /// it open. How many there are.
     pub(super) fn order(&mut self, scene: &Scene, cell: &Cell, near: f64) -> usize {
         self.order.clear();
         let point = Cell { half: [0.0; 3], ..*cell };
@@ -140,8 +142,8 @@ impl Bodies {
         self.order.len()
     }
 
-    /// Draws the bodies of the cell that are not outside of some planes, the nearest first, but for those that are hidden
-    /// by then; how many those drawn are.
+    /// Draws the bodies of the cell that are not outside of some planes, the nearest first, but for
+    /// those that are hidden by then; how many those drawn are.
     pub(super) fn draw(
         &self,
         simd: Simd,
@@ -166,7 +168,8 @@ impl Bodies {
     }
 }
 
-/// The area of the largest side of a box, over the square of its distance from a box of eyes: about the solid angle.
+/// The area of the largest side of a box, over the square of its distance from a box of eyes: about
+/// the solid angle.
 fn score(b: &Aabb, eyes: &Cell) -> f64 {
     let [x, y, z] = b.half_extent();
     let area = 4.0 * (x * y).max(y * z).max(z * x);

@@ -6,8 +6,8 @@ use cullet::{View, view::Frustum};
 
 /// All eyes in a box, in world space.
 ///
-/// One point is a box, and so is a rectangle. Where some `min` exceeds its `max` there is no eye; where a number is NaN
-/// or infinite, the eyes may be anywhere.
+/// One point is a box, and so is a rectangle. Where some `min` exceeds its `max` there is no eye;
+/// where a number is NaN or infinite, the eyes may be anywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EyeBox {
@@ -24,8 +24,8 @@ impl EyeBox {
         Self { min, max }
     }
 
-    /// Around some points, `radius` farther on every side: the way of an eye that may stray so far. No eye for no
-    /// points; with a NaN among the numbers, eyes may be anywhere.
+    /// Around some points, `radius` farther on every side: the way of an eye that may stray so far.
+    /// No eye for no points; with a NaN among the numbers, eyes may be anywhere.
     #[must_use]
     pub fn around(points: &[[f64; 3]], radius: f64) -> Self {
         let mut b = Self { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
@@ -94,8 +94,8 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Cells whose sides are at most `side` long, but no more than `most` of them: then they are longer. `None` for
-    /// boxes that are not finite, or so large that no bounds reach.
+    /// Cells whose sides are at most `side` long, but no more than `most` of them: then they are
+    /// longer. `None` for boxes that are not finite, or so large that no bounds reach.
     pub(super) fn new(eyes: &EyeBox, origin: [f64; 3], side: f64, most: u32) -> Option<Self> {
         let mut all = Cell { center: [0.0; 3], half: [0.0; 3] };
         for a in 0..3 {
@@ -184,8 +184,8 @@ impl Carried {
         Some(Self { planes, near })
     }
 
-    /// The half-spaces that hold the frusta of all eyes of a cell: each plane moved outward by the cell's extent along
-    /// its normal.
+    /// The half-spaces that hold the frusta of all eyes of a cell: each plane moved outward by the
+    /// cell's extent along its normal.
     pub(super) fn to(&self, cell: &Cell) -> Frustum {
         Frustum::from_planes(self.planes.map(|plane| {
             let plane = plane?;

@@ -23,8 +23,8 @@ pub(super) struct OpenTest {
 }
 
 impl OpenTest {
-    /// Sets in `found` the bits of the `wanted` boxes that are neither hidden nor outside of the buffer's screen.
-    /// Where a node is hidden or outside, so is what is in it.
+    /// Sets in `found` the bits of the `wanted` boxes that are neither hidden nor outside of the
+    /// buffer's screen. Where a node is hidden or outside, so is what is in it.
     pub(super) fn find(
         &mut self,
         simd: Simd,

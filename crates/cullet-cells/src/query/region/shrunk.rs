@@ -1,9 +1,10 @@
 //! Convex bodies made smaller: what is left of one when all its faces move inward.
 //!
-//! What is left is not built as a body of its own. It is drawn as the same body under another transform, whose
-//! image lies within it: so its faces stay exactly flat and its corners exactly convex, as drawing takes them to be,
-//! and nothing is allocated. Of a box, however scaled and sheared, that image is all that is left; of any other body it
-//! is the larger of two: the body made smaller along the axes of its mesh, or evenly about its middle.
+//! What is left is not built as a body of its own. It is drawn as the same body under another
+//! transform, whose image lies within it: so its faces stay exactly flat and its corners exactly
+//! convex, as drawing takes them to be, and nothing is allocated. Of a box, however scaled and
+//! sheared, that image is all that is left; of any other body it is the larger of two: the body
+//! made smaller along the axes of its mesh, or evenly about its middle.
 
 use cullet::Transform;
 use cullet::cull::occlusion::Convex;
@@ -11,22 +12,23 @@ use glam::{DMat3, DVec3};
 
 use super::super::linear::linear;
 
-/// A face whose three corners span less, as a share of the square of the body's size, has a normal of which rounding
-/// leaves too little.
+/// A face whose three corners span less, as a share of the square of the body's size, has a normal
+/// of which rounding leaves too little.
 const LEAST_AREA: f64 = 1e-7;
 
 /// Error that rounding causes in the distance of a face from the middle, as a share of the body's
 /// size. The normal of a face of [`LEAST_AREA`] is off by some 1e-7.
 const ROUNDING: f64 = 4e-7;
 
-/// How much further than asked for faces move, as a share of the body's size: more than [`ROUNDING`] and that of the
-/// linear part to f32.
+/// How much further than asked for faces move, as a share of the body's size: more than
+/// [`ROUNDING`] and that of the linear part to f32.
 const MARGIN: f64 = 2e-6;
 
 /// Times that the scale along the axes is sought by halving.
 const HALVINGS: u32 = 6;
 
-/// The faces of a body in the world, about the mean of its corners, which is within: the middle of its box need not be.
+/// The faces of a body in the world, about the mean of its corners, which is within: the middle of
+/// its box need not be.
 struct Faces<'a> {
     body: &'a Convex,
     linear: DMat3,
@@ -58,7 +60,8 @@ impl<'a> Faces<'a> {
         (0..self.body.vertices().len() as u32).map(|v| self.corner(v))
     }
 
-    /// The unit normal of each face, outward, and its distance from the middle; `None` for a face that rounding hides.
+    /// The unit normal of each face, outward, and its distance from the middle; `None` for a face
+    /// that rounding hides.
     fn planes(&self) -> impl Iterator<Item = Option<(DVec3, f64)>> + '_ {
         self.body.faces().map(|(corners, _)| {
             let [a, b, c] = corners.map(|v| self.linear * self.corner(v));
@@ -74,8 +77,8 @@ impl<'a> Faces<'a> {
         })
     }
 
-    /// Whether the body under another linear part, its middle where it was, lies behind all of its own faces once
-    /// each has moved inward by the extent of `by` along its normal.
+    /// Whether the body under another linear part, its middle where it was, lies behind all of its
+    /// own faces once each has moved inward by the extent of `by` along its normal.
     fn holds(&self, linear: DMat3, by: DVec3) -> bool {
         self.planes().all(|plane| {
             let Some((normal, distance)) = plane else { return false };
@@ -105,7 +108,8 @@ impl<'a> Faces<'a> {
         })
     }
 
-    /// Scales along the axes of the mesh: those that a box has, taken on towards nothing until the body fits.
+    /// Scales along the axes of the mesh: those that a box has, taken on towards nothing until the
+    /// body fits.
     fn axis_scales(&self, by: DVec3) -> Option<DVec3> {
         let m = self.linear;
         let across = [m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)];
@@ -148,12 +152,14 @@ pub(super) fn is_closed(body: &Convex) -> bool {
     body.faces().nth(2).is_some()
 }
 
-/// Returns a transform under which `body` lies within what is left of it, as it stands at `transform`, once each face
-/// has moved inward by the extent of a box of half sides `by`, in world units, along its normal: wherever in such a
-/// box around a point of the shrunk body one is, one is within the body.
+/// Returns a transform under which `body` lies within what is left of it, as it stands at
+/// `transform`, once each face has moved inward by the extent of a box of half sides `by`, in world
+/// units, along its normal: wherever in such a box around a point of the shrunk body one is, one is
+/// within the body.
 ///
-/// `None` where nothing is left, or too little to be sure of; for polygons, which have no inside; and where a
-/// number is not finite. Exact for boxes but for some millionths of their size. Cost: faces times corners.
+/// `None` where nothing is left, or too little to be sure of; for polygons, which have no inside;
+/// and where a number is not finite. Exact for boxes but for some millionths of their size. Cost:
+/// faces times corners.
 pub(super) fn shrunk(body: &Convex, by: [f64; 3], transform: &Transform) -> Option<Transform> {
     let faces = Faces::new(body, transform)?;
     let by = DVec3::from(by);
@@ -185,8 +191,8 @@ pub(super) fn shrunk(body: &Convex, by: [f64; 3], transform: &Transform) -> Opti
     })
 }
 
-/// Whether `body`, as it stands at `transform`, is proved to be farther than `distance` from a box of half sides
-/// `by` around a point: by one of its faces. False where a number is not finite.
+/// Whether `body`, as it stands at `transform`, is proved to be farther than `distance` from a box
+/// of half sides `by` around a point: by one of its faces. False where a number is not finite.
 pub(super) fn is_apart(
     body: &Convex,
     transform: &Transform,

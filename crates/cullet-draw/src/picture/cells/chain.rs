@@ -21,13 +21,14 @@ use crate::render::render;
 /// Cells of the plan that are not reached.
 const UNREACHED: [u8; 3] = [0xDA, 0xDB, 0xD9];
 
-/// The view, dimmed, and on it what is seen of each portal of the walk: numbered in its order, depth first, in the
-/// colours of how many portals are looked through; doors that are shut are hatched in red. Beneath, a plan of the cells
-/// with what is seen of each, and the chain in words.
+/// The view, dimmed, and on it what is seen of each portal of the walk: numbered in its order,
+/// depth first, in the colours of how many portals are looked through; doors that are shut are
+/// hatched in red. Beneath, a plan of the cells with what is seen of each, and the chain in words.
 ///
-/// `reached` is [`CellView::reached`](cullet_cells::CellView::reached) after a cull of the view. `material_colors` are as for
-/// [`shaded`](fn@super::super::shaded). The picture is as wide as the view, at least 480, and higher. Words alone where the
-/// scene has no cells, or the eye is in none. Cost: a frame at twice the size, and the plan.
+/// `reached` is [`CellView::reached`](cullet_cells::CellView::reached) after a cull of the view.
+/// `material_colors` are as for [`shaded`](fn@super::super::shaded). The picture is as wide as the
+/// view, at least 480, and higher. Words alone where the scene has no cells, or the eye is in none.
+/// Cost: a frame at twice the size, and the plan.
 #[must_use]
 pub fn portals(
     world: InCells<'_>,
@@ -177,7 +178,8 @@ struct Badges {
 }
 
 impl Badges {
-    /// Draws a badge in the middle of a polygon, or as near as there is room, with a line to where it belongs.
+    /// Draws a badge in the middle of a polygon, or as near as there is room, with a line to where
+    /// it belongs.
     fn draw(&mut self, picture: &mut Picture, polygon: &[[f64; 2]], words: &str, color: [u8; 3]) {
         if polygon.len() < 3 {
             return;

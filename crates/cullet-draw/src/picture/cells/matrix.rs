@@ -44,8 +44,8 @@ impl PairShown {
     }
 }
 
-/// An order of cells in which neighbours stand together: from one at the end of each part breadth first, cells with few neighbours
-/// first. `neighbours` are the cells beside each.
+/// An order of cells in which neighbours stand together: from one at the end of each part breadth
+/// first, cells with few neighbours first. `neighbours` are the cells beside each.
 #[must_use]
 pub fn matrix_order(neighbours: &[Vec<u32>]) -> Vec<u32> {
     // Cuthill & McKee, Reducing the Bandwidth of Sparse Symmetric Matrices, 1969.
@@ -89,11 +89,13 @@ pub fn matrix_order(neighbours: &[Vec<u32>]) -> Vec<u32> {
     order
 }
 
-/// A matrix of cells: a row is what a cell sees, green where a line of sight is known, yellow where nothing is and the pair is kept,
-/// dark where it is proven hidden; with the totals of pairs. Rows and columns are in `order`.
+/// A matrix of cells: a row is what a cell sees, green where a line of sight is known, yellow where
+/// nothing is and the pair is kept, dark where it is proven hidden; with the totals of pairs. Rows
+/// and columns are in `order`.
 ///
-/// A pixel that shares several pairs has the mean of their colours. `size` is that of the picture, at least 200 wide; the
-/// height is at least the width and what the words need. Cost: O(cells²), a call of `state` each.
+/// A pixel that shares several pairs has the mean of their colours. `size` is that of the picture,
+/// at least 200 wide; the height is at least the width and what the words need. Cost: O(cells²), a
+/// call of `state` each.
 #[must_use]
 pub fn pvs_matrix(
     order: &[u32],

@@ -1,4 +1,5 @@
-//! Cells and portals: a plan of them, the chain of portals in a view, and which cells see each other.
+//! Cells and portals: a plan of them, the chain of portals in a view, and which cells see each
+//! other.
 
 mod chain;
 mod matrix;
@@ -18,8 +19,8 @@ const OPEN: [u8; 3] = [0x1B, 0x8A, 0x4B];
 /// Shut ones, everywhere.
 pub(super) const SHUT: [u8; 3] = [0xD8, 0x2C, 0x20];
 
-/// The colour of what is seen through so many portals, 1 or more: all beyond the fifth alike. Told apart from red,
-/// the colour of shut doors.
+/// The colour of what is seen through so many portals, 1 or more: all beyond the fifth alike. Told
+/// apart from red, the colour of shut doors.
 #[must_use]
 pub fn depth_color(depth: u32) -> [u8; 3] {
     const COLORS: [[u8; 3]; 6] = [

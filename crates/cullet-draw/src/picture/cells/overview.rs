@@ -20,12 +20,14 @@ const IN_SIGHT: [u8; 3] = [0xFF, 0xD2, 0x3F];
 /// The rest of the cells that are reached.
 const REACHED: [u8; 3] = [0xF4, 0xAE, 0x6E];
 
-/// A plan of the scene's cells with their numbers: portals green where they are open and red where shut, the eye, the cells that the
-/// walk through portals reached, and what of them is in sight. It is cut level where the eye is, so of several storeys
-/// it shows that of the eye; at the nearest portal where no cell is so high.
+/// A plan of the scene's cells with their numbers: portals green where they are open and red where
+/// shut, the eye, the cells that the walk through portals reached, and what of them is in sight. It
+/// is cut level where the eye is, so of several storeys it shows that of the eye; at the nearest
+/// portal where no cell is so high.
 ///
-/// `reached` is [`CellView::reached`](cullet_cells::CellView::reached) after a cull of the view. `size` is that of the picture, at least
-/// 320 × 200. Words alone where the scene has no cells. Cost: the cell of a point for each of four times as many pixels.
+/// `reached` is [`CellView::reached`](cullet_cells::CellView::reached) after a cull of the view.
+/// `size` is that of the picture, at least 320 × 200. Words alone where the scene has no cells.
+/// Cost: the cell of a point for each of four times as many pixels.
 #[must_use]
 pub fn cells(
     world: InCells<'_>,

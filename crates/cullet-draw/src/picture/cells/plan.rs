@@ -1,5 +1,5 @@
-//! A plan of cells: cut level at one height, each pixel asked for its cell. So it shows what the scene itself says of any
-//! place, whatever the cells are made of.
+//! A plan of cells: cut level at one height, each pixel asked for its cell. So it shows what the
+//! scene itself says of any place, whatever the cells are made of.
 
 use cullet::Scene;
 use cullet_cells::InCells;
@@ -34,7 +34,8 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// A plan to be shown at a size, cut where the eye is; at the portal nearest to that if no cell is so high.
+    /// A plan to be shown at a size, cut where the eye is; at the portal nearest to that if no cell
+    /// is so high.
     pub(super) fn new(
         world: InCells<'_>,
         graph: &CellGraph,
@@ -115,8 +116,9 @@ impl Plan {
         picture
     }
 
-    /// Draws the portals of the plan: green and open, red and shut, with an arrow where one sees through one way only; dashed those of the
-    /// floors and ceilings of the cells on it. Returns how many of each there are: open, shut, one way, level.
+    /// Draws the portals of the plan: green and open, red and shut, with an arrow where one sees
+    /// through one way only; dashed those of the floors and ceilings of the cells on it. Returns
+    /// how many of each there are: open, shut, one way, level.
     pub(super) fn draw_portals(&self, picture: &mut Picture, graph: &CellGraph) -> [usize; 4] {
         let mut counts = [0; 4];
         let shown = self.shown(graph.cell_count());
@@ -179,11 +181,13 @@ impl Plan {
         shown
     }
 
-    /// Where the number of each cell is best written, in pixels of the plan as shown, and how far it is to the cell's border.
+    /// Where the number of each cell is best written, in pixels of the plan as shown, and how far
+    /// it is to the cell's border.
     pub(super) fn middles(&self, count: u32) -> Vec<Option<([f64; 2], f64)>> {
         let [width, height] = self.size.map(|v| v as usize);
         let mut far = vec![0.0_f64; self.cells.len()];
-        // Distances by a pass down and one up, each from neighbours that were looked at before (Rosenfeld & Pfaltz, 1966).
+        // Distances by a pass down and one up, each from neighbours that were looked at before
+        // (Rosenfeld & Pfaltz, 1966).
         let near = |far: &[f64], x: usize, y: usize, steps: [[isize; 2]; 4]| {
             let mut least = f64::INFINITY;
             for [dx, dy] in steps {
@@ -224,7 +228,8 @@ impl Plan {
     }
 }
 
-/// Writes the numbers of cells on a plan that stands at a place, beside the eye; returns how many found no room.
+/// Writes the numbers of cells on a plan that stands at a place, beside the eye; returns how many
+/// found no room.
 pub(super) fn write_numbers(
     picture: &mut Picture,
     (plan, eye): (&Plan, Option<DVec3>),

@@ -34,7 +34,8 @@ impl Sight {
         self.of_cells.get(cell as usize)?.iter().map(|visit| visit.0).min()
     }
 
-    /// Through how many portals a place of a cell is seen, at the least; `None` where it is beside all of them.
+    /// Through how many portals a place of a cell is seen, at the least; `None` where it is beside
+    /// all of them.
     pub(super) fn depth_at(&self, cell: u32, p: [f64; 3]) -> Option<u32> {
         let is_in = |eye: &DVec3, planes: &[Plane]| {
             let from_eye = DVec3::from(p) - *eye;
@@ -80,7 +81,8 @@ pub struct DoorInView {
     pub screen: Vec<[f64; 2]>,
 }
 
-/// The portals that a view is seen through, depth first: each is followed by those that are seen through it.
+/// The portals that a view is seen through, depth first: each is followed by those that are seen
+/// through it.
 #[must_use]
 pub fn shown_portals(view: &View, reached: &Reached) -> Vec<ShownPortal> {
     let visits = reached.visits();
@@ -100,7 +102,8 @@ pub fn shown_portals(view: &View, reached: &Reached) -> Vec<ShownPortal> {
     walk_order(reached).into_iter().filter_map(shown).collect()
 }
 
-/// The visits of a walk, depth first: each is followed by those that it leads to. Numbers of [`Reached::visits`].
+/// The visits of a walk, depth first: each is followed by those that it leads to. Numbers of
+/// [`Reached::visits`].
 #[must_use]
 pub fn walk_order(reached: &Reached) -> Vec<u32> {
     let visits = reached.visits();
@@ -121,7 +124,8 @@ pub fn walk_order(reached: &Reached) -> Vec<u32> {
     order
 }
 
-/// The shut portals of all cells that a view sees, clipped by what is seen there; each once, as the shortest chain shows it.
+/// The shut portals of all cells that a view sees, clipped by what is seen there; each once, as the
+/// shortest chain shows it.
 #[must_use]
 pub fn shut_doors(graph: &CellGraph, view: &View, reached: &Reached) -> Vec<DoorInView> {
     let visits: Vec<&Visit> = reached.visits().iter().collect();
@@ -174,7 +178,8 @@ fn cut<P: Copy>(
     left
 }
 
-/// A polygon of the world on the screen, in pixels from the top left; none where nothing of it is in front of the eye.
+/// A polygon of the world on the screen, in pixels from the top left; none where nothing of it is
+/// in front of the eye.
 fn on_screen(view: &View, polygon: &[[f64; 3]]) -> Vec<[f64; 2]> {
     let m = DMat4::from_cols_array(&view.clip_from_world());
     let [w, h] = view.viewport().map(f64::from);

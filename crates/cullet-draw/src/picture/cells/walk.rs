@@ -15,8 +15,9 @@ use super::chain::{marked, painted};
 use super::plan::{Plan, lay};
 use super::sight::{Sight, shown_portals, shut_doors};
 
-/// Pictures of a walk through the cells of a scene: on the left what the eye sees, with each portal that it sees through in the
-/// colour of how many it is; on the right a plan of the cells in the same colours, the same in all of them.
+/// Pictures of a walk through the cells of a scene: on the left what the eye sees, with each portal
+/// that it sees through in the colour of how many it is; on the right a plan of the cells in the
+/// same colours, the same in all of them.
 #[derive(Debug)]
 pub struct PortalWalk<'a> {
     world: InCells<'a>,
@@ -29,8 +30,9 @@ pub struct PortalWalk<'a> {
 const VIEW: [u32; 2] = [5, 8];
 
 impl<'a> PortalWalk<'a> {
-    /// For walks at the height of `eye`, in pictures of `size`, at least 320 x 160. `None` where the scene has no cells. Cost: the cell
-    /// of a point for each pixel of a plan of twice its size.
+    /// For walks at the height of `eye`, in pictures of `size`, at least 320 x 160. `None` where
+    /// the scene has no cells. Cost: the cell of a point for each pixel of a plan of twice its
+    /// size.
     #[must_use]
     pub fn new(world: InCells<'a>, eye: [f64; 3], size: [u32; 2]) -> Option<Self> {
         let graph = world.graph()?;
@@ -52,9 +54,10 @@ impl<'a> PortalWalk<'a> {
         [Self::view_width(self.size[0]), self.size[1]]
     }
 
-    /// The picture of a view of [`view_size`](Self::view_size). `reached` is [`CellView::reached`](cullet_cells::CellView::reached) after
-    /// a cull of it. `material_colors` are as for [`shaded`](fn@super::super::shaded). Cost: a frame of four times the view's pixels, and
-    /// the plan.
+    /// The picture of a view of [`view_size`](Self::view_size). `reached` is
+    /// [`CellView::reached`](cullet_cells::CellView::reached) after a cull of it. `material_colors`
+    /// are as for [`shaded`](fn@super::super::shaded). Cost: a frame of four times the view's
+    /// pixels, and the plan.
     #[must_use]
     pub fn draw(
         &self,
@@ -133,7 +136,8 @@ mod tests {
             walk.draw(&view, reached.as_ref(), &[])
         });
         assert_eq!([a.width, a.height], [480, 270]);
-        // Outlines of cells, thin and so not quite in their colour, are where they were, and doors; the eye is not.
+        // Outlines of cells, thin and so not quite in their colour, are where they were, and doors;
+        // the eye is not.
         let dark = |p: &Picture, x: u32, y: u32| p.pixel(x, y).iter().all(|v| *v < 0xb0);
         let plan = (300..480).flat_map(|x| (80..270).map(move |y| (x, y)));
         let (same, all) = plan

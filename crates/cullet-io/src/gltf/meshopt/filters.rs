@@ -2,7 +2,8 @@
 
 use std::f32::consts::FRAC_1_SQRT_2;
 
-/// Unit vectors of four components of one (`stride` 4) or two bytes (8); the fourth is passed through.
+/// Unit vectors of four components of one (`stride` 4) or two bytes (8); the fourth is passed
+/// through.
 pub(super) fn octahedral(data: &mut [u8], stride: usize) {
     for e in data.chunks_exact_mut(stride) {
         if stride == 4 {

@@ -50,8 +50,8 @@ impl Triangles<'_> {
         Ok(self.last)
     }
 
-    /// A vertex by a nibble: 0 is the next one, 15 explicit, others lie in the FIFO. Whether it is to
-    /// be pushed there comes with it.
+    /// A vertex by a nibble: 0 is the next one, 15 explicit, others lie in the FIFO. Whether it is
+    /// to be pushed there comes with it.
     fn nibble(&mut self, code: u8) -> Result<(u32, bool), String> {
         Ok(match code {
             0 => (self.fresh(), true),

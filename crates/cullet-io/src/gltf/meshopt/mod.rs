@@ -1,8 +1,8 @@
 //! Decoding of `EXT_meshopt_compression`, after the bitstream appendix of its specification
 //! (Arseny Kapoulkine and Jasper St. Pierre, Khronos, 2020).
 //!
-//! Written here rather than bound to the C++ library: a loader of unknown files is the last place for
-//! memory errors, and the program builds without a C++ compiler.
+//! Written here rather than bound to the C++ library: a loader of unknown files is the last place
+//! for memory errors, and the program builds without a C++ compiler.
 
 mod attributes;
 mod filters;

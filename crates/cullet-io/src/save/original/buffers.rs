@@ -18,8 +18,9 @@ struct Place {
     base: usize,
 }
 
-/// The bytes of all buffers, which buffer 0 of the file has from now on; views name it. A file whose only bytes are those of
-/// its binary chunk stays as it is. Buffers without bytes, which stand for what is decompressed, stay, behind it.
+/// The bytes of all buffers, which buffer 0 of the file has from now on; views name it. A file
+/// whose only bytes are those of its binary chunk stays as it is. Buffers without bytes, which
+/// stand for what is decompressed, stay, behind it.
 pub(super) fn join(
     root: &mut Object<'_>,
     mut chunk: Option<Vec<u8>>,

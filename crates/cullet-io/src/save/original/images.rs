@@ -18,8 +18,8 @@ const KINDS: [(usize, &[u8], &str); 6] = [
     (4, b"ftypavif", "image/avif"),
 ];
 
-/// Puts images that lie in other files at the end of the buffer. One that is not there, or of no known kind, stays where it is
-/// said to be, with a warning.
+/// Puts images that lie in other files at the end of the buffer. One that is not there, or of no
+/// known kind, stays where it is said to be, with a warning.
 pub(super) fn embed(
     root: &mut Object<'_>,
     bin: &mut Vec<u8>,

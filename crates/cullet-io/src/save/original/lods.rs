@@ -1,4 +1,5 @@
-//! Levels as meshes of their own that other programs draw: `MSFT_lod`, a list of nodes in the place of one.
+//! Levels as meshes of their own that other programs draw: `MSFT_lod`, a list of nodes in the place
+//! of one.
 //!
 //! Specification: <https://github.com/KhronosGroup/glTF/tree/main/extensions/2.0/Vendor/MSFT_lod>.
 
@@ -223,7 +224,8 @@ struct Block {
     count: u32,
 }
 
-/// The primitives that have triangles; `None` where the vertices of the mesh are not theirs one after another.
+/// The primitives that have triangles; `None` where the vertices of the mesh are not theirs one
+/// after another.
 fn blocks(
     mesh: &Object<'_>,
     counts: &[usize],
@@ -263,7 +265,8 @@ struct Level {
     error: f32,
 }
 
-/// The levels of a chain but the finest; `None` where a triangle has a vertex that its primitive has not.
+/// The levels of a chain but the finest; `None` where a triangle has a vertex that its primitive
+/// has not.
 fn triangles(base: &Mesh, held_by: &Mesh, levels: &Levels, blocks: &[Block]) -> Option<Vec<Level>> {
     // A vertex of another primitive may lie where one of this lies too.
     let mut own: Vec<Option<HashMap<[u32; 3], u32>>> = blocks.iter().map(|_| None).collect();
@@ -298,8 +301,8 @@ fn triangles(base: &Mesh, held_by: &Mesh, levels: &Levels, blocks: &[Block]) -> 
     Some(all)
 }
 
-/// The share of the screen's area under which a level is off by less than a pixel: that of a square as high as the mesh.
-/// Readers that take it for a share of the height draw the finer one longer.
+/// The share of the screen's area under which a level is off by less than a pixel: that of a square
+/// as high as the mesh. Readers that take it for a share of the height draw the finer one longer.
 fn coverage(base: &Mesh, error: f32) -> f64 {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in base.positions() {

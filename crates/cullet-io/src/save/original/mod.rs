@@ -1,8 +1,9 @@
 //! A glTF file as it is, with what was baked of its meshes added.
 //!
-//! Textures, animations, skins, extras and extensions that nobody here knows stay: of the JSON only what must change is
-//! written anew, and the binary buffer grows at its end. What lay in other files is taken into the one that is written, so that
-//! it can be moved; what cannot be is left as it is and told.
+//! Textures, animations, skins, extras and extensions that nobody here knows stay: of the JSON only
+//! what must change is written anew, and the binary buffer grows at its end. What lay in other
+//! files is taken into the one that is written, so that it can be moved; what cannot be is left as
+//! it is and told.
 
 mod buffers;
 mod images;
@@ -21,19 +22,20 @@ use crate::gltf::{BAKED, parts};
 use crate::json::{self, FromJson, Json};
 use crate::{ErrorKind, Model, Warning};
 
-/// Saves the glTF or GLB file `original` as a GLB at `path`, and in it what [`Model::baked`] has of the meshes of `model`, which
-/// was loaded from that file. Of what was baked before nothing stays. All else is as it was: JSON that need not change, byte
-/// for byte; buffers and images of other files, which are taken in. An existing file is replaced when all has been written,
-/// also where it is the original. Meshes that deform have nothing baked. The warnings name what is still outside.
+/// Saves the glTF or GLB file `original` as a GLB at `path`, and in it what [`Model::baked`] has of
+/// the meshes of `model`, which was loaded from that file. Of what was baked before nothing stays.
+/// All else is as it was: JSON that need not change, byte for byte; buffers and images of other
+/// files, which are taken in. An existing file is replaced when all has been written, also where it
+/// is the original. Meshes that deform have nothing baked. The warnings name what is still outside.
 ///
-/// With `msft_lod` the chains of meshes are also there as nodes, by `MSFT_lod`, for programs that draw those; nodes that have
-/// such a list already keep it.
+/// With `msft_lod` the chains of meshes are also there as nodes, by `MSFT_lod`, for programs that
+/// draw those; nodes that have such a list already keep it.
 ///
 /// Costs O(size of the file), and takes its size in memory once.
 ///
 /// # Errors
-/// If the ending is not `.glb`, the original cannot be read or is no glTF, the file cannot be written, or it would have more
-/// than 4 GiB.
+/// If the ending is not `.glb`, the original cannot be read or is no glTF, the file cannot be
+/// written, or it would have more than 4 GiB.
 pub fn save_original(
     model: &Model,
     original: &Path,

@@ -1,5 +1,5 @@
-//! JSON of which a few members are changed, and all others stay as they are, byte for byte: numbers keep their digits, and
-//! members their order.
+//! JSON of which a few members are changed, and all others stay as they are, byte for byte: numbers
+//! keep their digits, and members their order.
 
 use std::borrow::Cow;
 

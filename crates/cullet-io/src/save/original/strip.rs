@@ -16,7 +16,8 @@ pub(super) struct Tables {
     count: usize,
 }
 
-/// Takes the extension out of the root and the meshes; the views of its tables, if it says which they are.
+/// Takes the extension out of the root and the meshes; the views of its tables, if it says which
+/// they are.
 pub(super) fn forget(root: &mut Object<'_>) -> Result<Option<Tables>, ErrorKind> {
     let mut found = None;
     if root.get("extensions").is_some_and(|text| text.contains(BAKED)) {
@@ -53,8 +54,9 @@ pub(super) fn forget(root: &mut Object<'_>) -> Result<Option<Tables>, ErrorKind>
     Ok(found.map(|(first, count)| Tables { first, count }))
 }
 
-/// Cuts tables off, views and bytes, where they are the end of the file and nobody else has anything to do with them: so that a
-/// file which is baked again does not grow. Where another program has moved them they stay, of use to nobody.
+/// Cuts tables off, views and bytes, where they are the end of the file and nobody else has
+/// anything to do with them: so that a file which is baked again does not grow. Where another
+/// program has moved them they stay, of use to nobody.
 pub(super) fn cut(
     root: &mut Object<'_>,
     bin: &mut Vec<u8>,

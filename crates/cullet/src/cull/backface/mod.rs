@@ -2,15 +2,15 @@
 //!
 //! One rule for every form of the test: a triangle with outward plane n·x = d is back-facing iff
 //! n·(p − eye) > 0 for its points p. With the homogeneous eye (e, w), which is (position, 1) in
-//! perspective and (direction towards the viewer, 0) in orthographic, that is d·w − n·e > 0. What is
-//! edge-on, or cannot be told from edge-on, is kept.
+//! perspective and (direction towards the viewer, 0) in orthographic, that is d·w − n·e > 0. What
+//! is edge-on, or cannot be told from edge-on, is kept.
 //!
-//! [`ObjectEye`] is the eye in the space of the mesh, where triangles are tested, which is right for every
-//! transform. [`Planes8`] are quantised planes of triangles,
-//! [`EllipticCone`]s bound whole clusters; [`Backfaces`] is what a culler prepares of a mesh.
+//! [`ObjectEye`] is the eye in the space of the mesh, where triangles are tested, which is right
+//! for every transform. [`Planes8`] are quantised planes of triangles, [`EllipticCone`]s bound
+//! whole clusters; [`Backfaces`] is what a culler prepares of a mesh.
 //!
-//! A mirrored instance is not inside out: as in glTF, the winding of its triangles is that of object
-//! space.
+//! A mirrored instance is not inside out: as in glTF, the winding of its triangles is that of
+//! object space.
 //!
 //! ```
 //! use cullet::cull::backface::ObjectEye;
@@ -50,8 +50,8 @@ pub enum Facing {
 }
 
 impl Facing {
-    /// From a value that is positive for counter-clockwise triangles, and a bound of its error. NaN proves
-    /// nothing.
+    /// From a value that is positive for counter-clockwise triangles, and a bound of its error. NaN
+    /// proves nothing.
     #[must_use]
     pub fn from_value(value: f64, error: f64, front_face: FrontFace) -> Self {
         let (positive, negative) = match front_face {

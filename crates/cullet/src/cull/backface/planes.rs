@@ -1,12 +1,13 @@
 //! Triangle planes quantised to 8 bits, for back-face tests in bulk.
 //!
-//! A triangle is back-facing where n·e − d·w < 0 for its plane n·x = d and the homogeneous eye (e, w):
-//! the product of (n, −d) and (e, w). Quantised, a plane is scaled so that the largest of its four
-//! numbers is 127 and rounded, the eye so that its largest is 8191. The product of the rounded numbers is off by at
-//! most what each factor lost times its partner; a triangle is culled only where the product is below minus that
-//! bound, so what is in doubt is kept.
+//! A triangle is back-facing where n·e − d·w < 0 for its plane n·x = d and the homogeneous eye (e,
+//! w): the product of (n, −d) and (e, w). Quantised, a plane is scaled so that the largest of its
+//! four numbers is 127 and rounded, the eye so that its largest is 8191. The product of the rounded
+//! numbers is off by at most what each factor lost times its partner; a triangle is culled only
+//! where the product is below minus that bound, so what is in doubt is kept.
 //!
-//! With AVX-512 a product of bytes takes one instruction; at the other levels 16-bit multiply-adds take two.
+//! With AVX-512 a product of bytes takes one instruction; at the other levels 16-bit multiply-adds
+//! take two.
 
 use std::ops::Range;
 
@@ -20,9 +21,9 @@ use super::Facing;
 /// The largest number of a quantised eye: 14 bits and a sign, so that four products with 16-bit
 /// planes fit into 32 bits.
 const EYE_LIMIT: f64 = 8191.0;
-/// A triangle whose area is below this share of the product of its edges gets a plane of zeros, which
-/// no eye is behind: the rounding of its cross product, at most 4 × 2⁻⁵³ of that product, would turn
-/// its normal by more than 4.5e-7.
+/// A triangle whose area is below this share of the product of its edges gets a plane of zeros,
+/// which no eye is behind: the rounding of its cross product, at most 4 × 2⁻⁵³ of that product,
+/// would turn its normal by more than 4.5e-7.
 const SLIVER: f64 = 1e-9;
 
 /// Where the numbers of a set of planes are relative to.
@@ -49,8 +50,8 @@ impl Frame {
         let [a, b, c] = corners.each(|p| DVec3::from(p.each(f64::from)));
         let (u, v) = (b - a, c - a);
         let n = u.cross(v);
-        // Squares, and one scaling at the end: with roots, unit normals and calls of `round`, planes of a
-        // deforming mesh took 120 ns each and not 40. Written so that NaN is a sliver.
+        // Squares, and one scaling at the end: with roots, unit normals and calls of `round`,
+        // planes of a deforming mesh took 120 ns each and not 40. Written so that NaN is a sliver.
         if n.length_squared() > u.length_squared() * v.length_squared() * (SLIVER * SLIVER) {
             let plane = n.extend(-n.dot(a - self.centre) / self.scale);
             plane * plane.abs().max_element().recip()
@@ -59,14 +60,15 @@ impl Frame {
         }
     }
 
-    /// The eye in units of the frame, its largest number ±[`EYE_LIMIT`]; `None` where it is not finite.
+    /// The eye in units of the frame, its largest number ±[`EYE_LIMIT`]; `None` where it is not
+    /// finite.
     fn eye(&self, eye: [f64; 4]) -> Option<[i32; 4]> {
         let e = self.relative(eye)?;
         Some((e * EYE_LIMIT).to_array().each(|v| v.round() as i32))
     }
 
-    /// The eye in units of the frame, its largest number ±1; `None` where it is not finite, zero, or of
-    /// negative weight.
+    /// The eye in units of the frame, its largest number ±1; `None` where it is not finite, zero,
+    /// or of negative weight.
     pub(super) fn relative(&self, eye: [f64; 4]) -> Option<DVec4> {
         let eye = DVec4::from(eye);
         let e = (eye.truncate() - self.centre * eye.w).extend(eye.w * self.scale);
@@ -162,8 +164,8 @@ impl Planes8 {
         self.bytes[index] = bytes;
     }
 
-    /// Replaces the planes of the triangles of `range` by those of moved vertices; `positions` and `indices` are the
-    /// whole mesh's. As [`set`](Self::set).
+    /// Replaces the planes of the triangles of `range` by those of moved vertices; `positions` and
+    /// `indices` are the whole mesh's. As [`set`](Self::set).
     ///
     /// # Panics
     /// If the range reaches beyond the planes or the indices, or an index beyond the positions.
@@ -186,15 +188,16 @@ impl Planes8 {
         self.len == 0
     }
 
-    /// The plane of each triangle, (n, −d) in units of the mesh with 128 added to each number; for tests
-    /// elsewhere, as on a graphics device. All 128 is a plane that no eye is behind, and none of them is 0.
+    /// The plane of each triangle, (n, −d) in units of the mesh with 128 added to each number; for
+    /// tests elsewhere, as on a graphics device. All 128 is a plane that no eye is behind, and none
+    /// of them is 0.
     #[must_use]
     pub fn bytes(&self) -> &[[u8; 4]] {
         &self.bytes[..self.len]
     }
 
-    /// The largest number of a homogeneous eye in units of the mesh: what the `doubt` of [`eye`](Self::eye) is a
-    /// share of. `None` where there is no eye.
+    /// The largest number of a homogeneous eye in units of the mesh: what the `doubt` of
+    /// [`eye`](Self::eye) is a share of. `None` where there is no eye.
     #[must_use]
     pub fn size_of_eye(&self, eye: [f64; 4]) -> Option<f64> {
         self.frame.relative(eye)?;
@@ -203,14 +206,16 @@ impl Planes8 {
         Some(away.max(eye.w * self.frame.scale))
     }
 
-    /// The homogeneous eye, in the space of the mesh (as [`ObjectEye`](super::ObjectEye) has it), made ready once for a
-    /// mesh and view. `None`, for which nothing is culled, where it is not finite, zero, or of negative weight.
+    /// The homogeneous eye, in the space of the mesh (as [`ObjectEye`](super::ObjectEye) has it),
+    /// made ready once for a mesh and view. `None`, for which nothing is culled, where it is not
+    /// finite, zero, or of negative weight.
     ///
-    /// `facing` is what the words are to say: which triangles are seen from their [`Facing::Back`], or
-    /// from their [`Facing::Front`]; `Edge` has no eye. `doubt` is by how much more than this module's own
-    /// rounding the eye and the planes may be off: a share of the eye's largest number in units of the
-    /// mesh times that of a plane's. It is what a renderer's rounding of vertices amounts to; 0 takes
-    /// eye and triangles as exact, and `None` is the answer where it is NaN or above 2⁻⁹.
+    /// `facing` is what the words are to say: which triangles are seen from their [`Facing::Back`],
+    /// or from their [`Facing::Front`]; `Edge` has no eye. `doubt` is by how much more than this
+    /// module's own rounding the eye and the planes may be off: a share of the eye's largest number
+    /// in units of the mesh times that of a plane's. It is what a renderer's rounding of vertices
+    /// amounts to; 0 takes eye and triangles as exact, and `None` is the answer where it is NaN or
+    /// above 2⁻⁹.
     #[must_use]
     pub fn eye(&self, eye: [f64; 4], facing: Facing, doubt: f64) -> Option<PlaneEye> {
         let eye = self.frame.eye(eye)?;
@@ -228,9 +233,9 @@ impl Planes8 {
         }
     }
 
-    /// Fills words `first..` of the mask of culled triangles, as many as `culled` has: bit i of word w is set where
-    /// triangle 64 · w + i is proved to be seen from behind (or from the side that the eye was made for); bits beyond
-    /// the last triangle are 0. The same at every level.
+    /// Fills words `first..` of the mask of culled triangles, as many as `culled` has: bit i of
+    /// word w is set where triangle 64 · w + i is proved to be seen from behind (or from the side
+    /// that the eye was made for); bits beyond the last triangle are 0. The same at every level.
     ///
     /// # Panics
     /// If the words reach beyond the last triangle's.
@@ -291,8 +296,9 @@ fearless_simd::kernel!(
         let packed = |v: [i32; 4]| _mm512_set1_epi32(i32::from_le_bytes(v.each(|b| b as i8 as u8)));
         let high: [i32; 4] = array::from_fn(|k| (eye[k] - low[k]) / 128);
         let (eye_high, eye_low) = (packed(high), packed(low));
-        // Planes are biased by 128, which adds 128 times the sum of the eye to every product. What is
-        // a multiple of 128 goes in before the high half is shifted, the rest into the comparison.
+        // Planes are biased by 128, which adds 128 times the sum of the eye to every product. What
+        // is a multiple of 128 goes in before the high half is shifted, the rest into the
+        // comparison.
         let start = bound - 128 * eye.iter().sum::<i32>();
         let rest = start.rem_euclid(128);
         let (below, above) = (_mm512_set1_epi32(-rest), _mm512_set1_epi32(2 * bound - rest));
@@ -319,9 +325,10 @@ fearless_simd::kernel!(
     }
 );
 
-/// The form without products of bytes. A plane is two lanes of 16 bits, (x, y) and (z, d): their low bytes against
-/// the eye's x and z, their high bytes against y and w. (Bytes widened to a register of their own took 2.5 times
-/// as long, products of bytes with the eye in two halves 1.5 times.)
+/// The form without products of bytes. A plane is two lanes of 16 bits, (x, y) and (z, d): their
+/// low bytes against the eye's x and z, their high bytes against y and w. (Bytes widened to a
+/// register of their own took 2.5 times as long, products of bytes with the eye in two halves 1.5
+/// times.)
 #[inline(always)]
 fn test<S: Simd, const DOUBT: bool>(
     simd: S,

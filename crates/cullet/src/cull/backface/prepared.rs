@@ -1,11 +1,12 @@
-//! Back faces of a mesh, prepared to be culled frame after frame: a plane of four bytes for each triangle, and an
-//! elliptic cone for each cluster.
+//! Back faces of a mesh, prepared to be culled frame after frame: a plane of four bytes for each
+//! triangle, and an elliptic cone for each cluster.
 //!
-//! All forms take the eye as exact. An [`ObjectEye`] is not: it allows for what a renderer loses when it
-//! moves vertices to the screen, and culls a triangle only beyond that. The same holds here, so that what
-//! is culled is always a part of what [`ObjectEye::culls`] culls. The triangles are measured once for it,
-//! and an instance whose doubt is too large for them (a mesh of thin triangles, far from the world's
-//! origin) is refused: its triangles want the test from their corners.
+//! All forms take the eye as exact. An [`ObjectEye`] is not: it allows for what a renderer loses
+//! when it moves vertices to the screen, and culls a triangle only beyond that. The same holds
+//! here, so that what is culled is always a part of what [`ObjectEye::culls`] culls. The triangles
+//! are measured once for it, and an instance whose doubt is too large for them (a mesh of thin
+//! triangles, far from the world's origin) is refused: its triangles want the test from their
+//! corners.
 
 use std::ops::Range;
 
@@ -17,8 +18,8 @@ use super::{Facing, ObjectEye, PlaneEye, Planes8};
 use crate::Simd;
 use crate::array::Each;
 
-/// A triangle less high than this share of the mesh's size is left to the test from its corners: one
-/// alone would put the whole mesh in doubt.
+/// A triangle less high than this share of the mesh's size is left to the test from its corners:
+/// one alone would put the whole mesh in doubt.
 const THIN: f64 = 1e-6;
 /// The doubt, as an angle, that the cones are fitted for. At 0.006 degrees it costs no cluster that
 /// matters, and covers triangles a millimetre high at half a million metres from the origin.
@@ -51,7 +52,8 @@ fn corners(positions: &[[f32; 3]], indices: &[u32], t: u32) -> [[f32; 3]; 3] {
 }
 
 impl Backfaces {
-    /// The planes of the triangles of some ranges, counter-clockwise fronts; all others are never culled.
+    /// The planes of the triangles of some ranges, counter-clockwise fronts; all others are never
+    /// culled.
     ///
     /// # Panics
     /// If a range reaches beyond the indices, or an index beyond the positions.
@@ -114,10 +116,10 @@ impl Backfaces {
     /// The eye of an instance as planes and cones take it. `None` where it culls nothing, or
     /// where its doubt is too large for these forms: then only [`ObjectEye::culls`] is right.
     ///
-    /// [`ObjectEye::culls`] tests n·(eye − w·a) < −(2·reach·Q + s·error)/h of a triangle with unit normal n,
-    /// edges s and height h, where Q is the length of eye − w·a. Both forms leave as much in relation to
-    /// Q: the planes by a wider bound, the cones by being fitted so. All is doubled for the rounding of
-    /// that test itself.
+    /// [`ObjectEye::culls`] tests n·(eye − w·a) < −(2·reach·Q + s·error)/h of a triangle with unit
+    /// normal n, edges s and height h, where Q is the length of eye − w·a. Both forms leave as much
+    /// in relation to Q: the planes by a wider bound, the cones by being fitted so. All is doubled
+    /// for the rounding of that test itself.
     #[must_use]
     pub fn eye(&self, eye: &ObjectEye) -> Option<BackfaceEye> {
         let facing = eye.culled_side();
@@ -126,8 +128,8 @@ impl Backfaces {
         let error = eye.eye_error[0] + eye.eye_error[1] * self.size;
         let to_centre = e - self.frame.centre * w;
         let radius = w * self.frame.scale;
-        // In the planes' units: the largest number of the eye is at least this, Q at most five times as
-        // much, and the largest of a unit normal at least 0.577.
+        // In the planes' units: the largest number of the eye is at least this, Q at most five
+        // times as much, and the largest of a unit normal at least 0.577.
         let largest = to_centre.abs().max_element().max(radius);
         let of_planes = 3.5 * (10.0 * reach / self.thinnest + self.aspect * error / largest);
         // In the cones', as an angle: Q is at most √3 times the distance. What the eye is off by is
@@ -143,8 +145,8 @@ impl Backfaces {
         Some(BackfaceEye { eye, planes, facing })
     }
 
-    /// Fills words `first..` of the mask of culled triangles, as many as `culled` has. The same at every
-    /// level.
+    /// Fills words `first..` of the mask of culled triangles, as many as `culled` has. The same at
+    /// every level.
     ///
     /// # Panics
     /// If the words reach beyond the last triangle's.
@@ -183,7 +185,8 @@ impl BackfaceEye {
         self.facing
     }
 
-    /// The eye in the space of the mesh: a positive multiple of (position, 1), or of (direction towards the viewer, 0).
+    /// The eye in the space of the mesh: a positive multiple of (position, 1), or of (direction
+    /// towards the viewer, 0).
     #[must_use]
     pub fn homogeneous(&self) -> [f64; 4] {
         self.eye
@@ -205,8 +208,9 @@ impl ClusterCones {
         !self.any
     }
 
-    /// The cone of a cluster; `None` for one that is never culled. For those who test cones elsewhere, as on a graphics device:
-    /// an eye for which [`Backfaces::eye`] has an answer, and which is within the cone, is behind every triangle.
+    /// The cone of a cluster; `None` for one that is never culled. For those who test cones
+    /// elsewhere, as on a graphics device: an eye for which [`Backfaces::eye`] has an answer, and
+    /// which is within the cone, is behind every triangle.
     ///
     /// # Panics
     /// If there is no such cluster.
@@ -215,8 +219,8 @@ impl ClusterCones {
         self.bounds.get(cluster)
     }
 
-    /// Sets bit i of `culled` where every triangle of cluster i is proved to be culled. Nothing is for an
-    /// eye that culls the other side. The same at every level.
+    /// Sets bit i of `culled` where every triangle of cluster i is proved to be culled. Nothing is
+    /// for an eye that culls the other side. The same at every level.
     pub fn cull(&self, simd: Simd, eye: &BackfaceEye, culled: &mut Vec<u64>) {
         culled.clear();
         culled.resize(self.bounds.len().div_ceil(64), 0);

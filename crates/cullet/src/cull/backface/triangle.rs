@@ -1,9 +1,9 @@
 //! The plane test of single triangles, in the space of their mesh.
 //!
 //! The eye E of a view is the point that the x, y and w rows of its matrix send to zero. Through an
-//! instance with linear part L and translation t the eye of object space is adj(L)(E.xyz − E.w t) with
-//! weight det(L) E.w, up to a positive factor once it is multiplied by the sign of det(L); so a mirrored
-//! instance needs nothing more, and no matrix is inverted.
+//! instance with linear part L and translation t the eye of object space is adj(L)(E.xyz − E.w t)
+//! with weight det(L) E.w, up to a positive factor once it is multiplied by the sign of det(L); so
+//! a mirrored instance needs nothing more, and no matrix is inverted.
 
 use std::ops::Range;
 
@@ -14,9 +14,10 @@ use crate::array::Each;
 use crate::transform::Transform;
 use crate::view::{CullFace, FrontFace, View};
 
-/// The vertices of a mesh may be moved by so many units of rounding of world space before a triangle is
-/// called front- or back-facing: enough for whoever transforms and projects them in f64, in an order of
-/// operations of their own. Each such chain has some twenty operations, each of half an epsilon.
+/// The vertices of a mesh may be moved by so many units of rounding of world space before a
+/// triangle is called front- or back-facing: enough for whoever transforms and projects them in
+/// f64, in an order of operations of their own. Each such chain has some twenty operations, each of
+/// half an epsilon.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// The eye of a view, prepared for the triangles of one instance.
@@ -25,7 +26,8 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// singular (or too nearly so for f64) or not finite, an eye that is not finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectEye {
-    /// The eye in object space, scaled; positive values of n·(eye − weight · p) are counter-clockwise.
+    /// The eye in object space, scaled; positive values of n·(eye − weight · p) are
+    /// counter-clockwise.
     pub(super) eye: DVec3,
     pub(super) weight: f64,
     /// How far a vertex may be off, in object space: a constant, and per unit of its coordinates.
@@ -36,8 +38,8 @@ pub struct ObjectEye {
     cull: CullFace,
 }
 
-/// The eye of a view before it is moved into the space of an instance: the part of [`ObjectEye::of_view`]
-/// that is the same for all instances, made once a view.
+/// The eye of a view before it is moved into the space of an instance: the part of
+/// [`ObjectEye::of_view`] that is the same for all instances, made once a view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewEye {
     eye: (DVec3, DVec3),
@@ -52,8 +54,8 @@ impl ViewEye {
     pub fn new(view: &View) -> Self {
         let m = DMat4::from_cols_array(&view.clip_from_world());
         let rows = [m.row(0), m.row(1), m.row(3)];
-        // Each entry a determinant of three columns: its value, and the same with all signs positive,
-        // which bounds its error.
+        // Each entry a determinant of three columns: its value, and the same with all signs
+        // positive, which bounds its error.
         let minor = |i: usize, j: usize, k: usize| {
             let [x, y, w] = rows.each(|r| DVec3::new(r[i], r[j], r[k]));
             let size = |a: DVec3, b: DVec3| {
@@ -81,7 +83,8 @@ impl ViewEye {
         }
     }
 
-    /// Makes the left and the right eye of a stereo view. A plane that both see from behind, all between them do.
+    /// Makes the left and the right eye of a stereo view. A plane that both see from behind, all
+    /// between them do.
     pub(crate) fn of_stereo(view: &View) -> [Self; 2] {
         let (middle, half) = (Self::new(view), DVec3::from(view.eyes_apart()));
         [-half, half].each(|half| {
@@ -100,7 +103,8 @@ impl ViewEye {
         culled_side(self.sides.0, self.sides.1)
     }
 
-    /// This eye in the space of an instance; the transform is relative to the same origin as the view.
+    /// This eye in the space of an instance; the transform is relative to the same origin as the
+    /// view.
     #[must_use]
     pub fn in_space_of(&self, transform: &Transform) -> ObjectEye {
         ObjectEye::prepare(self.eye, self.weight, self.far, transform, self.sides)
@@ -120,7 +124,8 @@ fn culled_side(front_face: FrontFace, cull: CullFace) -> Facing {
 }
 
 impl ObjectEye {
-    /// The eye of `view` in the space of an instance, with the view's own front face and culled face.
+    /// The eye of `view` in the space of an instance, with the view's own front face and culled
+    /// face.
     ///
     /// The transform is relative to the same origin as the view.
     #[must_use]
@@ -128,8 +133,8 @@ impl ObjectEye {
         ViewEye::new(view).in_space_of(transform)
     }
 
-    /// A homogeneous eye in the space of an instance: (position, 1) in perspective, or (direction from
-    /// the scene towards the viewer, 0) in orthographic. It is taken as exact.
+    /// A homogeneous eye in the space of an instance: (position, 1) in perspective, or (direction
+    /// from the scene towards the viewer, 0) in orthographic. It is taken as exact.
     #[must_use]
     pub fn new(
         eye: [f64; 4],
@@ -210,8 +215,8 @@ impl ObjectEye {
         Facing::from_value(value, error, self.front_face)
     }
 
-    /// Whether the view does not draw this triangle if it is one-sided. A triangle that is not finite
-    /// is kept.
+    /// Whether the view does not draw this triangle if it is one-sided. A triangle that is not
+    /// finite is kept.
     #[inline]
     #[must_use]
     pub fn culls(&self, corners: &[[f32; 3]; 3]) -> bool {
@@ -219,8 +224,8 @@ impl ObjectEye {
         value * self.direction() > error
     }
 
-    /// The eye in the space of the mesh, up to a positive factor: (position, 1) in perspective, or (direction towards the
-    /// viewer, 0). `None` where it decides nothing.
+    /// The eye in the space of the mesh, up to a positive factor: (position, 1) in perspective, or
+    /// (direction towards the viewer, 0). `None` where it decides nothing.
     #[must_use]
     pub fn homogeneous(&self) -> Option<[f64; 4]> {
         let decides = self.eye_error[0].is_finite();
@@ -251,11 +256,12 @@ impl ObjectEye {
 
     /// n·(eye − weight · a), and a bound of its error.
     ///
-    /// Let S be more than |b − a| + |c − a| (sums of absolute coordinates) and Q = |eye − weight · a|.
-    /// The value is the determinant of (b − a, c − a, eye − weight · a). Moving every vertex by `reach`
-    /// changes each of the first two columns by at most twice that and the third by |weight| · reach,
-    /// hence the value by at most 2 · reach · S · Q + S² · |weight| · reach. The rounding of this
-    /// function is below that of moving the vertices, since `reach` holds 32 epsilon of their size.
+    /// Let S be more than |b − a| + |c − a| (sums of absolute coordinates) and Q = |eye − weight ·
+    /// a|. The value is the determinant of (b − a, c − a, eye − weight · a). Moving every vertex by
+    /// `reach` changes each of the first two columns by at most twice that and the third by
+    /// |weight| · reach, hence the value by at most 2 · reach · S · Q + S² · |weight| · reach. The
+    /// rounding of this function is below that of moving the vertices, since `reach` holds 32
+    /// epsilon of their size.
     #[inline]
     fn value(&self, corners: &[[f32; 3]; 3]) -> (f64, f64) {
         let [a, b, c] = corners.each(|p| DVec3::from(p.each(f64::from)));
@@ -272,11 +278,11 @@ impl ObjectEye {
         (value, error + f64::MIN_POSITIVE)
     }
 
-    /// Sets bit i of `kept` for each triangle i of `indices` that is not culled, and clears the others;
-    /// the bits beyond the last triangle are 0. Returns how many are kept.
+    /// Sets bit i of `kept` for each triangle i of `indices` that is not culled, and clears the
+    /// others; the bits beyond the last triangle are 0. Returns how many are kept.
     ///
-    /// `kept` becomes ⌈triangles / 64⌉ words, and grows only if it never was as large. A triangle with
-    /// an index out of range is kept.
+    /// `kept` becomes ⌈triangles / 64⌉ words, and grows only if it never was as large. A triangle
+    /// with an index out of range is kept.
     pub fn mask_into(&self, positions: &[[f32; 3]], indices: &[u32], kept: &mut Vec<u64>) -> usize {
         kept.clear();
         let mut count = 0;
@@ -293,9 +299,9 @@ impl ObjectEye {
         count
     }
 
-    /// Appends the numbers of those triangles of `range` that are not culled, ascending. Returns how
-    /// many that were. `indices` is the whole index list; a triangle beyond it is left out, and one
-    /// whose vertices are out of range is kept. At most `range.len()` are appended.
+    /// Appends the numbers of those triangles of `range` that are not culled, ascending. Returns
+    /// how many that were. `indices` is the whole index list; a triangle beyond it is left out, and
+    /// one whose vertices are out of range is kept. At most `range.len()` are appended.
     pub fn keep_into(
         &self,
         positions: &[[f32; 3]],
@@ -306,8 +312,8 @@ impl ObjectEye {
         let before = kept.len();
         let end = (range.end as usize).min(indices.len() / 3);
         let start = (range.start as usize).min(end);
-        // Half the triangles face away, in no order that a branch could guess: write every number, and
-        // step past those that are kept.
+        // Half the triangles face away, in no order that a branch could guess: write every number,
+        // and step past those that are kept.
         kept.resize(before + (end - start), 0);
         let mut next = before;
         for (triangle, t) in indices[start * 3..end * 3].chunks_exact(3).zip(range.start..) {

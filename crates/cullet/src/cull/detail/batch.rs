@@ -1,12 +1,13 @@
 //! Bounds of the sizes of sixteen boxes on the screen at once.
 //!
-//! With g = x − q w, where x and w are rows of the matrix and q = x/w at the middle of a box, a corner at d from the middle
-//! is at g·d / w beside it, so that the picture is at most 2G/w wide, G being the sum of |g| times half the box, and w the
-//! least of the box. For a box that is small for its distance the bound is hardly wider than the picture. Tried: projecting
-//! the corners of boxes just above the threshold changed no answer in some hundreds.
+//! With g = x − q w, where x and w are rows of the matrix and q = x/w at the middle of a box, a
+//! corner at d from the middle is at g·d / w beside it, so that the picture is at most 2G/w wide, G
+//! being the sum of |g| times half the box, and w the least of the box. For a box that is small for
+//! its distance the bound is hardly wider than the picture. Tried: projecting the corners of boxes
+//! just above the threshold changed no answer in some hundreds.
 //!
-//! A node decides all its boxes at once, sixteen nodes at a time: q is then known only as a range, which widens |g|, and
-//! the box is taken as large as the largest below the node.
+//! A node decides all its boxes at once, sixteen nodes at a time: q is then known only as a range,
+//! which widens |g|, and the box is taken as large as the largest below the node.
 
 use crate::array::Each;
 use crate::simd::dispatch_256;
@@ -17,7 +18,8 @@ use super::{Detail, Measure};
 use crate::bounds::{Aabb, Block, BoxBlock, LANES};
 use crate::simd::Simd;
 
-/// 2⁻¹⁹: more than stored boxes are [wider](crate::bounds::Boxes) than what they are of, and f32 rounds.
+/// 2⁻¹⁹: more than stored boxes are [wider](crate::bounds::Boxes) than what they are of, and f32
+/// rounds.
 const STEP: f32 = 1.0 / (1 << 19) as f32;
 
 /// Test of the sizes of boxes in one view against the threshold of detail culling.
@@ -44,10 +46,12 @@ impl SizeTest {
         Self { rows, size, measure: detail.measure, threshold: threshold as f32 }
     }
 
-    /// Returns one bit for each box that is surely small, of up to four blocks; blocks whose bits in `wanted` are clear are
-    /// left out. `weights` multiply sizes; a box with a weight that is negative, infinite or NaN is never small.
+    /// Returns one bit for each box that is surely small, of up to four blocks; blocks whose bits
+    /// in `wanted` are clear are left out. `weights` multiply sizes; a box with a weight that is
+    /// negative, infinite or NaN is never small.
     ///
-    /// Several at once, for most of the time is that of memory: no decision stands between the blocks that are read.
+    /// Several at once, for most of the time is that of memory: no decision stands between the
+    /// blocks that are read.
     pub(crate) fn small(
         &self,
         simd: Simd,
@@ -58,8 +62,8 @@ impl SizeTest {
         dispatch_256!(simd, simd => self.small_blocks(simd, blocks, wanted, weights))
     }
 
-    // Plain functions and loops all through: a closure that is not inlined has no vector instructions, and made this six
-    // times as slow.
+    // Plain functions and loops all through: a closure that is not inlined has no vector
+    // instructions, and made this six times as slow.
     #[inline(always)]
     fn small_blocks<S: fearless_simd::Simd>(
         &self,
@@ -81,8 +85,9 @@ impl SizeTest {
         small
     }
 
-    /// Returns one bit for each node of a block below which all boxes are surely small. `largest` are the sizes that no box
-    /// below each exceeds along any axis, and `weights` those of the heaviest.
+    /// Returns one bit for each node of a block below which all boxes are surely small. `largest`
+    /// are the sizes that no box below each exceeds along any axis, and `weights` those of the
+    /// heaviest.
     pub(crate) fn small_nodes(
         &self,
         simd: Simd,
@@ -119,7 +124,8 @@ impl SizeTest {
         (known & 1 == 1).then(|| sizes.each(|of| f64::from(of[0])))
     }
 
-    /// Bounds sixteen lanes: boxes with these halves, which are the lanes or, where `within`, lie in them.
+    /// Bounds sixteen lanes: boxes with these halves, which are the lanes or, where `within`, lie
+    /// in them.
     #[inline(always)]
     fn bounds<S: fearless_simd::Simd>(
         &self,
@@ -173,7 +179,8 @@ impl SizeTest {
     }
 }
 
-/// Widths and heights in pixels that the pictures of sixteen boxes do not exceed, where they are known.
+/// Widths and heights in pixels that the pictures of sixteen boxes do not exceed, where they are
+/// known.
 #[derive(Clone, Copy)]
 struct Bounds<S: fearless_simd::Simd> {
     simd: S,
@@ -190,8 +197,8 @@ struct Lanes<S: fearless_simd::Simd> {
     most: [f32x16<S>; 3],
 }
 
-/// Row of w, and what it is of sixteen boxes: one over that of their middles, by how much it may be off of the middle of a
-/// box, and one over the least there is of it.
+/// Row of w, and what it is of sixteen boxes: one over that of their middles, by how much it may be
+/// off of the middle of a box, and one over the least there is of it.
 struct Deep<'a, S: fearless_simd::Simd> {
     row: &'a [f32; 4],
     per_w: f32x16<S>,
@@ -270,8 +277,8 @@ impl<S: fearless_simd::Simd> Lanes<S> {
             let g_off = of_w * q_off + (of_row + steep * of_w) * step;
             most += (g + g_off) * (halves[a] + self.most[a] * step);
         }
-        // What x/w itself is rounded by where corners are projected is far below this. Twice half the box, times half of the
-        // viewport.
+        // What x/w itself is rounded by where corners are projected is far below this. Twice half
+        // the box, times half of the viewport.
         let slack = (steep + self.splat(1.0)) * self.splat(1e-9 * pixels);
         most * per_nearest * self.splat(pixels * (1.0 + 8.0 * STEP)) + slack
     }

@@ -1,9 +1,9 @@
 //! Frustum tests of batches, with SIMD.
 //!
-//! A frustum is prepared once ([`Planes::new`]); then boxes are tested sixteen at a time and
-//! the answer comes as a bit mask, an ascending list of indices, a count, three ways (outside, inside,
-//! straddling), or as the plane that rejects. Answers are the same at every [`Simd`], the scalar one
-//! included: products and sums are rounded one by one, never fused. Spheres are only listed
+//! A frustum is prepared once ([`Planes::new`]); then boxes are tested sixteen at a time and the
+//! answer comes as a bit mask, an ascending list of indices, a count, three ways (outside, inside,
+//! straddling), or as the plane that rejects. Answers are the same at every [`Simd`], the scalar
+//! one included: products and sums are rounded one by one, never fused. Spheres are only listed
 //! ([`cull_spheres`]).
 //!
 //! Conservative: what touches the frustum is visible, what is not a number is visible, and what is
@@ -89,8 +89,8 @@ pub fn count_boxes(simd: Simd, planes: &Planes, boxes: &Boxes) -> usize {
     count
 }
 
-/// Sets the bit of each box in `visible` unless it is outside, and in `inside` if it is proved inside
-/// every plane; visible without inside is straddling. Words as in [`mask_boxes`].
+/// Sets the bit of each box in `visible` unless it is outside, and in `inside` if it is proved
+/// inside every plane; visible without inside is straddling. Words as in [`mask_boxes`].
 ///
 /// Costs up to twice the mask; words without anything visible cost no more than there.
 ///
@@ -109,8 +109,8 @@ pub fn classify_boxes(
     boxes::inside(simd, planes, boxes, first_word, visible, inside);
 }
 
-/// Writes for each box the number of the first plane that rejects it, or [`VISIBLE`]. `reasons[0]` is
-/// box `first`. Slower: the mask, and then one by one what is outside.
+/// Writes for each box the number of the first plane that rejects it, or [`VISIBLE`]. `reasons[0]`
+/// is box `first`. Slower: the mask, and then one by one what is outside.
 ///
 /// # Panics
 /// If `reasons` reaches past the batch.
@@ -143,7 +143,8 @@ fn list(simd: Simd, len: usize, visible: &mut Indices, mut fill: impl FnMut(usiz
     });
 }
 
-/// Calls `each` for every part of a mask of `all` words, with the first word and zeroed words to fill.
+/// Calls `each` for every part of a mask of `all` words, with the first word and zeroed words to
+/// fill.
 fn each_part(all: usize, mut each: impl FnMut(usize, &mut [u64])) {
     let mut words = [0; WORDS_AT_ONCE];
     for first in (0..all).step_by(WORDS_AT_ONCE) {

@@ -1,13 +1,15 @@
 //! The exact test of a box against a frustum: its corners against the faces of the box.
 //!
-//! The plane test keeps a box that is outside of no single plane, though a big box beside the frustum's edge
-//! or behind its eye may be clear of it. The other half of the proof looks from the box: if all corners of the
-//! frustum are beyond one face of the box, they are apart (Quílez, *Correct Frustum Culling*, 2013). With the
-//! planes that hold an edge of each, the list of possible separating planes is complete (Gottschalk, *Separating
-//! Axis Theorem*, 1996), and the test is exact but for rounding.
+//! The plane test keeps a box that is outside of no single plane, though a big box beside the
+//! frustum's edge or behind its eye may be clear of it. The other half of the proof looks from the
+//! box: if all corners of the frustum are beyond one face of the box, they are apart (Quílez,
+//! *Correct Frustum Culling*, 2013). With the planes that hold an edge of each, the list of
+//! possible separating planes is complete (Gottschalk, *Separating Axis Theorem*, 1996), and the
+//! test is exact but for rounding.
 //!
-//! For a view whose planes are known, all these are planes too: a direction, and how far the frustum
-//! reaches along it. So they are found once per view, and each box is tested against a list.
+//! For a view whose planes are known, all these are planes too: a direction, and how far the
+//! frustum reaches along it. So they are found once per view, and each box is tested against a
+//! list.
 
 use glam::DVec3;
 
@@ -30,9 +32,10 @@ pub struct ExactFrustum {
 }
 
 impl ExactFrustum {
-    /// Prepares `frustum`. Where it has no far plane its far corners are directions, and the tests that these
-    /// would void are left out. Where a side or the near plane is missing, or the six planes make no such
-    /// body (see [`Frustum::corners`]), only the plane test is left. Planes from 6 on reject by the plane test.
+    /// Prepares `frustum`. Where it has no far plane its far corners are directions, and the tests
+    /// that these would void are left out. Where a side or the near plane is missing, or the six
+    /// planes make no such body (see [`Frustum::corners`]), only the plane test is left. Planes
+    /// from 6 on reject by the plane test.
     #[must_use]
     pub fn new(frustum: &Frustum) -> Self {
         let planes = [Plane::default(); MAX_TESTS];
@@ -65,11 +68,11 @@ impl ExactFrustum {
         exact
     }
 
-    /// Whether the box is proved to share no point with the frustum. `false` is no proof of the contrary,
-    /// only of none: it means *keep*. NaN gives `false`; an empty box gives `true`.
+    /// Whether the box is proved to share no point with the frustum. `false` is no proof of the
+    /// contrary, only of none: it means *keep*. NaN gives `false`; an empty box gives `true`.
     ///
-    /// Cost: the frustum's planes, 6 faces, and for an ordinary view 36 more planes, until the first that
-    /// separates; the most for a box that none does.
+    /// Cost: the frustum's planes, 6 faces, and for an ordinary view 36 more planes, until the
+    /// first that separates; the most for a box that none does.
     #[must_use]
     pub fn is_outside(&self, b: &Aabb) -> bool {
         any_rejects(&self.planes[..self.count], b)
@@ -102,8 +105,8 @@ impl ExactFrustum {
     }
 }
 
-/// Whether any of the planes has all of the box on its positive side. [`Aabb::side`] says the same of each; for
-/// a box whose numbers are finite this is its loop without the questions.
+/// Whether any of the planes has all of the box on its positive side. [`Aabb::side`] says the same
+/// of each; for a box whose numbers are finite this is its loop without the questions.
 fn any_rejects(planes: &[Plane], b: &Aabb) -> bool {
     if !b.is_finite() {
         return b.is_empty() || planes.iter().any(|p| b.side(p) == Side::Outside);
@@ -120,8 +123,8 @@ fn any_rejects(planes: &[Plane], b: &Aabb) -> bool {
     })
 }
 
-/// The half-space with this outward normal that just holds all corners; `None` where there is none, that is,
-/// where a corner at infinity may lie in its direction.
+/// The half-space with this outward normal that just holds all corners; `None` where there is none,
+/// that is, where a corner at infinity may lie in its direction.
 fn supporting(axis: DVec3, corners: &[Corner; 8]) -> Option<Plane> {
     let n = unit(axis)?;
     let ones = n.abs().element_sum();

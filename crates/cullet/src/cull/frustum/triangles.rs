@@ -11,8 +11,8 @@ use crate::bits;
 use crate::transform::Transform;
 use crate::view::Frustum;
 
-/// Units of rounding that a vertex may be off: this test's own, and that of whoever transforms and clips
-/// it in f64 with operations of their own (some twenty, each of half an epsilon).
+/// Units of rounding that a vertex may be off: this test's own, and that of whoever transforms and
+/// clips it in f64 with operations of their own (some twenty, each of half an epsilon).
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// A plane n·x = d in the space of a mesh, with the error of n·x − d.
@@ -50,8 +50,8 @@ pub struct ObjectRegion {
 }
 
 impl ObjectRegion {
-    /// Returns `frustum` in the space of an instance. Both are relative to the same origin; a transform of any
-    /// rank will do.
+    /// Returns `frustum` in the space of an instance. Both are relative to the same origin; a
+    /// transform of any rank will do.
     #[must_use]
     pub fn new(frustum: &Frustum, transform: &Transform) -> Self {
         let mut planes = [ObjectPlane::default(); Frustum::MAX_PLANES];
@@ -82,8 +82,8 @@ impl ObjectRegion {
         bits::ones(u64::from(self.present)).map(|i| (i, &self.planes[i]))
     }
 
-    /// Returns the number of the first plane of `active` that a triangle is wholly outside of: the planes that
-    /// its cluster straddles are the only ones to test. `None` keeps it.
+    /// Returns the number of the first plane of `active` that a triangle is wholly outside of: the
+    /// planes that its cluster straddles are the only ones to test. `None` keeps it.
     #[inline]
     #[must_use]
     pub fn rejects(&self, corners: &[[f32; 3]; 3], active: u32) -> Option<u8> {
@@ -98,9 +98,10 @@ impl ObjectRegion {
             .map(|i| i as u8)
     }
 
-    /// Appends the numbers of those triangles of `range` that are not rejected by a plane of `active`,
-    /// ascending. Returns how many. `indices` is the whole index list; a triangle beyond it is left out,
-    /// and one whose vertices are out of range is kept. At most `range.len()` are appended.
+    /// Appends the numbers of those triangles of `range` that are not rejected by a plane of
+    /// `active`, ascending. Returns how many. `indices` is the whole index list; a triangle beyond
+    /// it is left out, and one whose vertices are out of range is kept. At most `range.len()` are
+    /// appended.
     pub fn keep_into(
         &self,
         positions: &[[f32; 3]],

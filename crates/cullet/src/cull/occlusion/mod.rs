@@ -1,11 +1,12 @@
 //! Occlusion: what lies behind something opaque.
 //!
-//! *Hidden* is a proof here. Occluders are drawn into an [`OcclusionBuffer`], in which a pixel counts as covered only if all
-//! of it is, as a closed square of the image plane, and then by the farthest that the occluder is in it. A box is
-//! hidden when every pixel that it may touch is covered by something nearer. So no sample of an image of any
-//! resolution sees what is in it: the buffer may be a quarter as wide as the screen, which costs a little of what is found
-//! and nothing of what is true. (Occlusion buffers that sample pixel centres call hidden what is seen
-//! through gaps narrower than a pixel.)
+//! *Hidden* is a proof here. Occluders are drawn into an [`OcclusionBuffer`], in which a pixel
+//! counts as covered only if all of it is, as a closed square of the image plane, and then by the
+//! farthest that the occluder is in it. A box is hidden when every pixel that it may touch is
+//! covered by something nearer. So no sample of an image of any resolution sees what is in it: the
+//! buffer may be a quarter as wide as the screen, which costs a little of what is found and nothing
+//! of what is true. (Occlusion buffers that sample pixel centres call hidden what is seen through
+//! gaps narrower than a pixel.)
 //!
 //! Four layers; each names those to its left alone:
 //!
@@ -17,11 +18,11 @@
 //!     └─► tiles, their least  ◄─────────  boxes, nodes, one box in f64      ◄──
 //! ```
 //!
-//! Ned Greene, Michael Kass & Gavin Miller, *Hierarchical Z-Buffer Visibility*, 1993, is where tiles that keep
-//! their farthest pixel come from; Hansong Zhang et al., *Visibility Culling Using Hierarchical Occlusion
-//! Maps*, 1997, where occluders are chosen and drawn apart; Jon Hasselgren, Magnus Andersson & Tomas
-//! Akenine-Möller, *Masked Software Occlusion Culling*, 2016, is the state of the art for a CPU, and samples
-//! pixel centres.
+//! Ned Greene, Michael Kass & Gavin Miller, *Hierarchical Z-Buffer Visibility*, 1993, is where
+//! tiles that keep their farthest pixel come from; Hansong Zhang et al., *Visibility Culling Using
+//! Hierarchical Occlusion Maps*, 1997, where occluders are chosen and drawn apart; Jon Hasselgren,
+//! Magnus Andersson & Tomas Akenine-Möller, *Masked Software Occlusion Culling*, 2016, is the state
+//! of the art for a CPU, and samples pixel centres.
 
 mod occluder;
 mod query;

@@ -5,15 +5,15 @@ use glam::DVec3;
 use crate::bounds::{Plane, ROUNDING};
 use crate::view::corners::Corner;
 
-/// A box cut by p planes has at most 2 (6 + p) − 4 corners, 80 for 36 planes; the rest is for corners that rounding
-/// makes twice.
+/// A box cut by p planes has at most 2 (6 + p) − 4 corners, 80 for 36 planes; the rest is for
+/// corners that rounding makes twice.
 const MAX_VERTICES: usize = 128;
 
 /// 6 faces of a box, 32 planes of a frustum and 8 sides of a cone; one bit each.
 const MAX_PLANES: usize = 6 + 32 + super::Light::CONE_SIDES;
 
-/// Largest displacement of a corner by all cuts together, relative to the size of its coordinates: three roundings and
-/// one of [`ROUNDING`] for each of at most 40 cuts, with room to spare.
+/// Largest displacement of a corner by all cuts together, relative to the size of its coordinates:
+/// three roundings and one of [`ROUNDING`] for each of at most 40 cuts, with room to spare.
 const CUTS: f64 = 64.0 * ROUNDING;
 
 /// A corner and the planes that it lies on.
@@ -28,9 +28,10 @@ pub(super) struct Vertex {
 
 /// A convex body: the hull of its corners.
 ///
-/// Corners are told apart by the planes they lie on and not by where they are, so that the body stays consistent
-/// however degenerate it is: an edge is a pair of corners that share two planes. Where rounding makes pairs that are
-/// no edges, their cuts add corners within the body, which do no harm.
+/// Corners are told apart by the planes they lie on and not by where they are, so that the body
+/// stays consistent however degenerate it is: an edge is a pair of corners that share two planes.
+/// Where rounding makes pairs that are no edges, their cuts add corners within the body, which do
+/// no harm.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
     vertices: [Vertex; MAX_VERTICES],
@@ -125,13 +126,14 @@ impl Body {
         })
     }
 
-    /// Cuts off what is outside a plane, which gets the next number; returns that. `None` where the plane
-    /// is not needed (it cuts nothing off, or there is no room for its corners) and the body stays as it is,
-    /// which is right as well: it may be larger than it need be.
+    /// Cuts off what is outside a plane, which gets the next number; returns that. `None` where the
+    /// plane is not needed (it cuts nothing off, or there is no room for its corners) and the body
+    /// stays as it is, which is right as well: it may be larger than it need be.
     ///
-    /// Why nothing is lost: the plane is first moved out by more than a corner's distance to it may be off by. Of
-    /// an edge that it cuts, what is left therefore reaches beyond the true plane, whatever the angle
-    /// between the two; and the hull of those parts holds all that the plane leaves of the body.
+    /// Why nothing is lost: the plane is first moved out by more than a corner's distance to it may
+    /// be off by. Of an edge that it cuts, what is left therefore reaches beyond the true plane,
+    /// whatever the angle between the two; and the hull of those parts holds all that the plane
+    /// leaves of the body.
     ///
     /// For bodies without corners at infinity.
     pub(super) fn cut(&mut self, plane: &Plane) -> Option<usize> {

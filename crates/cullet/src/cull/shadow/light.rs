@@ -7,8 +7,8 @@ use crate::bounds::{Plane, ROUNDING, unit};
 
 /// A light that casts shadows, in the coordinates of the view's frustum and of the casters.
 ///
-/// A number that makes no light keeps every caster: a direction that is zero or not finite, a position that is
-/// not finite. A NaN range counts as none, a NaN angle as no cone.
+/// A number that makes no light keeps every caster: a direction that is zero or not finite, a
+/// position that is not finite. A NaN range counts as none, a NaN angle as no cone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Light {
@@ -21,7 +21,8 @@ pub enum Light {
     Point {
         /// Where it is.
         position: [f64; 3],
-        /// How far it reaches, in world units; infinite for no limit. One that is not above zero lights nothing.
+        /// How far it reaches, in world units; infinite for no limit. One that is not above zero
+        /// lights nothing.
         range: f64,
     },
     /// A light that shines into a cone.
@@ -30,8 +31,9 @@ pub enum Light {
         position: [f64; 3],
         /// The way it shines, the axis of the cone; any length but zero.
         direction: [f64; 3],
-        /// The angle between the axis and the side of the cone, where light ends altogether. From a right angle on
-        /// it is no cone, and the light counts as a point light; one that is not above zero lights nothing.
+        /// The angle between the axis and the side of the cone, where light ends altogether. From a
+        /// right angle on it is no cone, and the light counts as a point light; one that is not
+        /// above zero lights nothing.
         half_angle_radians: f64,
         /// The reach of the light, in world units; infinite for no limit. One that is not above
         /// zero lights nothing.
@@ -69,12 +71,12 @@ pub(super) struct Lit {
 }
 
 impl Light {
-    /// A cone is held in a pyramid of so many sides. Eight are up to 8 % farther from the axis than the cone;
-    /// sixteen would be 2 %, and take half of the planes that a region may have.
+    /// A cone is held in a pyramid of so many sides. Eight are up to 8 % farther from the axis than
+    /// the cone; sixteen would be 2 %, and take half of the planes that a region may have.
     pub(super) const CONE_SIDES: usize = 8;
 
-    /// The light of a map that is drawn with this homogeneous eye: it stands where that looks from, whatever place or
-    /// direction it has itself; its range and its cone stay.
+    /// The light of a map that is drawn with this homogeneous eye: it stands where that looks from,
+    /// whatever place or direction it has itself; its range and its cone stay.
     pub(crate) fn seen_from(self, [x, y, z, w]: [f64; 4]) -> Self {
         if w == 0.0 {
             return Self::Directional { direction: [-x, -y, -z] };
@@ -147,8 +149,8 @@ impl Lit {
             let turn = std::f64::consts::TAU * side as f64 / Light::CONE_SIDES as f64;
             let across = u * turn.cos() + v * turn.sin();
             let n = across * cosine - axis * sine;
-            // The normal is off by some roundings, each per unit of distance: here for the tip's; where
-            // the plane cuts a body, the body's slack is for its own.
+            // The normal is off by some roundings, each per unit of distance: here for the tip's;
+            // where the plane cuts a body, the body's slack is for its own.
             let slack = tip.abs().element_sum() * ROUNDING;
             Plane { normal: n.into(), d: n.dot(tip) + slack }
         }))

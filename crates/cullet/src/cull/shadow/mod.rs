@@ -1,17 +1,20 @@
-//! Shadow-caster culling: which instances can throw a shadow that a view sees, wherever they stand themselves.
+//! Shadow-caster culling: which instances can throw a shadow that a view sees, wherever they stand
+//! themselves.
 //!
-//! The lit part of a view is the part R of its frustum that holds receivers and that the light reaches. A
-//! caster matters only if it has a point on the way from some point of R to the light. All those ways together
-//! are the convex hull of R and the light: for a directional light R swept towards it without end, for a point or
-//! spot light a body with the light at its tip. [`CasterRegion`] finds the planes of that hull once per light and
-//! view; then casters are culled as by any frustum, sixteen at a time or by a tree. The culler does so for a
+//! The lit part of a view is the part R of its frustum that holds receivers and that the light
+//! reaches. A caster matters only if it has a point on the way from some point of R to the light.
+//! All those ways together are the convex hull of R and the light: for a directional light R swept
+//! towards it without end, for a point or spot light a body with the light at its tip.
+//! [`CasterRegion`] finds the planes of that hull once per light and view; then casters are culled
+//! as by any frustum, sixteen at a time or by a tree. The culler does so for a
 //! [`ShadowView`](crate::ShadowView).
 //!
-//! Sweeping the other way, each caster along the light against the planes of the frustum, drops nothing that this
-//! keeps: a swept caster is outside a plane of R only where that plane leans away from the light, and those planes
-//! bound the hull as well. The hull has more: the planes through the light and the edges where R turns away from
-//! it. (Bittner, Mattausch, Silvennoinen & Wimmer, *Shadow Caster Culling for Efficient Shadow Mapping*, 2011,
-//! go on from here with the pixels of the receivers.)
+//! Sweeping the other way, each caster along the light against the planes of the frustum, drops
+//! nothing that this keeps: a swept caster is outside a plane of R only where that plane leans away
+//! from the light, and those planes bound the hull as well. The hull has more: the planes through
+//! the light and the edges where R turns away from it. (Bittner, Mattausch, Silvennoinen & Wimmer,
+//! *Shadow Caster Culling for Efficient Shadow Mapping*, 2011, go on from here with the pixels of
+//! the receivers.)
 //!
 //! ```
 //! use cullet::bounds::{Aabb, Boxes};

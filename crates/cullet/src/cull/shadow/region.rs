@@ -23,9 +23,9 @@ pub enum CasterReason {
     OutsideCone,
     /// It is outside the view that the shadow map is drawn with.
     OutsideMap,
-    /// It is outside this plane of [`CasterRegion::frustum`]: its shadow falls beside what the view sees, or it is
-    /// behind that, seen from the light. [`u8::MAX`] for an empty box, and where the parts of a caster are outside
-    /// different planes.
+    /// It is outside this plane of [`CasterRegion::frustum`]: its shadow falls beside what the view
+    /// sees, or it is behind that, seen from the light. [`u8::MAX`] for an empty box, and where the
+    /// parts of a caster are outside different planes.
     OutsideSweep(u8),
 }
 
@@ -70,8 +70,9 @@ impl CasterReason {
     }
 }
 
-/// All points from which a shadow can fall on what a view sees: the hull of the lit part of the view and the
-/// light, as up to 32 planes. Made once per light and view, without allocation; see [`CasterRegion::new`].
+/// All points from which a shadow can fall on what a view sees: the hull of the lit part of the
+/// view and the light, as up to 32 planes. Made once per light and view, without allocation; see
+/// [`CasterRegion::new`].
 #[derive(Clone, Debug)]
 pub struct CasterRegion {
     /// No caster matters.
@@ -88,17 +89,19 @@ pub struct CasterRegion {
 impl CasterRegion {
     /// The region of a view, by its frustum, and a light.
     ///
-    /// `receivers` is a box around all on which the view can see a shadow: the union of the bounds of what frustum
-    /// culling left. The tighter it is, the more is dropped. `None` is any place in the frustum. A box that is not
-    /// finite counts as `None`; an empty one leaves no receiver, so that every caster is dropped.
+    /// `receivers` is a box around all on which the view can see a shadow: the union of the bounds
+    /// of what frustum culling left. The tighter it is, the more is dropped. `None` is any place in
+    /// the frustum. A box that is not finite counts as `None`; an empty one leaves no receiver, so
+    /// that every caster is dropped.
     ///
-    /// Conservative: a caster that is dropped has, in exact arithmetic, no point between the light and a point of
-    /// the frustum, in the box, within the light's range and cone. Planes that find no room, or that
-    /// rounding makes doubtful, are left out. A frustum whose corners are not known (see [`Frustum::corners`]) and
-    /// that has neither receivers nor a range to end it keeps those of its planes that the light is inside of.
+    /// Conservative: a caster that is dropped has, in exact arithmetic, no point between the light
+    /// and a point of the frustum, in the box, within the light's range and cone. Planes that find
+    /// no room, or that rounding makes doubtful, are left out. A frustum whose corners are not
+    /// known (see [`Frustum::corners`]) and that has neither receivers nor a range to end it keeps
+    /// those of its planes that the light is inside of.
     ///
-    /// The light is a point or a direction; shadows with soft edges, and filters that read around a pixel, are
-    /// what `margin_world` of [`with_margin`](Self::with_margin) is for.
+    /// The light is a point or a direction; shadows with soft edges, and filters that read around a
+    /// pixel, are what `margin_world` of [`with_margin`](Self::with_margin) is for.
     ///
     /// Cost: constant, whatever the number of casters.
     #[must_use]
@@ -173,9 +176,9 @@ impl CasterRegion {
         }
     }
 
-    /// The region grown by `margin_world` to every side, in world units: for shadows that are blurred by so much,
-    /// or whose maps are read so far around a point. A margin that is not above zero changes nothing; one that
-    /// is infinite keeps every caster.
+    /// The region grown by `margin_world` to every side, in world units: for shadows that are
+    /// blurred by so much, or whose maps are read so far around a point. A margin that is not above
+    /// zero changes nothing; one that is infinite keeps every caster.
     #[must_use]
     pub fn with_margin(self, margin_world: f64) -> Self {
         if self.is_nothing || margin_world.is_nan() || margin_world <= 0.0 {
@@ -190,8 +193,8 @@ impl CasterRegion {
         Self::of(&sweep, self.sphere.map(|(p, range)| (p, range + margin_world)))
     }
 
-    /// The region cut by the planes of the view that the shadow map is drawn with: what is outside of that is not in the
-    /// map. Planes for which there is no room are left out.
+    /// The region cut by the planes of the view that the shadow map is drawn with: what is outside
+    /// of that is not in the map. Planes for which there is no room are left out.
     #[must_use]
     pub fn within_map(mut self, map: &Frustum) -> Self {
         for (_, plane) in map.planes() {
@@ -203,9 +206,9 @@ impl CasterRegion {
         self
     }
 
-    /// Its planes, pointing out: whatever a frustum can be tested with, this can, and what is outside is no
-    /// caster that matters. Without a plane if every caster is kept, and also if [`no_receiver`](Self::no_receiver):
-    /// test that first.
+    /// Its planes, pointing out: whatever a frustum can be tested with, this can, and what is
+    /// outside is no caster that matters. Without a plane if every caster is kept, and also if
+    /// [`no_receiver`](Self::no_receiver): test that first.
     #[must_use]
     pub fn frustum(&self) -> &Frustum {
         &self.frustum
@@ -223,8 +226,8 @@ impl CasterRegion {
         self.sphere.is_some()
     }
 
-    /// Whether a box is proved to be farther from the light than it reaches, which the planes can only say
-    /// of the box around the light's sphere. NaN is not beyond.
+    /// Whether a box is proved to be farther from the light than it reaches, which the planes can
+    /// only say of the box around the light's sphere. NaN is not beyond.
     #[must_use]
     pub fn is_beyond_range(&self, b: &Aabb) -> bool {
         let Some((light, range)) = self.sphere else { return false };
@@ -237,8 +240,9 @@ impl CasterRegion {
         apart.length() > range + size * ROUNDING
     }
 
-    /// Why a caster with these bounds does not matter; `None` if it may. `plane` is the number of the first plane of
-    /// [`frustum`](Self::frustum) that rejects them, by whatever test the caller has for boxes and planes.
+    /// Why a caster with these bounds does not matter; `None` if it may. `plane` is the number of
+    /// the first plane of [`frustum`](Self::frustum) that rejects them, by whatever test the caller
+    /// has for boxes and planes.
     #[must_use]
     pub fn reason(&self, b: &Aabb, plane: Option<u8>) -> Option<CasterReason> {
         if self.no_receiver() {
@@ -320,7 +324,8 @@ fn finite_box(
     (start.min.is_finite() && start.max.is_finite()).then_some(start)
 }
 
-/// The length over which a body and its light spread, for telling planes that touch them from those that do not.
+/// The length over which a body and its light spread, for telling planes that touch them from those
+/// that do not.
 fn size_of(body: &Body, apex: &Apex) -> f64 {
     let finite = body.vertices().iter().filter(|v| !v.at_infinity).map(|v| v.point);
     let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -338,8 +343,8 @@ struct Sweep {
     size: f64,
 }
 
-/// A plane farther than this from what it should touch, as a part of the size of all, is no face of the hull but
-/// merely holds it; its room is better left to others.
+/// A plane farther than this from what it should touch, as a part of the size of all, is no face of
+/// the hull but merely holds it; its room is better left to others.
 const TOUCHES: f64 = 1e-7;
 
 /// Two normals whose cosine differs from 1 by less are one: 1.4e-6 radians.
@@ -386,9 +391,10 @@ impl Sweep {
 
     /// The faces of the hull of a body and a light.
     ///
-    /// Directions for them come from the faces of the body, and from its edges with the light; how far the hull
-    /// reaches in a direction comes from all corners. So each plane holds the hull whatever the directions
-    /// are, and a direction that is missed, or is not a face's, costs tightness and no more.
+    /// Directions for them come from the faces of the body, and from its edges with the light; how
+    /// far the hull reaches in a direction comes from all corners. So each plane holds the hull
+    /// whatever the directions are, and a direction that is missed, or is not a face's, costs
+    /// tightness and no more.
     fn add_hull(&mut self, body: &Body, apex: &Apex, [of_range, of_cone]: [u64; 2]) {
         let hull = Hull::new(body, apex);
         let touches = self.size * TOUCHES;
@@ -438,7 +444,8 @@ impl Sweep {
                 }
             }
         }
-        // A box beside a slanting edge of the hull is outside no face of it, but may be beyond its end.
+        // A box beside a slanting edge of the hull is outside no face of it, but may be beyond its
+        // end.
         for axis in DVec3::AXES {
             for n in [axis, -axis] {
                 if let Some(found) = hull.supporting(n) {
@@ -453,8 +460,9 @@ impl Sweep {
 struct Hull<'a> {
     body: &'a Body,
     apex: &'a Apex,
-    /// Subtracted from every normal. A plane along the light's rays is found to lean out a little by rounding as
-    /// often as in, and leaning out it would cut a ray far away. So all lean in by more than the rounding.
+    /// Subtracted from every normal. A plane along the light's rays is found to lean out a little
+    /// by rounding as often as in, and leaning out it would cut a ray far away. So all lean in by
+    /// more than the rounding.
     lean: DVec3,
 }
 
@@ -464,7 +472,8 @@ impl<'a> Hull<'a> {
         let middle = unit(hull.directions().fold(DVec3::ZERO, |sum, d| sum + d));
         if let Some(middle) = middle {
             let least = hull.directions().map(|d| d.dot(middle)).fold(1.0, f64::min);
-            // Directions almost opposite have no side that all of them lean to: no plane will hold them.
+            // Directions almost opposite have no side that all of them lean to: no plane will hold
+            // them.
             if least > 1e-3 {
                 hull.lean = middle * (4.0 * hull.direction_slack() / least);
             }
@@ -483,8 +492,8 @@ impl<'a> Hull<'a> {
         2.0 * (self.body.direction_error + ROUNDING)
     }
 
-    /// The half-space with (almost) this unit normal that just holds the hull; `None` where the hull has no end
-    /// that way.
+    /// The half-space with (almost) this unit normal that just holds the hull; `None` where the
+    /// hull has no end that way.
     fn supporting(&self, n: DVec3) -> Option<Plane> {
         let n = n - self.lean;
         let slack = self.direction_slack();

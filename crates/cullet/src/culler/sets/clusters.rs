@@ -1,4 +1,5 @@
-//! The working set of clusters: runs of them, and the instances of which no cluster can go by itself.
+//! The working set of clusters: runs of them, and the instances of which no cluster can go by
+//! itself.
 
 use super::super::log::Log;
 use super::super::run::Run;
@@ -11,8 +12,8 @@ use crate::scene::Scene;
 pub(in super::super) struct Clusters {
     /// Ascending by slot and cluster.
     pub(in super::super) runs: Vec<Run>,
-    /// One bit a slot, of the words of instances that are live: drawn whole, and in no run. Only where clusters are
-    /// wanted.
+    /// One bit a slot, of the words of instances that are live: drawn whole, and in no run. Only
+    /// where clusters are wanted.
     pub(in super::super) settled: Vec<u64>,
     kept: Vec<Run>,
     culled: Vec<u64>,
@@ -24,8 +25,9 @@ impl Clusters {
         self.settled[slot as usize / 64] |= 1 << (slot % 64);
     }
 
-    /// Runs a stage over the runs of every instance. `cull` sets the bits of clusters to drop, or returns `false` to
-    /// keep all. Degenerate triangles are in no cluster, and go with the last one of their instance.
+    /// Runs a stage over the runs of every instance. `cull` sets the bits of clusters to drop, or
+    /// returns `false` to keep all. Degenerate triangles are in no cluster, and go with the last
+    /// one of their instance.
     pub(in super::super) fn filter(
         &mut self,
         scene: &Scene,

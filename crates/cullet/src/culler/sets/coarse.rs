@@ -42,8 +42,8 @@ impl Coarse {
         (self.drawn, self.replaced) = (Tally::default(), Tally::default());
     }
 
-    /// Adds the cut of a slot above all others, with what its mesh would hold in its place. Otherwise [`sort`](Self::sort) is
-    /// to follow.
+    /// Adds the cut of a slot above all others, with what its mesh would hold in its place.
+    /// Otherwise [`sort`](Self::sort) is to follow.
     pub(in super::super) fn push(
         &mut self,
         (slot, mesh, level): (u32, MeshId, u32),
@@ -71,7 +71,8 @@ impl Coarse {
         });
     }
 
-    /// Brings cuts into the order of their slots, after some were added that are not above all others.
+    /// Brings cuts into the order of their slots, after some were added that are not above all
+    /// others.
     pub(in super::super) fn sort(&mut self) {
         self.sorter.sort(&mut self.cuts, |cut| cut.slot.into());
     }

@@ -9,8 +9,8 @@ use crate::scene::{Scene, Tally};
 
 /// Instances that are still there.
 ///
-/// A view mostly sees a small part of a scene, so only the words that hold something are ever looked at,
-/// unless reasons are wanted: those are for what is not seen.
+/// A view mostly sees a small part of a scene, so only the words that hold something are ever
+/// looked at, unless reasons are wanted: those are for what is not seen.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Instances {
     /// One bit a slot: still there, and known to be inside the frustum.
@@ -34,7 +34,8 @@ impl Instances {
         self.inside.resize(words, 0);
     }
 
-    /// Takes the instances of one word: those that are there, in a layer of the view, and not outside.
+    /// Takes the instances of one word: those that are there, in a layer of the view, and not
+    /// outside.
     pub(in super::super) fn take(
         &mut self,
         frame: &Frame<'_>,
@@ -100,7 +101,8 @@ impl Instances {
         self.alive[slot as usize / 64] &= !(1 << (slot % 64));
     }
 
-    /// Puts in slots that were not there, in any order, of which it is not known whether they are inside the frustum.
+    /// Puts in slots that were not there, in any order, of which it is not known whether they are
+    /// inside the frustum.
     pub(in super::super) fn put_in(&mut self, slots: impl Iterator<Item = u32>) {
         let known = self.live.len();
         for slot in slots {
@@ -119,7 +121,8 @@ impl Instances {
         bits::get(&self.alive, slot as usize)
     }
 
-    /// Drops the instances that `drops` names among those of a word, exempt ones apart; returns what they hold.
+    /// Drops the instances that `drops` names among those of a word, exempt ones apart; returns
+    /// what they hold.
     pub(in super::super) fn filter(
         &mut self,
         scene: &Scene,

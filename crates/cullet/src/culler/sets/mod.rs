@@ -10,7 +10,8 @@ pub(super) use coarse::{Coarse, Cut};
 pub(super) use instances::{GROUP, Instances, groups, slots};
 pub(super) use triangles::Triangles;
 
-/// Instances, clusters and triangles that are left of a view's scene. Memory that its culls use again.
+/// Instances, clusters and triangles that are left of a view's scene. Memory that its culls use
+/// again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sets {
     pub(super) instances: Instances,

@@ -27,7 +27,8 @@ impl Triangles {
         std::mem::swap(&mut self.list, &mut result.triangles);
     }
 
-    /// Runs a stage over every range in place. The closure appends what it keeps, or returns `false` to keep all.
+    /// Runs a stage over every range in place. The closure appends what it keeps, or returns
+    /// `false` to keep all.
     pub(in super::super) fn filter(
         &mut self,
         runs: &[Run],
@@ -59,7 +60,8 @@ impl Triangles {
         self.end(runs, stage, entered, log);
     }
 
-    /// Forgets instances of which a stage left no triangle, counts what is left, and ends the stage.
+    /// Forgets instances of which a stage left no triangle, counts what is left, and ends the
+    /// stage.
     pub(in super::super) fn end(
         &mut self,
         runs: &[Run],

@@ -46,7 +46,8 @@ impl<'a> Backs<'a> {
         Self { frame, eye: ViewEye::new(frame.view), other: None }
     }
 
-    /// Whether an instance, drawn by a mesh, has sides that are not drawn, and stays in the shape of that mesh.
+    /// Whether an instance, drawn by a mesh, has sides that are not drawn, and stays in the shape
+    /// of that mesh.
     fn has_back(&self, slot: u32, mesh: MeshId) -> bool {
         let scene = self.frame.scene;
         let exempt = scene.exempt()[slot as usize / 64] >> (slot % 64) & 1 == 1;
@@ -162,7 +163,8 @@ pub(in super::super) fn triangles(
         let base = triangles.first().map_or(0, |&t| t / 64);
         words.clear();
         doubt.clear();
-        // Words of the mask that a run touches: the first triangles of it may have gone for the frustum.
+        // Words of the mask that a run touches: the first triangles of it may have gone for the
+        // frustum.
         let words_of = |run: Run| {
             let range = triangles_of(mesh, run);
             ((range.start / 64).max(base), range.end.div_ceil(64))
@@ -191,8 +193,9 @@ pub(in super::super) fn triangles(
     });
 }
 
-/// Adds those triangles in doubt that the test from the corners culls: few, but for flat meshes near their
-/// horizon, as roofs and floors of a city seen along its streets. Words begin at word `first`.
+/// Adds those triangles in doubt that the test from the corners culls: few, but for flat meshes
+/// near their horizon, as roofs and floors of a city seen along its streets. Words begin at word
+/// `first`.
 fn cull_in_doubt(
     mesh: &Mesh,
     eye: &ObjectEye,

@@ -1,4 +1,5 @@
-//! Candidates of the caller: what is none of them goes, and of those that are seen in part, the clusters beside that.
+//! Candidates of the caller: what is none of them goes, and of those that are seen in part, the
+//! clusters beside that.
 
 use super::super::frame::Frame;
 use super::super::log::Log;
@@ -53,7 +54,8 @@ pub(in super::super) fn may_cut(frame: &Frame<'_>, slot: u32) -> bool {
     may_cut_mesh(frame, slot, frame.scene.mesh(slot))
 }
 
-/// Whether some cluster may be, of an instance that is drawn by `mesh`: its own, or that of its levels.
+/// Whether some cluster may be, of an instance that is drawn by `mesh`: its own, or that of its
+/// levels.
 fn may_cut_mesh(frame: &Frame<'_>, slot: u32, mesh: &Mesh) -> bool {
     straddling(frame, slot as usize / 64) >> (slot % 64) & 1 == 1
         && mesh.clusters().len() > 1

@@ -8,7 +8,8 @@ use crate::cull::degenerate::Flattening;
 use crate::funnel::{Stage, Unit};
 use crate::scene::Tally;
 
-/// Drops the instances that their transform flattens to a line or a point, or of whose mesh no triangle has an area.
+/// Drops the instances that their transform flattens to a line or a point, or of whose mesh no
+/// triangle has an area.
 pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>) {
     let scene = frame.scene;
     let collapsed = |word, tested| tested & scene.collapsed()[word];
@@ -24,7 +25,8 @@ pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &
     log.instance_row(Stage::Degenerate, dropped);
 }
 
-/// Drops triangles without area: those found when the mesh was made, and those that a flattening transform makes.
+/// Drops triangles without area: those found when the mesh was made, and those that a flattening
+/// transform makes.
 pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut Log<'_>) {
     let scene = frame.scene;
     sets.triangles.filter(&sets.clusters.runs, Stage::Degenerate, log, |range, triangles, kept| {
@@ -42,7 +44,8 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
     });
 }
 
-/// The same for an answer in instances or clusters: degenerate triangles are in no cluster, so they are in no answer.
+/// The same for an answer in instances or clusters: degenerate triangles are in no cluster, so they
+/// are in no answer.
 pub(in super::super) fn of_the_rest(frame: &Frame<'_>, sets: &Sets, log: &mut Log<'_>) {
     let entered = log.left.counts;
     log.left.counts.triangles -= std::mem::take(&mut log.left.degenerate);

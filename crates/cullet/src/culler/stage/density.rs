@@ -1,14 +1,16 @@
 //! Density of instances on the screen: where there is much to hide.
 //!
-//! The ground at one's feet fills half of the screen and hides nothing but what little stands before it, while
-//! a trunk at eye level has all of a forest behind it. So the value of a shape is not how many pixels it
-//! covers, but how many instances may be behind them, of those that are [sampled](super::samples).
+//! The ground at one's feet fills half of the screen and hides nothing but what little stands
+//! before it, while a trunk at eye level has all of a forest behind it. So the value of a shape is
+//! not how many pixels it covers, but how many instances may be behind them, of those that are
+//! [sampled](super::samples).
 
 use crate::array::Each;
 use crate::cull::occlusion::{BoxTests, ScreenBounds};
 use crate::scene::Scene;
 
-/// Pixels along an edge of a cell: coarse, since a sample stands for hundreds of instances around it.
+/// Pixels along an edge of a cell: coarse, since a sample stands for hundreds of instances around
+/// it.
 const CELL: u64 = 32;
 
 /// The most cells of which the densest is looked up.
@@ -51,9 +53,9 @@ impl Density {
             }
         }
         let cells = (columns * rows) as u64;
-        // Weight of a cell: its share of the samples and its share of the pixels, for what is hidden where
-        // nothing was sampled counts too. With seven times the weight on samples no more is found,
-        // and more has to be considered.
+        // Weight of a cell: its share of the samples and its share of the pixels, for what is
+        // hidden where nothing was sampled counts too. With seven times the weight on samples no
+        // more is found, and more has to be considered.
         let weight_of = |samples: u64| samples * cells + count.max(1);
         let mut most = 0;
         self.weights.clear();
@@ -75,7 +77,8 @@ impl Density {
         self.all = self.of([0; 2], size.each(|s| s - 1));
     }
 
-    /// Weight of pixels, the first and the last columns and rows inclusive. No part of them has more.
+    /// Weight of pixels, the first and the last columns and rows inclusive. No part of them has
+    /// more.
     pub(super) fn of(&self, min: [u32; 2], max: [u32; 2]) -> f32 {
         let [x0, y0] = min.each(u64::from);
         let [x1, y1] = max.each(|v| u64::from(v) + 1);
@@ -106,8 +109,8 @@ impl Density {
         self.densest
     }
 
-    /// Weight of the rectangle up to a corner of a pixel: between the corners of the cells as if each had its
-    /// weight spread evenly.
+    /// Weight of the rectangle up to a corner of a pixel: between the corners of the cells as if
+    /// each had its weight spread evenly.
     fn at(&self, [x, y]: [u64; 2]) -> u64 {
         let stride = self.cells[0] + 1;
         let ([i, j], [u, v]) = ([x / CELL, y / CELL].each(|c| c as usize), [x % CELL, y % CELL]);

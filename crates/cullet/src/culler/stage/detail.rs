@@ -13,8 +13,8 @@ use crate::cull::detail::{Detail, SizeTest};
 use crate::funnel::Stage;
 use crate::transform::Transform;
 
-/// Drops instances whose projected box is below the threshold: whole nodes of the hierarchy at once, where no box below
-/// them can be as large.
+/// Drops instances whose projected box is below the threshold: whole nodes of the hierarchy at
+/// once, where no box below them can be as large.
 pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>) {
     let Some(detail) = frame.culler.detail else { return };
     let sizes = Sizes { frame, test: of_world(frame, &detail) };
@@ -37,8 +37,8 @@ pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &
     log.instance_row(Stage::Detail, dropped);
 }
 
-/// The level of the nodes that are decided: over 256 instances. Those over 16 were, too: at a threshold at which
-/// few of them are decided, that took more than it gained.
+/// The level of the nodes that are decided: over 256 instances. Those over 16 were, too: at a
+/// threshold at which few of them are decided, that took more than it gained.
 const LEVEL: usize = 1;
 
 /// The test of boxes relative to the scene's origin.
@@ -106,8 +106,8 @@ pub(super) fn may_drop_clusters(frame: &Frame<'_>, slot: u32) -> bool {
         && !bits::get(frame.scene.exempt(), slot as usize)
 }
 
-/// Drops clusters of rigid instances whose size is surely below the threshold, where the settings ask for it. An occluder
-/// keeps all of its clusters, for it has hidden other instances as a whole.
+/// Drops clusters of rigid instances whose size is surely below the threshold, where the settings
+/// ask for it. An occluder keeps all of its clusters, for it has hidden other instances as a whole.
 pub(in super::super) fn clusters(
     frame: &Frame<'_>,
     hidden: &occlusion::Cache,

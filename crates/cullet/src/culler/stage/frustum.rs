@@ -1,4 +1,5 @@
-//! Frustum: what is outside of the view's half-spaces. Each of its steps makes a set of what is left of the one before.
+//! Frustum: what is outside of the view's half-spaces. Each of its steps makes a set of what is
+//! left of the one before.
 
 use super::super::Output;
 use super::super::evidence::{Evidence, PlaneTest};
@@ -28,7 +29,8 @@ pub(in super::super) struct Cache {
     of_levels: Vec<Run>,
 }
 
-/// Takes the instances that are in a layer of the view and not outside; all of them with the stage off.
+/// Takes the instances that are in a layer of the view and not outside; all of them with the stage
+/// off.
 pub(in super::super) fn instances(
     frame: &Frame<'_>,
     cache: &mut Cache,
@@ -167,10 +169,10 @@ fn take_alone(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>, slot: u
     }
 }
 
-/// Turns instances into runs of clusters: all of those inside and of those with [few](is_parted), and of the others
-/// what is not outside the frustum. Where clusters are wanted and no later stage can drop one of an instance, its bit
-/// is [settled](super::super::sets::Clusters::settled) and it gets no run: in large scenes that is
-/// most of what is visible.
+/// Turns instances into runs of clusters: all of those inside and of those with [few](is_parted),
+/// and of the others what is not outside the frustum. Where clusters are wanted and no later stage
+/// can drop one of an instance, its bit is [settled](super::super::sets::Clusters::settled) and it
+/// gets no run: in large scenes that is most of what is visible.
 pub(in super::super) fn clusters(
     frame: &Frame<'_>,
     cache: &mut Cache,
@@ -185,7 +187,8 @@ pub(in super::super) fn clusters(
     let Sets { instances, coarse, clusters, .. } = sets;
     clusters.settled.resize(instances.alive.len(), 0);
     let kinds = scene.mesh_kinds();
-    // What holds of every mesh: of such scenes most words are settled without a look at their instances.
+    // What holds of every mesh: of such scenes most words are settled without a look at their
+    // instances.
     let is_few = scene.meshes().len() < instances.live.len();
     let none_has_backs = settles
         && is_few
@@ -379,7 +382,8 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
     debug_assert_eq!(log.left.counts.triangles, set.list.len() as u64);
 }
 
-/// Returns how far the box of an instance is outside of each plane. `reason` is why this stage dropped the instance.
+/// Returns how far the box of an instance is outside of each plane. `reason` is why this stage
+/// dropped the instance.
 pub(in super::super) fn evidence(frame: &Frame<'_>, slot: u32, reason: Option<Reason>) -> Evidence {
     let bounds = frame.scene.bounds(slot);
     let tests = frame.frustum.planes().map(|(number, plane)| {

@@ -6,8 +6,8 @@ use super::super::log::Log;
 use crate::funnel::{Reason, Stage, Unit};
 use crate::scene::Tally;
 
-/// Counts what is in the layers of the view. Instances themselves are held against them when they are taken, by the
-/// stage that follows: most are never looked at.
+/// Counts what is in the layers of the view. Instances themselves are held against them when they
+/// are taken, by the stage that follows: most are never looked at.
 pub(in super::super) fn instances(frame: &Frame<'_>, log: &mut Log<'_>) {
     let (scene, layers) = (frame.scene, frame.view.layers);
     let all = match frame.only_slot() {

@@ -1,4 +1,5 @@
-//! Levels of detail: in place of an instance's mesh the coarsest of its levels that is near enough to it.
+//! Levels of detail: in place of an instance's mesh the coarsest of its levels that is near enough
+//! to it.
 
 use super::super::evidence::Evidence;
 use super::super::frame::Frame;
@@ -21,7 +22,8 @@ pub(in super::super) struct Cache {
     pub(in super::super) pixels: Option<f64>,
 }
 
-/// Replaces the meshes of instances by levels that have fewer triangles, and many instances by one that stands for them.
+/// Replaces the meshes of instances by levels that have fewer triangles, and many instances by one
+/// that stands for them.
 pub(in super::super) fn instances(
     frame: &Frame<'_>,
     cache: &mut Cache,
@@ -74,7 +76,8 @@ pub(in super::super) fn instances(
     log.instance_row(Stage::Lod, taken);
 }
 
-/// The threshold at which no more triangles are drawn than the budget has: one pass over all groups.
+/// The threshold at which no more triangles are drawn than the budget has: one pass over all
+/// groups.
 fn within_budget(
     frame: &Frame<'_>,
     lod: &Lod,

@@ -1,5 +1,5 @@
-//! The stages: each a function from the frame, its own cache and a set to a row of the funnel, with what it says of one
-//! instance beside it.
+//! The stages: each a function from the frame, its own cache and a set to a row of the funnel, with
+//! what it says of one instance beside it.
 
 pub(super) mod backface;
 pub(super) mod candidates;

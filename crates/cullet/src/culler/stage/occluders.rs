@@ -1,10 +1,11 @@
 //! The search for occluders: by the nodes of the hierarchy, those first that may hold the best.
 //!
-//! The score of a shape is what may be behind its [pixels](super::density) for what drawing it costs, so no
-//! shape below a node has a higher score than the cheapest of the scene would have over all of the node's pixels.
-//! Nodes are looked into from the best bound on, those of 4,096 slots first, and as soon as the budget is used up what cannot
-//! be among the chosen is passed over unseen: of ten million instances a budget is enough for some hundred. The choice is that
-//! of looking at everything.
+//! The score of a shape is what may be behind its [pixels](super::density) for what drawing it
+//! costs, so no shape below a node has a higher score than the cheapest of the scene would have
+//! over all of the node's pixels. Nodes are looked into from the best bound on, those of 4,096
+//! slots first, and as soon as the budget is used up what cannot be among the chosen is passed over
+//! unseen: of ten million instances a budget is enough for some hundred. The choice is that of
+//! looking at everything.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -49,12 +50,14 @@ pub(super) struct Search<'a> {
     pub(super) live: &'a [u32],
     /// Instances that are drawn by levels. They hide nothing: the shapes are of the mesh in full.
     pub(super) coarse: &'a Coarse,
-    /// The slots and shapes that the buffer has by now, ascending. What is hidden behind them is passed over.
+    /// The slots and shapes that the buffer has by now, ascending. What is hidden behind them is
+    /// passed over.
     pub(super) drawn: &'a [(u32, u32)],
     /// Value of pixels.
     pub(super) density: &'a Density,
     pub(super) view: &'a View,
-    /// Set where instances fade before they are too small: those are drawn by a part of their pixels, and hide nothing.
+    /// Set where instances fade before they are too small: those are drawn by a part of their
+    /// pixels, and hide nothing.
     pub(super) fade: Option<Detail>,
 }
 
@@ -132,8 +135,8 @@ impl Search<'_> {
         of.fold(LeastCost::default(), LeastCost::or)
     }
 
-    /// Value of screen bounds of `pixels` at most, of which each has no more than `densest`; all of the screen
-    /// where it crosses the near plane. `None` is for less than `least`.
+    /// Value of screen bounds of `pixels` at most, of which each has no more than `densest`; all of
+    /// the screen where it crosses the near plane. `None` is for less than `least`.
     fn value(
         &self,
         bounds: Option<ScreenBounds>,
@@ -202,9 +205,10 @@ impl Search<'_> {
         });
     }
 
-    /// Calls back with the number and the screen bounds of the nodes of a block of a level that are wanted, but for those
-    /// with too few pixels and those outside; `None` is for one that has no bounds, since it crosses the near plane or was
-    /// not made for all instances that are there now.
+    /// Calls back with the number and the screen bounds of the nodes of a block of a level that are
+    /// wanted, but for those with too few pixels and those outside; `None` is for one that has no
+    /// bounds, since it crosses the near plane or was not made for all instances that are there
+    /// now.
     fn bounds_of_nodes(
         &self,
         (level, block): (usize, usize),
@@ -236,8 +240,8 @@ impl Search<'_> {
         (!self.is_hidden(bounds)).then_some(Group { score, level, number: number as u32 })
     }
 
-    /// Whether what was drawn hides all of some screen bounds. Where a node's are hidden, so are those of all that is
-    /// below it, so that what is considered does not depend on the nodes.
+    /// Whether what was drawn hides all of some screen bounds. Where a node's are hidden, so are
+    /// those of all that is below it, so that what is considered does not depend on the nodes.
     fn is_hidden(&self, bounds: Option<ScreenBounds>) -> bool {
         let covers = |b| self.buffer.covers(self.tests.simd(), &b);
         !self.drawn.is_empty() && bounds.is_some_and(covers)
@@ -301,7 +305,8 @@ impl Search<'_> {
         })
     }
 
-    /// The pixels of that part of a shape's box that lies beyond the near plane; `None` where there are none.
+    /// The pixels of that part of a shape's box that lies beyond the near plane; `None` where there
+    /// are none.
     fn seen_part(&self, slot: u32, shape: &Shape) -> Option<[[u32; 2]; 2]> {
         let scene = self.scene;
         let b = scene.transform(slot).transform_box(&shape.bounds(), scene.origin());
@@ -314,7 +319,8 @@ impl Search<'_> {
         Some([min, max].each(|p| array::from_fn(|a| pixel(p[a], a))))
     }
 
-    /// Considers the shapes of an instance that are for a view which begins within what it seals off, or does not.
+    /// Considers the shapes of an instance that are for a view which begins within what it seals
+    /// off, or does not.
     fn consider(
         &self,
         slot: u32,
@@ -330,8 +336,8 @@ impl Search<'_> {
             let pixels = bounds.map_or(f32::INFINITY, |f| f.pixels());
             let Some(value) = self.value_of(bounds, least_value) else { return };
             let cost = |pixels: f32| self.costs.cost(occluder.edges()[number], pixels);
-            // No more than the instance, by whose pixels it was sought. The shape itself is looked at last: of some
-            // instances there are thousands.
+            // No more than the instance, by whose pixels it was sought. The shape itself is looked
+            // at last: of some instances there are thousands.
             if bounds.is_some() && !choice.may_take(value.min(most) / cost(pixels)) {
                 return;
             }
@@ -340,7 +346,8 @@ impl Search<'_> {
             {
                 return;
             }
-            // Bounds that cross the near plane have no screen bounds; those of the part beyond estimate them.
+            // Bounds that cross the near plane have no screen bounds; those of the part beyond
+            // estimate them.
             let (pixels, value) = match bounds {
                 Some(_) => (pixels, value),
                 None => match self.seen_part(slot, shape) {

@@ -1,11 +1,12 @@
 //! Occlusion: what lies behind something.
 //!
 //! First the occluders with the highest score are sought, by the nodes of the hierarchy; what the
-//! budget allows is drawn front to back, and again where those that were hidden by then leave much of it; then
-//! everything is tested, by the nodes first: those that are hidden answer for all that is in them, and so do
-//! those that are before everything that was drawn. Which occluders are drawn, and in which order, depends on
-//! this frame alone: what the drawn ones cost decides how much of the budget is left, so that an order remembered
-//! from the last frame could choose others, and prove something else. What is remembered is memory.
+//! budget allows is drawn front to back, and again where those that were hidden by then leave much
+//! of it; then everything is tested, by the nodes first: those that are hidden answer for all that
+//! is in them, and so do those that are before everything that was drawn. Which occluders are
+//! drawn, and in which order, depends on this frame alone: what the drawn ones cost decides how
+//! much of the budget is left, so that an order remembered from the last frame could choose others,
+//! and prove something else. What is remembered is memory.
 
 use std::collections::BinaryHeap;
 
@@ -32,7 +33,8 @@ use crate::view::View;
 /// How often occluders are chosen at the most.
 const ROUNDS: u32 = 4;
 
-/// So many times what is spent in a round is ranked in a search, for the next one: searching for more takes longer.
+/// So many times what is spent in a round is ranked in a search, for the next one: searching for
+/// more takes longer.
 const FORESIGHT: f32 = 2.0;
 
 /// A view's occlusion buffer, and memory.
@@ -49,7 +51,8 @@ pub(in super::super) struct Cache {
     density: Density,
     open: BinaryHeap<Group>,
     nearest: Nearest,
-    /// One bit a slot, of those words that were alive: no part of it can be hidden. See [`BoxTests::group`].
+    /// One bit a slot, of those words that were alive: no part of it can be hidden. See
+    /// [`BoxTests::group`].
     whole: Vec<u64>,
     /// Slots and shapes that were drawn.
     pub(in super::super) drawn: Vec<(u32, u32)>,
@@ -177,13 +180,14 @@ fn test_all(
     dropped
 }
 
-/// Chooses what to draw and draws it. What is hidden by then is not drawn, nor does it take of the budget; where
-/// more than half of that is left, it goes to what is not hidden by then: in a street the first rows of
-/// houses hide most of what was chosen. Its answer is what that took, and the share that is likely to be hidden; 1 where
-/// that does not matter.
+/// Chooses what to draw and draws it. What is hidden by then is not drawn, nor does it take of the
+/// budget; where more than half of that is left, it goes to what is not hidden by then: in a street
+/// the first rows of houses hide most of what was chosen. Its answer is what that took, and the
+/// share that is likely to be hidden; 1 where that does not matter.
 ///
-/// A fourth of the budget first, then the rest, took a fourth less time in the street of a city, but a third more
-/// in a forest, of which it left 3 % less, and half more where all is seen from above, for the same.
+/// A fourth of the budget first, then the rest, took a fourth less time in the street of a city,
+/// but a third more in a forest, of which it left 3 % less, and half more where all is seen from
+/// above, for the same.
 fn choose_and_draw(
     frame: &Frame<'_>,
     cache: &mut Cache,
@@ -270,8 +274,8 @@ fn search(
     search.run(&mut cache.open, &mut cache.choice);
 }
 
-/// Takes the best from number `next` on that are not hidden by now, as far as a budget goes; the number of the first that
-/// it leaves.
+/// Takes the best from number `next` on that are not hidden by now, as far as a budget goes; the
+/// number of the first that it leaves.
 fn choose(
     frame: &Frame<'_>,
     cache: &mut Cache,
@@ -295,7 +299,8 @@ fn choose(
     ranked.len()
 }
 
-/// Draws the chosen, front to back; one that is hidden by then adds nothing. Its answer is what those drawn cost.
+/// Draws the chosen, front to back; one that is hidden by then adds nothing. Its answer is what
+/// those drawn cost.
 fn draw_chosen(frame: &Frame<'_>, cache: &mut Cache, buffer: &mut OcclusionBuffer) -> f32 {
     cache.sorter.sort(&mut cache.chosen, Candidate::by_nearness);
     let mut cost = 0.0;
@@ -321,7 +326,8 @@ fn test(
 ) -> (u64, Tally) {
     let scene = frame.scene;
     let mut against = BoxTests::new(buffer, frame.culler.simd);
-    // Boxes that are empty are outside, though not by their nodes; the frustum drops them, where it is on.
+    // Boxes that are empty are outside, though not by their nodes; the frustum drops them, where it
+    // is on.
     if frame.culler.frustum {
         cache.nearest.read(frame.culler.simd, buffer);
         against = against.with_nearest(&cache.nearest);
@@ -376,8 +382,8 @@ fn test(
     (tests, sum)
 }
 
-/// Takes out of the words of a group the instances that stand for others, which have no box in the hierarchy; one bit for
-/// each of them that is hidden or outside.
+/// Takes out of the words of a group the instances that stand for others, which have no box in the
+/// hierarchy; one bit for each of them that is hidden or outside.
 fn stand_ins_unseen(
     scene: &Scene,
     buffer: &OcclusionBuffer,
@@ -397,8 +403,8 @@ fn stand_ins_unseen(
 
 const HIDDEN: Reason = Reason { stage: Stage::Occlusion, detail: 0 };
 
-/// Drops one instance alone, if it was dropped from among all: then the cache, which is that of the whole scene, says
-/// what hides it.
+/// Drops one instance alone, if it was dropped from among all: then the cache, which is that of the
+/// whole scene, says what hides it.
 fn test_alone(
     frame: &Frame<'_>,
     set: &mut Instances,
@@ -414,7 +420,8 @@ fn test_alone(
     frame.scene.tally_of(slot)
 }
 
-/// Drops the clusters of rigid instances that are hidden, behind others or behind their own instance.
+/// Drops the clusters of rigid instances that are hidden, behind others or behind their own
+/// instance.
 pub(in super::super) fn clusters(
     frame: &Frame<'_>,
     cache: &Cache,
@@ -482,8 +489,8 @@ fn may_hide_clusters_of(frame: &Frame<'_>, cache: &Cache, slot: u32, mesh: MeshI
         && scene.is_rigid(slot)
 }
 
-/// A box around the view's eye and its near rectangle, relative to an origin: what the near plane cuts away
-/// hides nothing. Everything, where a corner is not known.
+/// A box around the view's eye and its near rectangle, relative to an origin: what the near plane
+/// cuts away hides nothing. Everything, where a corner is not known.
 fn near_box(view: &View, origin: [f64; 3]) -> Aabb {
     let Some(corners) = view.frustum().corners() else { return Aabb::EVERYTHING };
     let eye = view.eye();

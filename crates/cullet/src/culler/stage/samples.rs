@@ -1,7 +1,7 @@
 //! Samples of what is left: what is likely to be drawn of it, and how much of that is hidden.
 //!
-//! They are picked by handles, and summed in the order of these, so that neither the order of slots nor the nodes have a
-//! say in what is decided by them.
+//! They are picked by handles, and summed in the order of these, so that neither the order of slots
+//! nor the nodes have a say in what is decided by them.
 
 use super::super::Output;
 use super::super::frame::Frame;
@@ -20,12 +20,12 @@ use crate::sort::Sorter;
 const SAMPLES: usize = 128;
 const LOOKED_AT: usize = 4096;
 
-/// Instances with more than one of so many of all triangles are sampled in any case, where the frustum cuts them: what is
-/// left of them matters.
+/// Instances with more than one of so many of all triangles are sampled in any case, where the
+/// frustum cuts them: what is left of them matters.
 const LARGE: u64 = SAMPLES as u64;
 
-/// Instances that would stand for more than one of so many of all triangles stand for none but themselves: as the ground of
-/// a forest.
+/// Instances that would stand for more than one of so many of all triangles stand for none but
+/// themselves: as the ground of a forest.
 const OUTLIER: f64 = 8.0;
 
 /// The most clusters of an instance that are sampled.
@@ -191,8 +191,8 @@ impl Samples {
         });
     }
 
-    /// Adds an instance that stands for so many triangles: all of it, or `some` of its clusters, without those that the
-    /// frustum rejects and those that face away.
+    /// Adds an instance that stands for so many triangles: all of it, or `some` of its clusters,
+    /// without those that the frustum rejects and those that face away.
     fn add(&mut self, frame: &Frame<'_>, set: &Instances, slot: u32, triangles: f64, some: usize) {
         let (scene, mesh) = (frame.scene, frame.scene.mesh(slot));
         let is_whole = some == 0 || frame.culler.output == Output::Instances;

@@ -1,9 +1,9 @@
 //! Stakes: how much occlusion may cost, and how much it saves.
 //!
-//! Nobody knows before drawing what is hidden. So little is spent first, a share of what the frame would cost to draw
-//! without; then some of what is left is tested, and as long as that shows that much is hidden, a fifth of what it saves is
-//! spent on more. A frame in which nothing is hidden is slower by the first share alone, and one that costs next to
-//! nothing to draw is left alone.
+//! Nobody knows before drawing what is hidden. So little is spent first, a share of what the frame
+//! would cost to draw without; then some of what is left is tested, and as long as that shows that
+//! much is hidden, a fifth of what it saves is spent on more. A frame in which nothing is hidden is
+//! slower by the first share alone, and one that costs next to nothing to draw is left alone.
 
 use crate::array::Each;
 use crate::costs::Costs;

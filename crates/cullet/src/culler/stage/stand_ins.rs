@@ -1,8 +1,8 @@
 //! Levels of detail of instances that stand for others: which of them are drawn.
 //!
-//! Those that stand for instances that are left form a tree. What is drawn of each is the less of a cut of its own levels
-//! and of what would be drawn of those below it: found from above, where one that is surely less than anything below
-//! spares the rest, and then from below.
+//! Those that stand for instances that are left form a tree. What is drawn of each is the less of a
+//! cut of its own levels and of what would be drawn of those below it: found from above, where one
+//! that is surely less than anything below spares the rest, and then from below.
 
 use super::super::evidence::Evidence;
 use super::super::frame::Frame;
@@ -30,7 +30,8 @@ struct OfStandIn {
     /// Fewest triangles that may be drawn for those instances, by any levels of theirs or of the
     /// stand-ins between.
     fewest: u64,
-    /// Triangles of its cut, and which of its mesh's levels that is of; `None` where it must not be drawn.
+    /// Triangles of its cut, and which of its mesh's levels that is of; `None` where it must not be
+    /// drawn.
     own: Option<(u64, u32)>,
     /// Triangles of what is drawn of those below.
     below: u64,
@@ -128,8 +129,8 @@ impl Cache {
         }
     }
 
-    /// Puts those that are drawn in the place of what they stand for; what the stage took, with what the cuts of all others
-    /// save.
+    /// Puts those that are drawn in the place of what they stand for; what the stage took, with
+    /// what the cuts of all others save.
     pub(super) fn close(
         &mut self,
         frame: &Frame<'_>,

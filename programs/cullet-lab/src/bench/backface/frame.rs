@@ -1,5 +1,5 @@
-//! Costs of a frame of one model apart from its triangles: masks of groups, the list of clusters, planes
-//! and masks of a mesh that deforms; and the test that everyone writes first.
+//! Costs of a frame of one model apart from its triangles: masks of groups, the list of clusters,
+//! planes and masks of a mesh that deforms; and the test that everyone writes first.
 
 use std::ops::Range;
 
@@ -124,8 +124,9 @@ fn clusters(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(Measured
     }
 }
 
-/// Triangles of the model that are kept: whole ranges where clusters are proved to be seen from the front, and
-/// a list out of the 8-bit planes where they are neither that nor behind. The frame is the item.
+/// Triangles of the model that are kept: whole ranges where clusters are proved to be seen from the
+/// front, and a list out of the 8-bit planes where they are neither that nor behind. The frame is
+/// the item.
 fn ranges_and_lists(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(Measured)) {
     let [_, _, name, ..] = NAMES;
     if !options.wants(name) {
@@ -192,8 +193,8 @@ fn ranges_and_lists(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(
     }
 }
 
-/// The test that everyone writes first: the normal of three vertices in f32, no error bound, a push for each
-/// triangle that is kept. Its gathers through the indices keep it from being vectorised.
+/// The test that everyone writes first: the normal of three vertices in f32, no error bound, a push
+/// for each triangle that is kept. Its gathers through the indices keep it from being vectorised.
 pub(super) fn keep_of_vertices(positions: &[[f32; 3]], indices: &[u32], kept: &mut Vec<u32>) {
     let eye: [f32; 3] = [0, 1, 2].map(|k| EYE[k] as f32);
     kept.clear();
@@ -231,7 +232,8 @@ fn vertices(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn
     measure(options, (name, "scalar"), sizes, each, pass, || same && dropped < TRIANGLES / 1000);
 }
 
-/// Triangles, all of which are updated, and what is read of each: twelve bytes of indices, and half a vertex.
+/// Triangles, all of which are updated, and what is read of each: twelve bytes of indices, and half
+/// a vertex.
 const UPDATE_SIZES: [usize; 3] = [TRIANGLES, TRIANGLES, 18];
 
 /// All triangles of the model encoded anew, as those of a deforming mesh are.

@@ -127,7 +127,8 @@ fn triangles(kind: &str, len: usize) -> String {
     }
 }
 
-/// A set of bounds, its eye, and what the oracle culls. `versus` is the name and the time an item of what lists are held against.
+/// A set of bounds, its eye, and what the oracle culls. `versus` is the name and the time an item
+/// of what lists are held against.
 fn run_test<E: Copy>(
     options: &BenchOptions,
     name: &str,

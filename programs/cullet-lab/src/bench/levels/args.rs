@@ -26,7 +26,8 @@ Examples
 /// Arguments of `cullet bench lod`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct LodBenchArgs {
-    /// A model, a file or a built-in scene; may be given many times [default: four of `CULLET_DATA`]
+    /// A model, a file or a built-in scene; may be given many times [default: four of
+    /// `CULLET_DATA`]
     #[arg(long, value_name = "SCENE")]
     pub scene: Vec<String>,
     /// Rows for scenes, with what levels and small-object culling leave of them, in place of those

@@ -57,8 +57,8 @@ fn measured(mesh: &MeshData, indices: &[u32], points: u32) -> Deviation {
     deviation((&mesh.positions, &mesh.indices), (&mesh.positions, indices), points as usize, 77)
 }
 
-/// The fewest triangles of a plain chain, each level 0.8 times the one before and simplified from the original without a
-/// limit to the error, that deviate by no more than each bound, as measured.
+/// The fewest triangles of a plain chain, each level 0.8 times the one before and simplified from
+/// the original without a limit to the error, that deviate by no more than each bound, as measured.
 fn plain(mesh: &MeshData, bounds: &[f32], points: u32) -> Result<Vec<usize>, LevelsError> {
     let mut fewest = vec![mesh.indices.len() / 3; bounds.len()];
     let mut triangles = mesh.indices.len() / 3;

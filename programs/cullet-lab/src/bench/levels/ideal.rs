@@ -1,9 +1,10 @@
-//! How few triangles could do: each place of the surface at the coarsest level that is near enough for its distance, whether
-//! its neighbours are at the same one or not.
+//! How few triangles could do: each place of the surface at the coarsest level that is near enough
+//! for its distance, whether its neighbours are at the same one or not.
 //!
-//! No renderer can draw that, for it has cracks; so it is what a choice of levels is held against. Twice: by the error
-//! of each level as a whole, which is what a level's error is, and by that of each of its triangles, which
-//! takes of every level the triangles that happen to lie well. No surface comes near the second.
+//! No renderer can draw that, for it has cracks; so it is what a choice of levels is held against.
+//! Twice: by the error of each level as a whole, which is what a level's error is, and by that of
+//! each of its triangles, which takes of every level the triangles that happen to lie well. No
+//! surface comes near the second.
 
 use cullet::lod::PixelScale;
 use cullet_bake::levels::LevelsError;
@@ -55,7 +56,8 @@ struct Level {
 }
 
 impl<'a> Ideal<'a> {
-    /// Makes the levels, each from the original, and measures them both ways. Stops early where `go_on` says so.
+    /// Makes the levels, each from the original, and measures them both ways. Stops early where
+    /// `go_on` says so.
     pub(super) fn new(
         whole: &'a Whole,
         mut go_on: impl FnMut() -> bool,
@@ -63,7 +65,8 @@ impl<'a> Ideal<'a> {
         const SEED: u64 = 0x0069_6465_616c;
         let (positions, indices) = (&whole.positions, &whole.indices);
         let mut sampled = surface_points(positions, indices, whole.triangles() * POINTS, SEED);
-        // The middle of each as well: by area alone, of the castle's 139,619 triangles 11,913 had a point.
+        // The middle of each as well: by area alone, of the castle's 139,619 triangles 11,913 had a
+        // point.
         sampled.extend((0..).zip(indices.as_chunks().0).map(|(triangle, corners)| {
             let [a, b, c] = corners.map(|v: u32| positions[v as usize]);
             SurfacePoint { point: [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0), triangle }
@@ -119,8 +122,8 @@ impl<'a> Ideal<'a> {
         RADII.iter().map(row).collect()
     }
 
-    /// Triangles at one pixel: of each that share of which its points are drawn at its level. `error` is that of a level at a
-    /// point.
+    /// Triangles at one pixel: of each that share of which its points are drawn at its level.
+    /// `error` is that of a level at a point.
     fn triangles(&self, view: &PixelScale, error: impl Fn(&Level, usize) -> f32) -> f64 {
         let eye = view.eye.unwrap_or_default();
         let mut sum = 0.0;

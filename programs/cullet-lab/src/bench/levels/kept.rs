@@ -121,7 +121,8 @@ impl<'a> Original<'a> {
         Cuts { levels: "clusterlod", factor, rows: rows.collect() }
     }
 
-    /// The peer's with the least factor at which a pixel is a pixel from everywhere; `None` if that is none of those tried.
+    /// The peer's with the least factor at which a pixel is a pixel from everywhere; `None` if that
+    /// is none of those tried.
     pub(super) fn peer_kept(&self, peer: &PeerLevels, points: u32) -> Option<Cuts> {
         let keeps = |&factor: &f32| {
             let cut = |view: &PixelScale| peer.cut(&level_eye(view, 1.0), factor);
@@ -167,7 +168,8 @@ impl<'a> Original<'a> {
         }
     }
 
-    /// Edges of a cut that are open, but for those between vertices of the original's own border, which moves along itself.
+    /// Edges of a cut that are open, but for those between vertices of the original's own border,
+    /// which moves along itself.
     fn cracks(&self, drawn: &[u32]) -> u64 {
         let border: std::collections::HashSet<u32> = self.open.keys().flatten().copied().collect();
         let is_own = |e: &[u32; 2]| border.contains(&e[0]) && border.contains(&e[1]);

@@ -38,8 +38,8 @@ const FEWER_POINTS: u32 = 160_000;
 struct OfModel {
     model: String,
     triangles: usize,
-    /// Cuts at one pixel: of the hierarchy of measured errors, the smaller of that and a chain, which is what is drawn, of the
-    /// hierarchy by returned errors, and of the peer.
+    /// Cuts at one pixel: of the hierarchy of measured errors, the smaller of that and a chain,
+    /// which is what is drawn, of the hierarchy by returned errors, and of the peer.
     cuts: Vec<Cuts>,
     /// Triangles drawn, relative to the peer's with the least factor that keeps a pixel, from 2 to
     /// 20 radii, in the geometric mean; where no factor does, relative to the whole model, which
@@ -49,7 +49,8 @@ struct OfModel {
     ideal: Vec<IdealRow>,
     chain: Vec<ChainRow>,
     steady: Vec<Steady>,
-    /// Seconds of one thread for the hierarchy, errors measured, and millions of triangles a minute.
+    /// Seconds of one thread for the hierarchy, errors measured, and millions of triangles a
+    /// minute.
     bake_seconds: f64,
     bake_millions_a_minute: f64,
 }

@@ -5,7 +5,8 @@ use meshopt::{ClodMesh, VertexDataAdapter, clod_build, clod_default_config};
 
 use super::models::Whole;
 
-/// Clusters of its levels, each with the group it was made from, if any, and the one it was simplified in.
+/// Clusters of its levels, each with the group it was made from, if any, and the one it was
+/// simplified in.
 #[derive(Debug, Default)]
 pub(super) struct PeerLevels {
     clusters: Vec<PeerCluster>,

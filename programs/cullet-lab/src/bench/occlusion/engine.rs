@@ -19,8 +19,9 @@ pub(super) struct Kinds {
     pub(super) two_sided: bool,
 }
 
-/// Shapes that stand for a scene: an outline for each mesh that is convex, and for all the others together those of
-/// one surface, cut as the engine cuts a mesh. What is convex is found here, as an engine would when it loads.
+/// Shapes that stand for a scene: an outline for each mesh that is convex, and for all the others
+/// together those of one surface, cut as the engine cuts a mesh. What is convex is found here, as
+/// an engine would when it loads.
 pub(super) fn shapes(scene: &Occscn, kinds: Kinds) -> Result<Vec<Shape>, Failure> {
     let (mut shapes, mut rest) = (Vec::new(), Vec::new());
     for mesh in &scene.meshes {
@@ -34,8 +35,9 @@ pub(super) fn shapes(scene: &Occscn, kinds: Kinds) -> Result<Vec<Shape>, Failure
     Ok(shapes)
 }
 
-/// The shapes of the surface of some triangles. They do not follow the file's meshes, of which each ends where its
-/// number of triangles is reached: neighbours must be known for a seam not to leave a gap.
+/// The shapes of the surface of some triangles. They do not follow the file's meshes, of which each
+/// ends where its number of triangles is reached: neighbours must be known for a seam not to leave
+/// a gap.
 fn surface(scene: &Occscn, indices: Vec<u32>, two_sided: bool) -> Result<Vec<Shape>, Failure> {
     if indices.is_empty() {
         return Ok(Vec::new());

@@ -1,5 +1,5 @@
-//! The times of one rasteriser on one scene, as comparisons of occlusion cullers take them: of the thread that draws,
-//! not of the clock on the wall.
+//! The times of one rasteriser on one scene, as comparisons of occlusion cullers take them: of the
+//! thread that draws, not of the clock on the wall.
 
 use std::time::{Duration, Instant};
 
@@ -34,7 +34,8 @@ pub(super) struct Mode {
     pub(super) pieces: f64,
 }
 
-/// Times and results of testing the objects, with the buffer filled as `sorted` does: means over views.
+/// Times and results of testing the objects, with the buffer filled as `sorted` does: means over
+/// views.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct ObjectTests {
     /// Time for those in the frustum alone, projection included, by their number.
@@ -107,8 +108,8 @@ fn times<const N: usize>(passes: Passes, mut pass: impl FnMut() -> [Duration; N]
     })
 }
 
-/// Measures all views in turn, five times of each with so many passes for every one; `go_on` is called after
-/// each view.
+/// Measures all views in turn, five times of each with so many passes for every one; `go_on` is
+/// called after each view.
 pub(super) fn measure(
     prepared: &Prepared,
     simd: Simd,

@@ -1,4 +1,5 @@
-//! Occlusion culling: what drawing occluders takes, what testing boxes takes, and whether it is right.
+//! Occlusion culling: what drawing occluders takes, what testing boxes takes, and whether it is
+//! right.
 
 mod engine;
 mod measure;
@@ -37,8 +38,9 @@ pub use truth::{Agreement, Reference, TOLERANCE};
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "One scene: cullet bench occlusion --scene FILE")]
 pub struct OcclusionArgs {
-    /// Measure occlusion culling on this OCCSCN01 file; cullet occscn writes such files. References that
-    /// lie beside it (FILE.ref1, FILE.ref4 ..., FILE.ref4j with jittered samples) are held against the answers
+    /// Measure occlusion culling on this OCCSCN01 file; cullet occscn writes such files. References
+    /// that lie beside it (FILE.ref1, FILE.ref4 ..., FILE.ref4j with jittered samples) are held
+    /// against the answers
     #[arg(long, value_name = "FILE")]
     pub(super) scene: Option<PathBuf>,
     /// Pixels of the occlusion buffer
@@ -77,7 +79,8 @@ const SECONDS: f64 = 0.02;
 /// The most objects of the workload's city, and objects to a building's place.
 const OBJECTS: usize = 100_000;
 const OBJECTS_A_CELL: f64 = 10.0;
-/// Views of the workload that are held against the reference: one costs as much as measuring several.
+/// Views of the workload that are held against the reference: one costs as much as measuring
+/// several.
 const CHECKED: usize = 2;
 
 /// Measures a file, prints and writes what it finds.
@@ -149,8 +152,8 @@ pub(super) fn run_scene(o: &OcclusionArgs, json: Option<&Path>, console: &Consol
     }
 }
 
-/// The workload: a city made here, at each level. Answers of all levels must be equal, and hide nothing
-/// that the reference sees. Returns what the best level found.
+/// The workload: a city made here, at each level. Answers of all levels must be equal, and hide
+/// nothing that the reference sees. Returns what the best level found.
 pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) -> Option<Occlusion> {
     let objects = options.sizes.iter().copied().max().unwrap_or(0).min(OBJECTS);
     let cells = (objects as f64 / OBJECTS_A_CELL).sqrt().ceil().max(1.0);

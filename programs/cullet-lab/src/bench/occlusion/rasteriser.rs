@@ -18,8 +18,8 @@ pub(super) trait Rasteriser {
     /// Draws pieces in this order.
     fn draw(&mut self, pieces: &[u32]);
 
-    /// Draws pieces in this order, but those whose box is hidden by what is drawn so far. Returns how many
-    /// it drew.
+    /// Draws pieces in this order, but those whose box is hidden by what is drawn so far. Returns
+    /// how many it drew.
     fn draw_unless_hidden(&mut self, pieces: &[u32]) -> usize;
 
     /// Says of each box whether it is outside, visible or hidden, by what is drawn.

@@ -62,8 +62,8 @@ impl Prepared {
         Self { pieces: Pieces::new(bounds), ..self }
     }
 
-    /// The pieces that a view may see, nearest box first; those equally near to within a hundredth in their
-    /// order. The eye is the file's.
+    /// The pieces that a view may see, nearest box first; those equally near to within a hundredth
+    /// in their order. The eye is the file's.
     pub(super) fn sorted(&self, simd: Simd, view: usize, scratch: &mut Scratch) {
         let Scratch { pieces, visible, order, spare } = scratch;
         cull_boxes(simd, &Planes::new(&self.views[view].frustum()), &self.pieces.boxes, visible);
@@ -101,8 +101,8 @@ pub(super) struct Scratch {
     spare: Vec<u64>,
 }
 
-/// Sorts by the highest sixteen bits, eight at a time; what is equal stays in its order. Three times as fast as
-/// by all bits, and for drawing front to back as good.
+/// Sorts by the highest sixteen bits, eight at a time; what is equal stays in its order. Three
+/// times as fast as by all bits, and for drawing front to back as good.
 fn sort(keys: &mut Vec<u64>, spare: &mut Vec<u64>) {
     spare.clear();
     spare.resize(keys.len(), 0);

@@ -1,5 +1,5 @@
-//! A rasteriser in a few lines, to test the measurement with: strict, slow, and blind to what a mesh's
-//! triangles cover together.
+//! A rasteriser in a few lines, to test the measurement with: strict, slow, and blind to what a
+//! mesh's triangles cover together.
 
 use cullet::View;
 use cullet::bounds::{Aabb, Boxes, Side};

@@ -12,17 +12,20 @@ use serde::Serialize;
 use super::rasteriser::{HIDDEN, OUTSIDE};
 use super::scene::view;
 
-/// Values of a reference: 0 outside, 1 visible, 2 hidden, 3 crosses the near plane, so never counted.
+/// Values of a reference: 0 outside, 1 visible, 2 hidden, 3 crosses the near plane, so never
+/// counted.
 const SEEN: u8 = 1;
 const UNSEEN: u8 = 2;
 const MOST: u8 = 3;
 
 /// Pixels of published references, whatever the occlusion buffer has.
 const SIZE: [u32; 2] = [1280, 720];
-/// An object that is not nearer than what hides it by more than this part of its distance counts as hidden there.
+/// An object that is not nearer than what hides it by more than this part of its distance counts as
+/// hidden there.
 pub const TOLERANCE: f64 = 1e-6;
 
-/// References that are looked for beside a scene: images of up to so many times the width and height.
+/// References that are looked for beside a scene: images of up to so many times the width and
+/// height.
 const FINEST: u32 = 16;
 
 /// Visibility in images of N × N times the pixels.
@@ -30,8 +33,8 @@ const FINEST: u32 = 16;
 pub struct Reference {
     /// N.
     pub samples: u32,
-    /// Each view's samples are shifted by a part of one, at random: so that pictures of different N have not the same
-    /// places in them, and edges that follow the pixels are no special case.
+    /// Each view's samples are shifted by a part of one, at random: so that pictures of different N
+    /// have not the same places in them, and edges that follow the pixels are no special case.
     pub jittered: bool,
     /// View by view, one value an object.
     pub values: Vec<u8>,
@@ -57,7 +60,8 @@ pub struct Agreement {
 }
 
 impl Reference {
-    /// All references beside a scene: `city.bin.ref4` or `city.ref4`, and with jittered samples `city.bin.ref4j`.
+    /// All references beside a scene: `city.bin.ref4` or `city.ref4`, and with jittered samples
+    /// `city.bin.ref4j`.
     pub(super) fn beside(scene: &Path, views: usize, objects: usize) -> Result<Vec<Self>, Failure> {
         let mut found = Vec::new();
         for (samples, jittered) in (1..=FINEST).flat_map(|n| [(n, false), (n, true)]) {
@@ -111,9 +115,9 @@ impl Reference {
     }
 }
 
-/// Draws the reference of the first `views` views: 1280 × 720 pixels of N × N samples each, both sides of
-/// every triangle, as published references are. Ends early where `go_on` says so, which is called after
-/// each view.
+/// Draws the reference of the first `views` views: 1280 × 720 pixels of N × N samples each, both
+/// sides of every triangle, as published references are. Ends early where `go_on` says so, which is
+/// called after each view.
 pub(super) fn drawn(
     scene: &Occscn,
     objects: &[Aabb],

@@ -1,4 +1,5 @@
-//! `cullet bench pays`: whether occlusion culling gives back what it takes, scene by scene and view by view.
+//! `cullet bench pays`: whether occlusion culling gives back what it takes, scene by scene and view
+//! by view.
 
 mod record;
 mod rounds;
@@ -59,7 +60,8 @@ pub(crate) struct PaysArgs {
     /// Cost of a triangle in your renderer, in nanoseconds [default: the calibrated one]
     #[arg(long, value_name = "NS", value_parser = parse::nanoseconds)]
     triangle_ns: Option<f64>,
-    /// Cost of a draw in your renderer, in nanoseconds [default: the calibrated one, else that of a triangle]
+    /// Cost of a draw in your renderer, in nanoseconds [default: the calibrated one, else that of a
+    /// triangle]
     #[arg(long, value_name = "NS", value_parser = parse::nanoseconds)]
     draw_ns: Option<f64>,
     /// The most seconds for the rounds of a scene

@@ -39,8 +39,8 @@ pub(super) struct Row {
     pub(super) draw_ms: [f64; 2],
     /// The share of culling in cull and draw with the stage on: of all views, of the worst one.
     pub(super) cull_share: [f64; 2],
-    /// Cost of a triangle, with the draws' in proportion, from which the stage pays over all views; none where it never
-    /// does, 0 where it takes no time.
+    /// Cost of a triangle, with the draws' in proportion, from which the stage pays over all views;
+    /// none where it never does, 0 where it takes no time.
     pub(super) even_triangle_ns: Option<f64>,
     /// The most by which the halves of the rounds differ in any view, as a part of cull and draw.
     pub(super) noise: f64,

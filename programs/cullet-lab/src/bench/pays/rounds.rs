@@ -1,4 +1,5 @@
-//! Rounds of culls, with and without: of each view the fastest, in two halves that are held against each other.
+//! Rounds of culls, with and without: of each view the fastest, in two halves that are held against
+//! each other.
 
 use std::time::Instant;
 
@@ -25,8 +26,8 @@ pub(super) struct Arm {
 /// A view, culled by one of the settings.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct OneView {
-    /// Nanoseconds of the fastest cull in each half of the rounds. Other work on the machine only ever adds, so halves
-    /// that agree have both found what the cull takes.
+    /// Nanoseconds of the fastest cull in each half of the rounds. Other work on the machine only
+    /// ever adds, so halves that agree have both found what the cull takes.
     pub(super) cull_ns: [f64; 2],
     /// Triangles that are left.
     pub(super) triangles: u64,
@@ -84,14 +85,15 @@ impl Arm {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Timing {
     pub(super) rounds: usize,
-    /// Whether each answer was that of a cull with fresh memory at the level of the oracle, and had nothing in it that
-    /// was culled without the stage.
+    /// Whether each answer was that of a cull with fresh memory at the level of the oracle, and had
+    /// nothing in it that was culled without the stage.
     pub(super) checked: bool,
 }
 
-/// Culls all views of a walk by all settings in turn, the first of which are without the stage, until each view's
-/// halves agree or `seconds` are over. Settings take turns in being first. A round goes through all views with one
-/// of them before the next, so that each finds in its state what it left there one view ago, as in a renderer.
+/// Culls all views of a walk by all settings in turn, the first of which are without the stage,
+/// until each view's halves agree or `seconds` are over. Settings take turns in being first. A
+/// round goes through all views with one of them before the next, so that each finds in its state
+/// what it left there one view ago, as in a renderer.
 pub(super) fn measure(
     world: InCells<'_>,
     views: &[View],

@@ -14,14 +14,15 @@ const ENDINGS: [&str; 8] = ["glb", "gltf", "obj", "ply", "stl", "off", "occscn",
 /// Names of models whose z axis points up, which their files do not say.
 const Z_UP: [&str; 2] = ["crytek-sponza.ply", "3-20-DELFSHAVEN.gltf"];
 
-/// The folder of the models: the one that is named, else `CULLET_DATA`, else the one beside the repository.
+/// The folder of the models: the one that is named, else `CULLET_DATA`, else the one beside the
+/// repository.
 pub(super) fn folder(named: Option<&Path>) -> PathBuf {
     let set = || std::env::var_os("CULLET_DATA").filter(|v| !v.is_empty()).map(PathBuf::from);
     named.map(Path::to_owned).or_else(set).unwrap_or_else(|| DATA.into())
 }
 
-/// Every built-in scene, and every model in a folder and those in it, in the order of their names. A folder that is not
-/// there has none.
+/// Every built-in scene, and every model in a folder and those in it, in the order of their names.
+/// A folder that is not there has none.
 pub(super) fn all(folder: &Path) -> Vec<String> {
     let mut found = Vec::new();
     collect(folder, &mut found);

@@ -1,8 +1,8 @@
 //! Many clusters against one eye, with SIMD.
 //!
-//! Bounds are kept in blocks of sixteen, a row for each number, and tested as many at a time as a vector
-//! is wide. The arithmetic is that of [`Bound::is_behind`], product by product, so the answers are the
-//! same at every level.
+//! Bounds are kept in blocks of sixteen, a row for each number, and tested as many at a time as a
+//! vector is wide. The arithmetic is that of [`Bound::is_behind`], product by product, so the
+//! answers are the same at every level.
 
 use cullet::cull::backface::ClusterEye;
 use fearless_simd::{Simd, dispatch, prelude::*};

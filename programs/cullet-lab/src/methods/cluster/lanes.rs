@@ -1,6 +1,7 @@
 //! Sixteen bounds in a block, a row for each number, and the arithmetic that their tests share.
 //!
-//! The products are added up as those of [`Bound::is_behind_eye`] are, so that the answers are the same.
+//! The products are added up as those of [`Bound::is_behind_eye`] are, so that the answers are the
+//! same.
 
 use cullet::cull::backface::ClusterEye;
 use fearless_simd::{Simd, prelude::*};
@@ -20,7 +21,8 @@ pub trait Lanes: Bound {
     const NOTHING: Self::Block;
     /// Sets one of the sixteen.
     fn set_lane(&self, block: &mut Self::Block, lane: usize);
-    /// Bits of as many bounds, from `start` on, as a vector has lanes: those that the eye is behind.
+    /// Bits of as many bounds, from `start` on, as a vector has lanes: those that the eye is
+    /// behind.
     fn test_lanes<S: Simd>(simd: S, block: &Self::Block, start: usize, eye: &ClusterEye) -> u64;
 }
 

@@ -1,14 +1,14 @@
-//! How far an eye may move before the test of a cone can change: a value of the bound that changes no faster than the
-//! eye moves, less what rounding may hide.
+//! How far an eye may move before the test of a cone can change: a value of the bound that changes
+//! no faster than the eye moves, less what rounding may hide.
 
 use glam::DVec3;
 
 /// The margin of a cone through an apex: `value` changes by at most `steepness` a unit, is positive
-/// behind and negative elsewhere, and is off by at most a few roundings of `size` times the way to the
-/// apex and the apex itself.
+/// behind and negative elsewhere, and is off by at most a few roundings of `size` times the way to
+/// the apex and the apex itself.
 pub(super) fn margin(value: f64, steepness: f64, size: f64, way: f64, apex: DVec3) -> f64 {
-    // The eye may go as far as twice its way; f32 rounds by 6e-8, the test 7 of it, and the squares of
-    // less than 1e-18 nothing.
+    // The eye may go as far as twice its way; f32 rounds by 6e-8, the test 7 of it, and the squares
+    // of less than 1e-18 nothing.
     let error = size * (3e-6 * way + 5e-7 * apex.length()) + 4e-18;
     ((value.abs() - error) / steepness).max(0.0)
 }

@@ -37,11 +37,12 @@ pub enum NoRegion {
     NoApex,
 }
 
-/// Whether an apex bound (a cone or a pyramid) of these planes has a region, or the reason why no eye is
-/// proved behind them all. Costs as a fit without its shape; the bounds themselves say no more than `None`.
+/// Whether an apex bound (a cone or a pyramid) of these planes has a region, or the reason why no
+/// eye is proved behind them all. Costs as a fit without its shape; the bounds themselves say no
+/// more than `None`.
 ///
-/// A box of normals ([`NormalBox`](super::NormalBox)) needs no apex, and may have a region where this is
-/// [`NoRegion::Hemisphere`] or [`NoRegion::NoApex`].
+/// A box of normals ([`NormalBox`](super::NormalBox)) needs no apex, and may have a region where
+/// this is [`NoRegion::Hemisphere`] or [`NoRegion::NoApex`].
 ///
 /// # Errors
 /// The reason.

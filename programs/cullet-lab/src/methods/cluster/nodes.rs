@@ -1,5 +1,5 @@
-//! Bounds of normals on the nodes of a hierarchy over clusters: whole nodes seen from behind go at once,
-//! whole nodes seen from the front are taken at once.
+//! Bounds of normals on the nodes of a hierarchy over clusters: whole nodes seen from behind go at
+//! once, whole nodes seen from the front are taken at once.
 
 use std::ops::Range;
 
@@ -8,19 +8,20 @@ use cullet::cull::backface::{ClusterEye, ClusterPlanes};
 
 use super::{Bound, ClusterBounds};
 
-/// Bounds of normals on the nodes of [`hierarchy::Nodes`](cullet::hierarchy::Nodes) over clusters: node i of
-/// a level is over sixteen of the level below, 16 i to 16 i + 15. So whoever has such nodes for the frustum
-/// needs no second grouping. For other groups fit a bound to each, of what [`join`] makes of them.
+/// Bounds of normals on the nodes of [`hierarchy::Nodes`](cullet::hierarchy::Nodes) over clusters:
+/// node i of a level is over sixteen of the level below, 16 i to 16 i + 15. So whoever has such
+/// nodes for the frustum needs no second grouping. For other groups fit a bound to each, of what
+/// [`join`] makes of them.
 ///
-/// A node's bound is fitted to all planes below it, not to the bounds of its children, and may prove what
-/// theirs do not: so a walk culls what [`Bulk::cull`](crate::methods::Bulk::cull) does, and perhaps a little more, and all of
-/// it is proved.
+/// A node's bound is fitted to all planes below it, not to the bounds of its children, and may
+/// prove what theirs do not: so a walk culls what [`Bulk::cull`](crate::methods::Bulk::cull) does,
+/// and perhaps a little more, and all of it is proved.
 ///
-/// Scanned surfaces gain nothing: sixteen clusters mostly face both ways. From three radii the bunny's 930
-/// clusters cost 101 % of the blocks of a flat sweep, the armadillo's 1138 cost 108 %, and several times the
-/// time, for a sweep reads what lies side by side (`cargo test --release -p cullet-lab --test all nodes --
-/// --nocapture`). It pays where many clusters lie in planes or bend little; see
-/// [`blocks_tested`](ClusterCut::blocks_tested).
+/// Scanned surfaces gain nothing: sixteen clusters mostly face both ways. From three radii the
+/// bunny's 930 clusters cost 101 % of the blocks of a flat sweep, the armadillo's 1138 cost 108 %,
+/// and several times the time, for a sweep reads what lies side by side (`cargo test --release -p
+/// cullet-lab --test all nodes -- --nocapture`). It pays where many clusters lie in planes or bend
+/// little; see [`blocks_tested`](ClusterCut::blocks_tested).
 #[derive(Clone, Debug)]
 pub struct ClusterNodes<B: Bound> {
     /// Regions from which all is seen from behind, and from the front: of the clusters, then of
@@ -50,7 +51,8 @@ impl ClusterCut {
         &self.culled
     }
 
-    /// One bit a cluster: it is proved to be seen from the front, so none of its triangles need be tested.
+    /// One bit a cluster: it is proved to be seen from the front, so none of its triangles need be
+    /// tested.
     #[must_use]
     pub fn front(&self) -> &[u64] {
         &self.front
@@ -78,8 +80,8 @@ impl<B: Bound> ClusterNodes<B> {
             for planes in &mut below {
                 let back = planes.as_ref().and_then(B::fit);
                 let front = planes.as_ref().and_then(|p| B::fit(&p.flipped()));
-                // A node above has these planes and more, and fits no better. A cluster of no triangle
-                // has no bound, but hinders none.
+                // A node above has these planes and more, and fits no better. A cluster of no
+                // triangle has no bound, but hinders none.
                 if back.is_none()
                     && front.is_none()
                     && planes.as_ref().is_some_and(|p| !p.is_empty())
@@ -141,7 +143,8 @@ impl<B: Bound> ClusterNodes<B> {
             let unit = LANES.pow(at as u32);
             next.clear();
             *tested += here.len();
-            // Four blocks are tested at once: those of a word are neighbours, and mostly tested together.
+            // Four blocks are tested at once: those of a word are neighbours, and mostly tested
+            // together.
             for blocks in here.chunk_by(|a, b| a / BLOCKS == b / BLOCKS) {
                 let word = (blocks[0] / BLOCKS) as usize;
                 let found = [0, 1].map(|side: usize| bounds[side].word(simd, word, eye));
@@ -181,7 +184,8 @@ fn set(mask: &mut [u64], range: Range<usize>) {
     }
 }
 
-/// The planes of several clusters as those of one: what a bound of a group of clusters is fitted to.
+/// The planes of several clusters as those of one: what a bound of a group of clusters is fitted
+/// to.
 #[must_use]
 pub fn join<'a>(parts: impl IntoIterator<Item = &'a ClusterPlanes>) -> ClusterPlanes {
     let parts: Vec<_> = parts.into_iter().collect();

@@ -1,14 +1,15 @@
 //! The bound of Johannsen & Carter: the normals of a cluster in a box.
 //!
-//! A. Johannsen & M. B. Carter, *Clustered Backface Culling* (1998), as taught in Zachmann's lectures.
-//! With m′ ≤ n ≤ m on each axis for every normal, and n·(p − c) ≥ d for every plane, the eye e is behind
-//! them all where the largest n·(e − c) of the box of normals, Σ max(mₖvₖ, m′ₖvₖ) with v = e − c, is
-//! below d.
+//! A. Johannsen & M. B. Carter, *Clustered Backface Culling* (1998), as taught in Zachmann's
+//! lectures. With m′ ≤ n ≤ m on each axis for every normal, and n·(p − c) ≥ d for every plane, the
+//! eye e is behind them all where the largest n·(e − c) of the box of normals, Σ max(mₖvₖ, m′ₖvₖ)
+//! with v = e − c, is below d.
 //!
 //! The lectures leave open where to put c and whether to turn the axes. Measured: the middle of the
-//! cluster's box is as good as any other c, a common origin for all clusters is the smallest and the
-//! loosest, and axes along the cluster's own normals gain what three more vectors cost. The lectures of
-//! 2014 choose the signs from the position of the eye, `w_e`·(e − c); they must come from v = e − c.
+//! cluster's box is as good as any other c, a common origin for all clusters is the smallest and
+//! the loosest, and axes along the cluster's own normals gain what three more vectors cost. The
+//! lectures of 2014 choose the signs from the position of the eye, `w_e`·(e − c); they must come
+//! from v = e − c.
 
 use cullet::cull::backface::{ClusterEye, ClusterPlanes, EllipticCone};
 use fearless_simd::{Simd, prelude::*};
@@ -17,8 +18,8 @@ use glam::{DMat3, DVec3};
 use super::lanes::{self, Row, plain};
 use super::{Blocks, Bound, dot};
 
-/// Distance that a side of the box of normals is moved out: the rounding of the test (3e-7 of each product), of
-/// the box to f32, and the normals' own doubt.
+/// Distance that a side of the box of normals is moved out: the rounding of the test (3e-7 of each
+/// product), of the box to f32, and the normals' own doubt.
 const SIDE_SLACK: f64 = 2e-6;
 
 /// The box of normals relative to an origin of the cluster's own: 40 bytes.
@@ -64,8 +65,8 @@ impl NormalBox {
         Self::fit_in(planes, origin, DMat3::IDENTITY)
     }
 
-    /// The bound with the best origin of nine, the middle and the corners of the cluster's box, judged by
-    /// 64 eyes at four radii. Gains next to nothing over the middle; kept to show it.
+    /// The bound with the best origin of nine, the middle and the corners of the cluster's box,
+    /// judged by 64 eyes at four radii. Gains next to nothing over the middle; kept to show it.
     #[must_use]
     pub fn fit_best(planes: &ClusterPlanes) -> Option<Self> {
         let eyes = |i: u32| {
@@ -113,9 +114,9 @@ impl NormalBox {
 
     /// A bound of two clusters together, relative to `origin`.
     ///
-    /// Both distances are first moved to the common origin c′: n·(p − c′) ≥ d − h(c′ − c) with h the
-    /// largest n·(c′ − c) of the box of normals. Taking the smaller of two distances from different
-    /// origins would be wrong.
+    /// Both distances are first moved to the common origin c′: n·(p − c′) ≥ d − h(c′ − c) with h
+    /// the largest n·(c′ − c) of the box of normals. Taking the smaller of two distances from
+    /// different origins would be wrong.
     #[must_use]
     pub fn join(&self, other: &Self, origin: [f32; 3]) -> Self {
         let moved = |b: &Self| {
@@ -135,8 +136,8 @@ impl NormalBox {
         }
     }
 
-    /// The half-spaces n·x ≤ d, as (n, d), whose intersection is the culling volume: one for each corner
-    /// of the box of normals.
+    /// The half-spaces n·x ≤ d, as (n, d), whose intersection is the culling volume: one for each
+    /// corner of the box of normals.
     #[must_use]
     pub fn half_spaces(&self) -> [([f64; 3], f64); 8] {
         std::array::from_fn(|i| {

@@ -1,7 +1,7 @@
 //! The circular cone of normals.
 //!
-//! Shirman & Abi-Ezzi, *The Cone of Normals Technique for Fast Processing of Curved Patches* (1993); in
-//! the form that meshoptimizer stores, from whose bounds it can be made as it is.
+//! Shirman & Abi-Ezzi, *The Cone of Normals Technique for Fast Processing of Curved Patches*
+//! (1993); in the form that meshoptimizer stores, from whose bounds it can be made as it is.
 
 use cullet::cull::backface::{ClusterEye, ClusterPlanes};
 use fearless_simd::prelude::*;
@@ -24,9 +24,9 @@ pub struct NormalCone {
 }
 
 impl NormalCone {
-    /// The cone of a meshoptimizer bound: its `cone_apex`, `cone_axis` and `cone_cutoff`, widened by
-    /// 1e-5 for the rounding of the test. As right as those numbers are: their apex is rounded with no
-    /// margin, which may err by 1e-6 of the cluster's distance from the origin.
+    /// The cone of a meshoptimizer bound: its `cone_apex`, `cone_axis` and `cone_cutoff`, widened
+    /// by 1e-5 for the rounding of the test. As right as those numbers are: their apex is rounded
+    /// with no margin, which may err by 1e-6 of the cluster's distance from the origin.
     #[must_use]
     pub const fn from_meshopt(apex: [f32; 3], axis: [f32; 3], cutoff: f32) -> Self {
         Self { apex, axis, cutoff: cutoff + ANGULAR_SLACK as f32 }
@@ -84,8 +84,8 @@ plain!(NormalCone, 7, |simd, block, start, eye| {
 
 /// The cone with a sphere around the cluster in place of the apex: 32 bytes.
 ///
-/// The region {e : z > 0 and z² > cutoff² |w|²} with w = e − centre and z = −axis·w − radius. Looser than
-/// with an apex, and right for a sphere that is moved or grown.
+/// The region {e : z > 0 and z² > cutoff² |w|²} with w = e − centre and z = −axis·w − radius.
+/// Looser than with an apex, and right for a sphere that is moved or grown.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct NormalConeCentre {
@@ -103,9 +103,9 @@ impl NormalConeCentre {
     /// The least z that culls: the squares of less have no digits left.
     const LEAST: f32 = 1e-15;
 
-    /// The cone of `cone`'s normals with a sphere that holds the whole cluster. The smaller the sphere,
-    /// the more is culled. With a centre or radius of NaN or infinity nothing is; a negative radius holds
-    /// nothing and makes the bound wrong.
+    /// The cone of `cone`'s normals with a sphere that holds the whole cluster. The smaller the
+    /// sphere, the more is culled. With a centre or radius of NaN or infinity nothing is; a
+    /// negative radius holds nothing and makes the bound wrong.
     #[must_use]
     pub const fn new(cone: &NormalCone, centre: [f32; 3], radius: f32) -> Self {
         let size = centre[0].abs() + centre[1].abs() + centre[2].abs() + radius;

@@ -8,8 +8,8 @@ use super::lanes::{self, Lanes, Row, ZEROS};
 use super::margin::margin;
 use super::{ANGULAR_SLACK, Blocks, Bound, dot};
 
-/// The region {e : g·(e − apex) < 0 for each of K generators g}: 12 + 12 K bytes. Six planes come within
-/// some points of the ideal; three or four are worse than a circular cone.
+/// The region {e : g·(e − apex) < 0 for each of K generators g}: 12 + 12 K bytes. Six planes come
+/// within some points of the ideal; three or four are worse than a circular cone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pyramid<const K: usize> {
     /// A point behind every plane.
@@ -24,8 +24,8 @@ impl<const K: usize> Bound for Pyramid<K> {
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
         const { assert!(K >= 4, "a parallelogram is not made a triangle by removing an edge") };
         let fit = planes.apex(0.0)?;
-        // The slack of the test in f32, as an angle: every corner moves away from the middle, and hulls
-        // of no width become squares of it.
+        // The slack of the test in f32, as an angle: every corner moves away from the middle, and
+        // hulls of no width become squares of it.
         let farthest = fit.hull.iter().map(|p| DVec2::from(*p).length()).fold(1.0, f64::max);
         let wide = fit.widened(ANGULAR_SLACK * 4.0 * farthest);
         let mut polygon: Vec<DVec2> = wide.hull.iter().map(|p| DVec2::from(*p)).collect();
@@ -89,8 +89,8 @@ impl<const K: usize> Lanes for Pyramid<K> {
     }
 }
 
-/// Replaces the edge whose removal adds least area by the corner in which its neighbours meet. `None`
-/// where no two neighbours meet outside.
+/// Replaces the edge whose removal adds least area by the corner in which its neighbours meet.
+/// `None` where no two neighbours meet outside.
 fn remove_cheapest_edge(polygon: &mut Vec<DVec2>) -> Option<()> {
     let n = polygon.len();
     let corner = |i: usize| {

@@ -27,8 +27,8 @@ impl Bound for EllipticConeQuantised {
 
     const BYTES: usize = 21;
 
-    /// Rounds an ellipse on several scales, grows each until every normal is inside again, and takes
-    /// the smallest.
+    /// Rounds an ellipse on several scales, grows each until every normal is inside again, and
+    /// takes the smallest.
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
         let fit = planes.apex(0.0)?;
         let cone = EllipticCone::fit_doubting(planes, 0.0)?;
@@ -90,8 +90,8 @@ impl Lanes for EllipticConeQuantised {
     }
 }
 
-/// The first bytes that hold all normals when the half-axes grow by eighths of a unit, and how large
-/// their ellipse is.
+/// The first bytes that hold all normals when the half-axes grow by eighths of a unit, and how
+/// large their ellipse is.
 fn grown(fit: &Apex, axis: DVec3, s: DVec3, t: DVec3) -> Option<(f64, [[i8; 3]; 3])> {
     let longer = |v: DVec3, by: f64| v + v.normalize() * by;
     for step in 0..40 {

@@ -1,17 +1,17 @@
 //! The culling volume of a cluster as a polyhedron.
 //!
 //! All eyes behind some planes form a convex region, seldom closed; inside a box it is a convex
-//! polyhedron. It is what Johannsen & Carter, *Clustered Backface Culling* (1998), measure the quality of a
-//! cluster by: its share of the box is the probability that an eye anywhere in the box culls it. This is
-//! the slow and plain form, for pictures and as an oracle.
+//! polyhedron. It is what Johannsen & Carter, *Clustered Backface Culling* (1998), measure the
+//! quality of a cluster by: its share of the box is the probability that an eye anywhere in the box
+//! culls it. This is the slow and plain form, for pictures and as an oracle.
 
 use cullet::cull::backface::ClusterPlanes;
 use glam::DVec3;
 
 use super::NormalBox;
 
-/// Corners nearer to a plane than this share of the box's size lie on it: rounding must not make faces
-/// of no width.
+/// Corners nearer to a plane than this share of the box's size lie on it: rounding must not make
+/// faces of no width.
 const ON_PLANE: f64 = 1e-12;
 
 /// A face of a [`CullingRegion`].
@@ -33,10 +33,11 @@ pub struct CullingRegion {
 impl CullingRegion {
     /// The points x of the box with n·x ≤ d for every half-space (n, d); normals have any length.
     ///
-    /// Empty where the half-spaces have no common volume in the box, flat ones included; where the box
-    /// is empty, flat or not finite; and where a half-space is not finite, for such a one proves nothing.
-    /// A normal of zero length holds everywhere or nowhere. Each half-space is tried on every corner there
-    /// is by then, so the cost is O(h²) for h half-spaces that all bound the region.
+    /// Empty where the half-spaces have no common volume in the box, flat ones included; where the
+    /// box is empty, flat or not finite; and where a half-space is not finite, for such a one
+    /// proves nothing. A normal of zero length holds everywhere or nowhere. Each half-space is
+    /// tried on every corner there is by then, so the cost is O(h²) for h half-spaces that all
+    /// bound the region.
     #[must_use]
     pub fn clip(
         half_spaces: impl IntoIterator<Item = ([f64; 3], f64)>,
@@ -71,8 +72,8 @@ impl CullingRegion {
         region
     }
 
-    /// The ideal region of a cluster: the points behind all its planes. Empty where no eye is proved
-    /// behind them ([`ClusterPlanes::is_complete`]), and for a cluster without planes.
+    /// The ideal region of a cluster: the points behind all its planes. Empty where no eye is
+    /// proved behind them ([`ClusterPlanes::is_complete`]), and for a cluster without planes.
     #[must_use]
     pub fn of_planes(planes: &ClusterPlanes, low: [f64; 3], high: [f64; 3]) -> Self {
         if planes.is_empty() || !planes.is_complete() {
@@ -105,7 +106,8 @@ impl CullingRegion {
         self.faces.is_empty()
     }
 
-    /// Its volume in cubed units, exact but for f64 rounding: the sum of its tetrahedra around a corner.
+    /// Its volume in cubed units, exact but for f64 rounding: the sum of its tetrahedra around a
+    /// corner.
     #[must_use]
     pub fn volume(&self) -> f64 {
         let Some(apex) = self.vertices.first().map(|v| DVec3::from(*v)) else { return 0.0 };

@@ -1,9 +1,10 @@
 //! From frame to frame: only clusters that the eye may have passed a border of are looked at again.
 //!
-//! The idea is that of Kumar, Manocha, Garrett & Lin, *Hierarchical Back-Face Computation* (1996), who
-//! track the eye through the regions of each cluster. A distance does the same without regions: while
-//! the eye has moved by less than its distance from the border of a cluster's bound, the answer stays.
-//! That distance is bounded from below by a value of the bound that changes no faster than the eye moves.
+//! The idea is that of Kumar, Manocha, Garrett & Lin, *Hierarchical Back-Face Computation* (1996),
+//! who track the eye through the regions of each cluster. A distance does the same without regions:
+//! while the eye has moved by less than its distance from the border of a cluster's bound, the
+//! answer stays. That distance is bounded from below by a value of the bound that changes no faster
+//! than the eye moves.
 
 use cullet::Simd;
 use cullet::cull::backface::ClusterEye;
@@ -11,16 +12,17 @@ use glam::DVec3;
 
 use super::{Bound, ClusterBounds};
 
-/// The answers of a set of bounds for an eye that moves, kept up to date at the cost of the clusters
-/// near whose borders it is. The same answers as [`Bulk::cull`](crate::methods::Bulk::cull) in every frame.
+/// The answers of a set of bounds for an eye that moves, kept up to date at the cost of the
+/// clusters near whose borders it is. The same answers as
+/// [`Bulk::cull`](crate::methods::Bulk::cull) in every frame.
 #[derive(Clone, Debug)]
 pub struct ClusterTracker<B: Bound> {
     bounds: ClusterBounds<B>,
     /// Each bound once more, for its margin.
     singles: Vec<Option<B>>,
     culled: Vec<u64>,
-    /// How far the eye had gone in all when a cluster must be looked at again, and the least of each
-    /// word's 64 clusters.
+    /// How far the eye had gone in all when a cluster must be looked at again, and the least of
+    /// each word's 64 clusters.
     due: Vec<f64>,
     first_due: Vec<f64>,
     gone: f64,
@@ -51,8 +53,8 @@ impl<B: Bound> FromIterator<Option<B>> for ClusterTracker<B> {
 impl<B: Bound> ClusterTracker<B> {
     /// Moves the eye and returns the mask of culled clusters.
     ///
-    /// A position after a position costs what is near a border. A direction (weight 0), and what is no
-    /// eye, is answered by a full test, as is the first eye.
+    /// A position after a position costs what is near a border. A direction (weight 0), and what is
+    /// no eye, is answered by a full test, as is the first eye.
     pub fn update(&mut self, simd: Simd, eye: [f64; 4]) -> &[u64] {
         self.changed.clear();
         let prepared = ClusterEye::new(eye);

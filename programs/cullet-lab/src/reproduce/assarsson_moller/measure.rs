@@ -130,7 +130,8 @@ pub(super) fn all(
         let mut states: Vec<_> = VARIANTS.iter().map(|_| tree.state()).collect();
         let mut cut = Cut::new();
         for (at, frame) in frames.iter().enumerate() {
-            // A pass that ends early is one the less; but of the first, what was done is all there is.
+            // A pass that ends early is one the less; but of the first, what was done is all there
+            // is.
             if interrupted() {
                 record.complete = false;
                 break 'all;
@@ -195,7 +196,8 @@ pub(super) fn all(
     Ok(record)
 }
 
-/// The frames of the walk: around a circle, or straight on where the view does not turn; and the stride.
+/// The frames of the walk: around a circle, or straight on where the view does not turn; and the
+/// stride.
 fn path(walk: &Walk, model: &Model) -> Result<(Vec<Frame>, f64), Failure> {
     let extent = model.scene.extent();
     let empty = || {

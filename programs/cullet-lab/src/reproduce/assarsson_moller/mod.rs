@@ -1,6 +1,6 @@
-//! Assarsson & Möller, *Optimized View Frustum Culling Algorithms for Bounding Boxes* (2000): the gain of
-//! each of its tricks, alone and together, on a path of small steps; and what is left of it beside a tree that
-//! tests sixteen boxes at once.
+//! Assarsson & Möller, *Optimized View Frustum Culling Algorithms for Bounding Boxes* (2000): the
+//! gain of each of its tricks, alone and together, on a path of small steps; and what is left of it
+//! beside a tree that tests sixteen boxes at once.
 
 mod graph;
 mod measure;
@@ -50,7 +50,8 @@ pub(crate) struct AssarssonMollerArgs {
     /// Angle by which the view turns from frame to frame, in degrees
     #[arg(long, value_name = "ANGLE", default_value_t = 1.2, value_parser = degrees)]
     degrees: f64,
-    /// How far it goes from frame to frame, in the scene's units [default: a ten-thousandth of the scene]
+    /// How far it goes from frame to frame, in the scene's units [default: a ten-thousandth of the
+    /// scene]
     #[arg(long, value_name = "LENGTH", value_parser = stride)]
     stride: Option<f64>,
 }

@@ -21,11 +21,13 @@ pub(super) struct AssarssonMollerRecord {
     pub(super) rows: Vec<TricksRow>,
     /// The engine's own tree, in f32, sixteen boxes at once.
     pub(super) wide: Vec<WideRow>,
-    /// Frames in which a variant of the scalar tree found something else than the plain one; 0, or a fault.
+    /// Frames in which a variant of the scalar tree found something else than the plain one; 0, or
+    /// a fault.
     pub(super) frames_differing: u64,
     /// Visible for the plain tree and not for the engine's; 0, or a fault.
     pub(super) lost: u64,
-    /// Kept by the engine's tree alone, where f32 cannot tell; of so many boxes visible in all frames.
+    /// Kept by the engine's tree alone, where f32 cannot tell; of so many boxes visible in all
+    /// frames.
     pub(super) kept_at_the_border: u64,
     pub(super) visible_in_all: u64,
     /// False where Ctrl-C stopped the command early; then the figures are of the frames done.

@@ -35,7 +35,8 @@ pub(super) struct Tricks {
     pub(super) masking: bool,
     /// The plane that rejected a node last is tested first.
     pub(super) plane: bool,
-    /// A node that a plane rejected by more than the plane has moved and turned since is rejected again.
+    /// A node that a plane rejected by more than the plane has moved and turned since is rejected
+    /// again.
     pub(super) motion: bool,
 }
 
@@ -218,9 +219,10 @@ impl State {
     }
 }
 
-/// How far outside a plane the corners nearest to its inside (the n-vertex) and farthest out (the p-vertex)
-/// are. Sums of corners and not of a middle and half extents, for rounding keeps their order: what holds of
-/// a node holds of each box in it, so all tricks give the same answer to the last bit.
+/// How far outside a plane the corners nearest to its inside (the n-vertex) and farthest out (the
+/// p-vertex) are. Sums of corners and not of a middle and half extents, for rounding keeps their
+/// order: what holds of a node holds of each box in it, so all tricks give the same answer to the
+/// last bit.
 fn distances(node: &Node, side: &Side) -> (f64, f64) {
     let n = side.n;
     let inward = DVec3::select(n.cmpgt(DVec3::ZERO), node.min, node.max);
@@ -229,11 +231,12 @@ fn distances(node: &Node, side: &Side) -> (f64, f64) {
     (sum(inward), sum(outward))
 }
 
-/// The octant test: of each two opposite open planes the one that the node cannot reach, for it is on the other
-/// side of the middle between them, and its sphere is smaller than half their distance there.
+/// The octant test: of each two opposite open planes the one that the node cannot reach, for it is
+/// on the other side of the middle between them, and its sphere is smaller than half their distance
+/// there.
 ///
-/// The paper requires a sphere smaller than the frustum at its middle. Towards the eye a frustum is narrower,
-/// so here the distance is that at the node, and the answer is never another.
+/// The paper requires a sphere smaller than the frustum at its middle. Towards the eye a frustum is
+/// narrower, so here the distance is that at the node, and the answer is never another.
 fn hidden(node: &Node, sides: &Sides, open: u8) -> u8 {
     let middle = (node.min + node.max) * 0.5;
     let mut hidden = 0;

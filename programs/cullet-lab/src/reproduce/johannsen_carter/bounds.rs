@@ -163,7 +163,8 @@ impl<'a> Clusters<'a> {
         views
     }
 
-    /// The share of triangles that a test culls, by distance; adds to `wrong` what it should not have.
+    /// The share of triangles that a test culls, by distance; adds to `wrong` what it should not
+    /// have.
     fn shares(
         &self,
         views: &Views,
@@ -296,7 +297,8 @@ impl<'a> Clusters<'a> {
         rows
     }
 
-    /// The AND of the triangles' normal masks, each cluster with the viewing cone to its own sphere.
+    /// The AND of the triangles' normal masks, each cluster with the viewing cone to its own
+    /// sphere.
     fn masks(&self, views: &Views, wrong: &mut Wrong) -> Result<BoundRow, Failure> {
         let grid = MaskGrid::new(CELLS)
             .ok_or_else(|| Failure::input(format!("{CELLS} cells along an edge of a cube")))?;

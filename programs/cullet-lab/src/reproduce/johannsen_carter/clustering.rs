@@ -32,7 +32,8 @@ pub(super) struct ProbabilityRow {
     pub(super) what: String,
     pub(super) clusters: usize,
     pub(super) ideal_percent: f64,
-    /// Expected, in triangles drawn for each triangle of the mesh; over the same view points for all.
+    /// Expected, in triangles drawn for each triangle of the mesh; over the same view points for
+    /// all.
     pub(super) cost: f64,
     pub(super) seconds: f64,
 }
@@ -52,8 +53,8 @@ pub(super) struct MaterialRow {
 pub(super) struct MeshoptRow {
     pub(super) clusters: usize,
     pub(super) ideal_percent: f64,
-    /// At that number of clusters, between the limits that make just fewer and just more; `None` where
-    /// no limit makes more.
+    /// At that number of clusters, between the limits that make just fewer and just more; `None`
+    /// where no limit makes more.
     pub(super) meshopt_ideal_percent: Option<f64>,
     /// The weight of facing that does best there.
     pub(super) cone_weight: Option<f32>,
@@ -151,8 +152,8 @@ pub(super) fn meshopt(data: &MeshData) -> Result<Made, Failure> {
     Ok(Made { mesh: mesh(data, &clustering)?, report: None, seconds })
 }
 
-/// Compares our clusters with as many of meshoptimizer's, whose limit of triangles is lowered until it
-/// makes as many; the better of two weights of facing counts.
+/// Compares our clusters with as many of meshoptimizer's, whose limit of triangles is lowered until
+/// it makes as many; the better of two weights of facing counts.
 pub(super) fn against_meshopt(
     data: &MeshData,
     ours: &Mesh,

@@ -1,5 +1,5 @@
-//! Johannsen & Carter, *Clustered Backface Culling* (1998), as taught in Zachmann's lectures: clusters,
-//! their bounds, where a bound's origin goes, and hierarchies.
+//! Johannsen & Carter, *Clustered Backface Culling* (1998), as taught in Zachmann's lectures:
+//! clusters, their bounds, where a bound's origin goes, and hierarchies.
 
 mod bounds;
 mod clustering;

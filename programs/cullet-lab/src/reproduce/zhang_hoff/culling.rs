@@ -78,9 +78,9 @@ impl<'a> Pair<'a> {
         self.offsets.map(|o| [p[0] - o[0], p[1] - o[1], p[2] - o[2], 1.0])
     }
 
-    /// The distance in radii, to a hundredth, at which the share culled is nearest to the paper's where it
-    /// is farthest from it, over N ≥ 6. (The paper's is one view; with large cells its luck is not that
-    /// of the mean.)
+    /// The distance in radii, to a hundredth, at which the share culled is nearest to the paper's
+    /// where it is farthest from it, over N ≥ 6. (The paper's is one view; with large cells its
+    /// luck is not that of the mean.)
     #[must_use]
     pub fn fit(&self, grids: &Grids, directions: u32) -> f64 {
         let level = Simd::best();
@@ -116,7 +116,8 @@ impl<'a> Pair<'a> {
         (near * 100.0).round() / 100.0
     }
 
-    /// Shares culled by the masks and by the exact test, means over the directions; `step` is called after each.
+    /// Shares culled by the masks and by the exact test, means over the directions; `step` is
+    /// called after each.
     #[must_use]
     pub fn shares(
         &self,

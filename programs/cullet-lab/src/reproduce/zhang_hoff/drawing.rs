@@ -1,8 +1,8 @@
 //! How long a frame takes: the reference renderer draws what the masks leave.
 //!
-//! A frame with masks is all that such a frame takes: a mask for each copy, the list of what is left, and
-//! drawing it. A frame without is the same call for all triangles; the renderer sets each one up and
-//! finds by its winding on the screen whether it faces away, as a graphics card does.
+//! A frame with masks is all that such a frame takes: a mask for each copy, the list of what is
+//! left, and drawing it. A frame without is the same call for all triangles; the renderer sets each
+//! one up and finds by its winding on the screen whether it faces away, as a graphics card does.
 
 use std::time::{Duration, Instant};
 

@@ -1,9 +1,10 @@
 //! Zhang & Hoff, *Fast Backface Culling Using Normal Masks* (1997): Table 1 and Graph 1.
 //!
 //! The paper draws two Stanford bunnies and prints, for nine sizes of the grid of normals, how many
-//! triangles its masks cull and how long a frame takes. It prints neither where its viewer stood nor how
-//! long a frame takes without masks. A mask culls the more the farther the viewer is, on all models
-//! nearly alike, so the distance can be read off the shares: this command finds it, and measures there.
+//! triangles its masks cull and how long a frame takes. It prints neither where its viewer stood
+//! nor how long a frame takes without masks. A mask culls the more the farther the viewer is, on
+//! all models nearly alike, so the distance can be read off the shares: this command finds it, and
+//! measures there.
 
 mod culling;
 mod drawing;

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use cullet_command::machine::Machine;
 
-/// Cells along an edge of the cube, and what the paper prints for them: per cent culled, milliseconds a
-/// frame.
+/// Cells along an edge of the cube, and what the paper prints for them: per cent culled,
+/// milliseconds a frame.
 pub const PAPER: [(u32, f64, f64); 9] = [
     (2, 27.5, 469.5),
     (4, 35.1, 425.1),
@@ -126,7 +126,8 @@ pub(super) struct GroupRow {
     pub(super) us_per_frame: f64,
 }
 
-/// The share culled with a mask for each of k × k sectors of a square window that the model just fits.
+/// The share culled with a mask for each of k × k sectors of a square window that the model just
+/// fits.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct SectorRow {
     pub(super) fov_degrees: f64,
@@ -139,7 +140,7 @@ pub(super) struct SectorRow {
     /// Percent with one mask, by the cone around the model's sphere.
     pub(super) sphere_cone_percent: f64,
     pub(super) exact_percent: f64,
-    /// Microseconds a frame, for the masks of all sectors, finding the sectors of each cluster, and all
-    /// tests.
+    /// Microseconds a frame, for the masks of all sectors, finding the sectors of each cluster, and
+    /// all tests.
     pub(super) us_per_frame: f64,
 }

@@ -1,5 +1,5 @@
-//! The ways to narrow the lines of sight that a mask must hold for: groups of triangles with a viewing
-//! cone each, and sectors of the frustum. One copy of the model, N = 16.
+//! The ways to narrow the lines of sight that a mask must hold for: groups of triangles with a
+//! viewing cone each, and sectors of the frustum. One copy of the model, N = 16.
 
 use std::time::{Duration, Instant};
 
@@ -74,8 +74,8 @@ pub(super) fn groups(
     Ok(rows)
 }
 
-/// All fields of view with all numbers of sectors. Clusters are what is sorted into sectors: a cluster in
-/// several is culled by what they have in common.
+/// All fields of view with all numbers of sectors. Clusters are what is sorted into sectors: a
+/// cluster in several is culled by what they have in common.
 pub(super) fn sectors(
     subject: &Subject,
     directions: u32,

@@ -14,7 +14,8 @@ use hyper::{Method, Request, Response, StatusCode};
 use crate::body::Answer;
 use crate::site::{PageFile, SCENE_FOLDER, SceneFile, Site};
 
-/// The page runs its own code and nobody else's; `wasm-unsafe-eval` is what compiling wasm is called.
+/// The page runs its own code and nobody else's; `wasm-unsafe-eval` is what compiling wasm is
+/// called.
 const POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; \
                       style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; \
                       connect-src 'self' blob: data:; worker-src 'self' blob:; object-src 'none'; \
@@ -46,7 +47,8 @@ impl Answers {
         if has_body(headers) {
             return refuse(StatusCode::PAYLOAD_TOO_LARGE, "a request has no body here");
         }
-        // A name of another site that was made to lead here must not read what is served (DNS rebinding).
+        // A name of another site that was made to lead here must not read what is served (DNS
+        // rebinding).
         if uri.authority().is_some() || !self.is_our_name(headers) {
             return refuse(StatusCode::MISDIRECTED_REQUEST, "this server is not called that");
         }
@@ -171,7 +173,8 @@ fn finish(answer: Builder, body: Answer) -> Response<Answer> {
         .header(header::REFERRER_POLICY, "no-referrer")
         .header("Cross-Origin-Resource-Policy", "same-origin")
         .body(body);
-    // Only a header that is no text could fail, and all are ours; even so nothing is served wrongly.
+    // Only a header that is no text could fail, and all are ours; even so nothing is served
+    // wrongly.
     answer.unwrap_or_else(|_| {
         let mut failed = Response::new(Answer::Whole(None));
         *failed.status_mut() = StatusCode::INTERNAL_SERVER_ERROR;

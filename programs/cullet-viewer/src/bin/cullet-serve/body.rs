@@ -9,7 +9,8 @@ use bytes::Bytes;
 use http_body::{Body, Frame, SizeHint};
 use tokio::task::{JoinHandle, spawn_blocking};
 
-/// Bytes read, and sent, at a time. An answer holds two blocks at most: one on its way, one read ahead.
+/// Bytes read, and sent, at a time. An answer holds two blocks at most: one on its way, one read
+/// ahead.
 const BLOCK: usize = 64 << 10;
 
 /// The source of an answer's bytes.
@@ -30,14 +31,15 @@ impl Answer {
         Self::Whole(Some(bytes.into()))
     }
 
-    /// Reads `source` to its end, at the pace of the client. Nothing is read before the first block is wanted.
+    /// Reads `source` to its end, at the pace of the client. Nothing is read before the first block
+    /// is wanted.
     pub(crate) fn reading(source: impl Read + Send + 'static, length: Option<u64>) -> Self {
         Self::Blocks(Blocks(Next::Source(Box::new(source))), length)
     }
 }
 
-/// A source read block by block in threads for blocking work. Each block is a task of its own, so that a client
-/// who takes nothing holds two blocks and no thread.
+/// A source read block by block in threads for blocking work. Each block is a task of its own, so
+/// that a client who takes nothing holds two blocks and no thread.
 pub(crate) struct Blocks(Next);
 
 enum Next {

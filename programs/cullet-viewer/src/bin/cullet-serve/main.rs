@@ -1,11 +1,14 @@
-//! The program `cullet-serve`: a small HTTP server for the viewer's page and one scene. `cullet serve` starts it.
+//! The program `cullet-serve`: a small HTTP server for the viewer's page and one scene. `cullet
+//! serve` starts it.
 //!
-//! It answers with what it was told to serve and with nothing else: the files of the page are read once, at
-//! the start, into a list of names, and a request is compared with that list. No path of a request is ever
-//! joined to a folder, so `..`, links, absolute paths and unusual encodings lead nowhere by construction.
+//! It answers with what it was told to serve and with nothing else: the files of the page are read
+//! once, at the start, into a list of names, and a request is compared with that list. No path of a
+//! request is ever joined to a folder, so `..`, links, absolute paths and unusual encodings lead
+//! nowhere by construction.
 //!
-//! Files of the page that have a neighbour `NAME.gz` are sent compressed to whoever accepts that. A scene is
-//! sent as it lies on the disk, and compressed on the way only beyond the loopback interface, where it pays.
+//! Files of the page that have a neighbour `NAME.gz` are sent compressed to whoever accepts that. A
+//! scene is sent as it lies on the disk, and compressed on the way only beyond the loopback
+//! interface, where it pays.
 #![forbid(unsafe_code)]
 
 mod answer;
@@ -39,7 +42,8 @@ cannot be used.";
 #[derive(Debug, Parser)]
 #[command(name = "cullet-serve", version, after_help = EXAMPLES)]
 struct Args {
-    /// A file (GLB, glTF, OBJ, PLY, STL, OFF), with the files that it names beside it, or a built-in scene
+    /// A file (GLB, glTF, OBJ, PLY, STL, OFF), with the files that it names beside it, or a
+    /// built-in scene
     scene: Option<String>,
     /// Folder of the built page [default: found beside the program, or target/page]
     #[arg(long, value_name = "DIR")]

@@ -1,9 +1,10 @@
 //! The places that connections take, and which of them makes room when all are taken.
 //!
-//! A connection carries one request. It first waits for the request's head; once that is whole it is answered. Time
-//! alone never tells a good client from a bad one, so a connection is cut early only where another wants its place:
-//! first whichever has waited longest for its head, then whichever has longest taken nothing of its answer. One that
-//! takes what it is sent keeps its place.
+//! A connection carries one request. It first waits for the request's head; once that is whole it
+//! is answered. Time alone never tells a good client from a bad one, so a connection is cut early
+//! only where another wants its place: first whichever has waited longest for its head, then
+//! whichever has longest taken nothing of its answer. One that takes what it is sent keeps its
+//! place.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -19,8 +20,9 @@ use tokio::sync::Notify;
 use tokio::task::{AbortHandle, spawn_local};
 use tokio::time::Instant;
 
-/// How long a client must have taken nothing of its answer before another may have its place: longer than the
-/// pauses of a network that works. Nobody is cut for such a pause while there are places.
+/// How long a client must have taken nothing of its answer before another may have its place:
+/// longer than the pauses of a network that works. Nobody is cut for such a pause while there are
+/// places.
 const BLOCKED: Duration = Duration::from_millis(100);
 
 /// How far one connection has come.
@@ -28,7 +30,8 @@ const BLOCKED: Duration = Duration::from_millis(100);
 pub(crate) struct Progress {
     /// Whether its request's head is whole.
     answered: Cell<bool>,
-    /// When it last got further: it was accepted, its head became whole, or it took bytes of its answer.
+    /// When it last got further: it was accepted, its head became whole, or it took bytes of its
+    /// answer.
     moved: Cell<Instant>,
     /// Since when it has taken nothing though bytes are there for it.
     blocked: Cell<Option<Instant>>,
@@ -55,7 +58,8 @@ impl Progress {
     fn took(&self, taken: &Poll<io::Result<usize>>) {
         match taken {
             Poll::Ready(Ok(1..)) => {
-                // An answer that is sent before the head is whole refuses the request, and does not extend the deadline.
+                // An answer that is sent before the head is whole refuses the request, and does not
+                // extend the deadline.
                 if self.answered.get() {
                     self.moved.set(Instant::now());
                 }
@@ -94,7 +98,8 @@ impl Places {
         self.open.borrow_mut().insert(number, (progress, task.abort_handle()));
     }
 
-    /// Waits until fewer than `most` places are taken, cutting connections off where one may be cut.
+    /// Waits until fewer than `most` places are taken, cutting connections off where one may be
+    /// cut.
     pub(crate) async fn room(&self, most: usize) {
         while self.open.borrow().len() >= most.max(1) {
             if !self.cut_one() {

@@ -19,8 +19,8 @@ use crate::answer::Answers;
 use crate::places::{Places, Progress, Watched};
 use crate::site::Site;
 
-/// Threads that read scenes, and compress them. Each works on one block at a time, whoever's it is, so that no client
-/// holds one.
+/// Threads that read scenes, and compress them. Each works on one block at a time, whoever's it is,
+/// so that no client holds one.
 const READERS: usize = 4;
 
 /// Limits on clients. The defaults suit browsers, which send headers of one or two kilobytes.
@@ -33,13 +33,15 @@ pub(crate) struct Limits {
     pub headers: usize,
     /// Bytes of an address with its query; more is answered with 414.
     pub target_bytes: usize,
-    /// How long a request's head may take to arrive whole, from the moment the connection is accepted; cut off after.
+    /// How long a request's head may take to arrive whole, from the moment the connection is
+    /// accepted; cut off after.
     pub head_time: Duration,
     /// How long a client may take nothing of its answer; cut off after.
     pub stall_time: Duration,
-    /// Connections at a time. One more takes the place of the one that has waited longest for its request's head, else
-    /// of one that has taken nothing of its answer for a while; while all take their answers it waits. An answer holds
-    /// at most 128 KiB of a scene, beside what the system keeps for the connection, and two file handles.
+    /// Connections at a time. One more takes the place of the one that has waited longest for its
+    /// request's head, else of one that has taken nothing of its answer for a while; while all take
+    /// their answers it waits. An answer holds at most 128 KiB of a scene, beside what the system
+    /// keeps for the connection, and two file handles.
     pub connections: usize,
     /// How long answers may go on once the server was told to stop.
     pub stop_time: Duration,
@@ -105,8 +107,8 @@ impl Server {
         format!("http://{shown}/{}", self.site.fragment())
     }
 
-    /// Serves until Ctrl-C, or a request to terminate, then lets answers that are under way end for a short
-    /// while.
+    /// Serves until Ctrl-C, or a request to terminate, then lets answers that are under way end for
+    /// a short while.
     pub(crate) fn run(self) {
         self.run_until(asked_to_stop());
     }
@@ -131,8 +133,8 @@ async fn serve(
     let places = Rc::new(Places::default());
     let answers = Rc::new(answers);
     let mut http = http1::Builder::new();
-    // One request a connection: none is kept idle, and each is either waited for or answered. A page is a handful of
-    // files, and a new connection costs nothing beside any of them.
+    // One request a connection: none is kept idle, and each is either waited for or answered. A
+    // page is a handful of files, and a new connection costs nothing beside any of them.
     http.keep_alive(false).max_headers(limits.headers).max_buf_size(limits.head_bytes.max(8192));
     let accept = async {
         loop {
@@ -141,7 +143,8 @@ async fn serve(
                 // A client that is gone again.
                 Err(e) if e.kind() == io::ErrorKind::ConnectionAborted => continue,
                 Err(_) => {
-                    // Out of file handles, most likely: fewer connections help, and it does not end the server.
+                    // Out of file handles, most likely: fewer connections help, and it does not end
+                    // the server.
                     places.cut_one();
                     tokio::time::sleep(Duration::from_millis(50)).await;
                     continue;
@@ -169,8 +172,8 @@ async fn serve(
     let _ = tokio::time::timeout(limits.stop_time, graceful.shutdown()).await;
 }
 
-/// Serves a connection to its end, or until its client is too slow. A broken connection or a bad request is no error
-/// of the server.
+/// Serves a connection to its end, or until its client is too slow. A broken connection or a bad
+/// request is no error of the server.
 async fn in_time(connection: impl Future, progress: Rc<Progress>, limits: Limits) {
     let mut connection = pin!(connection);
     loop {

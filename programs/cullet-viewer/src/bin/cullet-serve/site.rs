@@ -101,7 +101,8 @@ pub(crate) struct SceneFile {
     pub(crate) kind: &'static str,
 }
 
-/// Files that are served: the page's, read into memory, and at most one scene with the files that it names.
+/// Files that are served: the page's, read into memory, and at most one scene with the files that
+/// it names.
 #[derive(Debug)]
 pub(crate) struct Site {
     pub(crate) page: BTreeMap<String, PageFile>,
@@ -112,12 +113,13 @@ pub(crate) struct Site {
 }
 
 impl Site {
-    /// The page in `page`, and a scene: a file, or the text of a built-in scene (`city:seed=3`). Of the
-    /// folder, ordinary files with the endings of a page are served (html, js, css, wasm, json, svg, png,
-    /// txt); links, folders and hidden files are not. Changes made later are not seen.
+    /// The page in `page`, and a scene: a file, or the text of a built-in scene (`city:seed=3`). Of
+    /// the folder, ordinary files with the endings of a page are served (html, js, css, wasm, json,
+    /// svg, png, txt); links, folders and hidden files are not. Changes made later are not seen.
     ///
-    /// Of what a scene names (buffers of a glTF, material libraries of an OBJ), ordinary files are served that lie in
-    /// its folder or below, wherever links lead; a scene that cannot be read is served alone, for the page tells why.
+    /// Of what a scene names (buffers of a glTF, material libraries of an OBJ), ordinary files are
+    /// served that lie in its folder or below, wherever links lead; a scene that cannot be read is
+    /// served alone, for the page tells why.
     ///
     /// # Errors
     /// If the page or the scene is not there or cannot be read.
@@ -141,15 +143,15 @@ impl Site {
         Ok(site)
     }
 
-    /// The fragment that follows the address of the page to open the scene: `#scene=city`, `#scene=/scene/model.glb`, or
-    /// nothing where no scene was given.
+    /// The fragment that follows the address of the page to open the scene: `#scene=city`,
+    /// `#scene=/scene/model.glb`, or nothing where no scene was given.
     #[must_use]
     pub(crate) fn fragment(&self) -> &str {
         &self.fragment
     }
 
-    /// Parts of the scene that the page cannot show: files that it names but that are not in its folder, or
-    /// why it cannot be read at all.
+    /// Parts of the scene that the page cannot show: files that it names but that are not in its
+    /// folder, or why it cannot be read at all.
     #[must_use]
     pub(crate) fn warnings(&self) -> &[String] {
         &self.warnings
@@ -262,8 +264,8 @@ fn read_page(folder: &Path) -> Result<BTreeMap<String, PageFile>, SiteError> {
     Ok(page)
 }
 
-/// The folder of the page where none is named: that of the variable `CULLET_PAGE`, `page` beside the program
-/// or beside its folder (where a build puts the two), or `target/page` here.
+/// The folder of the page where none is named: that of the variable `CULLET_PAGE`, `page` beside
+/// the program or beside its folder (where a build puts the two), or `target/page` here.
 ///
 /// # Errors
 /// If none of them has an `index.html`; the message says where it was looked for and what to do.

@@ -15,7 +15,8 @@ pub(super) struct Measuring {
     /// Where the device has a clock.
     clock: Option<(QuerySet, Buffer)>,
     read: Buffer,
-    /// Bytes of what is copied: bits in the view, visible bits, arguments of the early phase and of what is listed.
+    /// Bytes of what is copied: bits in the view, visible bits, arguments of the early phase and of
+    /// what is listed.
     sizes: [u64; 4],
     draws: usize,
     state: Arc<AtomicU8>,

@@ -5,8 +5,9 @@
 //!  in the view? ──► seen before ──► depth alone ──► pyramid ──► boxes against it ──► list ──► panes
 //! ```
 //!
-//! The early phase draws depth alone, into a texture of its own. So panes may lie anywhere and be painted in any way, and draw what is
-//! visible in one order, whatever was seen before: their pixels are those of what the CPU decides.
+//! The early phase draws depth alone, into a texture of its own. So panes may lie anywhere and be
+//! painted in any way, and draw what is visible in one order, whatever was seen before: their
+//! pixels are those of what the CPU decides.
 
 mod depth;
 mod figures;
@@ -141,8 +142,9 @@ impl DeviceCulling {
         })
     }
 
-    /// Uploads what the passes need to know of a view in a scene of some radius, for panes of so many samples a pixel; false where the device
-    /// cannot decide for it. Once between two submissions.
+    /// Uploads what the passes need to know of a view in a scene of some radius, for panes of so
+    /// many samples a pixel; false where the device cannot decide for it. Once between two
+    /// submissions.
     pub(super) fn set(
         &mut self,
         device: &Device,
@@ -179,7 +181,8 @@ impl DeviceCulling {
         true
     }
 
-    /// Records how it is decided. `group` is that of panes, and `offset` where in its numbers those of the view stand.
+    /// Records how it is decided. `group` is that of panes, and `offset` where in its numbers those
+    /// of the view stand.
     pub(super) fn record(
         &mut self,
         queue: &Queue,
@@ -189,7 +192,8 @@ impl DeviceCulling {
         by: &DeviceView<'_>,
     ) {
         let measured = self.measuring.start(queue);
-        // At first nothing was seen before, and all of the view is: the second round finds what it hides.
+        // At first nothing was seen before, and all of the view is: the second round finds what it
+        // hides.
         let rounds = if std::mem::take(&mut self.is_cold) && by.occlusion { 2 } else { 1 };
         for round in 1..=rounds {
             let measuring = (measured && round == rounds).then_some(&self.measuring);
@@ -272,7 +276,8 @@ impl DeviceCulling {
         &self.draws
     }
 
-    /// Draws what is listed, when pipeline, triangles and groups are set: by indices, or by textures.
+    /// Draws what is listed, when pipeline, triangles and groups are set: by indices, or by
+    /// textures.
     pub(super) fn draw(&self, pass: &mut RenderPass<'_>, draw: &ListedDraw, is_indexed: bool) {
         // Behind that of vertices, where there is one.
         let number = u32::from(is_indexed);
@@ -280,8 +285,8 @@ impl DeviceCulling {
         if is_indexed {
             pass.draw_indexed_indirect(self.listed.arguments(), draw.arguments);
         } else {
-            // The first four of the five words are the arguments of a draw without indices: corners, instances, the first corner, and
-            // what is 0 in both.
+            // The first four of the five words are the arguments of a draw without indices:
+            // corners, instances, the first corner, and what is 0 in both.
             pass.draw_indirect(self.listed.arguments(), draw.arguments);
         }
     }
@@ -315,7 +320,8 @@ impl DeviceCulling {
     }
 }
 
-/// The draws of a scene's buckets, in the order of the groups of panes, and of each its bucket and its arguments.
+/// The draws of a scene's buckets, in the order of the groups of panes, and of each its bucket and
+/// its arguments.
 fn draws(lanes: &Lanes, scene: &Uploaded) -> (Vec<ListedDraw>, Vec<(u32, DrawArguments)>) {
     let kind = |of: &cullet_gpu::Kind| Kind {
         mesh: of.mesh,

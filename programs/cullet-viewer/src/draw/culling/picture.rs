@@ -1,4 +1,5 @@
-//! A level of the depth pyramid as a picture, in the greys of [`Paint::Depth`](super::super::frame::Paint).
+//! A level of the depth pyramid as a picture, in the greys of
+//! [`Paint::Depth`](super::super::frame::Paint).
 
 use std::collections::HashMap;
 
@@ -25,7 +26,8 @@ pub(super) struct Shown {
 const _: () = assert!(size_of::<Shown>() == 112);
 
 impl Shown {
-    /// A level of the pyramid of a view's picture, at a place of the target, in a scene of some radius.
+    /// A level of the pyramid of a view's picture, at a place of the target, in a scene of some
+    /// radius.
     pub(super) fn new(view: &View, (place, level): ([u32; 4], u32), radius: f32) -> Self {
         let [x, y, z, w] = view.eye();
         let is_parallel = w == 0.0;

@@ -1,8 +1,8 @@
 //! Many elliptic cones against one eye, with SIMD.
 //!
-//! Cones are kept in blocks of sixteen, a row for each number, and tested as many at a time as a vector is
-//! wide. The arithmetic is that of [`EllipticCone::is_behind_eye`], product by product, so the answers are
-//! the same at every level.
+//! Cones are kept in blocks of sixteen, a row for each number, and tested as many at a time as a
+//! vector is wide. The arithmetic is that of [`EllipticCone::is_behind_eye`], product by product,
+//! so the answers are the same at every level.
 
 use crate::array::Each;
 use crate::simd::dispatch_256;
@@ -76,8 +76,8 @@ impl EllipticCones {
         (axis != [0.0; 3]).then_some(EllipticCone { apex, axis, s, t })
     }
 
-    /// Words `first..` of the mask of the clusters that the eye is proved behind, as many as `culled` has;
-    /// the bits beyond the last cluster are 0. The same at every level.
+    /// Words `first..` of the mask of the clusters that the eye is proved behind, as many as
+    /// `culled` has; the bits beyond the last cluster are 0. The same at every level.
     ///
     /// # Panics
     /// If the words reach beyond the last cluster's.

@@ -5,13 +5,13 @@ use glam::DVec2;
 /// An ellipse, as its centre and two half-axes, the longer first.
 pub(super) type Ellipse = (DVec2, [DVec2; 2]);
 
-/// An ellipse around all points that leaves its cone nearly the largest region: half of what fitting a
-/// cone costs. The points are those of normals at distance 1 along an axis.
+/// An ellipse around all points that leaves its cone nearly the largest region: half of what
+/// fitting a cone costs. The points are those of normals at distance 1 along an axis.
 ///
-/// For each direction and ratio of its axes the points are squeezed, and the ellipse is the smallest
-/// circle around them; both are sought by steps that are halved when none helps. The smallest *area*,
-/// which is easier to find, is the wrong aim: it would make a narrow cone of long normals too long
-/// (measured: 0.5 to 4 per cent of the ideal less).
+/// For each direction and ratio of its axes the points are squeezed, and the ellipse is the
+/// smallest circle around them; both are sought by steps that are halved when none helps. The
+/// smallest *area*, which is easier to find, is the wrong aim: it would make a narrow cone of long
+/// normals too long (measured: 0.5 to 4 per cent of the ideal less).
 pub(super) fn best_ellipse(points: &[DVec2]) -> Ellipse {
     // Ratios up to e⁶ = 400; what is thinner is widened for rounding anyway.
     const THINNEST: f64 = 6.0;
@@ -115,8 +115,8 @@ fn circle_through(p: DVec2, q: DVec2, r: DVec2) -> Option<(DVec2, f64)> {
 /// How much of the sphere of directions the cone of an ellipse does not prove, but for a constant.
 ///
 /// The region's border in the direction φ across the axis is at the angle whose cotangent is the
-/// ellipse's support function H(φ) = c·φ + |(s·φ, t·φ)|, so the region's solid angle is the integral of
-/// 1 − H/√(1 + H²).
+/// ellipse's support function H(φ) = c·φ + |(s·φ, t·φ)|, so the region's solid angle is the
+/// integral of 1 − H/√(1 + H²).
 fn region_lost((centre, [s, t]): &Ellipse) -> f64 {
     DIRECTIONS
         .iter()

@@ -6,8 +6,8 @@ use super::ellipse::best_ellipse;
 use super::{Apex, ClusterEye, ClusterPlanes};
 use crate::array::Each;
 
-/// The region {e : z < 0 and z² > (s·w)² + (t·w)²} with w = e − apex and z = axis·w: no square root, 48
-/// bytes.
+/// The region {e : z < 0 and z² > (s·w)² + (t·w)²} with w = e − apex and z = axis·w: no square
+/// root, 48 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct EllipticCone {
@@ -22,21 +22,23 @@ pub struct EllipticCone {
 }
 
 impl EllipticCone {
-    /// The cone of a cluster with these planes. `None` where no eye can be proved behind all of them: see
-    /// [`ClusterPlanes::apex`].
+    /// The cone of a cluster with these planes. `None` where no eye can be proved behind all of
+    /// them: see [`ClusterPlanes::apex`].
     ///
-    /// An eye that passes is behind every plane by at least `doubt` times its distance from any point of
-    /// the triangle, and times the cluster's radius: room for what a renderer's rounding may do to eye and
-    /// vertices. `doubt` is an angle in radians, from 0 to 0.01; 1e-4 costs nearly nothing.
+    /// An eye that passes is behind every plane by at least `doubt` times its distance from any
+    /// point of the triangle, and times the cluster's radius: room for what a renderer's rounding
+    /// may do to eye and vertices. `doubt` is an angle in radians, from 0 to 0.01; 1e-4 costs
+    /// nearly nothing.
     ///
-    /// The apex is lowered by that much of its own distance, and every normal is widened by the angle; the
-    /// two add up to it by the triangle inequality.
+    /// The apex is lowered by that much of its own distance, and every normal is widened by the
+    /// angle; the two add up to it by the triangle inequality.
     #[must_use]
     pub fn fit_doubting(planes: &ClusterPlanes, doubt: f64) -> Option<Self> {
         let fit = planes.apex(doubt)?;
         let farthest =
             fit.hull.iter().map(|p| DVec2::from(*p).length_squared()).fold(0.0, f64::max);
-        // Distance that a turn by the angle moves a point of the plane at distance 1, and a little more.
+        // Distance that a turn by the angle moves a point of the plane at distance 1, and a little
+        // more.
         let wide = doubt * (1.0 + farthest) * 1.1;
         let shape = Shape::around(&fit).widened(wide);
         let fit = if doubt > 0.0 { fit.widened(wide) } else { fit };
@@ -66,10 +68,11 @@ impl EllipticCone {
 
     /// Whether all normals are in the cone, by the slack that its test in f32 needs.
     ///
-    /// The test finds the numbers z, s·w and t·w each off by at most 7 roundings of the sizes of axis, s and
-    /// t, and |w|. For a normal n = α axis + β s + γ t with ρ = |(β, γ)|/α, passing the test makes n·w/α at
-    /// most −|z|(1 − ρ) and that error; and |z| is at least 0.7 times the least that |(z, s·w, t·w)| can be,
-    /// which is |w| over the norm of the inverse matrix. A normal's own doubt moves ρ as much.
+    /// The test finds the numbers z, s·w and t·w each off by at most 7 roundings of the sizes of
+    /// axis, s and t, and |w|. For a normal n = α axis + β s + γ t with ρ = |(β, γ)|/α, passing the
+    /// test makes n·w/α at most −|z|(1 − ρ) and that error; and |z| is at least 0.7 times the least
+    /// that |(z, s·w, t·w)| can be, which is |w| over the norm of the inverse matrix. A normal's
+    /// own doubt moves ρ as much.
     #[must_use]
     pub fn holds(&self, fit: &Apex) -> bool {
         const ROUNDING: f64 = 2e-6;

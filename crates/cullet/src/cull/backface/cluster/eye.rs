@@ -14,11 +14,11 @@ pub struct ClusterEye {
 }
 
 impl ClusterEye {
-    /// From (position, 1) or (direction towards the viewer, 0), or a positive multiple of either, in the
-    /// space of the cluster.
+    /// From (position, 1) or (direction towards the viewer, 0), or a positive multiple of either,
+    /// in the space of the cluster.
     ///
-    /// `None`, which proves nothing, for a number that is not finite, a negative weight, a direction of
-    /// no length, and a position beyond 1e14 units, whose squares f32 could not hold.
+    /// `None`, which proves nothing, for a number that is not finite, a negative weight, a
+    /// direction of no length, and a position beyond 1e14 units, whose squares f32 could not hold.
     #[must_use]
     pub fn new(eye: [f64; 4]) -> Option<Self> {
         let [x, y, z, w] = eye;
@@ -32,8 +32,8 @@ impl ClusterEye {
         .then(|| Self { xyz: xyz.each(|v| v as f32), w: f32::from(w > 0.0) })
     }
 
-    /// Bound that a difference of squares must exceed: squares smaller than f32's normal numbers are off by 1e-45
-    /// or, where a processor flushes them, by 1e-38.
+    /// Bound that a difference of squares must exceed: squares smaller than f32's normal numbers
+    /// are off by 1e-45 or, where a processor flushes them, by 1e-38.
     pub const LEAST_SQUARE: f32 = 1e-36;
 
     /// The position, or the direction towards the viewer.

@@ -12,8 +12,8 @@ use crate::sort::{of_f64, sort_by_key};
 pub struct ClusterPlanes {
     normals: Vec<DVec3>,
     offsets: Vec<f64>,
-    /// Half of what coordinates span, by axis and as a diagonal, and the largest of them: what rounding
-    /// is relative to.
+    /// Half of what coordinates span, by axis and as a diagonal, and the largest of them: what
+    /// rounding is relative to.
     half: DVec3,
     radius: f64,
     largest: f64,
@@ -21,20 +21,21 @@ pub struct ClusterPlanes {
     complete: bool,
 }
 
-/// A triangle whose area is below this share of the product of its edges has a normal too uncertain:
-/// the rounding of its cross product, at most 4 × 2⁻⁵³ of that product, turns it by up to 4.5e-7.
+/// A triangle whose area is below this share of the product of its edges has a normal too
+/// uncertain: the rounding of its cross product, at most 4 × 2⁻⁵³ of that product, turns it by up
+/// to 4.5e-7.
 const SLIVER: f64 = 1e-9;
 
 impl ClusterPlanes {
-    /// The largest coordinate of a cluster or an eye that has bounds: the squares of what their tests add up
-    /// stay below 3e38.
+    /// The largest coordinate of a cluster or an eye that has bounds: the squares of what their
+    /// tests add up stay below 3e38.
     pub const LARGEST: f64 = 1e14;
-    /// The smallest [`radius`](Self::radius) of a cluster that has bounds: far above the smallest number of
-    /// f32.
+    /// The smallest [`radius`](Self::radius) of a cluster that has bounds: far above the smallest
+    /// number of f32.
     pub const SMALLEST: f64 = 1e-30;
 
-    /// The planes of triangles given by their corners, counter-clockwise fronts. Triangles of no area at
-    /// all are left out.
+    /// The planes of triangles given by their corners, counter-clockwise fronts. Triangles of no
+    /// area at all are left out.
     pub fn new(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Self {
         let mut planes = Self { complete: true, ..Self::default() };
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -52,8 +53,8 @@ impl ClusterPlanes {
             if n.length() > u.length() * v.length() * SLIVER {
                 let n = n.normalize();
                 planes.normals.push(n);
-                // The corner farthest behind, so that rounding of the normal leaves all on the plane's
-                // back.
+                // The corner farthest behind, so that rounding of the normal leaves all on the
+                // plane's back.
                 planes.offsets.push(n.dot(a).min(n.dot(b)).min(n.dot(c)));
             } else {
                 planes.complete = false;
@@ -65,8 +66,8 @@ impl ClusterPlanes {
         planes
     }
 
-    /// Planes that are not those of triangles, as (n, d) with unit n, of a surface within a box; `complete`
-    /// says whether what is behind them all is behind the surface.
+    /// Planes that are not those of triangles, as (n, d) with unit n, of a surface within a box;
+    /// `complete` says whether what is behind them all is behind the surface.
     pub fn of_planes(
         planes: impl IntoIterator<Item = ([f64; 3], f64)>,
         [low, high]: [[f64; 3]; 2],
@@ -99,7 +100,8 @@ impl ClusterPlanes {
         self.normals.is_empty()
     }
 
-    /// Whether every triangle with an area has its plane here. If not, no eye is proved behind them all.
+    /// Whether every triangle with an area has its plane here. If not, no eye is proved behind them
+    /// all.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.complete
@@ -115,8 +117,8 @@ impl ClusterPlanes {
         }
     }
 
-    /// The ideal test, and the oracle of all others: whether the homogeneous eye is behind every plane,
-    /// by more than f64 rounding. False for a negative weight and for what is not finite.
+    /// The ideal test, and the oracle of all others: whether the homogeneous eye is behind every
+    /// plane, by more than f64 rounding. False for a negative weight and for what is not finite.
     #[must_use]
     pub fn is_behind(&self, eye: [f64; 4]) -> bool {
         let e = DVec3::new(eye[0], eye[1], eye[2]);
@@ -143,8 +145,8 @@ impl ClusterPlanes {
             .fold(f64::NEG_INFINITY, |a, b| if b <= a { a } else { b })
     }
 
-    /// The half-spaces n·x ≤ d behind the planes, as (n, d) with unit n; their intersection holds every
-    /// eye that sees all triangles from behind.
+    /// The half-spaces n·x ≤ d behind the planes, as (n, d) with unit n; their intersection holds
+    /// every eye that sees all triangles from behind.
     pub fn half_spaces(&self) -> impl Iterator<Item = ([f64; 3], f64)> {
         self.normals.iter().zip(&self.offsets).map(|(n, d)| ((*n).into(), *d))
     }
@@ -183,9 +185,9 @@ impl ClusterPlanes {
             && self.radius >= Self::SMALLEST
     }
 
-    /// How far a point may be wrongly called behind a plane for all reasons but the rounding of the test
-    /// itself: that point's and the eye's coordinates as f32, and a normal that a thin triangle leaves
-    /// uncertain by up to 4.5e-7 radians.
+    /// How far a point may be wrongly called behind a plane for all reasons but the rounding of the
+    /// test itself: that point's and the eye's coordinates as f32, and a normal that a thin
+    /// triangle leaves uncertain by up to 4.5e-7 radians.
     #[must_use]
     pub fn slack(&self, point: [f64; 3]) -> f64 {
         let point = DVec3::from(point);
@@ -194,18 +196,19 @@ impl ClusterPlanes {
         size * f64::from(f32::EPSILON) * 2.0 + reach * 1e-6
     }
 
-    /// The unit axis of the narrowest cone around the normals, nearly; `None` where they span half of space
-    /// or nearly so (4.6 degrees less), and for no normals.
+    /// The unit axis of the narrowest cone around the normals, nearly; `None` where they span half
+    /// of space or nearly so (4.6 degrees less), and for no normals.
     #[must_use]
     pub fn axis(&self) -> Option<[f64; 3]> {
         narrowest_cone_axis(&self.normals).map(Into::into)
     }
 
-    /// Input that a cone or a pyramid is fitted to: an apex that stays behind all planes though they turn by
-    /// `doubt` radians around the nearest point of the cluster's ball, and the normals around their axis.
+    /// Input that a cone or a pyramid is fitted to: an apex that stays behind all planes though
+    /// they turn by `doubt` radians around the nearest point of the cluster's ball, and the normals
+    /// around their axis.
     ///
-    /// `None` where the planes are not [usable](Self::is_usable), have no [axis](Self::axis), or no point
-    /// within 16 radii that is behind them all.
+    /// `None` where the planes are not [usable](Self::is_usable), have no [axis](Self::axis), or no
+    /// point within 16 radii that is behind them all.
     #[must_use]
     pub fn apex(&self, doubt: f64) -> Option<Apex> {
         if !self.is_usable() {
@@ -231,8 +234,8 @@ impl ClusterPlanes {
     }
 }
 
-/// An apex behind all planes of a cluster, and their normals projected to the plane at distance 1 along an
-/// axis: what every cone and pyramid with an apex is fitted to.
+/// An apex behind all planes of a cluster, and their normals projected to the plane at distance 1
+/// along an axis: what every cone and pyramid with an apex is fitted to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Apex {
     /// The unit axis; every normal has a positive part along it.
@@ -263,9 +266,11 @@ impl Apex {
     }
 }
 
-/// How far from a cluster's middle its apex may be, in radii: parallel planes have no highest point.
+/// How far from a cluster's middle its apex may be, in radii: parallel planes have no highest
+/// point.
 const APEX_REACH: f64 = 16.0;
-/// Normals must be at least this far from the equator: 4.6 degrees. Wider clusters have hardly a region.
+/// Normals must be at least this far from the equator: 4.6 degrees. Wider clusters have hardly a
+/// region.
 const NARROWEST: f64 = 0.08;
 
 /// Steps towards the axis: the last one moves it by a fiftieth of the cone.
@@ -274,9 +279,10 @@ const AXIS_STEPS: u32 = 50;
 /// The axis of the narrowest cone around unit normals; `None` where they do not fit into an open
 /// hemisphere by [`NARROWEST`].
 ///
-/// Up to a hemisphere it is the direction of the centre of the smallest ball around them (here by the
-/// core-set iteration of Bădoiu & Clarkson, *Smaller Core-Sets for Balls*, 2003: the centre moves
-/// towards the farthest point by ever smaller steps). Any axis is right; a better one is tighter.
+/// Up to a hemisphere it is the direction of the centre of the smallest ball around them (here by
+/// the core-set iteration of Bădoiu & Clarkson, *Smaller Core-Sets for Balls*, 2003: the centre
+/// moves towards the farthest point by ever smaller steps). Any axis is right; a better one is
+/// tighter.
 fn narrowest_cone_axis(normals: &[DVec3]) -> Option<DVec3> {
     let mut centre = normals.iter().sum::<DVec3>() / normals.len() as f64;
     for step in 1..=AXIS_STEPS {
@@ -295,8 +301,8 @@ fn narrowest_cone_axis(normals: &[DVec3]) -> Option<DVec3> {
 }
 
 /// The point that is highest along `axis` among those behind all planes and within `reach` of the
-/// cluster's middle: a linear programme of three variables, by adding one plane after the other (Seidel,
-/// *Small-dimensional linear programming and convex hulls made easy*, 1991).
+/// cluster's middle: a linear programme of three variables, by adding one plane after the other
+/// (Seidel, *Small-dimensional linear programming and convex hulls made easy*, 1991).
 fn highest_behind(planes: &ClusterPlanes, axis: DVec3, reach: f64) -> Option<DVec3> {
     // In coordinates around the middle, in units of the reach: the box is ±1.
     let rows: Vec<(DVec3, f64)> = planes
@@ -368,11 +374,11 @@ fn on_plane(rows: &[(DVec3, f64)], n: DVec3, d: f64, axis: DVec3) -> Option<DVec
     Some(origin + u * best.x + v * best.y)
 }
 
-/// The corners of the convex hull, counter-clockwise (Andrew, *Another efficient algorithm for convex
-/// hulls in two dimensions*, 1979).
+/// The corners of the convex hull, counter-clockwise (Andrew, *Another efficient algorithm for
+/// convex hulls in two dimensions*, 1979).
 fn convex_hull(points: Vec<DVec2>) -> Vec<DVec2> {
-    // total_cmp puts −0 before 0, which no product of differences would agree with: points between two
-    // ends of one x were lost.
+    // total_cmp puts −0 before 0, which no product of differences would agree with: points between
+    // two ends of one x were lost.
     let mut sorted: Vec<DVec2> = points.into_iter().map(|p| p + DVec2::ZERO).collect();
     sort_by_key(&mut sorted, |p| of_f64(p.y).into());
     sort_by_key(&mut sorted, |p| of_f64(p.x).into());

@@ -91,14 +91,14 @@ fn run<S: Simd>(simd: S, test: &mut impl Test, boxes: &Boxes, first: usize, word
     }
 }
 
-/// For each box whether some plane's test is negative: that it is outside, or, `INSIDE`, that it is not
-/// proved inside. `V` vectors are tested at a time.
+/// For each box whether some plane's test is negative: that it is outside, or, `INSIDE`, that it is
+/// not proved inside. `V` vectors are tested at a time.
 ///
 /// Planes outermost: their numbers are loaded once for V vectors, and rows straight from memory as
-/// operands. One vector at a time with all planes, which reads each row once where registers allow, was
-/// slower on AVX2 (sixteen registers hold no six planes); so was a jump by the signs of each plane
-/// (three times: compilers merge the arms again). Sums end in a sign bit, and signs are joined as
-/// integers, for comparisons and products share two of the four pipes of Zen 4.
+/// operands. One vector at a time with all planes, which reads each row once where registers allow,
+/// was slower on AVX2 (sixteen registers hold no six planes); so was a jump by the signs of each
+/// plane (three times: compilers merge the arms again). Sums end in a sign bit, and signs are
+/// joined as integers, for comparisons and products share two of the four pipes of Zen 4.
 #[inline(always)]
 fn signs<S: Simd, const INSIDE: bool, const V: usize>(
     simd: S,

@@ -7,9 +7,9 @@ use crate::view::Frustum;
 
 /// One plane for boxes, scaled so that its coefficient on the axis of the first row is 1.
 ///
-/// The corner of a box nearest to the inside has n·x = −(y₀ + b·y₁ + c·y₂) with y from these rows of a
-/// block (−min where n > 0, max elsewhere): the box is outside iff that sum plus `d` is negative. The
-/// opposite corner, of rows (r + 3) mod 6, has n·x = z₀ + b·z₁ + c·z₂.
+/// The corner of a box nearest to the inside has n·x = −(y₀ + b·y₁ + c·y₂) with y from these rows
+/// of a block (−min where n > 0, max elsewhere): the box is outside iff that sum plus `d` is
+/// negative. The opposite corner, of rows (r + 3) mod 6, has n·x = z₀ + b·z₁ + c·z₂.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::cull::frustum) struct BoxPlane {
     rows: [u8; 3],
@@ -89,7 +89,8 @@ impl BoxPlane {
         self.near_rows().each(|r| (r + 3) % 6)
     }
 
-    /// Whether the plane rejects the box in `lane` of a block: the very arithmetic of the fast paths.
+    /// Whether the plane rejects the box in `lane` of a block: the very arithmetic of the fast
+    /// paths.
     fn rejects(&self, block: &BoxBlock, lane: usize) -> bool {
         let y = self.near_rows().each(|r| block.0[r][lane]);
         y[0] + (y[1] * self.b + y[2] * self.c) + self.d < 0.0
@@ -120,8 +121,8 @@ impl Planes {
         Self::of(frustum.planes().map(|(number, plane)| (number, *plane)))
     }
 
-    /// Prepares the planes of `frustum` whose bits are set in `wanted`, in the space of an object: see
-    /// [`Frustum::to_object_space`].
+    /// Prepares the planes of `frustum` whose bits are set in `wanted`, in the space of an object:
+    /// see [`Frustum::to_object_space`].
     pub(crate) fn in_object_space(frustum: &Frustum, transform: &Transform, wanted: u32) -> Self {
         Self::of(frustum.planes_in_object_space(transform, wanted))
     }
@@ -135,8 +136,8 @@ impl Planes {
         planes
     }
 
-    /// Where one box lies, by the arithmetic of the batch tests: one box gets here the answer that it
-    /// gets in a batch.
+    /// Where one box lies, by the arithmetic of the batch tests: one box gets here the answer that
+    /// it gets in a batch.
     #[must_use]
     pub fn classify_box(&self, b: &Aabb) -> Side {
         self.side(&alone(b), 0)

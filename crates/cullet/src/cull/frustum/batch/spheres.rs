@@ -89,8 +89,9 @@ fn outside<S: fearless_simd::Simd>(
     }
 }
 
-/// Planes outermost, `V` vectors at a time, as boxes are tested. Opposite sides of a view that share products were tried:
-/// on AVX-512 1.6 times as fast in the nearest caches, for 150 lines more and an error bound of its own.
+/// Planes outermost, `V` vectors at a time, as boxes are tested. Opposite sides of a view that
+/// share products were tried: on AVX-512 1.6 times as fast in the nearest caches, for 150 lines
+/// more and an error bound of its own.
 #[inline(always)]
 fn signs<S: fearless_simd::Simd, const V: usize>(
     simd: S,

@@ -1,4 +1,5 @@
-//! Blocks of sixteen items, four to a word of the answer: how a batch is gone through, whatever is tested.
+//! Blocks of sixteen items, four to a word of the answer: how a batch is gone through, whatever is
+//! tested.
 
 use bytemuck::Zeroable;
 use fearless_simd::prelude::*;
@@ -16,8 +17,8 @@ pub(super) fn valid(len: usize, index: usize) -> u64 {
     }
 }
 
-/// Splits words `first..` of a mask into those whose sixty-four items are all there, with their blocks,
-/// and the rest, with their numbers.
+/// Splits words `first..` of a mask into those whose sixty-four items are all there, with their
+/// blocks, and the rest, with their numbers.
 #[inline(always)]
 pub(super) fn parts<'a, T>(
     blocks: &'a [T],

@@ -1,8 +1,8 @@
-//! Frustum culling with a hierarchy: a group outside is dropped whole, a group inside is taken whole,
-//! and only one that straddles has its members tested, against the planes that it straddles.
+//! Frustum culling with a hierarchy: a group outside is dropped whole, a group inside is taken
+//! whole, and only one that straddles has its members tested, against the planes that it straddles.
 //!
-//! The answer is that of the flat sweep ([`batch`](super::batch)), bit for bit; only the way there is
-//! shorter.
+//! The answer is that of the flat sweep ([`batch`](super::batch)), bit for bit; only the way there
+//! is shorter.
 //!
 //! ```
 //! use cullet::bounds::{Aabb, Boxes};
@@ -55,7 +55,8 @@ pub struct Cut {
     counts: Counts,
     swept: usize,
     fronts: [Front; 2],
-    /// State of the boxes, and the planes, that the masks were made from by [`update`](Self::update).
+    /// State of the boxes, and the planes, that the masks were made from by
+    /// [`update`](Self::update).
     made_from: Option<[u64; 2]>,
     planes: Vec<BoxPlane>,
 }
@@ -67,8 +68,8 @@ impl Cut {
         Self::default()
     }
 
-    /// Walks `nodes`, which are over `boxes` or the first of them, and sweeps the rest; keeps what is visible
-    /// and what is inside every plane: the answer of [`classify_boxes`].
+    /// Walks `nodes`, which are over `boxes` or the first of them, and sweeps the rest; keeps what
+    /// is visible and what is inside every plane: the answer of [`classify_boxes`].
     ///
     /// # Panics
     /// If the nodes are over more boxes than there are.
@@ -87,13 +88,13 @@ impl Cut {
         }
     }
 
-    /// Does the same as [`cull`](Self::cull), but keeps the last result if the planes are equal and `state`, which
-    /// identifies a state of the boxes and nodes, is the last one.
+    /// Does the same as [`cull`](Self::cull), but keeps the last result if the planes are equal and
+    /// `state`, which identifies a state of the boxes and nodes, is the last one.
     ///
-    /// This serves a view that stands still: 30 to 60 times faster than a walk for a million boxes. Memory of
-    /// single groups of boxes for views that move was tried, with a bound on how far each plane may go: 1.3 to
-    /// 2.1 times faster where the view creeps by 0.1 units in a world of 2000, but 0.91 to 0.96 times as fast for
-    /// every turn and for steps of a unit.
+    /// This serves a view that stands still: 30 to 60 times faster than a walk for a million boxes.
+    /// Memory of single groups of boxes for views that move was tried, with a bound on how far each
+    /// plane may go: 1.3 to 2.1 times faster where the view creeps by 0.1 units in a world of 2000,
+    /// but 0.91 to 0.96 times as fast for every turn and for steps of a unit.
     pub(crate) fn update(
         &mut self,
         simd: Simd,
@@ -131,8 +132,8 @@ impl Cut {
         }
     }
 
-    /// A node that is taken whole may have empty children, which planes reject (unless they reject nothing
-    /// at all).
+    /// A node that is taken whole may have empty children, which planes reject (unless they reject
+    /// nothing at all).
     fn finish(&mut self, planes: &Planes, holes: Option<&[u64]>) {
         if let Some(holes) = holes
             && planes.classify_box(&Aabb::EMPTY) == Side::Outside
@@ -205,8 +206,8 @@ impl Cut {
         self.counts.planes
     }
 
-    /// How many boxes were swept without testing a node: those that lie under none, and all where that is
-    /// cheaper.
+    /// How many boxes were swept without testing a node: those that lie under none, and all where
+    /// that is cheaper.
     #[must_use]
     pub fn swept(&self) -> u64 {
         self.swept as u64

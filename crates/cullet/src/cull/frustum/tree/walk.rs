@@ -1,8 +1,8 @@
 //! The walk: level by level from the top, sixteen children at a time.
 //!
-//! Level by level and not down to the leaves at once, for then one block does not wait for the branches
-//! of the one before: their loads overlap. What is found is written to masks, whose order is given, so
-//! the order of the walk does not matter.
+//! Level by level and not down to the leaves at once, for then one block does not wait for the
+//! branches of the one before: their loads overlap. What is found is written to masks, whose order
+//! is given, so the order of the walk does not matter.
 
 use std::ops::Range;
 
@@ -15,7 +15,8 @@ use crate::bits;
 use crate::bounds::{BoxBlock, Boxes, LANES};
 use crate::hierarchy::Nodes;
 
-/// The blocks of one level that are still to be tested, with the planes that each of them straddles.
+/// The blocks of one level that are still to be tested, with the planes that each of them
+/// straddles.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Front {
     blocks: Vec<u32>,
@@ -32,7 +33,8 @@ impl Front {
         }
     }
 
-    /// The root over so many boxes, if there are any: it straddles all of so many planes as far as is known.
+    /// The root over so many boxes, if there are any: it straddles all of so many planes as far as
+    /// is known.
     fn set_root(&mut self, planes: usize, boxes: usize) {
         self.reserve(1);
         self.blocks[0] = 0;
@@ -101,8 +103,8 @@ pub(super) struct Walk<'a> {
     pub(super) boxes: &'a Boxes,
 }
 
-/// A block that the walk tests takes about 3/2 as long as one that a sweep passes: so a walk that has to test more
-/// than this share of the blocks costs more than the sweep.
+/// A block that the walk tests takes about 3/2 as long as one that a sweep passes: so a walk that
+/// has to test more than this share of the blocks costs more than the sweep.
 const SWEEP: (usize, usize) = (5, 8);
 
 impl Walk<'_> {

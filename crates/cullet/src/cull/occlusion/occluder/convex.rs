@@ -17,9 +17,9 @@ type Points = [[f32; 8]; 3];
 
 /// A convex polyhedron, or a convex polygon that hides from both sides.
 ///
-/// On the screen it is one outline, the edges between a face that is seen and one that is not; and at each
-/// pixel it is as near as the farthest of the planes of the faces seen, since a line enters a convex body at
-/// the last plane that it crosses inward.
+/// On the screen it is one outline, the edges between a face that is seen and one that is not; and
+/// at each pixel it is as near as the farthest of the planes of the faces seen, since a line enters
+/// a convex body at the last plane that it crosses inward.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Convex {
     pub(super) vertices: Vec<[f32; 3]>,
@@ -31,8 +31,9 @@ pub struct Convex {
     spread: Vec<[u32; 3]>,
     /// Edges: from, to, the face that winds that way, the face that winds the other way.
     pub(super) edges: Vec<[u32; 4]>,
-    /// The first eight vertices, the last one again where there are no more: all that most bodies have, and
-    /// here since a body that is covered should not cost a look elsewhere. Then the others.
+    /// The first eight vertices, the last one again where there are no more: all that most bodies
+    /// have, and here since a body that is covered should not cost a look elsewhere. Then the
+    /// others.
     points: Points,
     more: Vec<Points>,
     /// The largest absolute coordinate along each axis.
@@ -59,8 +60,9 @@ impl Convex {
         Self::from_loops(vertices, &faces.each(|f| f.to_vec()))
     }
 
-    /// A flat convex polygon, which hides from both sides. Its corners are taken to lie in one plane: what
-    /// they stand out of it by must be made good by the caller, who shrinks or moves it.
+    /// A flat convex polygon, which hides from both sides. Its corners are taken to lie in one
+    /// plane: what they stand out of it by must be made good by the caller, who shrinks or moves
+    /// it.
     ///
     /// # Errors
     /// Where it has fewer than three corners, too many, or one that is not finite.
@@ -72,15 +74,15 @@ impl Convex {
         Self::from_loops(corners.to_vec(), &[(0..count).collect(), (0..count).rev().collect()])
     }
 
-    /// A flat convex polygon that hides from its front alone, where its corners are counter-clockwise. As
-    /// [`from_polygon`](Self::from_polygon) otherwise.
+    /// A flat convex polygon that hides from its front alone, where its corners are
+    /// counter-clockwise. As [`from_polygon`](Self::from_polygon) otherwise.
     ///
     /// # Errors
     /// As [`from_polygon`](Self::from_polygon).
     pub fn from_one_sided_polygon(corners: &[[f32; 3]]) -> Result<Self, OcclusionError> {
         let mut polygon = Self::from_polygon(corners)?;
-        // The back stays, for the outline lies between it and the front, but has neither a plane that could be
-        // seen nor corners that could be drawn.
+        // The back stays, for the outline lies between it and the front, but has neither a plane
+        // that could be seen nor corners that could be drawn.
         polygon.spread[1] = [polygon.spread[1][0]; 3];
         polygon.starts[2] = polygon.starts[1];
         polygon.loops.truncate(polygon.starts[1] as usize);
@@ -92,8 +94,8 @@ impl Convex {
         self.face_count() == 2 && !self.face(1).is_empty()
     }
 
-    /// The convex body that a triangle list is the surface of: exactly convex, closed and wound outward. `None` for
-    /// any other list, and for one with too many corners.
+    /// The convex body that a triangle list is the surface of: exactly convex, closed and wound
+    /// outward. `None` for any other list, and for one with too many corners.
     #[must_use]
     pub fn from_mesh(positions: &[[f32; 3]], indices: &[u32]) -> Option<Self> {
         // The positions may be those of much more.
@@ -261,7 +263,8 @@ impl Convex {
         self.spread.len()
     }
 
-    /// The loop of a face, counter-clockwise seen from outside; empty for the back of a one-sided polygon.
+    /// The loop of a face, counter-clockwise seen from outside; empty for the back of a one-sided
+    /// polygon.
     pub(super) fn face(&self, face: usize) -> &[u32] {
         &self.loops[self.starts[face] as usize..self.starts[face + 1] as usize]
     }
@@ -278,8 +281,8 @@ impl Convex {
         &self.vertices
     }
 
-    /// Returns each face: three of its corners that lie well apart, and all of them, both counter-clockwise seen from outside. A
-    /// one-sided polygon has no back.
+    /// Returns each face: three of its corners that lie well apart, and all of them, both
+    /// counter-clockwise seen from outside. A one-sided polygon has no back.
     pub fn faces(&self) -> impl Iterator<Item = ([u32; 3], &[u32])> {
         let all = (0..self.face_count()).map(|f| (self.spread[f], self.face(f)));
         all.filter(|(_, corners)| !corners.is_empty())

@@ -54,9 +54,10 @@ impl CostModel {
         }
     }
 
-    /// No shape of at most such a value has a higher score, where none costs less than `least` and no pixel has more than
-    /// `densest` of the value. (Pixels rise faster than their cost, so that a smaller shape has the lower score; the
-    /// bound is raised by more than what rounding does to either.)
+    /// No shape of at most such a value has a higher score, where none costs less than `least` and
+    /// no pixel has more than `densest` of the value. (Pixels rise faster than their cost, so that
+    /// a smaller shape has the lower score; the bound is raised by more than what rounding does to
+    /// either.)
     pub(crate) fn score(&self, least: LeastCost, value: f32, densest: f32) -> f32 {
         let fewest = value / densest;
         let of = |edges: EdgeCount| value / self.cost(edges, fewest);
@@ -65,8 +66,8 @@ impl CostModel {
         convex.max(patch) * (1.0 + 1e-5)
     }
 
-    /// Value below which all have a lower score than `least_score`: a little less than the least that has not, so
-    /// that most can be refused without a root and a division.
+    /// Value below which all have a lower score than `least_score`: a little less than the least
+    /// that has not, so that most can be refused without a root and a division.
     pub(crate) fn least_value(&self, least: LeastCost, least_score: f32, densest: f32) -> f32 {
         let (mut low, mut high) = (0.0, 1e12);
         // Half a step of a thousandth in 12 + 3 decades.
@@ -82,7 +83,8 @@ impl CostModel {
     }
 }
 
-/// The fewest edges of some shapes of each kind: none of them costs less than such a shape over as many pixels.
+/// The fewest edges of some shapes of each kind: none of them costs less than such a shape over as
+/// many pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LeastCost {
     convex: Option<u32>,

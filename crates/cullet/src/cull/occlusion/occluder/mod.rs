@@ -47,8 +47,8 @@ impl Shape {
         }
     }
 
-    /// Draws it into `buffer`, the shape standing at `transform`. Nothing where a number is not finite, and before
-    /// [`OcclusionBuffer::begin`].
+    /// Draws it into `buffer`, the shape standing at `transform`. Nothing where a number is not
+    /// finite, and before [`OcclusionBuffer::begin`].
     pub fn draw(&self, simd: Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
         match self {
             Self::Convex(convex) => convex.draw(simd, buffer, transform),
@@ -94,8 +94,9 @@ impl Occluder {
         Self { shapes, near: 0, sealed: Vec::new(), boxes, edges, least_cost }
     }
 
-    /// The mesh itself: one body where it is convex, closed and opaque; else a body for each of its one-sided
-    /// regions that is, and the rest of its opaque triangles in patches. Blended and alpha-masked parts do not occlude, nor does a mesh that can deform.
+    /// The mesh itself: one body where it is convex, closed and opaque; else a body for each of its
+    /// one-sided regions that is, and the rest of its opaque triangles in patches. Blended and
+    /// alpha-masked parts do not occlude, nor does a mesh that can deform.
     #[must_use]
     pub fn of_mesh(mesh: &Mesh) -> Self {
         let opaque = mesh.parts().iter().all(|p| p.alpha == Alpha::Opaque);
@@ -130,18 +131,19 @@ impl Occluder {
         Self::new(shapes)
     }
 
-    /// Says where its bodies do not hide: of a view whose eye or near rectangle comes into one of these
-    /// boxes, in the space of the mesh, no closed body is drawn, only polygons and patches. A box baked
-    /// within the walls of a room hides the room from outside, but nothing of it from within.
+    /// Says where its bodies do not hide: of a view whose eye or near rectangle comes into one of
+    /// these boxes, in the space of the mesh, no closed body is drawn, only polygons and patches. A
+    /// box baked within the walls of a room hides the room from outside, but nothing of it from
+    /// within.
     #[must_use]
     pub fn with_sealed(mut self, sealed: Vec<Aabb>) -> Self {
         self.sealed = sealed;
         self
     }
 
-    /// Adds shapes for views that begin within [`sealed`](Self::with_sealed), where they take the place of
-    /// closed bodies and of patches: such as the surface of a terrain, of which boxes hide the mountain from
-    /// afar. No other view has them.
+    /// Adds shapes for views that begin within [`sealed`](Self::with_sealed), where they take the
+    /// place of closed bodies and of patches: such as the surface of a terrain, of which boxes hide
+    /// the mountain from afar. No other view has them.
     #[must_use]
     pub fn with_near(mut self, shapes: Vec<Shape>) -> Self {
         let near = self.near + shapes.len();
@@ -149,7 +151,8 @@ impl Occluder {
         Self { near, sealed: self.sealed, ..Self::new(self.shapes) }
     }
 
-    /// Whether a view has one of the shapes: one that begins within [`sealed`](Self::with_sealed), or another.
+    /// Whether a view has one of the shapes: one that begins within [`sealed`](Self::with_sealed),
+    /// or another.
     #[must_use]
     pub fn is_for(&self, shape: usize, within: bool) -> bool {
         let for_near = shape + self.near >= self.shapes.len();
@@ -195,20 +198,21 @@ impl Occluder {
     }
 }
 
-/// The most triangles of a region that is tried: as many as a body of triangles has at the most vertices.
+/// The most triangles of a region that is tried: as many as a body of triangles has at the most
+/// vertices.
 const MOST_OF_REGION: u32 = Convex::MAX_VERTICES as u32 * 2 - 4;
 
-/// The least size of a body, as a share of the mesh; smaller ones are left to the patches: the bolts of a machine are not
-/// to be looked at one by one.
+/// The least size of a body, as a share of the mesh; smaller ones are left to the patches: the
+/// bolts of a machine are not to be looked at one by one.
 const LEAST_OF_MESH: f32 = 1.0 / 4.0;
 
 fn diagonal(b: &Aabb) -> f32 {
     (0..3).map(|a| (b.max[a] - b.min[a]).powi(2)).sum::<f32>().sqrt()
 }
 
-/// The regions of a mesh, of what is opaque and one-sided, that are closed and convex, in the order of their
-/// first triangles; and whether a triangle is of one. A body is drawn at a tenth of what its triangles cost,
-/// and covers more: nothing is lost where they meet.
+/// The regions of a mesh, of what is opaque and one-sided, that are closed and convex, in the order
+/// of their first triangles; and whether a triangle is of one. A body is drawn at a tenth of what
+/// its triangles cost, and covers more: nothing is lost where they meet.
 fn convex_regions(mesh: &Mesh) -> (Vec<Shape>, Vec<bool>) {
     let mut is_wanted = vec![false; mesh.triangle_count() as usize];
     for cluster in mesh.clusters() {
@@ -217,7 +221,8 @@ fn convex_regions(mesh: &Mesh) -> (Vec<Shape>, Vec<bool>) {
             cluster.triangles().for_each(|t| is_wanted[t as usize] = true);
         }
     }
-    // An edge of more triangles than two joins them all, so that what stays is left whole by what goes.
+    // An edge of more triangles than two joins them all, so that what stays is left whole by what
+    // goes.
     let regions = connected_regions(mesh.positions(), mesh.indices(), |t| is_wanted[t]);
     let mut lists: Vec<Vec<u32>> = vec![Vec::new(); regions.count()];
     for (t, &region) in regions.of.iter().enumerate() {

@@ -1,5 +1,6 @@
-//! Plain data of occluders, for `serde`: all else follows from it. Numbers are checked when they are read; that a body is
-//! convex, and that a shape lies within what its mesh hides, is for the writer to see to, as with the constructors.
+//! Plain data of occluders, for `serde`: all else follows from it. Numbers are checked when they
+//! are read; that a body is convex, and that a shape lies within what its mesh hides, is for the
+//! writer to see to, as with the constructors.
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -31,7 +32,8 @@ as_data!(Convex: ConvexData, Patch: PatchData, Occluder: OccluderData);
 #[serde(deny_unknown_fields)]
 struct ConvexData {
     vertices: Vec<[f32; 3]>,
-    /// Loops, counter-clockwise seen from outside. That of the back of a one-sided polygon is empty.
+    /// Loops, counter-clockwise seen from outside. That of the back of a one-sided polygon is
+    /// empty.
     faces: Vec<Vec<u32>>,
 }
 
@@ -57,7 +59,8 @@ impl TryFrom<ConvexData> for Convex {
         if faces.iter().any(|corners| corners.len() < 3) {
             return Err(OcclusionError::Empty);
         }
-        // A closed body has two faces at least; for more than a body can have, bits of visible faces have no room.
+        // A closed body has two faces at least; for more than a body can have, bits of visible
+        // faces have no room.
         if !(2..=count * 2).contains(&faces.len()) {
             return Err(OcclusionError::Open);
         }
@@ -69,8 +72,8 @@ impl TryFrom<ConvexData> for Convex {
 #[serde(deny_unknown_fields)]
 struct PatchData {
     vertices: Vec<[f32; 3]>,
-    /// Facets: quads whose diagonal runs from the first vertex to the third, and triangles, the last vertex of which stands
-    /// twice. Its own, and those around it.
+    /// Facets: quads whose diagonal runs from the first vertex to the third, and triangles, the
+    /// last vertex of which stands twice. Its own, and those around it.
     own: Vec<[u32; 4]>,
     around: Vec<[u32; 4]>,
     two_sided: bool,

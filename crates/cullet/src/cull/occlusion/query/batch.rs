@@ -1,8 +1,9 @@
 //! Tests of whole batches, and of the nodes above them.
 //!
 //! A box is tested by the rectangle around it and its nearest corner. To test what is left of them
-//! once more, by the pixels alone that the convex hull of the corners touches, was tried: in four views of a
-//! city of 100,000 boxes it took twenty times as long a box and found none of 1,476 to be hidden, so it is not done.
+//! once more, by the pixels alone that the convex hull of the corners touches, was tried: in four
+//! views of a city of 100,000 boxes it took twenty times as long a box and found none of 1,476 to
+//! be hidden, so it is not done.
 
 use crate::simd::dispatch;
 use fearless_simd::prelude::*;
@@ -16,11 +17,13 @@ use crate::bounds::{BoxBlock, Boxes, LANES};
 use crate::hierarchy::Nodes;
 use crate::transform::Transform;
 
-/// How much more doubt a node is projected with than what is below it, so that all below a hidden node is
-/// hidden by its own test too, and the answer depends on no node: see [`BoxProjector::project`].
+/// How much more doubt a node is projected with than what is below it, so that all below a hidden
+/// node is hidden by its own test too, and the answer depends on no node: see
+/// [`BoxProjector::project`].
 const NODE_SLACK: f32 = 4.0;
 
-/// The fewest pixels of an instance whose parts are tested: for a smaller one that costs more than drawing them.
+/// The fewest pixels of an instance whose parts are tested: for a smaller one that costs more than
+/// drawing them.
 const LEAST_PARTED: f32 = 64.0;
 
 /// Tests of many boxes against a buffer that is done.
@@ -57,15 +60,16 @@ impl Found {
 }
 
 impl OcclusionBuffer {
-    /// Tests the `wanted` boxes of a batch: sets the bits of the hidden ones in `hidden`, of
-    /// the visible ones in `visible`, and neither for those outside. Bit 0 of the first word of the three masks
-    /// is box 64 · `first_word`; what is not wanted gets no bit.
+    /// Tests the `wanted` boxes of a batch: sets the bits of the hidden ones in `hidden`, of the
+    /// visible ones in `visible`, and neither for those outside. Bit 0 of the first word of the
+    /// three masks is box 64 · `first_word`; what is not wanted gets no bit.
     ///
-    /// Boxes are relative to the buffer's origin. Those that are not finite or cross the near plane are
-    /// visible, and so are all before [`begin`](Self::begin); empty ones are outside, and so are those beyond
-    /// an edge of the screen. What is hidden is so by [`test_box`](Self::test_box) too, while a few that it
-    /// finds hidden by less than f32 can tell are visible here. The same answer at every [`Simd`](crate::Simd). Blocks of sixteen
-    /// of which none is wanted cost next to nothing, so test what the frustum does not reject.
+    /// Boxes are relative to the buffer's origin. Those that are not finite or cross the near plane
+    /// are visible, and so are all before [`begin`](Self::begin); empty ones are outside, and so
+    /// are those beyond an edge of the screen. What is hidden is so by [`test_box`](Self::test_box)
+    /// too, while a few that it finds hidden by less than f32 can tell are visible here. The same
+    /// answer at every [`Simd`](crate::Simd). Blocks of sixteen of which none is wanted cost next
+    /// to nothing, so test what the frustum does not reject.
     ///
     /// Several threads may each fill a part of the masks.
     ///
@@ -96,10 +100,11 @@ impl OcclusionBuffer {
         }
     }
 
-    /// Clears the bits of those boxes that are hidden or outside, as [`test_boxes`](Self::test_boxes) finds them,
-    /// but tests the `nodes` above first, 256 boxes and then sixteen at a time, so that what is hidden
-    /// together falls together. The answer is the same, whatever the nodes. Bit i of the words is box i; how
-    /// many tests it took comes back.
+    /// Clears the bits of those boxes that are hidden or outside, as
+    /// [`test_boxes`](Self::test_boxes) finds them, but tests the `nodes` above first, 256 boxes
+    /// and then sixteen at a time, so that what is hidden together falls together. The answer is
+    /// the same, whatever the nodes. Bit i of the words is box i; how many tests it took comes
+    /// back.
     ///
     /// # Panics
     /// If the nodes are over more boxes than there are, or a bit is set beyond the last box.
@@ -167,8 +172,8 @@ impl<'a> BoxTests<'a> {
         tests
     }
 
-    /// The screen bounds of a box as the batch has them; or why there are none: it is outside, or visible since it
-    /// crosses the near plane or is not finite.
+    /// The screen bounds of a box as the batch has them; or why there are none: it is outside, or
+    /// visible since it crosses the near plane or is not finite.
     pub(crate) fn bounds(&self, boxes: &Boxes, index: usize) -> Result<ScreenBounds, Visibility> {
         let mut found = Err(Visibility::Outside);
         let (block, lane) = (&boxes.blocks()[index / LANES], index % LANES);
@@ -176,9 +181,9 @@ impl<'a> BoxTests<'a> {
         found
     }
 
-    /// Calls back with the lane and the screen bounds of the boxes of a block that are wanted, but for those of
-    /// less than `least` pixels and those outside. `None` is for one that crosses the near plane or is not
-    /// finite.
+    /// Calls back with the lane and the screen bounds of the boxes of a block that are wanted, but
+    /// for those of less than `least` pixels and those outside. `None` is for one that crosses the
+    /// near plane or is not finite.
     pub(crate) fn bounds_of(
         &self,
         block: &BoxBlock,
@@ -202,8 +207,8 @@ impl<'a> BoxTests<'a> {
         self.bounds_with(NODE_SLACK, block, wanted, least, each);
     }
 
-    /// No box has more pixels that lies within a node of such screen bounds, and is no larger than `sizes` along each
-    /// axis.
+    /// No box has more pixels that lies within a node of such screen bounds, and is no larger than
+    /// `sizes` along each axis.
     pub(crate) fn most_pixels(&self, node: &ScreenBounds, sizes: [f32; 3]) -> f32 {
         self.projector
             .as_ref()
@@ -260,13 +265,15 @@ impl<'a> BoxTests<'a> {
         })
     }
 
-    /// Clears the bits of what is hidden or outside of 64 words, by the nodes above them first; how many tests
-    /// it took. Of what is left, sets the bits in `whole` of those of which no part is hidden: nothing that was
-    /// drawn over the pixels that they may touch is nearer than their farthest point, or they are small.
-    /// (Without [`with_nearest`](Self::with_nearest) only small ones are found.)
+    /// Clears the bits of what is hidden or outside of 64 words, by the nodes above them first; how
+    /// many tests it took. Of what is left, sets the bits in `whole` of those of which no part is
+    /// hidden: nothing that was drawn over the pixels that they may touch is nearer than their
+    /// farthest point, or they are small. (Without [`with_nearest`](Self::with_nearest) only small
+    /// ones are found.)
     ///
-    /// A node of all 4,096 boxes is tested where most of those of 256 are wanted: in a scene of ten million most of what is in
-    /// the frustum goes by such nodes, while of a hundred thousand none is hidden that would not have gone as soon.
+    /// A node of all 4,096 boxes is tested where most of those of 256 are wanted: in a scene of ten
+    /// million most of what is in the frustum goes by such nodes, while of a hundred thousand none
+    /// is hidden that would not have gone as soon.
     pub(crate) fn group(
         &self,
         nodes: &Nodes,

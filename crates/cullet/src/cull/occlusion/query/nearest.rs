@@ -7,9 +7,9 @@ use super::super::raster::{OcclusionBuffer, ScreenBounds};
 
 /// The greatest nearness of each tile of a buffer that is done.
 ///
-/// Where no pixel that a box may touch is nearer than the box's farthest point, nothing within the box is
-/// hidden. In a scene of very many instances most of those that are seen are so by the hundred, and one test
-/// answers for all under a node.
+/// Where no pixel that a box may touch is nearer than the box's farthest point, nothing within the
+/// box is hidden. In a scene of very many instances most of those that are seen are so by the
+/// hundred, and one test answers for all under a node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Nearest {
     blocks: Vec<[u16; 8]>,
@@ -21,8 +21,8 @@ impl Nearest {
         dispatch!(simd, simd => buffer.read().most(simd, &mut self.blocks));
     }
 
-    /// Whether a rectangle lies within the screen, none of its sides along an edge, and all its pixels are as
-    /// far as `farthest` or farther.
+    /// Whether a rectangle lies within the screen, none of its sides along an edge, and all its
+    /// pixels are as far as `farthest` or farther.
     #[inline(always)]
     pub(super) fn is_before<S: Simd>(
         &self,
@@ -33,7 +33,8 @@ impl Nearest {
     ) -> bool {
         let ScreenBounds { min, max, .. } = *bounds;
         let size = buffer.size();
-        // Rectangles that reach beyond an edge are cut off there; some of their parts may be outside.
+        // Rectangles that reach beyond an edge are cut off there; some of their parts may be
+        // outside.
         if (0..2).any(|a| min[a] == 0 || max[a] + 1 >= size[a]) {
             return false;
         }

@@ -2,9 +2,9 @@
 //!
 //! Numbers X and w of corners are off by E and F at most; see [`Row`].
 //!
-//! Then with X and w off by E and F at most, X / w is off by (E + |X / w| F) / w, the |X / w| being the true
-//! one. Boxes whose w is not above 16 F are left as visible, so that the true one is at most 16/15 (|X / w| + E
-//! / w) as computed, and 9/8 (E + |X / w| F) / w holds all of it.
+//! Then with X and w off by E and F at most, X / w is off by (E + |X / w| F) / w, the |X / w| being
+//! the true one. Boxes whose w is not above 16 F are left as visible, so that the true one is at
+//! most 16/15 (|X / w| + E / w) as computed, and 9/8 (E + |X / w| F) / w holds all of it.
 
 use fearless_simd::prelude::*;
 
@@ -29,8 +29,8 @@ pub(crate) struct BoxProjector {
 }
 
 impl BoxProjector {
-    /// For boxes relative to the origin of the screen. `None` where its numbers are too large for f32: then all
-    /// boxes are visible.
+    /// For boxes relative to the origin of the screen. `None` where its numbers are too large for
+    /// f32: then all boxes are visible.
     pub(crate) fn new(screen: &Screen) -> Option<Self> {
         let rows = screen.rows();
         Self::of_rows(screen, rows, rows.each(|r| r.each(f64::abs)))
@@ -55,11 +55,11 @@ impl BoxProjector {
         Some(Self { base, rows, size: screen.size.each(|s| s as f32), perspective })
     }
 
-    /// No box has more pixels that lies within a box of such screen bounds, and is no larger than `sizes` along each
-    /// axis.
+    /// No box has more pixels that lies within a box of such screen bounds, and is no larger than
+    /// `sizes` along each axis.
     ///
-    /// Between two points on the screen x = X/w differs by (ΔX − x·Δw)/w, with x one of the two, so that it
-    /// is between those of the bounds, and w the other's.
+    /// Between two points on the screen x = X/w differs by (ΔX − x·Δw)/w, with x one of the two, so
+    /// that it is between those of the bounds, and w the other's.
     pub(super) fn most_pixels(&self, f: &ScreenBounds, sizes: [f32; 3]) -> f32 {
         let [x, y, third, _] = &self.rows;
         let (inverse, w) = if self.perspective { (f.nearness, third.k) } else { (1.0, [0.0; 3]) };
@@ -78,9 +78,9 @@ impl BoxProjector {
 
     /// Projects a block, with `slack` times the doubt.
     ///
-    /// A box within another has its rectangle within, and is neither nearer nor farther, if the other is
-    /// projected with four times the doubt or more: each number is off by less than its own doubt, and that of
-    /// the smaller box is the smaller.
+    /// A box within another has its rectangle within, and is neither nearer nor farther, if the
+    /// other is projected with four times the doubt or more: each number is off by less than its
+    /// own doubt, and that of the smaller box is the smaller.
     // One copy for all callers: their callbacks would each have one of every SIMD level.
     #[inline(never)]
     pub(crate) fn project(&self, simd: crate::Simd, block: &BoxBlock, slack: f32) -> Rectangles {
@@ -191,8 +191,8 @@ impl BoxProjector {
     }
 }
 
-/// Some boxes, from the base on. (No closures here, nor calls that take one: what is not inlined is compiled
-/// without the level's instructions, at several times the cost.)
+/// Some boxes, from the base on. (No closures here, nor calls that take one: what is not inlined is
+/// compiled without the level's instructions, at several times the cost.)
 struct Reach<S: Simd> {
     /// Negated lower corners, and upper ones.
     low: [S::f32s; 3],
@@ -237,8 +237,8 @@ impl<S: Simd> Reach<S> {
     }
 }
 
-/// The terms of a row: its constant, and one for each face of a box. Always summed in one order, so that the
-/// least and the most are those of the corners.
+/// The terms of a row: its constant, and one for each face of a box. Always summed in one order, so
+/// that the least and the most are those of the corners.
 struct Terms<S: Simd> {
     c: S::f32s,
     of: [[S::f32s; 2]; 3],

@@ -11,15 +11,16 @@ use crate::bounds::Aabb;
 pub enum Visibility {
     /// It reaches no pixel of the buffer: it is out of the view.
     Outside,
-    /// A pixel that it may touch is open to it, or that cannot be told: it crosses the near plane, or is not finite.
+    /// A pixel that it may touch is open to it, or that cannot be told: it crosses the near plane,
+    /// or is not finite.
     Visible,
     /// Everything of it that is in the view lies behind what is proved to be covered.
     Hidden,
 }
 
 impl OcclusionBuffer {
-    /// Whether a box, given relative to the buffer's origin, is hidden. NaN and infinite boxes are visible, and
-    /// so is everything before [`begin`](Self::begin); an empty box is outside.
+    /// Whether a box, given relative to the buffer's origin, is hidden. NaN and infinite boxes are
+    /// visible, and so is everything before [`begin`](Self::begin); an empty box is outside.
     #[must_use]
     pub fn test_box(&self, b: &Aabb) -> Visibility {
         match self.project(b) {
@@ -29,16 +30,17 @@ impl OcclusionBuffer {
         }
     }
 
-    /// The pixels that a box may touch, given relative to the buffer's origin; `None` where it reaches none, crosses
-    /// the near plane or is not finite.
+    /// The pixels that a box may touch, given relative to the buffer's origin; `None` where it
+    /// reaches none, crosses the near plane or is not finite.
     #[must_use]
     pub fn screen_bounds(&self, b: &Aabb) -> Option<ScreenBounds> {
         self.project(b).ok().flatten()
     }
 
-    /// Whether what lies within some screen bounds, and is no nearer than they say, is hidden: for callers that project by
-    /// themselves. Pixels beyond an edge count as out of the view. Visible before [`begin`](Self::begin), and where the
-    /// nearness is NaN or at most 0. Tests a tile at a time, and ends at the first that is open.
+    /// Whether what lies within some screen bounds, and is no nearer than they say, is hidden: for
+    /// callers that project by themselves. Pixels beyond an edge count as out of the view. Visible
+    /// before [`begin`](Self::begin), and where the nearness is NaN or at most 0. Tests a tile at a
+    /// time, and ends at the first that is open.
     #[must_use]
     pub fn test_bounds(&self, simd: crate::Simd, bounds: &ScreenBounds) -> Visibility {
         let ScreenBounds { min, max, nearness } = *bounds;
@@ -110,7 +112,8 @@ impl OcclusionBuffer {
         }))
     }
 
-    /// The first pixel that lets some screen bounds through, row by row; `None` where they are covered.
+    /// The first pixel that lets some screen bounds through, row by row; `None` where they are
+    /// covered.
     pub(crate) fn first_open(&self, bounds: &ScreenBounds) -> Option<[u32; 2]> {
         let ScreenBounds { min, max, nearness } = *bounds;
         let all = (min[1]..=max[1]).flat_map(|y| (min[0]..=max[0]).map(move |x| [x, y]));

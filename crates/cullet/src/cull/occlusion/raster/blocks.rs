@@ -1,8 +1,10 @@
-//! Blocks of 32 × 8 pixels, each of eight tiles of 8 × 4, four across and two down: tested by rectangles, and drawn into.
+//! Blocks of 32 × 8 pixels, each of eight tiles of 8 × 4, four across and two down: tested by
+//! rectangles, and drawn into.
 //!
-//! A tile is one number until something covers a part of it; from then on it has one for each pixel. Most tests, and most
-//! of what is drawn, end at the eight numbers of a block, which are one register. Planes kept in the place of pixels
-//! were exact to a pixel and took a third more of the time of a city.
+//! A tile is one number until something covers a part of it; from then on it has one for each
+//! pixel. Most tests, and most of what is drawn, end at the eight numbers of a block, which are one
+//! register. Planes kept in the place of pixels were exact to a pixel and took a third more of the
+//! time of a city.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, mask16x8, mask16x32, u16x8, u16x32, u32x8};
@@ -20,7 +22,8 @@ pub const TILE: [usize; 2] = [8, 4];
 const TILES: usize = 8;
 const ACROSS: usize = BLOCK[0] / TILE[0];
 
-/// Pixels of a tile that lie no more than this apart have one number: 64 steps are 3 % of a distance.
+/// Pixels of a tile that lie no more than this apart have one number: 64 steps are 3 % of a
+/// distance.
 const FEW_STEPS: u16 = 64;
 
 /// Tiles of a block.
@@ -32,7 +35,8 @@ pub(crate) struct Block {
 }
 
 impl Block {
-    /// Fills the pixels right of and below so many, which lie beyond the edge of the buffer; gives which tiles have pixels.
+    /// Fills the pixels right of and below so many, which lie beyond the edge of the buffer; gives
+    /// which tiles have pixels.
     pub(super) fn fill_beyond(&mut self, pixels: &mut [Pixels], [across, down]: [usize; 2]) -> u8 {
         let mut parted = 0;
         for (tile, pixels) in pixels.iter_mut().enumerate() {
@@ -135,8 +139,8 @@ impl Blocks<'_> {
         self.blocks[block].least[y % BLOCK[1] / TILE[1] * ACROSS + x % BLOCK[0] / TILE[0]]
     }
 
-    /// Whether no tile that a rectangle touches has a pixel that hides what is as far as `farthest`; `most` is what
-    /// [`most`](Self::most) found.
+    /// Whether no tile that a rectangle touches has a pixel that hides what is as far as
+    /// `farthest`; `most` is what [`most`](Self::most) found.
     #[inline(always)]
     pub(crate) fn is_before<S: Simd>(
         &self,
@@ -230,8 +234,9 @@ impl BlocksMut<'_> {
         }
     }
 
-    /// Raises the covered pixels of a block of the buffer: `covered` has the 32 of each tile, row by row, `nearness` one
-    /// for each tile, none NaN. Pixels beyond the edge of the buffer may be covered or not.
+    /// Raises the covered pixels of a block of the buffer: `covered` has the 32 of each tile, row
+    /// by row, `nearness` one for each tile, none NaN. Pixels beyond the edge of the buffer may be
+    /// covered or not.
     #[inline(always)]
     pub(super) fn raise<S: Simd>(
         &mut self,

@@ -9,7 +9,8 @@ pub struct ScreenBounds {
     pub min: [u32; 2],
     /// Last column and row, inclusive.
     pub max: [u32; 2],
-    /// No point of it is nearer; see [`OcclusionBuffer::nearness`](super::OcclusionBuffer::nearness).
+    /// No point of it is nearer; see
+    /// [`OcclusionBuffer::nearness`](super::OcclusionBuffer::nearness).
     pub nearness: f32,
 }
 
@@ -30,8 +31,8 @@ pub(crate) struct Rectangles {
     pub(crate) nearness: [f32; LANES],
     /// No point of the box is farther.
     pub(crate) farthest: [f32; LANES],
-    /// One bit a box: it reaches some pixel, and the rest stands for it. Not so where it is outside, crosses
-    /// the near plane or is not finite.
+    /// One bit a box: it reaches some pixel, and the rest stands for it. Not so where it is
+    /// outside, crosses the near plane or is not finite.
     pub(crate) bounded: u32,
     /// One bit a box: it is empty, behind the near plane, or beyond an edge of the screen.
     pub(crate) outside: u32,

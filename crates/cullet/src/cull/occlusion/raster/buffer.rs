@@ -10,13 +10,14 @@ use crate::view::View;
 
 /// Proof of what is hidden, pixel by pixel.
 ///
-/// A pixel holds a *nearness*: all of the pixel, as a closed square of the image plane and not merely its middle, is
-/// covered by occluders that are at least that near. 0 is a pixel of which some point may be open. What is
-/// everywhere farther than the pixels that it can touch is hidden, at every resolution and from every sample.
+/// A pixel holds a *nearness*: all of the pixel, as a closed square of the image plane and not
+/// merely its middle, is covered by occluders that are at least that near. 0 is a pixel of which
+/// some point may be open. What is everywhere farther than the pixels that it can touch is hidden,
+/// at every resolution and from every sample.
 ///
-/// Nearness is kept in sixteen bits, rounded down: in perspective to 1/2048 of itself, in parallel views to 1/65,536
-/// of the depth range. Tiles of 8 × 4 pixels keep the least of their pixels, at which most tests end. Clearing touches
-/// two bytes and a bit a tile.
+/// Nearness is kept in sixteen bits, rounded down: in perspective to 1/2048 of itself, in parallel
+/// views to 1/65,536 of the depth range. Tiles of 8 × 4 pixels keep the least of their pixels, at
+/// which most tests end. Clearing touches two bytes and a bit a tile.
 #[derive(Clone, Debug)]
 pub struct OcclusionBuffer {
     size: [u32; 2],
@@ -35,8 +36,9 @@ impl OcclusionBuffer {
     /// The longest edge that a buffer may have.
     pub const LIMIT: u32 = 4096;
 
-    /// A buffer of `size` pixels, which need not be a multiple of anything, nor that of the view. It
-    /// is empty: nothing is hidden. Half or a quarter of the view's resolution proves nearly as much.
+    /// A buffer of `size` pixels, which need not be a multiple of anything, nor that of the view.
+    /// It is empty: nothing is hidden. Half or a quarter of the view's resolution proves nearly as
+    /// much.
     ///
     /// # Errors
     /// [`OcclusionError::Size`] where it has no pixel, or an edge beyond [`LIMIT`](Self::LIMIT).
@@ -63,7 +65,8 @@ impl OcclusionBuffer {
         self.size
     }
 
-    /// Empties the buffer and turns it to a view. What is tested later is given relative to `origin`.
+    /// Empties the buffer and turns it to a view. What is tested later is given relative to
+    /// `origin`.
     pub fn begin(&mut self, view: &View, origin: [f64; 3]) {
         self.blocks.fill(Block::default());
         self.parted.fill(0);
@@ -132,8 +135,8 @@ impl OcclusionBuffer {
         }
     }
 
-    /// The nearness that covers all of a pixel, counted from the top left; 0 where none is proved, and
-    /// beyond the buffer. Larger is nearer: 1 / w in perspective.
+    /// The nearness that covers all of a pixel, counted from the top left; 0 where none is proved,
+    /// and beyond the buffer. Larger is nearer: 1 / w in perspective.
     #[must_use]
     pub fn nearness(&self, x: u32, y: u32) -> f32 {
         if x >= self.size[0] || y >= self.size[1] {

@@ -9,7 +9,8 @@ use super::screen::{Clip, ObjectScreen, Screen};
 use super::surface::{Projection, Surface};
 use crate::transform::Transform;
 
-/// Blocks of an [`OcclusionBuffer`](super::OcclusionBuffer) into which occluders are drawn, and the memory of drawing.
+/// Blocks of an [`OcclusionBuffer`](super::OcclusionBuffer) into which occluders are drawn, and the
+/// memory of drawing.
 #[derive(Debug)]
 pub(crate) struct Canvas<'a> {
     pub(crate) target: BlocksMut<'a>,
@@ -31,7 +32,8 @@ pub(crate) struct Pen {
     blocks: [usize; 2],
     /// The screen of the object that was drawn last: many shapes may stand as one object.
     pub(super) object: Option<(Transform, ObjectScreen)>,
-    /// The projection of surfaces of that object, where one was drawn; `None` within where there is none.
+    /// The projection of surfaces of that object, where one was drawn; `None` within where there is
+    /// none.
     projection: Option<Option<Projection>>,
 }
 

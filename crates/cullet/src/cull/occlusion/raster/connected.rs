@@ -14,30 +14,32 @@ pub(super) const NUMBERS: usize = 4096;
 /// A patch may have so many vertices, so that there is room for what clipping adds, and facets.
 pub(crate) const MOST_VERTICES: usize = NUMBERS / 2;
 
-/// Some facets of a surface, its *own*, and those *around* that share a vertex with one, with the edges of both.
+/// Some facets of a surface, its *own*, and those *around* that share a vertex with one, with the
+/// edges of both.
 ///
-/// A facet is a triangle, or two that make a convex quad, the diagonal from the first corner to the third.
+/// A facet is a triangle, or two that make a convex quad, the diagonal from the first corner to the
+/// third.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Connected {
-    /// x, y and z of the vertices, first those of its own facets; the last is repeated up to a whole number of
-    /// lanes.
+    /// x, y and z of the vertices, first those of its own facets; the last is repeated up to a
+    /// whole number of lanes.
     pub(crate) places: [Vec<f32>; 3],
     pub(crate) own_vertices: usize,
-    /// Rows of a corner of eight facets: four rows of a group of quads, three of triangles. What fills up a group has the
-    /// same corner throughout.
+    /// Rows of a corner of eight facets: four rows of a group of quads, three of triangles. What
+    /// fills up a group has the same corner throughout.
     pub(crate) corners: Vec<[u16; LANES]>,
-    /// Groups of its own quads, its own triangles, quads around, triangles around. A facet's number is eight, and eight for
-    /// each group before its own, and its lane.
+    /// Groups of its own quads, its own triangles, quads around, triangles around. A facet's number
+    /// is eight, and eight for each group before its own, and its lane.
     pub(crate) groups: [u16; 4],
-    /// Rows of eight edges: the facets on both sides, [`NEVER`] where there is none, and the two vertices. What fills up has
-    /// `NEVER` on both sides.
+    /// Rows of eight edges: the facets on both sides, [`NEVER`] where there is none, and the two
+    /// vertices. What fills up has `NEVER` on both sides.
     pub(crate) edges: Vec<[[u16; LANES]; 4]>,
     pub(crate) two_sided: bool,
     /// The box around its own facets, and around all.
     pub(crate) bounds: Aabb,
     pub(crate) around: Aabb,
-    /// The middle of the normals of its own triangles, and the sine of the angle within which all are; above 1 where there is
-    /// none.
+    /// The middle of the normals of its own triangles, and the sine of the angle within which all
+    /// are; above 1 where there is none.
     pub(crate) axis: [f32; 3],
     pub(crate) sine: f32,
 }
@@ -105,8 +107,8 @@ impl Connected {
             + self.edges.len() * 64
     }
 
-    /// Its groups of facets in the order of their numbers: which of the four kinds, the number of the first facet, and
-    /// the rows of corners.
+    /// Its groups of facets in the order of their numbers: which of the four kinds, the number of
+    /// the first facet, and the rows of corners.
     #[inline(always)]
     pub(super) fn for_groups<'a>(&'a self, mut each: impl FnMut(usize, usize, &'a [[u16; LANES]])) {
         let (mut rest, mut number) = (&self.corners[..], LANES);

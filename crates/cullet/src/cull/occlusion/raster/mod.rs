@@ -7,8 +7,8 @@
 //!                                                      └─► connected ─► surface ─┘
 //! ```
 //!
-//! An *outline* is convex, and fills the pixels that lie wholly within all its edges. A *surface* is triangles that share
-//! edges: pixels that several of them cover together are covered too.
+//! An *outline* is convex, and fills the pixels that lie wholly within all its edges. A *surface*
+//! is triangles that share edges: pixels that several of them cover together are covered too.
 
 mod blocks;
 mod bounds;

@@ -52,8 +52,8 @@ impl Outline {
         self.planes.clear();
     }
 
-    /// Begins an outline within the box `min`..`max` of pixels on a screen of `size`; its corners are off by
-    /// `doubt` pixels at most.
+    /// Begins an outline within the box `min`..`max` of pixels on a screen of `size`; its corners
+    /// are off by `doubt` pixels at most.
     pub(crate) fn begin(&mut self, size: [u32; 2], min: [f64; 2], max: [f64; 2], doubt: f64) {
         self.clear();
         self.size = size.each(|s| s as i32);
@@ -65,8 +65,8 @@ impl Outline {
         self.rows = [first(min[1]), last(max[1], self.size[1])];
     }
 
-    /// Adds the edge from `p` to `q`, whose inner side is `side` (1 or −1) times the left of it, where y grows
-    /// downward as pixels do: that is where (q − p) × (r − p) has the sign of `side`.
+    /// Adds the edge from `p` to `q`, whose inner side is `side` (1 or −1) times the left of it,
+    /// where y grows downward as pixels do: that is where (q − p) × (r − p) has the sign of `side`.
     pub(crate) fn edge(&mut self, p: Spot, q: Spot, side: f64) {
         let (a, b) = ((p.y - q.y) * side, (q.x - p.x) * side);
         if a == 0.0 && b == 0.0 {
@@ -99,7 +99,8 @@ impl Outline {
         }
     }
 
-    /// Adds a plane: what fills the outline is at each pixel at least as near as the farthest of all.
+    /// Adds a plane: what fills the outline is at each pixel at least as near as the farthest of
+    /// all.
     pub(crate) fn plane(&mut self, plane: Plane) {
         self.planes.push(TilePlane::of(&plane));
     }
@@ -194,12 +195,13 @@ impl Edges {
     }
 }
 
-/// A plane over tiles: no nearer, anywhere within the tile that begins at a pixel, than value + gradient · (that pixel).
+/// A plane over tiles: no nearer, anywhere within the tile that begins at a pixel, than value +
+/// gradient · (that pixel).
 #[derive(Clone, Copy, Debug)]
 struct TilePlane {
     plane: Plane,
-    /// The bound at `plane`'s own pixel, over a tile that begins there; over that pixel alone; and how far the bounds of the
-    /// pixels of a tile lie apart.
+    /// The bound at `plane`'s own pixel, over a tile that begins there; over that pixel alone; and
+    /// how far the bounds of the pixels of a tile lie apart.
     value: f32,
     pixel: f32,
     range: f32,
@@ -208,7 +210,8 @@ struct TilePlane {
 impl TilePlane {
     fn of(plane: &Plane) -> Self {
         let [width, height] = TILE.each(|t| (t - 1) as f32);
-        // A tile may begin seven pixels before what the plane was made for, and rounds by as much more.
+        // A tile may begin seven pixels before what the plane was made for, and rounds by as much
+        // more.
         let pixel = plane.value - (plane.dx.abs() + plane.dy.abs()) * (1.0 / (1 << 17) as f32);
         let value = pixel + (plane.dx * width).min(0.0) + (plane.dy * height).min(0.0);
         // With more than what rounding adds.
@@ -234,8 +237,9 @@ impl TilePlane {
     }
 }
 
-/// A row of blocks at a time: first the columns that each of its rows of pixels spans, a row a lane; then the
-/// blocks that any of them reaches. Products and sums are never fused, so that every level rounds alike.
+/// A row of blocks at a time: first the columns that each of its rows of pixels spans, a row a
+/// lane; then the blocks that any of them reaches. Products and sums are never fused, so that every
+/// level rounds alike.
 #[inline(always)]
 fn fill<S: Simd>(simd: S, target: &mut BlocksMut<'_>, outline: &Outline) {
     let splat = |v: f32| f32x8::splat(simd, v);

@@ -3,8 +3,8 @@
 use super::screen::{Doubt, Spot};
 use crate::array::Each;
 
-/// An affine lower bound of nearness: over the whole pixel in column x and row y, a face that covers the
-/// pixel is at least as near as `at(x, y)`.
+/// An affine lower bound of nearness: over the whole pixel in column x and row y, a face that
+/// covers the pixel is at least as near as `at(x, y)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Plane {
     pub(crate) dx: f32,
@@ -16,8 +16,8 @@ pub(crate) struct Plane {
 }
 
 impl Plane {
-    /// The bound of a face through three spots that lie well apart in it, whose outline is `reach` pixels wide and
-    /// high, on a screen of `size` pixels; the spots are off by `doubt` at most.
+    /// The bound of a face through three spots that lie well apart in it, whose outline is `reach`
+    /// pixels wide and high, on a screen of `size` pixels; the spots are off by `doubt` at most.
     pub(crate) fn through(
         spots: [Spot; 3],
         reach: [f64; 2],
@@ -43,8 +43,8 @@ impl Plane {
         let rounding = 16.0
             * f64::EPSILON
             * (most + steep_x * (to_x.abs() + width) + steep_y * (to_y.abs() + height));
-        // Within a face, a plane through spots that span much of it is off by no more than a few times as much
-        // as they are.
+        // Within a face, a plane through spots that span much of it is off by no more than a few
+        // times as much as they are.
         let moved = 8.0 * ((gx.abs() + gy.abs()) * doubt.pixels + doubt.nearness);
         // All that f32 does later.
         let scale = gx.abs() * width + gy.abs() * height + middle.abs() + most;

@@ -1,9 +1,10 @@
 //! Rows of a screen in f32: affine functions of points, with bounds on what rounding does to them.
 //!
-//! A row of the screen takes a point to a number, k · p + c. It is worked out from p − e, where e is a point of
-//! f32 numbers near the eye, so that what is far from the origin but near the eye loses nothing: p − e is
-//! rounded once, and what e leaves is in the constant, which is summed in f64. With u = 2⁻²⁴: k and p − e are
-//! off by u each, the product by u and its sum by at most 3 u, so that the number is off by less than 7 u (Σ
+//! A row of the screen takes a point to a number, k · p + c. It is worked out from p − e, where e
+//! is a point of f32 numbers near the eye, so that what is far from the origin but near the eye
+//! loses nothing: p − e is rounded once, and what e leaves is in the constant, which is summed in
+//! f64. With u = 2⁻²⁴: k and p − e are off by u each, the product by u and its sum by at most 3 u,
+//! so that the number is off by less than 7 u (Σ
 //! |k||p − e| + |c|). [`Row`] takes 9 u, of which the rest pays for the rounding of the bound itself, and adds
 //! what f64 did to the rows.
 
@@ -30,8 +31,8 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// A row for points relative to `e`, of which each number was summed from terms of the sizes `of`, and which is off by
-    /// `apart` beside its rounding; `None` where a number may overflow.
+    /// A row for points relative to `e`, of which each number was summed from terms of the sizes
+    /// `of`, and which is off by `apart` beside its rounding; `None` where a number may overflow.
     pub(crate) fn new(r: [f64; 4], of: [f64; 4], e: [f32; 3], apart: f64) -> Option<Self> {
         let at = |r: [f64; 4], a: usize| r[a] * f64::from(e[a]);
         let c = r[3] + at(r, 0) + at(r, 1) + at(r, 2);
@@ -50,7 +51,8 @@ impl Row {
     }
 }
 
-/// The point where three rows are zero, the eye where they are those of a perspective view, as near as f32 has it.
+/// The point where three rows are zero, the eye where they are those of a perspective view, as near
+/// as f32 has it.
 pub(crate) fn meet(rows: [[f64; 4]; 3]) -> Option<[f32; 3]> {
     let [a, b, c] = rows.each(|r| glam::DVec3::new(r[0], r[1], r[2]));
     let d = [rows[0][3], rows[1][3], rows[2][3]];

@@ -12,14 +12,14 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// The map from world space, relative to an origin, to the pixels of a buffer and to *nearness*.
 ///
-/// Nearness is larger the nearer a point is, above zero, and affine on the screen, in perspective and in
-/// orthographic views alike: 1 / w where lines of sight meet (whatever the depth range, reversed and
-/// infinite ones included), and how far a point is from the far plane, as a share of the depth range, where
-/// they are parallel. So a plane of the world is a plane over the screen.
+/// Nearness is larger the nearer a point is, above zero, and affine on the screen, in perspective
+/// and in orthographic views alike: 1 / w where lines of sight meet (whatever the depth range,
+/// reversed and infinite ones included), and how far a point is from the far plane, as a share of
+/// the depth range, where they are parallel. So a plane of the world is a plane over the screen.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Screen {
-    /// Take a point to x·w, y·w (pixels, down from the top left corner), nearness·w, height over the near
-    /// plane, w.
+    /// Take a point to x·w, y·w (pixels, down from the top left corner), nearness·w, height over
+    /// the near plane, w.
     rows: [DVec4; 5],
     /// How far each row is off for either eye of a stereo view; zeros for one eye.
     apart: [f64; 5],
@@ -115,7 +115,8 @@ impl Screen {
             if perspective { Scale::perspective(near_w(near, w)) } else { Scale::parallel() };
         let nearness = if perspective { DVec4::W } else { nearness };
         let mut rows = [(x + w) * (0.5 * width), (w - y) * (0.5 * height), nearness, near, w];
-        // An eye that is elsewhere by `half` sees a point as the middle sees it moved the other way.
+        // An eye that is elsewhere by `half` sees a point as the middle sees it moved the other
+        // way.
         let half = DVec3::from(view.eyes_apart());
         let mut apart = rows.each(|row| row.truncate().dot(half).abs() * (1.0 + ROUNDING));
         // Occluders count from the farther of the two near planes on, boxes from the nearer.
@@ -169,7 +170,8 @@ pub(crate) struct ObjectScreen {
     pub(crate) perspective: bool,
 }
 
-/// The w of the points of a near plane, of which a row is the height and another w; NaN where that differs too much.
+/// The w of the points of a near plane, of which a row is the height and another w; NaN where that
+/// differs too much.
 fn near_w(near: DVec4, w: DVec4) -> f64 {
     let (n, k) = (near.truncate(), w.truncate());
     let share = n.dot(k) / k.length_squared();
@@ -190,8 +192,8 @@ impl ObjectScreen {
         Clip { x, y, nearness, near, w }
     }
 
-    /// How far each number of [`clip`](Self::clip) may be off, for points within `reach` of the object's
-    /// origin along each axis.
+    /// How far each number of [`clip`](Self::clip) may be off, for points within `reach` of the
+    /// object's origin along each axis.
     #[inline(always)]
     pub(crate) fn error(&self, reach: [f32; 3]) -> Clip {
         let [x, y, z] = [f64::from(reach[0]), f64::from(reach[1]), f64::from(reach[2])];
@@ -208,7 +210,8 @@ impl ObjectScreen {
     }
 }
 
-/// Largest absolute coordinate along each axis, which bounds what rounding does to any of the points.
+/// Largest absolute coordinate along each axis, which bounds what rounding does to any of the
+/// points.
 pub(crate) fn reach(points: &[[f32; 3]]) -> [f32; 3] {
     points.iter().fold([0.0; 3], |r, p| array::from_fn(|a| r[a].max(p[a].abs())))
 }

@@ -1,4 +1,5 @@
-//! Spans: from which column to which the rows of a block are touched, and the bits of its tiles that these are.
+//! Spans: from which column to which the rows of a block are touched, and the bits of its tiles
+//! that these are.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8, mask32x8, u8x32, u32x8};

@@ -1,8 +1,9 @@
 //! Nearness in sixteen bits: steps, rounded down.
 //!
-//! In perspective 1 / w, five bits of the exponent and eleven of the fraction: 32 octaves from the near plane on, each
-//! value to 1/2048 of itself. In parallel views the share of the depth range, in 65,536 equal steps. Step 0 is nothing:
-//! neither what is farther than all steps nor what is open is told from it.
+//! In perspective 1 / w, five bits of the exponent and eleven of the fraction: 32 octaves from the
+//! near plane on, each value to 1/2048 of itself. In parallel views the share of the depth range,
+//! in 65,536 equal steps. Step 0 is nothing: neither what is farther than all steps nor what is
+//! open is told from it.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, u16x8, u32x8};
@@ -32,7 +33,8 @@ impl Scale {
         Self { shift: 7, first: 127 << 16, offset: 1.0, rounding: 2.0_f32.powi(-22) }
     }
 
-    /// The steps up to which something does not hide what is no nearer than this; all of them for NaN.
+    /// The steps up to which something does not hide what is no nearer than this; all of them for
+    /// NaN.
     #[inline(always)]
     pub(crate) fn of_tested(&self, nearness: f32) -> u16 {
         if nearness.is_nan() {

@@ -32,9 +32,9 @@ impl Candidate {
 
 /// The candidates that cover most for their cost, as far as a budget goes.
 ///
-/// The answer is that of sorting all by their score and taking them until the budget is used up; but as soon as
-/// what was found uses it up, what has a lower score than the first that is over the budget is refused, and need not
-/// be looked at: better ones can but push it further back.
+/// The answer is that of sorting all by their score and taking them until the budget is used up;
+/// but as soon as what was found uses it up, what has a lower score than the first that is over the
+/// budget is refused, and need not be looked at: better ones can but push it further back.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Choice {
     found: Vec<Candidate>,
@@ -77,8 +77,8 @@ impl Choice {
             self.cost += f64::from(candidate.cost);
             if self.cost > self.limit {
                 self.cut();
-                // Half more than what is left, so that sorting is rare beside what is new, and yet what is
-                // refused is known soon.
+                // Half more than what is left, so that sorting is rare beside what is new, and yet
+                // what is refused is known soon.
                 self.cost = self.found.iter().map(|c| f64::from(c.cost)).sum();
                 self.limit = self.cost * 1.5;
             }
@@ -108,7 +108,8 @@ impl Choice {
             self.least_score = first.score;
             self.is_short = true;
         }
-        // The first that is over the budget stays: what follows is refused for its sake, whatever comes.
+        // The first that is over the budget stays: what follows is refused for its sake, whatever
+        // comes.
         self.found.truncate(count + 1);
     }
 

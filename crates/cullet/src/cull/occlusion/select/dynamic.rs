@@ -1,4 +1,5 @@
-//! Occluders of a frame: triangles that the caller has only now, because they deform, or are made on the fly.
+//! Occluders of a frame: triangles that the caller has only now, because they deform, or are made
+//! on the fly.
 
 use super::super::OcclusionError;
 use super::super::occluder::{Chunks, Patch, check_finite};
@@ -12,14 +13,17 @@ use crate::bounds::{Boxes, LANES};
 use crate::sort::of_f32;
 use crate::transform::Transform;
 
-/// A surface whose triangles are given anew whenever they change, without allocating once its memory has grown.
+/// A surface whose triangles are given anew whenever they change, without allocating once its
+/// memory has grown.
 ///
-/// [`Patch::cut`] prepares a surface that stays: it welds, pairs triangles to quads, and splits by place. This takes
-/// triangles as they come: consecutive ones make a patch, so that they should lie near one another, as they do in the order
-/// of a vertex cache; and vertices are one where they have one index. It is as strict: nothing visible is ever hidden.
+/// [`Patch::cut`] prepares a surface that stays: it welds, pairs triangles to quads, and splits by
+/// place. This takes triangles as they come: consecutive ones make a patch, so that they should lie
+/// near one another, as they do in the order of a vertex cache; and vertices are one where they
+/// have one index. It is as strict: nothing visible is ever hidden.
 ///
-/// A patch is laid out when it is first drawn, and stays laid out as long as the indices are the same, wherever the vertices
-/// go: what deforms pays for that once, and later for its positions alone.
+/// A patch is laid out when it is first drawn, and stays laid out as long as the indices are the
+/// same, wherever the vertices go: what deforms pays for that once, and later for its positions
+/// alone.
 #[derive(Clone, Debug, Default)]
 pub struct DynamicSurface {
     chunks: Chunks,
@@ -45,9 +49,10 @@ struct Laid {
 }
 
 impl DynamicSurface {
-    /// Takes other triangles. Those with two equal indices are left out. `two_sided` ones hide from both sides. Bounds are in the
-    /// space of `positions`. Cost: linear in triangles and vertices; where the indices, the number of positions and `two_sided`
-    /// are as they were, that of reading indices and positions once.
+    /// Takes other triangles. Those with two equal indices are left out. `two_sided` ones hide from
+    /// both sides. Bounds are in the space of `positions`. Cost: linear in triangles and vertices;
+    /// where the indices, the number of positions and `two_sided` are as they were, that of reading
+    /// indices and positions once.
     ///
     /// # Errors
     /// If an index is out of range, or a position is not finite; then it has no triangle.
@@ -78,8 +83,8 @@ impl DynamicSurface {
         Ok(())
     }
 
-    /// Draws it, standing at `transform`, nearest patches first, without those that are hidden by then. Nothing where a
-    /// number is not finite, and before [`OcclusionBuffer::begin`].
+    /// Draws it, standing at `transform`, nearest patches first, without those that are hidden by
+    /// then. Nothing where a number is not finite, and before [`OcclusionBuffer::begin`].
     pub fn draw(&mut self, simd: Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
         let Some((screen, origin)) = buffer.screen() else { return };
         let projector = BoxProjector::of_object(screen, &screen.of_object(transform, origin));

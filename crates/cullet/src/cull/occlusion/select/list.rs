@@ -1,9 +1,10 @@
 //! Drawing lists of occluders, without those that are hidden by then.
 //!
-//! Sharing a list out over threads was tried. A buffer for each, merged pixel by pixel, was slower than one thread: what one
-//! has hidden the other draws, and merging moves megabytes. Bands of one buffer, cut by a model of what each row costs,
-//! drew the same bits, but no renderer called for them. Boxes of a sorted list read from a plain slice, one or two cache lines
-//! each, took as long to project as those of a batch, six.
+//! Sharing a list out over threads was tried. A buffer for each, merged pixel by pixel, was slower
+//! than one thread: what one has hidden the other draws, and merging moves megabytes. Bands of one
+//! buffer, cut by a model of what each row costs, drew the same bits, but no renderer called for
+//! them. Boxes of a sorted list read from a plain slice, one or two cache lines each, took as long
+//! to project as those of a batch, six.
 
 use super::super::query::BoxProjector;
 use super::super::raster::{OcclusionBuffer, Rectangles};
@@ -11,13 +12,14 @@ use crate::bits;
 use crate::bounds::{BoxBlock, Boxes, LANES};
 
 impl OcclusionBuffer {
-    /// Goes through occluders, the nearest first for most effect, and has those drawn that are not hidden by
-    /// then: `draw` is called with the numbers of `order`, in its order, but for those whose box, relative to
-    /// the buffer's origin, lies behind what was drawn before or beyond an edge of the screen. Returns how many
-    /// were drawn. The buffer proves the same as if all were drawn.
+    /// Goes through occluders, the nearest first for most effect, and has those drawn that are not
+    /// hidden by then: `draw` is called with the numbers of `order`, in its order, but for those
+    /// whose box, relative to the buffer's origin, lies behind what was drawn before or beyond an
+    /// edge of the screen. Returns how many were drawn. The buffer proves the same as if all were
+    /// drawn.
     ///
-    /// Boxes are projected sixteen at a time. Those that cross the near plane or are not finite are drawn; empty ones are
-    /// not.
+    /// Boxes are projected sixteen at a time. Those that cross the near plane or are not finite are
+    /// drawn; empty ones are not.
     ///
     /// # Panics
     /// If `order` has a number that is no box.

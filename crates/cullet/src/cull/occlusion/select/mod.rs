@@ -16,19 +16,22 @@ use crate::array::Each;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Occlusion {
-    /// Pixels across the buffer; its height follows from the viewport. Never more than the viewport has. Half of the
-    /// screen finds nearly as much as all of it, at a quarter of the cost; the answer is never wrong. Default 640.
+    /// Pixels across the buffer; its height follows from the viewport. Never more than the viewport
+    /// has. Half of the screen finds nearly as much as all of it, at a quarter of the cost; the
+    /// answer is never wrong. Default 640.
     pub width: u32,
-    /// Cost that drawing occluders may come to, in microseconds of a cost model, not of a clock: so the same scene,
-    /// view and budget give the same answer on every machine. 0 draws none. Half a millisecond finds most of
-    /// what is hidden, even in a forest of a million instances. Default 200.
+    /// Cost that drawing occluders may come to, in microseconds of a cost model, not of a clock: so
+    /// the same scene, view and budget give the same answer on every machine. 0 draws none. Half a
+    /// millisecond finds most of what is hidden, even in a forest of a million instances. Default
+    /// 200.
     pub budget: f32,
-    /// How much of the cost of drawing what is left, by [`Culler::costs`](crate::Culler::costs), may be spent before
-    /// anything is known to be hidden, looking and testing included: 0.015 makes no frame more than some 3 % slower, since what is
-    /// drawn first costs up to twice what a model of warm memory says, and leaves occlusion out where so
-    /// little would be drawn that looking for it costs more. Then, as long as something is found to be hidden, a fifth of
-    /// what that saves. `None`, the default, spends the budget on any scene. It decides how much is found, and never what
-    /// is right.
+    /// How much of the cost of drawing what is left, by [`Culler::costs`](crate::Culler::costs),
+    /// may be spent before anything is known to be hidden, looking and testing included: 0.015
+    /// makes no frame more than some 3 % slower, since what is drawn first costs up to twice what a
+    /// model of warm memory says, and leaves occlusion out where so little would be drawn that
+    /// looking for it costs more. Then, as long as something is found to be hidden, a fifth of what
+    /// that saves. `None`, the default, spends the budget on any scene. It decides how much is
+    /// found, and never what is right.
     pub risk: Option<f32>,
 }
 

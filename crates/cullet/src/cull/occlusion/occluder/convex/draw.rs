@@ -1,5 +1,5 @@
-//! Drawing convex bodies: one that lies wholly in front of the near plane by its silhouette, eight corners, and eight
-//! edges, at a time; any other face by face.
+//! Drawing convex bodies: one that lies wholly in front of the near plane by its silhouette, eight
+//! corners, and eight edges, at a time; any other face by face.
 
 use crate::array::Each;
 use crate::simd::dispatch_256;
@@ -26,8 +26,8 @@ struct Extent {
 }
 
 impl Convex {
-    /// Draws it into `buffer`. Nothing where a number is not finite, where the eye is within, and before
-    /// [`OcclusionBuffer::begin`].
+    /// Draws it into `buffer`. Nothing where a number is not finite, where the eye is within, and
+    /// before [`OcclusionBuffer::begin`].
     pub fn draw(&self, simd: crate::Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
         let canvas = &mut buffer.canvas();
         let Some(screen) = canvas.object_screen(transform) else { return };
@@ -44,7 +44,8 @@ impl Convex {
         canvas.pen.clips = clips;
     }
 
-    /// Outlines a body with the canvas's pen; `false`, and nothing, where a corner is not in front or a number is not finite.
+    /// Outlines a body with the canvas's pen; `false`, and nothing, where a corner is not in front
+    /// or a number is not finite.
     #[inline(always)]
     fn outline<S: Simd>(&self, simd: S, screen: &ObjectScreen, canvas: &mut Canvas<'_>) -> bool {
         let mut places = std::mem::take(&mut canvas.pen.places);
@@ -131,8 +132,8 @@ impl Convex {
         }
     }
 
-    /// One that crosses the near plane: each face by itself, since where the plane opens the body one looks
-    /// through it.
+    /// One that crosses the near plane: each face by itself, since where the plane opens the body
+    /// one looks through it.
     fn draw_clipped(
         &self,
         simd: crate::Simd,
@@ -205,7 +206,8 @@ fn on_screen(spots: &[Spot], size: [u32; 2]) -> Option<([f64; 2], [f64; 2])> {
 /// The most faces, rounded up: a closed convex body of n corners has at most 2 n − 4.
 const FACES: usize = Convex::MAX_VERTICES * 2;
 
-/// Places a body's corners on the screen, eight at a time; `None` where one is not in front or not finite.
+/// Places a body's corners on the screen, eight at a time; `None` where one is not in front or not
+/// finite.
 #[inline(always)]
 fn place<S: Simd>(
     simd: S,
@@ -270,8 +272,8 @@ fn widened(v: &[f32; 8]) -> [f64; 8] {
     out
 }
 
-/// A row at some points, in the order of [`ObjectScreen::clip`]. (No closure: what is not inlined is compiled without the
-/// level's instructions.)
+/// A row at some points, in the order of [`ObjectScreen::clip`]. (No closure: what is not inlined
+/// is compiled without the level's instructions.)
 #[inline(always)]
 fn sum<S: Simd>(simd: S, row: &DVec4, [x, y, z]: [S::f64s; 3]) -> S::f64s {
     x * S::f64s::splat(simd, row.x)

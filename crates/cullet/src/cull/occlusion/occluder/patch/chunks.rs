@@ -1,9 +1,10 @@
 //! Chunks: facets that lie near one another, which become a patch when it is first needed.
 //!
-//! All triangles are gone through once: to pair consecutive ones, to put the facets in the order of a curve through space,
-//! and for the vertices of each chunk. A vertex knows the last chunk that has it, and that one the chunk before: enough to find
-//! the facets around a chunk among those of a few others, when it is laid out. So what is never drawn is not laid out, and
-//! no facet is listed by its vertices.
+//! All triangles are gone through once: to pair consecutive ones, to put the facets in the order of
+//! a curve through space, and for the vertices of each chunk. A vertex knows the last chunk that
+//! has it, and that one the chunk before: enough to find the facets around a chunk among those of a
+//! few others, when it is laid out. So what is never drawn is not laid out, and no facet is listed
+//! by its vertices.
 
 use super::super::super::OcclusionError;
 use super::super::super::raster::{Connected, MOST_VERTICES};
@@ -15,8 +16,9 @@ use crate::bounds::Aabb;
 /// The most facets of a chunk.
 const MOST: usize = 128;
 
-/// So many facets are enough for a chunk where the next one has no vertex of it: parts that lie apart make a large box, but each
-/// patch costs something however small it is. With 8 a castle takes 1.7 times as long, with 24 or 128 1.2 times.
+/// So many facets are enough for a chunk where the next one has no vertex of it: parts that lie
+/// apart make a large box, but each patch costs something however small it is. With 8 a castle
+/// takes 1.7 times as long, with 24 or 128 1.2 times.
 const ENOUGH: usize = 48;
 
 /// A chunk: its first facet, and the first of its nodes.
@@ -38,7 +40,8 @@ pub(crate) struct Chunks {
     starts: Vec<Start>,
     /// A node is a vertex of a chunk. The first of all is none.
     vertices: Vec<u32>,
-    /// For each node its chunk, and the node of the same vertex in the last chunk before that has it, or 0.
+    /// For each node its chunk, and the node of the same vertex in the last chunk before that has
+    /// it, or 0.
     links: Vec<[u32; 2]>,
     /// For each vertex the last node that it has, or 0.
     last: Vec<u32>,
@@ -92,7 +95,8 @@ impl Chunks {
         self.last.clear();
     }
 
-    /// Takes other triangles; positions are finite. Only how well they can be drawn depends on where they are.
+    /// Takes other triangles; positions are finite. Only how well they can be drawn depends on
+    /// where they are.
     ///
     /// # Errors
     /// If an index is out of range; then it has none.
@@ -259,7 +263,8 @@ fn pair(positions: &[[f32; 3]], mut triangles: &[[u32; 3]], to: &mut Vec<Facet>)
 mod tests {
     use super::*;
 
-    /// A grid of cells, half of which are bent too much for quads, with a degenerate triangle and one more at some edge.
+    /// A grid of cells, half of which are bent too much for quads, with a degenerate triangle and
+    /// one more at some edge.
     fn grid(n: u32) -> (Vec<[f32; 3]>, Vec<u32>) {
         let at = |x: u32, y: u32| y * (n + 1) + x;
         let bend = |y: u32, x: u32| if y % 4 == 1 && x % 2 == 1 { 0.7 } else { 0.0 };

@@ -10,8 +10,8 @@ const CELL: usize = 8;
 /// The most bits of the number of a cell, so that counters stay in a near cache.
 const BITS: usize = 16;
 
-/// The order of the cells of a grid in which they are halved along the longest axis, again and again, the halves one
-/// after the other: what is near in it is near in space.
+/// The order of the cells of a grid in which they are halved along the longest axis, again and
+/// again, the halves one after the other: what is near in it is near in space.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Curve {
     /// For each axis the bits of its cells, where they are in the number of a cell.

@@ -7,7 +7,8 @@ use glam::{DVec3, Vec3};
 /// The cosine of the angle between the normals of two triangles below which they make no quad.
 const FLAT: f64 = 0.995;
 
-/// The least sine of a corner of a quad: one that is nearly straight is convex on the screen in few views.
+/// The least sine of a corner of a quad: one that is nearly straight is convex on the screen in few
+/// views.
 const LEAST_CORNER: f64 = 0.02;
 
 /// No facet.
@@ -44,7 +45,8 @@ impl Facet {
         (0..corners.len()).map(|k| [corners[k], corners[(k + 1) % corners.len()]])
     }
 
-    /// The quad of a triangle and another one that shares an edge with it; where they share two, the first.
+    /// The quad of a triangle and another one that shares an edge with it; where they share two,
+    /// the first.
     pub(super) fn quad_with(&self, other: [u32; 3]) -> Option<Self> {
         let [a, b, c, _] = self.corners;
         for [from, to, top] in [[c, a, b], [b, c, a], [a, b, c]] {
@@ -59,8 +61,8 @@ impl Facet {
         None
     }
 
-    /// Whether the triangles of a quad are nearly flat together, and it is convex. Roughly, in f32: it is drawn right in any
-    /// case, but worse and at more cost where not.
+    /// Whether the triangles of a quad are nearly flat together, and it is convex. Roughly, in f32:
+    /// it is drawn right in any case, but worse and at more cost where not.
     pub(super) fn is_flat(&self, positions: &[[f32; 3]]) -> bool {
         let [a, b, c, d] = self.corners.each(|v| Vec3::from(positions[v as usize]));
         let (u, v, w) = (b - a, c - a, d - a);
@@ -85,16 +87,17 @@ impl Facet {
     }
 }
 
-/// An edge, and the facets on its sides: the first runs along it from the first vertex, where there are two.
+/// An edge, and the facets on its sides: the first runs along it from the first vertex, where there
+/// are two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Edge {
     pub(super) vertices: [u32; 2],
     pub(super) facets: [u32; 2],
 }
 
-/// Edges of facets, ascending by vertices: half-edges of one direction matched with those of the other, in the order of
-/// the facets; what is left over is an edge with one facet. So of three facets at an edge one has it open, and of two that
-/// wind differently both.
+/// Edges of facets, ascending by vertices: half-edges of one direction matched with those of the
+/// other, in the order of the facets; what is left over is an edge with one facet. So of three
+/// facets at an edge one has it open, and of two that wind differently both.
 pub(super) fn edges(facets: &[Facet]) -> Vec<Edge> {
     // Least vertex and the other; direction and facet.
     let mut halves: Vec<u128> = Vec::with_capacity(facets.len() * 4);
@@ -132,7 +135,8 @@ pub(super) fn normal(positions: &[[f32; 3]], [a, b, c]: [u32; 3]) -> DVec3 {
     (place(positions, b) - at).cross(place(positions, c) - at)
 }
 
-/// The quad of two triangles over the edge that they share; `None` where both have the same three vertices.
+/// The quad of two triangles over the edge that they share; `None` where both have the same three
+/// vertices.
 fn quad(first: &Facet, second: &Facet, edge: [u32; 2]) -> Option<Facet> {
     let apex = |facet: &Facet| (0..3).find(|&k| !edge.contains(&facet.corners[k]));
     let (i, j) = (apex(first)?, apex(second)?);
@@ -142,7 +146,8 @@ fn quad(first: &Facet, second: &Facet, edge: [u32; 2]) -> Option<Facet> {
     (top != bottom).then_some(Facet { corners: [a, bottom, b, top] })
 }
 
-/// Pairs triangles to quads where they are nearly flat together and convex, the flattest and squarest first.
+/// Pairs triangles to quads where they are nearly flat together and convex, the flattest and
+/// squarest first.
 pub(super) fn paired(positions: &[[f32; 3]], triangles: Vec<Facet>) -> Vec<Facet> {
     let normals: Vec<DVec3> = triangles
         .iter()

@@ -9,8 +9,8 @@ use crate::array::Each;
 /// The end of a list of half-edges.
 const END: u16 = u16::MAX;
 
-/// A half-edge that waits for its opposite: its vertices, the number of its facet, and the next one whose lesser vertex is
-/// the same.
+/// A half-edge that waits for its opposite: its vertices, the number of its facet, and the next one
+/// whose lesser vertex is the same.
 #[derive(Clone, Copy, Debug)]
 struct HalfEdge {
     from: u16,
@@ -27,8 +27,8 @@ pub(crate) struct Layout {
     number_of: Vec<u16>,
     patches: u32,
     vertices: Vec<u32>,
-    /// Half-edges, of which those without an opposite yet are in the list of their lesser vertex: such a list has three or
-    /// four, and all that it touches is in the nearest cache.
+    /// Half-edges, of which those without an opposite yet are in the list of their lesser vertex:
+    /// such a list has three or four, and all that it touches is in the nearest cache.
     halves: Vec<HalfEdge>,
     /// For each vertex of the patch the first of its list.
     lists: Vec<u16>,
@@ -61,9 +61,10 @@ impl Layout {
         }
     }
 
-    /// Lays out the own facets of a patch and those around it, both sorted as they are to be drawn; all that `to` had is
-    /// overwritten but where its vertices are, which [`vertices`](Self::vertices) lists. Where those around are too many,
-    /// none is kept: then all that borders on them counts as an end of the surface.
+    /// Lays out the own facets of a patch and those around it, both sorted as they are to be drawn;
+    /// all that `to` had is overwritten but where its vertices are, which
+    /// [`vertices`](Self::vertices) lists. Where those around are too many, none is kept: then all
+    /// that borders on them counts as an end of the surface.
     pub(crate) fn lay_out(
         &mut self,
         own: &[Facet],
@@ -141,7 +142,8 @@ impl Layout {
         }
     }
 
-    /// Matches the half-edges of a facet with those that run the other way, of facets before it, the first of them first.
+    /// Matches the half-edges of a facet with those that run the other way, of facets before it,
+    /// the first of them first.
     fn add_edges(&mut self, facet: &Facet, number: u16) {
         let corners = facet.corners();
         for k in 0..corners.len() {

@@ -28,8 +28,9 @@ use crate::transform::Transform;
 
 /// A few neighbouring triangles of a surface, drawn as one.
 ///
-/// A pixel is covered where its triangles cover it together, and nothing of them ends in it. So that no crack runs along
-/// the seam between two patches of a surface, the triangles around a patch are kept too.
+/// A pixel is covered where its triangles cover it together, and nothing of them ends in it. So
+/// that no crack runs along the seam between two patches of a surface, the triangles around a patch
+/// are kept too.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Patch {
     pub(super) mesh: Connected,
@@ -39,13 +40,15 @@ impl Patch {
     /// Facets of a patch as a rule.
     pub const FACETS: usize = 128;
 
-    /// Cuts a surface into patches of at most `most` facets, triangles or pairs of them that make a flat quad;
-    /// [`FACETS`](Self::FACETS) is good: fewer find more and cost more. None is taken as one, and more than that as that.
-    /// Positions that are equal are one vertex. `two_sided` triangles hide from both sides.
+    /// Cuts a surface into patches of at most `most` facets, triangles or pairs of them that make a
+    /// flat quad; [`FACETS`](Self::FACETS) is good: fewer find more and cost more. None is taken as
+    /// one, and more than that as that. Positions that are equal are one vertex. `two_sided`
+    /// triangles hide from both sides.
     ///
-    /// Of more than two triangles at an edge, or of two that wind differently, only pairs that wind alike are joined; the
-    /// others end there. Triangles with two equal corners are left out. Cost: about a microsecond a triangle;
-    /// at most 48 bytes are kept of each in a mesh of ordinary shape.
+    /// Of more than two triangles at an edge, or of two that wind differently, only pairs that wind
+    /// alike are joined; the others end there. Triangles with two equal corners are left out. Cost:
+    /// about a microsecond a triangle; at most 48 bytes are kept of each in a mesh of ordinary
+    /// shape.
     ///
     /// # Errors
     /// If an index is out of range, or a position is not finite.
@@ -87,7 +90,8 @@ impl Patch {
         &mut self.mesh
     }
 
-    /// Draws it into `buffer`. Nothing where a number is not finite, and before [`OcclusionBuffer::begin`].
+    /// Draws it into `buffer`. Nothing where a number is not finite, and before
+    /// [`OcclusionBuffer::begin`].
     pub fn draw(&self, simd: Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
         buffer.canvas().draw_connected(simd, &self.mesh, transform);
     }

@@ -1,9 +1,9 @@
 //! Splitting a surface into patches.
 //!
-//! Each connected part of it by itself: at the median of its widest axis until there are few enough facets. Layers of a
-//! patch that lie behind one another spoil each other, for a pixel is as far as the farthest that touches it, so that
-//! smaller ones find more: of what is hidden in a hall of 262,000 triangles 89.8 % with 128 facets, 90.8 with 64, 91.8
-//! with 32; in 2.4, 2.8 and 3.7 ms.
+//! Each connected part of it by itself: at the median of its widest axis until there are few enough
+//! facets. Layers of a patch that lie behind one another spoil each other, for a pixel is as far as
+//! the farthest that touches it, so that smaller ones find more: of what is hidden in a hall of
+//! 262,000 triangles 89.8 % with 128 facets, 90.8 with 64, 91.8 with 32; in 2.4, 2.8 and 3.7 ms.
 
 use super::facet::{Edge, Facet, NONE, edges};
 use crate::array::Each;
@@ -54,12 +54,14 @@ impl<'a> Split<'a> {
         Self { positions, facets, most, part, around, ends, patch: vec![NONE; facets.len()] }
     }
 
-    /// Calls back with the own facets of each patch, and those around it, both so sorted that whole groups face away.
+    /// Calls back with the own facets of each patch, and those around it, both so sorted that whole
+    /// groups face away.
     pub(super) fn for_patches(mut self, mut each: impl FnMut(&[Facet], &[Facet])) {
         let mut order: Vec<u32> = (0..self.facets.len() as u32).collect();
         sort_by_key(&mut order, |&f| self.part[f as usize].into());
         let mut lists = Vec::new();
-        // A small surface is one patch, whatever its parts: each costs as much as drawing some ten facets.
+        // A small surface is one patch, whatever its parts: each costs as much as drawing some ten
+        // facets.
         let is_small = order.len() <= self.most;
         let is_one =
             |&f: &u32, &g: &u32| is_small || self.part[f as usize] == self.part[g as usize];
@@ -100,7 +102,8 @@ impl<'a> Split<'a> {
         sum / corners.len() as f32
     }
 
-    /// The facets of the same part that share a vertex with some, which are marked with the number of their patch.
+    /// The facets of the same part that share a vertex with some, which are marked with the number
+    /// of their patch.
     fn around(&mut self, number: u32, own: &[u32]) -> Vec<u32> {
         own.iter().for_each(|&f| self.patch[f as usize] = number);
         let mut around = Vec::new();

@@ -7,7 +7,8 @@ use super::super::blocks::BlocksMut;
 use super::super::span::Span;
 use super::{Surface, Window};
 
-/// Coverage of a block by the patch that is drawn: a word, and a number, for each of its eight tiles.
+/// Coverage of a block by the patch that is drawn: a word, and a number, for each of its eight
+/// tiles.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub(super) struct BlockCoverage {
@@ -32,7 +33,8 @@ impl BlockCoverage {
 }
 
 impl Surface {
-    /// Removes the pixels of a span from those blocks of a row, between two columns of blocks, that have coverage.
+    /// Removes the pixels of a span from those blocks of a row, between two columns of blocks, that
+    /// have coverage.
     #[inline(always)]
     pub(super) fn remove<S: Simd>(
         &mut self,
@@ -67,7 +69,8 @@ impl Surface {
         &mut self.blocks[row * window.across + column]
     }
 
-    /// Takes what is covered and not removed into the buffer, where there is one, and blanks all coverage.
+    /// Takes what is covered and not removed into the buffer, where there is one, and blanks all
+    /// coverage.
     #[inline(always)]
     pub(super) fn resolve<S: Simd>(
         &mut self,

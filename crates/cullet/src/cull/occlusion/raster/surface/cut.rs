@@ -1,7 +1,9 @@
-//! Cutting facets that reach before the near plane, or so far off the screen that f32 has no digits for them.
+//! Cutting facets that reach before the near plane, or so far off the screen that f32 has no digits
+//! for them.
 //!
-//! In f64, and always from the end that is inside, so that neighbours cut an edge that they share alike. Only along the
-//! near plane does that make new silhouette edges: the guard band is beyond the screen.
+//! In f64, and always from the end that is inside, so that neighbours cut an edge that they share
+//! alike. Only along the near plane does that make new silhouette edges: the guard band is beyond
+//! the screen.
 
 use super::super::connected::{Connected, MOST_VERTICES, NUMBERS};
 use super::super::screen::{Clip, ObjectScreen};
@@ -175,7 +177,8 @@ impl Surface {
         });
     }
 
-    /// A quad need not be flat: each of its triangles is cut by itself, and both must show one side.
+    /// A quad need not be flat: each of its triangles is cut by itself, and both must show one
+    /// side.
     fn cut_facet(
         &mut self,
         projection: &Projection,
@@ -248,8 +251,8 @@ impl Surface {
         }
     }
 
-    /// Whether a polygon runs clockwise on the screen, y upward; `None` where that is not certain. Corners are off by less
-    /// than a twentieth of a pixel.
+    /// Whether a polygon runs clockwise on the screen, y upward; `None` where that is not certain.
+    /// Corners are off by less than a twentieth of a pixel.
     fn side_of(&self, vertices: &[u16]) -> Option<bool> {
         let place = |i: usize| {
             let v = usize::from(vertices[i % vertices.len()]) % NUMBERS;
@@ -299,7 +302,8 @@ impl Surface {
         self.cut.sides[side].triangles = triangles;
     }
 
-    /// Cuts silhouette edges, and adds those along the near plane; `false` where there are not numbers enough.
+    /// Cuts silhouette edges, and adds those along the near plane; `false` where there are not
+    /// numbers enough.
     pub(super) fn cut_silhouettes(
         &mut self,
         screen: &ObjectScreen,

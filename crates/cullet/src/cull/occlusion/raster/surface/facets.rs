@@ -1,5 +1,5 @@
-//! Facets: which of eight show the side that is drawn, where their sides bound rows of pixels, how near they are, and
-//! what each covers.
+//! Facets: which of eight show the side that is drawn, where their sides bound rows of pixels, how
+//! near they are, and what each covers.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, u32x8};
@@ -20,7 +20,8 @@ const NOWHERE: f32 = 1e9;
 /// Pixels across and down from which on a facet is looked through for whole tiles.
 const LARGE: [f32; 2] = [16.0, 8.0];
 
-/// Eight facets of N sides. A side bounds the columns of row y from the left or the right: slope · y + start.
+/// Eight facets of N sides. A side bounds the columns of row y from the left or the right: slope ·
+/// y + start.
 #[repr(align(32))]
 struct Facets<const N: usize> {
     slope: [[f32; LANES]; N],
@@ -30,7 +31,8 @@ struct Facets<const N: usize> {
     /// First column and row; one beyond the last column, and the last row.
     low: [[f32; LANES]; 2],
     high: [[f32; LANES]; 2],
-    /// No nearer than the facet anywhere within a tile: base + gradient · (its first column and row), but at least `least`.
+    /// No nearer than the facet anywhere within a tile: base + gradient · (its first column and
+    /// row), but at least `least`.
     base: [f32; LANES],
     gradient: [[f32; LANES]; 2],
     least: [f32; LANES],
@@ -97,8 +99,8 @@ fn most<S: Simd, const N: usize>(v: &[f32x8<S>; N]) -> f32x8<S> {
 }
 
 impl Surface {
-    /// Covers what a group of eight facets touches. With `number`, that of the first, those that are turned the right way
-    /// for certain are noted as drawn; without, it is known that all are.
+    /// Covers what a group of eight facets touches. With `number`, that of the first, those that
+    /// are turned the right way for certain are noted as drawn; without, it is known that all are.
     #[inline(always)]
     pub(super) fn group<S: Simd, const N: usize>(
         &mut self,
@@ -259,7 +261,8 @@ impl Surface {
         }
     }
 
-    /// Covers what a facet touches: tiles that lie wholly within a large one at once, whatever else touches them.
+    /// Covers what a facet touches: tiles that lie wholly within a large one at once, whatever else
+    /// touches them.
     #[inline(always)]
     fn cover_facet<S: Simd, const N: usize>(
         &mut self,
@@ -359,7 +362,8 @@ impl Surface {
     }
 }
 
-/// Twice the area of triangles of some corners: above 0 where these run counter-clockwise, y upward.
+/// Twice the area of triangles of some corners: above 0 where these run counter-clockwise, y
+/// upward.
 #[inline(always)]
 fn turn<S: Simd, const N: usize>(
     x: &[f32x8<S>; N],

@@ -10,11 +10,12 @@
 //! coverage   what is covered and not removed, into the buffer
 //! ```
 //!
-//! Why that is right: within a pixel the number of drawn facets that lie over a point changes only at silhouette
-//! edges, for at the others one begins where the other ends. So a pixel that no such edge touches is covered wholly
-//! or not at all; and whatever covers a part of it touches it, so that its depth is in the least. A pixel may be counted
-//! as touched by a facet that only comes within the margin of it: then the surface goes on into the pixel, or ends within
-//! three margins of it, which removes it.
+//! Why that is right: within a pixel the number of drawn facets that lie over a point changes only
+//! at silhouette edges, for at the others one begins where the other ends. So a pixel that no such
+//! edge touches is covered wholly or not at all; and whatever covers a part of it touches it, so
+//! that its depth is in the least. A pixel may be counted as touched by a facet that only comes
+//! within the margin of it: then the surface goes on into the pixel, or ends within three margins
+//! of it, which removes it.
 
 mod coverage;
 mod cut;
@@ -31,7 +32,8 @@ use coverage::BlockCoverage;
 use cut::Cut;
 pub(crate) use projection::Projection;
 
-/// A number for each vertex of a patch, or facet: as many as there can be, so that none needs a check.
+/// A number for each vertex of a patch, or facet: as many as there can be, so that none needs a
+/// check.
 type Numbers<T> = Box<[T; NUMBERS]>;
 
 /// Drawing of surfaces: memory.
@@ -72,8 +74,8 @@ struct Window {
     /// Error of nearness: a share of it, and beside that.
     share: f32,
     nearness: f32,
-    /// No nearer than the nearest vertex of its own facets. Pixels that only facets around cover are drawn no nearer, or a
-    /// patch would draw something though it is hidden.
+    /// No nearer than the nearest vertex of its own facets. Pixels that only facets around cover
+    /// are drawn no nearer, or a patch would draw something though it is hidden.
     cap: f32,
     /// Whether some vertices are NaN.
     is_clipped: bool,
@@ -124,8 +126,8 @@ impl Surface {
         }
     }
 
-    /// Draws the facets that show their fronts, or their backs; `turned` are those whose corners run clockwise on the
-    /// screen, y upward.
+    /// Draws the facets that show their fronts, or their backs; `turned` are those whose corners
+    /// run clockwise on the screen, y upward.
     #[inline(always)]
     fn draw_side<S: Simd>(
         &mut self,

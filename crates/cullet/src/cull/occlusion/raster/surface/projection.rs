@@ -1,9 +1,10 @@
 //! Projecting the vertices of a patch, eight at a time in f32, and how far they may be off.
 //!
-//! A vertex is off by E in x·w, and by F in w, with E ≤ Σ ε |p − e| + δ; see [`Row`]. What lies on the screen or within a
-//! guard band around it lies in a cone from the eye, so that |p − e| is bounded by w: where M has the three rows and c are their
-//! constants, p − e = M⁻¹ ((x·w, y·w, w) − c), and |p − e| / w ≤ Σ |M⁻¹| (|x| + |c| / w), taken of x, y and 1. Without that the error of
-//! a wall near the eye would be that of its far end at the w of its near one.
+//! A vertex is off by E in x·w, and by F in w, with E ≤ Σ ε |p − e| + δ; see [`Row`]. What lies on
+//! the screen or within a guard band around it lies in a cone from the eye, so that |p − e| is
+//! bounded by w: where M has the three rows and c are their constants, p − e = M⁻¹ ((x·w, y·w, w) −
+//! c), and |p − e| / w ≤ Σ |M⁻¹| (|x| + |c| / w), taken of x, y and 1. Without that the error of a
+//! wall near the eye would be that of its far end at the w of its near one.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8};
@@ -17,17 +18,19 @@ use super::{Surface, Window};
 use crate::array::Each;
 use crate::bounds::Aabb;
 
-/// Pixels beyond each edge of the screen up to which vertices keep their digits; what reaches farther is clipped.
+/// Pixels beyond each edge of the screen up to which vertices keep their digits; what reaches
+/// farther is clipped.
 pub(super) const GUARD: f64 = 4096.0;
 
 /// Planes: the near one, and the four sides of the guard band.
 pub(super) const PLANES: usize = 5;
 
-/// Set in the code of a vertex that is before the near plane, too far off the screen, or too near the eye. Beside it stand
-/// the planes beyond which it certainly is, a bit each.
+/// Set in the code of a vertex that is before the near plane, too far off the screen, or too near
+/// the eye. Beside it stand the planes beyond which it certainly is, a bit each.
 pub(super) const UNUSABLE: i32 = 1 << PLANES;
 
-/// Error of a quotient, as a share of what its parts are off by: enough where w is 16 times as large as its own.
+/// Error of a quotient, as a share of what its parts are off by: enough where w is 16 times as
+/// large as its own.
 const QUOTIENT: f64 = 1.125;
 
 /// The map from an object's space to the screen, in f32.
@@ -38,7 +41,8 @@ pub(crate) struct Projection {
     /// x·w, y·w, w (perspective) or nearness (parallel), height over the near plane.
     rows: [Row; 4],
     perspective: bool,
-    /// In perspective the errors of x·w, y·w and w, over w, for each pixel from the edge in x, in y, and for one.
+    /// In perspective the errors of x·w, y·w and w, over w, for each pixel from the edge in x, in
+    /// y, and for one.
     shares: [[f64; 3]; 3],
     /// The eye, and 1; or the direction of view, and 0.
     eye: [f64; 4],
@@ -141,7 +145,8 @@ impl Projection {
         x * splat(k[0]) + y * splat(k[1]) + z * splat(k[2]) + splat(*c)
     }
 
-    /// Errors of vertices no farther than `g` pixels from the top left corner, whose w is `w` at least.
+    /// Errors of vertices no farther than `g` pixels from the top left corner, whose w is `w` at
+    /// least.
     fn doubt(&self, g: [f64; 2], w: f64, reach: [f64; 3]) -> VertexDoubt {
         let far = g[0].max(g[1]);
         if !self.perspective {
@@ -173,8 +178,9 @@ struct VertexDoubt {
 }
 
 impl Surface {
-    /// Projects the vertices of a patch, of which those before the near plane or far off the screen become NaN, and
-    /// clips the facets that have one. The part of the screen on which its own facets lie; `None` where there is none.
+    /// Projects the vertices of a patch, of which those before the near plane or far off the screen
+    /// become NaN, and clips the facets that have one. The part of the screen on which its own
+    /// facets lie; `None` where there is none.
     #[inline(always)]
     pub(super) fn project<S: Simd>(
         &mut self,
@@ -268,8 +274,9 @@ impl Surface {
             return None;
         }
         let end = padded.each(|v| v as f32);
-        // The pixels that its own facets touch for certain. What they may touch beside those is of the patches around it; so it
-        // draws nothing beyond its box, by which it may be passed over.
+        // The pixels that its own facets touch for certain. What they may touch beside those is of
+        // the patches around it; so it draws nothing beyond its box, by which it may be passed
+        // over.
         let low = [0, 1].each(|a| (own_low[a] + margin).floor().max(0.0));
         let high = [
             ((own_high[0] - margin).floor() + 1.0).min(end[0]),

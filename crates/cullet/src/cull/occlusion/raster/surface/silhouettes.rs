@@ -1,4 +1,5 @@
-//! Silhouette edges: those with a drawn facet on one side alone. What they touch is not proved to be covered.
+//! Silhouette edges: those with a drawn facet on one side alone. What they touch is not proved to
+//! be covered.
 
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
