@@ -65,7 +65,8 @@ fn baked_assets_give_the_answers_of_all_hosts() {
         let name = of["file"].as_str().expect("a name");
         let handle = load(&mut app, name).unwrap_or_else(|error| panic!("{name}: {error}"));
         let assets = app.world().resource::<Assets<CulletBaked>>();
-        let scene = &assets.get(&handle).expect("loaded").model.scene;
+        let model = &assets.get(&handle).expect("loaded").model;
+        let scene = &model.scene;
         for (number, answer) in of["views"].as_array().expect("views").iter().enumerate() {
             let matrix: [f64; 16] =
                 numbers(&answer["clip_from_world"]).try_into().expect("sixteen");
@@ -79,7 +80,7 @@ fn baked_assets_give_the_answers_of_all_hosts() {
                 other => panic!("preset {other}"),
             };
             let (mut state, mut visible) = (ViewState::default(), Visible::default());
-            culler.cull_one(scene, &view, &mut state, &mut visible);
+            model.in_cells().cull(&culler, &view, &mut state, &mut visible);
             let mut ids: Vec<_> = visible
                 .slots()
                 .map(|slot| f64::from(scene.handle(slot).expect("full").index))

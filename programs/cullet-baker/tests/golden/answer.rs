@@ -56,7 +56,8 @@ impl Scene {
     /// Opens a file and culls it by each preset from each camera, every time as if it were the
     /// first.
     pub(crate) fn of(file: &Path) -> Result<Self, Box<dyn Error>> {
-        let scene = load(file, &LoadOptions::default())?.scene;
+        let model = load(file, &LoadOptions::default())?;
+        let scene = &model.scene;
         let presets = [
             ("exact", Culler::exact()),
             ("balanced", Culler::balanced()),
@@ -68,14 +69,14 @@ impl Scene {
             let view = View::from_matrix(clip_from_world, Depth::Reversed, VIEWPORT)?;
             for (preset, culler) in &presets {
                 let (mut state, mut visible) = (ViewState::default(), Visible::default());
-                culler.cull_one(&scene, &view, &mut state, &mut visible);
+                model.in_cells().cull(culler, &view, &mut state, &mut visible);
                 views.push(Answer {
                     camera,
                     clip_from_view: camera.clip_from_view(),
                     clip_from_world,
                     viewport: VIEWPORT,
                     preset,
-                    visible: indices(&scene, &visible),
+                    visible: indices(scene, &visible),
                     funnel: funnel(&visible),
                 });
             }
