@@ -31,6 +31,7 @@ pub fn build(text: &str) -> Option<Result<Model, String>> {
     let (name, make) = EXAMPLES.iter().find(|(name, _)| *name == text)?;
     Some(make().map(|mut model| {
         model.scene.commit(&cullet::Culler::default());
+        model.update_cells();
         model.name = (*name).to_owned();
         model
     }))
