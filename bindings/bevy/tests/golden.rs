@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use bevy::app::TaskPoolPlugin;
 use bevy::asset::{AssetPlugin, LoadState};
 use bevy::prelude::*;
-use bevy_cullet::engine::{Culler, Depth, View, ViewState, Visible, explain::Counts};
+use bevy_cullet::engine::{Culler, Depth, View, ViewState, Visible, funnel::Counts};
 use bevy_cullet::{CulletBaked, CulletBakedPlugin};
 use serde_json::Value;
 
