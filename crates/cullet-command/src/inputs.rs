@@ -7,7 +7,7 @@ use cullet::lod::Lod;
 use cullet::view::EyeBall;
 use cullet::{Backface, Culler, Scene, Stage, View, prepared::Preparation};
 use cullet_cells::InCells;
-use cullet_io::{ErrorKind, LoadOptions, Model, PoseError};
+use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, shell_word};
 use cullet_scenes::paths::{self, Overrides, PathSpec};
 
 use crate::args::{CullArgs, OccluderKind, SceneArgs, ViewArgs};
@@ -79,7 +79,8 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
     if warnings > SHOWN {
         let more = warnings - SHOWN;
         let more = count(more as u64, "more warning", "more warnings");
-        console.note(format!("and {more}; cullet info --all lists them all"));
+        let scene = shell_word(&args.scene);
+        console.note(format!("and {more}; `cullet info {scene} --all` lists them all"));
     }
     Ok(model)
 }
@@ -95,13 +96,13 @@ pub fn has_levels(scene: &Scene) -> bool {
 ///
 /// # Errors
 /// If it has none; with what to do.
-pub fn demand_levels(model: &Model, args: &CullArgs) -> Result<(), Failure> {
+pub fn demand_levels(model: &Model, scene: &str, args: &CullArgs) -> Result<(), Failure> {
     if args.levels().is_none() || has_levels(&model.scene) {
         return Ok(());
     }
-    let name = &model.name;
+    let word = shell_word(scene);
     Err(Failure::input(format!(
-        "--lod: {name} has no levels of detail; `cullet bake {name} -o baked.glb` writes a file that has them: give that"
+        "--lod: {scene} has no levels of detail; `cullet bake {word} -o baked.glb` writes a file that has them: give that"
     )))
 }
 

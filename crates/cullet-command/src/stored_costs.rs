@@ -1,5 +1,6 @@
 //! Where costs are kept between runs, and the file they are kept in.
 
+use cullet_io::shell_word;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fmt;
@@ -117,8 +118,9 @@ impl Stored {
         match Self::read(&place.path) {
             Ok(Some(stored)) => Ok(Some((place.path, stored))),
             Ok(None) if named.is_some() => Err(Failure::input(format!(
-                "{}: there is no such file; `cullet calibrate --out {0}` measures and writes it",
-                place.path.display()
+                "{}: there is no such file; `cullet calibrate --out {}` measures and writes it",
+                place.path.display(),
+                shell_word(&place.path.to_string_lossy())
             ))),
             Ok(None) => Ok(None),
             Err(e) if place.named => Err(Failure::input(e)),
@@ -192,7 +194,8 @@ impl fmt::Display for StoreError {
             }
             Damage::Shape(e) => write!(f, "holds no costs: {e}"),
         }?;
-        write!(f, "; `cullet calibrate --out {path}` measures anew and replaces it")
+        let word = shell_word(&self.path.to_string_lossy());
+        write!(f, "; `cullet calibrate --out {word}` measures anew and replaces it")
     }
 }
 

@@ -104,8 +104,19 @@ impl<'a> Builder<'a> {
 
     /// Adds a mesh with one instance of the same name, where the file has it.
     pub fn mesh_instance(&mut self, name: String, data: MeshData) -> Result<(), ErrorKind> {
+        self.mesh_instance_at(name, data, [0.0; 3])
+    }
+
+    /// Adds a mesh whose positions are from an origin, with one instance there.
+    pub fn mesh_instance_at(
+        &mut self,
+        name: String,
+        data: MeshData,
+        origin: [f64; 3],
+    ) -> Result<(), ErrorKind> {
         let mesh = self.mesh(name.clone(), data)?;
-        self.instance(name, Instance::new(mesh, Transform::IDENTITY))
+        let transform = Transform { translation: origin, ..Transform::IDENTITY };
+        self.instance(name, Instance::new(mesh, transform))
     }
 
     /// The model, its scene sorted. Decides the sides of each mesh: as the options say, else as its

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::ErrorKind;
+use crate::{ErrorKind, shell_word};
 
 /// A kind of file that is loaded here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,7 +112,7 @@ fn by_signature(head: &[u8], size: u64) -> Option<Format> {
         return Some(Format::Gltf);
     }
     let word = text.split(u8::is_ascii_whitespace).next().unwrap_or(&[]);
-    if crate::off::is_keyword(word) {
+    if crate::off::keyword(word).is_some() {
         return Some(Format::Off);
     }
     let solid = word.eq_ignore_ascii_case(b"solid");
@@ -140,45 +140,46 @@ fn looks_like_obj(head: &[u8]) -> bool {
 struct Foreign {
     name: &'static str,
     endings: &'static [&'static str],
-    /// Advice on how to convert it; `{in}` and `{out}` stand for the file's name and its stem.
+    /// Advice on how to convert it; `{in}` stands for the file's name, `{out.glb}` for the same with
+    /// another ending.
     advice: &'static str,
 }
 
-const ASSIMP: &str = "convert it with Assimp: assimp export \"{in}\" \"{out}.glb\"";
+const ASSIMP: &str = "convert it with Assimp: `assimp export {in} {out.glb}`";
 
 const FOREIGN: &[Foreign] = &[
     Foreign {
         name: "FBX",
         endings: &["fbx"],
-        advice: "convert it with FBX2glTF: FBX2glTF -b -i \"{in}\" -o \"{out}.glb\"",
+        advice: "convert it with FBX2glTF: `FBX2glTF -b -i {in} -o {out.glb}`",
     },
     Foreign {
         name: "STEP",
         endings: &["step", "stp", "p21"],
-        advice: "tessellate it with Gmsh: gmsh \"{in}\" -2 -o \"{out}.stl\"",
+        advice: "tessellate it with Gmsh: `gmsh {in} -2 -o {out.stl}`",
     },
     Foreign {
         name: "IGES",
         endings: &["iges", "igs"],
-        advice: "tessellate it with Gmsh: gmsh \"{in}\" -2 -o \"{out}.stl\"",
+        advice: "tessellate it with Gmsh: `gmsh {in} -2 -o {out.stl}`",
     },
     Foreign {
         name: "IFC",
         endings: &["ifc", "ifczip", "ifcxml"],
-        advice: "convert it with IfcOpenShell: IfcConvert \"{in}\" \"{out}.glb\"",
+        advice: "convert it with IfcOpenShell: `IfcConvert {in} {out.glb}`",
     },
     Foreign {
         name: "USD",
         endings: &["usd", "usda", "usdc", "usdz"],
-        advice: "convert it with Blender: blender -b --python-expr \"import bpy; \
-                 bpy.ops.wm.read_homefile(use_empty=True); bpy.ops.wm.usd_import(filepath='{in}'); \
-                 bpy.ops.export_scene.gltf(filepath='{out}.glb')\"",
+        advice: "convert it with Blender: `blender -b --python-expr \"import bpy, sys; a = sys.argv; \
+                 bpy.ops.wm.read_homefile(use_empty=True); bpy.ops.wm.usd_import(filepath=a[-2]); \
+                 bpy.ops.export_scene.gltf(filepath=a[-1])\" -- {in} {out.glb}`",
     },
     Foreign {
         name: "Blender",
         endings: &["blend"],
-        advice: "export it with Blender: blender -b \"{in}\" --python-expr \"import bpy; \
-                 bpy.ops.export_scene.gltf(filepath='{out}.glb')\"",
+        advice: "export it with Blender: `blender -b {in} --python-expr \"import bpy, sys; \
+                 bpy.ops.export_scene.gltf(filepath=sys.argv[-1])\" -- {out.glb}`",
     },
     Foreign { name: "COLLADA", endings: &["dae"], advice: ASSIMP },
     Foreign { name: "3DS", endings: &["3ds"], advice: ASSIMP },
@@ -192,12 +193,12 @@ const FOREIGN: &[Foreign] = &[
     Foreign {
         name: "CityJSON",
         endings: &["cityjson"],
-        advice: "convert it with cjio: cjio \"{in}\" export glb \"{out}.glb\"",
+        advice: "convert it with cjio: `cjio {in} export glb {out.glb}`",
     },
     Foreign {
         name: "Draco",
         endings: &["drc"],
-        advice: "unpack it with Draco's own tool: draco_decoder -i \"{in}\" -o \"{out}.obj\"",
+        advice: "unpack it with Draco's own tool: `draco_decoder -i {in} -o {out.obj}`",
     },
     Foreign {
         name: "point cloud",
@@ -276,9 +277,14 @@ fn foreign(path: &Path, name_or_ending: &str) -> ErrorKind {
     let Some(foreign) = known else {
         return ErrorKind::Unsupported(format!("{name_or_ending} files are not loaded here"));
     };
-    let input = path.display().to_string();
-    let stem = path.with_extension("").display().to_string();
-    let advice = foreign.advice.replace("{in}", &input).replace("{out}", &stem);
+    let word = |path: &Path| shell_word(&path.to_string_lossy());
+    let mut advice = foreign.advice.to_owned();
+    for ending in ["glb", "stl", "obj"] {
+        let made = word(&path.with_extension(ending));
+        advice = advice.replace(&format!("{{out.{ending}}}"), &made);
+    }
+    // Last: a name may hold anything.
+    let advice = advice.replace("{in}", &word(path));
     ErrorKind::Unsupported(format!("{} files are not loaded here; {advice}", foreign.name))
 }
 
@@ -322,14 +328,14 @@ mod tests {
     #[test]
     fn other_formats_name_a_converter() {
         for (name, bytes, word) in [
-            ("a.fbx", &b"Kaydara FBX Binary  \0"[..], "FBX2glTF -b -i \"a.fbx\" -o \"a.glb\""),
-            ("a.step", b"ISO-10303-21;\nHEADER;", "gmsh \"a.step\""),
-            ("a.x", b"ISO-10303-21;\nFILE_SCHEMA(('IFC2X3'));", "IfcConvert \"a.x\" \"a.glb\""),
-            ("a.usdc", b"PXR-USDC\0", "usd_import(filepath='a.usdc')"),
+            ("a.fbx", &b"Kaydara FBX Binary  \0"[..], "`FBX2glTF -b -i a.fbx -o a.glb`"),
+            ("a.step", b"ISO-10303-21;\nHEADER;", "`gmsh a.step -2"),
+            ("a.x", b"ISO-10303-21;\nFILE_SCHEMA(('IFC2X3'));", "`IfcConvert a.x a.glb`"),
+            ("a.usdc", b"PXR-USDC\0", "-- a.usdc a.glb`"),
             ("a.usdz", b"PK\x03\x04", "usd_import"),
             ("a.dae", b"<?xml?>\n<COLLADA>", "assimp export \"a.dae\""),
             ("a.blend", b"BLENDER-v300", "export_scene.gltf"),
-            ("a.json", b"{\"type\":\"CityJSON\"}", "cjio \"a.json\""),
+            ("a.json", b"{\"type\":\"CityJSON\"}", "cjio a.json"),
             ("a.3ds", b"whatever", "assimp export"),
             ("a.glb", b"\x1f\x8b\x08", "unpack"),
         ] {

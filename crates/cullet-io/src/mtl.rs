@@ -69,7 +69,7 @@ pub(crate) fn parse(bytes: &[u8], library: &mut Library) {
         let word = c.token().to_vec();
         if word.eq_ignore_ascii_case(b"newmtl") {
             keep(current.take());
-            current = Some((c.rest_of_line().to_vec(), MtlMaterial::default()));
+            current = Some((c.rest_of_line(), MtlMaterial::default()));
         } else if let Some((_, material)) = &mut current {
             match &word[..] {
                 b"Kd" => {

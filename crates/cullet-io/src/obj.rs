@@ -11,10 +11,11 @@ use cullet::mesh::{Alpha, MeshData, Part};
 
 use self::attributes::{Corners, List};
 use crate::beside::Beside;
-use crate::blocks::{Source, push};
+use crate::blocks::Source;
 use crate::builder::Builder;
 use crate::compact::Compact;
 use crate::polygon::{CONCAVE, Triangulator};
+use crate::positions::{NotFinite, Positions};
 use crate::text::{Cursor, quote};
 use crate::{ErrorKind, LoadOptions, Material, mtl};
 
@@ -62,7 +63,7 @@ struct Skipped {
 #[derive(Debug)]
 struct Reader<'a> {
     c: Cursor<'a>,
-    positions: Vec<[f32; 3]>,
+    positions: Positions,
     object: Vec<u8>,
     group: Vec<u8>,
     material: Vec<u8>,
@@ -124,7 +125,7 @@ pub(crate) fn named(source: Source<'_>) -> Result<Vec<PathBuf>, ErrorKind> {
             continue;
         }
         if c.token() == b"mtllib" {
-            let names = c.rest_of_line().to_vec();
+            let names = c.rest_of_line();
             for name in std::iter::once(&names[..]).chain(several(&names)) {
                 files
                     .extend(std::str::from_utf8(name).map(|n| PathBuf::from(n.replace('\\', "/"))));
@@ -139,7 +140,7 @@ impl<'a> Reader<'a> {
     fn new(source: Source<'a>) -> Self {
         Self {
             c: Cursor::with_continuations(source),
-            positions: Vec::new(),
+            positions: Positions::default(),
             object: Vec::new(),
             group: Vec::new(),
             material: Vec::new(),
@@ -188,7 +189,7 @@ impl<'a> Reader<'a> {
                 }
                 b"usemtl" => self.material = self.name(),
                 b"mtllib" => {
-                    let names = self.c.rest_of_line().to_vec();
+                    let names = self.c.rest_of_line();
                     self.libraries.push(names);
                 }
                 b"p" => self.skipped.points += 1,
@@ -223,6 +224,17 @@ impl<'a> Reader<'a> {
                 format!("a face refers to {what} {index}, but there are only {count} (from 1)"),
             ));
         }
+        if let Some(bad) = self.first_bad() {
+            let NotFinite { vertex, axis, value, at } = bad;
+            return Err(self.c.error_at(
+                at,
+                format!(
+                    "vertex {} is not finite in 32 bits: {} is {value}",
+                    u64::from(vertex) + 1,
+                    AXES[axis]
+                ),
+            ));
+        }
         if self.statements == 0 && self.skipped.unknown > 0 {
             self.c.go_to(self.skipped.first_unknown.0)?;
             return Err(self.c.expected("a statement of OBJ, such as v or f"));
@@ -230,34 +242,35 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// The first vertex of a face that is not finite.
+    fn first_bad(&self) -> Option<NotFinite> {
+        match &self.corners {
+            Some(corners) => self.positions.first_bad(&corners.positions()),
+            None => self.buckets.iter().find_map(|b| self.positions.first_bad(&b.indices)),
+        }
+    }
+
     fn name(&mut self) -> Vec<u8> {
         self.current = None;
-        self.c.rest_of_line().to_vec()
+        self.c.rest_of_line()
     }
 
     fn vertex(&mut self) -> Result<(), ErrorKind> {
-        let mut position = [0.0f32; 3];
+        let at = self.c.offset();
+        let mut position = [0.0; 3];
         for (axis, value) in position.iter_mut().enumerate() {
             self.c.skip_blanks();
-            let at = self.c.offset();
-            let Some(number) = self.c.f32() else {
+            let Some(number) = self.c.coordinate() else {
                 return Err(self
                     .c
                     .expected(["x as a number", "y as a number", "z as a number"][axis]));
             };
-            if !number.is_finite() {
-                let vertex = self.positions.len() + 1;
-                return Err(self.c.error_at(
-                    at,
-                    format!("vertex {vertex} is not finite in 32 bits: {} is {number}", AXES[axis]),
-                ));
-            }
             *value = number;
         }
         if self.positions.len() == u32::MAX as usize {
             return Err(self.c.error("more vertices than 32-bit indices can name"));
         }
-        push(&mut self.positions, position);
+        self.positions.push(position, at);
         if self.corners.is_some() {
             self.color();
         }
@@ -301,7 +314,7 @@ impl<'a> Reader<'a> {
         let bucket = &mut self.buckets[bucket];
         bucket.polygons += 1;
         let first = bucket.indices.len();
-        self.triangulator.push(&self.polygon, &self.positions, &mut bucket.indices);
+        self.positions.cut(&mut self.triangulator, &self.polygon, &mut bucket.indices);
         if let Some(corners) = &mut self.corners
             && !corners.resolve(&self.polygon, &mut bucket.indices[first..])
         {
@@ -421,7 +434,7 @@ impl<'a> Reader<'a> {
             alphas.push(found.map_or(Alpha::Opaque, |m| m.alpha));
         }
         // Each is shrunk while the others wait: what was made too large never adds up with copies.
-        self.positions.shrink_to_fit();
+        let (origin, mut positions) = self.positions.finish(builder);
         self.buckets.iter_mut().for_each(|b| b.indices.shrink_to_fit());
         // Stable: the parts of a mesh stay in the order of first use.
         self.buckets.sort_by_key(|b| b.mesh);
@@ -430,7 +443,7 @@ impl<'a> Reader<'a> {
             corners.close();
         }
         let one_mesh = self.meshes.names.len() == 1 && corners.is_none();
-        let shared = corners.as_ref().map_or(self.positions.len(), |c| c.len());
+        let shared = corners.as_ref().map_or(positions.len(), |c| c.len());
         let mut compact = Compact::new(if one_mesh { 0 } else { shared });
         let mut buckets = self.buckets.into_iter().peekable();
         while let Some(first) = buckets.next() {
@@ -458,20 +471,19 @@ impl<'a> Reader<'a> {
                 }
             }
             data.positions = if one_mesh {
-                std::mem::take(&mut self.positions)
+                std::mem::take(&mut positions)
             } else if let Some(corners) = &corners {
-                let (own, attributes) =
-                    corners.take(&self.positions, &mut compact, &mut data.indices);
+                let (own, attributes) = corners.take(&positions, &mut compact, &mut data.indices);
                 builder.attributes(attributes);
                 own
             } else {
-                compact.take(&self.positions, &mut data.indices)
+                compact.take(&positions, &mut data.indices)
             };
             let shown = match &self.meshes.names[mesh as usize][..] {
                 [] => name.to_owned(),
                 group => String::from_utf8_lossy(group).into_owned(),
             };
-            builder.mesh_instance(shown, data)?;
+            builder.mesh_instance_at(shown, data, origin)?;
         }
         Ok(())
     }

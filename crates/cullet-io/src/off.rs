@@ -7,16 +7,20 @@ use cullet::mesh::MeshData;
 use crate::blocks::{Source, make_room};
 use crate::builder::Builder;
 use crate::polygon::{CONCAVE, Triangulator};
+use crate::positions::{NotFinite, Positions};
 use crate::text::Cursor;
 use crate::{ErrorKind, LoadOptions, Material};
 
-/// Whether a word can begin an OFF file: `[ST][C][N][4][n]OFF`.
-pub(crate) fn is_keyword(word: &[u8]) -> bool {
-    let Some(mut flags) = word.strip_suffix(b"OFF") else { return false };
+/// The keyword at the begin of a word, `[ST][C][N][4][n]OFF`; the first count may follow it without
+/// a blank, as in all files of ModelNet.
+pub(crate) fn keyword(word: &[u8]) -> Option<&[u8]> {
+    let digits = word.iter().rev().take_while(|b| b.is_ascii_digit()).count();
+    let keyword = &word[..word.len() - digits];
+    let mut flags = keyword.strip_suffix(b"OFF")?;
     for flag in [&b"ST"[..], b"C", b"N", b"4", b"n"] {
         flags = flags.strip_prefix(flag).unwrap_or(flags);
     }
-    flags.is_empty()
+    flags.is_empty().then_some(keyword)
 }
 
 /// Bytes that a vertex or a face takes at least, such as "0 0 0\n" or "3 0 1 2\n" (and "0\n").
@@ -34,9 +38,11 @@ pub(crate) fn read<'o>(
     let mut c = Cursor::new(source);
     c.skip_mark()?;
     let [vertices, faces] = read_header(&mut c)?;
-    let mut positions: Vec<[f32; 3]> = Vec::with_capacity(vertices as usize);
+    let mut positions = Positions::with_capacity(vertices as usize);
     for vertex in 0..vertices {
-        positions.push(read_vertex(&mut c, vertex)?);
+        c.skip_space()?;
+        let at = c.offset();
+        positions.push(read_vertex(&mut c, vertex)?, at);
     }
     let mut triangulator = Triangulator::default();
     let mut indices = Vec::new();
@@ -51,13 +57,17 @@ pub(crate) fn read<'o>(
             continue;
         }
         polygons = polygons.saturating_add(1);
-        triangulator.push(&polygon, &positions, &mut indices);
+        positions.cut(&mut triangulator, &polygon, &mut indices);
         builder.check_triangles(indices.len() / 3)?;
     }
     c.skip_space()?;
     if !c.is_end() {
         let line = c.line_of(c.offset());
         builder.warn(format!("line {line}"), "what follows the last face was ignored");
+    }
+    if let Some(NotFinite { vertex, value, at, .. }) = positions.first_bad(&indices) {
+        let message = format!("vertex {vertex} is not finite in 32 bits: {value}");
+        return Err(c.error_at(at, message));
     }
     for (count, what) in
         [(short, "faces of fewer than 3 vertices were skipped"), (triangulator.fanned, CONCAVE)]
@@ -66,13 +76,14 @@ pub(crate) fn read<'o>(
             builder.warn("file", format!("{count} {what}"));
         }
     }
-    if indices.is_empty() && !positions.is_empty() {
-        let count = positions.len();
+    let count = positions.len();
+    let (origin, positions) = positions.finish(&mut builder);
+    if indices.is_empty() && count > 0 {
         builder.warn("file", format!("its {count} vertices are in no face: a point cloud?"));
     }
     if !indices.is_empty() {
         let data = MeshData { positions, indices, polygons, ..MeshData::default() };
-        builder.mesh_instance(name.to_owned(), data)?;
+        builder.mesh_instance_at(name.to_owned(), data, origin)?;
     }
     Ok(builder)
 }
@@ -82,10 +93,11 @@ fn read_header(c: &mut Cursor<'_>) -> Result<[u64; 2], ErrorKind> {
     c.skip_space()?;
     let start = c.offset();
     let word = c.token().to_vec();
-    if is_keyword(&word) {
-        let flags = &word[..word.len() - 3];
+    if let Some(keyword) = keyword(&word) {
+        c.seek(start + keyword.len() as u64);
+        let flags = &keyword[..keyword.len() - 3];
         if flags.contains(&b'4') || flags.contains(&b'n') {
-            let word = String::from_utf8_lossy(&word);
+            let word = String::from_utf8_lossy(keyword);
             return Err(ErrorKind::Unsupported(format!(
                 "{word}: vertices of four or more dimensions are not loaded; export plain OFF"
             )));
@@ -128,18 +140,12 @@ fn read_header(c: &mut Cursor<'_>) -> Result<[u64; 2], ErrorKind> {
 
 /// The first three numbers; whatever else the line has is a normal, a colour or a texture
 /// coordinate.
-fn read_vertex(c: &mut Cursor<'_>, vertex: u64) -> Result<[f32; 3], ErrorKind> {
-    let mut position = [0.0f32; 3];
+fn read_vertex(c: &mut Cursor<'_>, vertex: u64) -> Result<[f64; 3], ErrorKind> {
+    let mut position = [0.0; 3];
     for value in &mut position {
         c.skip_space()?;
-        let at = c.offset();
-        let number = c.f32();
+        let number = c.coordinate();
         *value = number.ok_or_else(|| c.expected(&format!("a coordinate of vertex {vertex}")))?;
-        if !value.is_finite() {
-            return Err(
-                c.error_at(at, format!("vertex {vertex} is not finite in 32 bits: {value}"))
-            );
-        }
     }
     c.skip_comment();
     Ok(position)
@@ -185,10 +191,12 @@ mod tests {
     #[test]
     fn keywords() {
         for word in [&b"OFF"[..], b"COFF", b"NOFF", b"CNOFF", b"STOFF", b"STCN4nOFF", b"4OFF"] {
-            assert!(is_keyword(word));
+            assert_eq!(keyword(word), Some(word));
         }
-        for word in [&b"off"[..], b"OFFX", b"XOFF", b"NCOFF", b"OF", b""] {
-            assert!(!is_keyword(word));
+        assert_eq!(keyword(b"OFF216"), Some(&b"OFF"[..]));
+        assert_eq!(keyword(b"COFF8"), Some(&b"COFF"[..]));
+        for word in [&b"off"[..], b"OFFX", b"XOFF", b"NCOFF", b"OF", b"", b"12", b"OFF1x"] {
+            assert_eq!(keyword(word), None);
         }
     }
 }

@@ -27,7 +27,12 @@ impl Triangulator {
     /// Appends the triangles of `polygon`, which keep its winding. Fewer than three corners append
     /// nothing; corners beyond `positions` (not yet known) make a fan.
     #[inline]
-    pub fn push(&mut self, polygon: &[u32], positions: &[[f32; 3]], out: &mut Vec<u32>) {
+    pub fn push<T: Copy + Into<f64>>(
+        &mut self,
+        polygon: &[u32],
+        positions: &[[T; 3]],
+        out: &mut Vec<u32>,
+    ) {
         make_room(out, polygon.len().saturating_sub(2) * 3);
         match *polygon {
             [a, b, c] => out.extend([a, b, c]),
@@ -36,7 +41,12 @@ impl Triangulator {
         }
     }
 
-    fn push_large(&mut self, polygon: &[u32], positions: &[[f32; 3]], out: &mut Vec<u32>) {
+    fn push_large<T: Copy + Into<f64>>(
+        &mut self,
+        polygon: &[u32],
+        positions: &[[T; 3]],
+        out: &mut Vec<u32>,
+    ) {
         let known = polygon.iter().all(|&v| (v as usize) < positions.len());
         if !known || self.is_convex(polygon, positions) {
             return fan(polygon.iter().copied(), out);
@@ -46,8 +56,8 @@ impl Triangulator {
 
     /// Whether no corner turns against the rest. Leaves the flattened polygon, counter-clockwise,
     /// in `flat`.
-    fn is_convex(&mut self, polygon: &[u32], positions: &[[f32; 3]]) -> bool {
-        let point = |v: u32| DVec3::from(positions[v as usize].map(f64::from));
+    fn is_convex<T: Copy + Into<f64>>(&mut self, polygon: &[u32], positions: &[[T; 3]]) -> bool {
+        let point = |v: u32| DVec3::from(positions[v as usize].map(Into::into));
         let origin = point(polygon[0]);
         let around = |i: usize| point(polygon[i % polygon.len()]) - origin;
         // Newell's normal: right for any flat polygon, a fair mean for one that is not flat.

@@ -161,7 +161,7 @@ fn read_ascii(source: Source<'_>, start: u64, builder: &mut Builder<'_>) -> Resu
             // "loop"
             c.skip_comment();
         } else if c.keyword("solid") {
-            let name = String::from_utf8_lossy(c.rest_of_line()).into_owned();
+            let name = String::from_utf8_lossy(&c.rest_of_line()).into_owned();
             finish(&mut solid, &mut triangles, builder)?;
             solid = Some(Solid::new(if name.is_empty() { file.clone() } else { name }));
         } else if c.keyword("endsolid") {

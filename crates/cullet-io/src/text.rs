@@ -9,6 +9,7 @@
 
 use crate::ErrorKind;
 use crate::blocks::{Source, Window};
+use crate::positions::FAR;
 
 /// A place in a text file.
 #[derive(Debug)]
@@ -201,20 +202,66 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The rest of the line, without the blanks around it; the line end is left.
-    pub(crate) fn rest_of_line(&mut self) -> &[u8] {
-        self.skip_blanks();
-        let start = self.at;
-        self.skip_comment();
-        self.held()[start..self.at].trim_ascii()
+    /// The rest of the line, and of those joined to it, without the blanks around it; the line end
+    /// is left.
+    pub(crate) fn rest_of_line(&mut self) -> Vec<u8> {
+        let mut text = Vec::new();
+        loop {
+            let start = self.at;
+            self.skip_comment();
+            let line = &self.held()[start..self.at];
+            let joined = self.continuations && !self.at_end() && line.ends_with(b"\\");
+            text.extend_from_slice(&line[..line.len() - usize::from(joined)]);
+            if !joined {
+                return text.trim_ascii().to_vec();
+            }
+            text.push(b' ');
+            self.at -= 1;
+            self.skip_blanks();
+        }
+    }
+
+    /// Whether the lines that are held end here.
+    fn at_end(&self) -> bool {
+        self.at == self.lines
     }
 
     /// The bytes from here up to a blank, a line end or the end; may be empty.
     #[inline]
     pub(crate) fn token(&mut self) -> &[u8] {
         let start = self.at;
-        self.at += token(self.rest()).len();
+        self.at += self.token_here().len();
         &self.held()[start..self.at]
+    }
+
+    /// The token that begins here: a backslash that joins the next line is not part of it.
+    #[inline]
+    fn token_here(&self) -> &[u8] {
+        let rest = self.rest();
+        let token = &rest[..rest.iter().position(|&b| is_space(b)).unwrap_or(rest.len())];
+        let joins = self.continuations && token.ends_with(b"\\") && token.len() < rest.len();
+        if joins && self.joins(self.at + token.len() - 1) {
+            return &token[..token.len() - 1];
+        }
+        token
+    }
+
+    /// Whether a backslash that joins the next line is at a place among the bytes held.
+    fn joins(&self, at: usize) -> bool {
+        self.continuations && matches!(self.held().get(at..), Some([b'\\', b'\n' | b'\r', ..]))
+    }
+
+    /// A coordinate, in f64 where f32 has steps that can be seen; the token is left where it is not
+    /// a number.
+    #[inline]
+    pub(crate) fn coordinate(&mut self) -> Option<f64> {
+        let start = self.at;
+        let value = self.f32()?;
+        if f64::from(value.abs()) < FAR {
+            return Some(f64::from(value));
+        }
+        self.at = start;
+        self.f64()
     }
 
     /// A number in f32; the token is left where it is not one.
@@ -233,7 +280,7 @@ impl<'a> Cursor<'a> {
 
     fn take_number(&mut self, length: usize) -> bool {
         let end = self.at + length;
-        let whole = self.held().get(end).is_none_or(|&b| is_space(b));
+        let whole = self.held().get(end).is_none_or(|&b| is_space(b)) || self.joins(end);
         if whole {
             self.at = end;
         }
@@ -282,6 +329,11 @@ impl<'a> Cursor<'a> {
         false
     }
 
+    /// Hands the whole file to `visit`, block by block.
+    pub(crate) fn scan(&self, visit: impl FnMut(&[u8])) {
+        self.window.source().scan(u64::MAX, visit);
+    }
+
     /// The number of the line of a place, from 1. Reads the file once more.
     pub(crate) fn line_of(&self, offset: u64) -> u64 {
         let source = self.window.source();
@@ -312,19 +364,13 @@ impl<'a> Cursor<'a> {
 
     /// "expected …, found …" at the cursor.
     pub(crate) fn expected(&self, what: &str) -> ErrorKind {
-        let found = match token(self.rest()) {
+        let found = match self.token_here() {
             [] if self.is_end() => "the end of the file".to_owned(),
             [] => "the end of the line".to_owned(),
             token => format!("\"{}\"", quote(token)),
         };
         self.error(format!("expected {what}, found {found}"))
     }
-}
-
-/// The bytes at the front up to a blank or a line end.
-#[inline]
-fn token(rest: &[u8]) -> &[u8] {
-    &rest[..rest.iter().position(|&b| is_space(b)).unwrap_or(rest.len())]
 }
 
 #[inline]
@@ -399,6 +445,32 @@ mod tests {
         c.more().unwrap();
         c.skip_line();
         assert_eq!(c.peek(), Some(b' '));
+    }
+
+    #[test]
+    fn a_line_may_be_joined_without_a_blank() {
+        for end in ["\n", "\r\n", "\r"] {
+            let text = format!(
+                "f 1\\{end}2/3\\{end}\\{end}4.5\\{end} 5\\{end}{end}g a\\{end}b \\{end} c{end}d\\"
+            );
+            let mut c = over(text.as_bytes());
+            let mut tokens = Vec::new();
+            for _ in 0..3 {
+                c.skip_blanks();
+                tokens.push(String::from_utf8(c.token().to_vec()).unwrap());
+            }
+            assert_eq!(tokens, ["f", "1", "2/3"]);
+            c.skip_blanks();
+            assert_eq!(c.f32(), Some(4.5));
+            c.skip_blanks();
+            assert_eq!(c.f64(), Some(5.0));
+            c.skip_line();
+            c.skip_lines().unwrap();
+            assert_eq!(c.token(), b"g");
+            assert_eq!(c.rest_of_line(), b"a b  c");
+            c.skip_lines().unwrap();
+            assert_eq!(c.token(), b"d\\");
+        }
     }
 
     #[test]

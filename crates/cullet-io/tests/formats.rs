@@ -328,6 +328,8 @@ fn off_of_every_spelling() {
         "0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n1 1 0 1 0 0 1\n0 1 0 1 0 0 1\n4 0 1 2 3 0.5\n3 2 1 0\n";
     for text in [
         format!("OFF 4 2 0\n{body}"),
+        // As all files of ModelNet.
+        format!("OFF4 2 0\n{body}"),
         format!("OFF\n# counts\n\n4 2\n{body}"),
         format!("4 2 0\n{body}"),
         format!("OFF\r\n4 2 5\r\n{}", body.replace('\n', "\r\n")),
@@ -351,7 +353,10 @@ fn off_of_every_spelling() {
             "OFF\n1 1 0\n0 0\n",
             "line 4: expected a coordinate of vertex 0, found the end of the file",
         ),
-        ("OFF\n1 0 0\n0 0 inf\n", "line 3: vertex 0 is not finite in 32 bits: inf"),
+        (
+            "OFF\n3 1 0\n0 0 1\n0 0 inf\n0 1 0\n3 0 1 2\n",
+            "line 4: vertex 1 is not finite in 32 bits: inf",
+        ),
         ("OFF BINARY\nxxx", "binary OFF is not loaded"),
         ("4OFF\n0 0 0\n", "four or more dimensions"),
         ("OFF\n-1 0 0\n", "expected the number of vertices, found \"-1\""),
@@ -420,7 +425,7 @@ proptest! {
     /// One surface, written in every format, is one surface.
     #[test]
     fn formats_agree(
-        positions in prop::collection::vec(prop::array::uniform3(-1e6f32..1e6), 3..20),
+        positions in prop::collection::vec(prop::array::uniform3(-1e5f32..1e5), 3..20),
         picks in prop::collection::vec(prop::array::uniform3(0usize..1000), 1..30),
     ) {
         let faces: Vec<[usize; 3]> = picks.iter().map(|t| t.map(|v| v % positions.len())).collect();
@@ -463,4 +468,97 @@ fn the_origin_follows_a_model_that_is_far_away() {
     let far = load(obj(4_000_000.0));
     assert_eq!(far.origin(), [4_000_002.0, 1.0, 0.0].map(|v: f64| v.round()));
     assert!(far.extent().half_extent()[0] < 2.001, "bounds stay tight");
+}
+
+/// The corners of every triangle in the world.
+fn in_the_world(model: &Model) -> Vec<[f64; 3]> {
+    assert_eq!(model.scene.meshes().len(), 1);
+    let origin = model.scene.transform(0).translation;
+    let corners = surface(model).into_flattened();
+    corners.iter().map(|p| std::array::from_fn(|a| origin[a] + f64::from(p[a]))).collect()
+}
+
+#[test]
+fn coordinates_of_a_national_grid_keep_their_digits() {
+    let corners: [[f64; 3]; 4] = [
+        [1_842_000.123, 5_176_000.456, 212.5],
+        [1_842_001.124, 5_176_000.455, 212.25],
+        [1_842_000.125, 5_176_001.454, 213.125],
+        [1_842_001.126, 5_176_001.453, 213.5],
+    ];
+    let text: String = corners.iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+    let lines =
+        |before: &str| -> String { text.lines().map(|l| format!("{before}{l}\n")).collect() };
+    let ply = |kind: &str, body: &[u8]| {
+        let (format, kind) = kind.split_once(' ').expect("two words");
+        let head = format!(
+            "ply\nformat {format} 1.0\nelement vertex 4\nproperty {kind} x\nproperty {kind} y\n\
+             property {kind} z\nelement face 1\nproperty list uchar uchar vertex_indices\nend_header\n"
+        );
+        [head.as_bytes(), body].concat()
+    };
+    let mut doubles: Vec<u8> =
+        corners.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
+    doubles.extend([4, 0, 1, 3, 2]);
+    let written = format!("{text}4 0 1 3 2\n");
+    for (name, file) in [
+        ("a.obj", format!("{}f 1 2 4 3\n", lines("v ")).into_bytes()),
+        ("a.off", format!("OFF\n4 1 0\n{written}").into_bytes()),
+        ("a.ply", ply("ascii double", written.as_bytes())),
+        ("a.ply", ply("ascii float", written.as_bytes())),
+        ("a.ply", ply("binary_little_endian double", &doubles)),
+    ] {
+        let model = of(name, &file);
+        let order = [0, 1, 3, 0, 3, 2];
+        for (found, wanted) in in_the_world(&model).iter().zip(order.map(|i| corners[i])) {
+            for axis in 0..3 {
+                let off = (found[axis] - wanted[axis]).abs();
+                assert!(off < 1e-6, "{name}: {found:?} for {wanted:?}");
+            }
+        }
+        assert_eq!(counts(&model), [4, 2, 1]);
+        assert_eq!(warnings(&model), "", "{name}");
+    }
+}
+
+#[test]
+fn vertices_that_no_face_uses_may_be_anything() {
+    let head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+                property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    for (name, file) in [
+        ("a.obj", "v 0 0 0\nv nan 0 inf\nv 1 0 0\nv 0 1 0\nf 1 3 4\n".to_owned()),
+        ("a.off", "OFF\n4 1 0\n0 0 0\nnan 0 inf\n1 0 0\n0 1 0\n3 0 2 3\n".to_owned()),
+        ("a.ply", format!("{head}0 0 0\n1e39 0 0\n1 0 0\n0 1 0\n3 0 2 3\n")),
+    ] {
+        let model = of(name, file.as_bytes());
+        assert_eq!(surface(&model), [[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]], "{name}");
+        assert!(warnings(&model).contains("1 vertices that no face uses are not finite"));
+        assert!(model.scene.bounds(0).max[0] < 1.001, "what is unused makes no bounds larger");
+    }
+}
+
+#[test]
+fn rows_of_a_ply_longer_than_declared_are_one_element_each() {
+    let head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+                property float z\nelement face 2\nproperty list uchar int vertex_indices\n\
+                property uchar red\nend_header\n";
+    let vertices = "0 0 0 7\n1 0 0\n1 1 0 8 9\n0 1 0\n";
+    let model =
+        of("a.ply", format!("{head}{vertices}3 0 1 2 9 1 1 1\n3 0 2 3 9 1 1 1\n").as_bytes());
+    assert_eq!(counts(&model), [4, 2, 2]);
+    assert!(warnings(&model).contains("4 rows are longer than the header declares"));
+    // Several rows a line, and a row on several lines, are as good as one.
+    let body = "0 0 0 1 0 0 1 1\n0 0 1 0 3 0 1 2\n9 3 0 2 3 9";
+    let model = of("a.ply", format!("{head}{body}").as_bytes());
+    assert_eq!((counts(&model), warnings(&model)), ([4, 2, 2], String::new()));
+}
+
+#[test]
+fn obj_lines_are_joined_however_the_backslash_stands() {
+    let vertices = "v 0 0 0\nv 1 0 0\nv 1 1\\\n 0\nv 0 1 \\\r\n0\n";
+    for face in ["f 1 2 3\\\n 4\n", "f 1 2 3\\\n4\n", "f 1 \\\n2\\\r\n3 4\\\n\n"] {
+        let model = of("a.obj", format!("{vertices}g a\\\nb\n{face}").as_bytes());
+        assert_eq!((counts(&model), warnings(&model)), ([4, 2, 1], String::new()), "{face:?}");
+        assert_eq!(model.mesh_names, ["a b"]);
+    }
 }

@@ -82,7 +82,7 @@ fn of_proof(
 fn of_scene(gpu: &Gpu, args: &ProfileArgs, console: &Console) -> Result<Profile, Failure> {
     let input = &args.input;
     let mut model = inputs::load(&input.scene, console)?;
-    inputs::demand_levels(&model, &input.cull)?;
+    inputs::demand_levels(&model, &input.scene.scene, &input.cull)?;
     inputs::begin(&mut model, &input.view, console)?;
     let views = inputs::culled_views(&model, &input.view, &input.cull, console)?;
     let all = inputs::culler(&input.cull).with_output(Output::Clusters);

@@ -84,10 +84,9 @@ impl ReportOrder {
     pub fn command(&self, cameras: &Path, out: &Path) -> String {
         let mut line = "cullet".to_owned();
         for arg in self.arguments(cameras, out) {
-            let plain = arg.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_.:,=/+".contains(&b));
-            // Whatever a quote would end is quoted apart.
-            let quoted = if plain { arg } else { format!("'{}'", arg.replace('\'', r"'\''")) };
-            let _ = write!(line, " {quoted}");
+            // An option is one that stands there as such.
+            let word = if arg.starts_with("--") { arg } else { cullet_io::shell_word(&arg) };
+            let _ = write!(line, " {word}");
         }
         line
     }

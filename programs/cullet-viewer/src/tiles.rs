@@ -197,7 +197,7 @@ pub(crate) fn open_folder(path: &Path, wake: Wake) -> Option<Opened> {
     }
     if !tileset.is_file() {
         return Some(Err(format!(
-            "there is no tileset {}; 'cullet tiles SCENE -o FOLDER' writes FOLDER/tileset.json, and city:n=1e8 is a world \
+            "there is no tileset {}; `cullet tiles SCENE -o FOLDER` writes FOLDER/tileset.json, and city:n=1e8 is a world \
              that needs no files",
             tileset.display()
         )));

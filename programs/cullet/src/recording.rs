@@ -6,6 +6,7 @@ use cullet::{Culler, Output, Stage, View, ViewState, Visible};
 use cullet_cells::InCells;
 use cullet_command::console::{Console, count, grouped};
 use cullet_command::exit::Failure;
+use cullet_io::shell_word;
 use cullet_maps::recording::Recording;
 
 /// Records what a culler did in its occlusion stage: what it drew, in its order, and each instance
@@ -42,10 +43,11 @@ pub(crate) fn write(recording: &Recording, path: &Path, console: &Console) -> Re
     let bytes = recording.encode();
     std::fs::write(path, &bytes).map_err(|e| Failure::write(path, &e))?;
     console.note(format!(
-        "{}: {}, {} bytes; cullet replay plays it",
+        "{}: {}, {} bytes; `cullet replay {}` plays it",
         path.display(),
         count(recording.len() as u64, "call", "calls"),
-        grouped(bytes.len() as u64)
+        grouped(bytes.len() as u64),
+        shell_word(&path.to_string_lossy())
     ));
     Ok(())
 }

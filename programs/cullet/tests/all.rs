@@ -1,6 +1,7 @@
 //! The tests of the program in one program: by itself each file would have all that it uses
 //! compiled and linked anew. The lectures stand apart: they measure times.
 
+mod advice;
 mod cell_sets;
 mod check_occlusion;
 mod cluster;

@@ -88,7 +88,7 @@ pub enum RoomsError {
     /// Nothing is closed.
     #[error(
         "none of {instances} instances is a closed, opaque mesh that could be a wall, so no room is closed; \
-         cullet info --all lists meshes that are open"
+         `cullet info SCENE --all` lists meshes that are open"
     )]
     NoWalls {
         /// How many instances there are.

@@ -110,6 +110,11 @@ impl Corners {
         })
     }
 
+    /// The positions that corners use.
+    pub(super) fn positions(&self) -> Vec<u32> {
+        self.all.iter().map(|c| c[0]).collect()
+    }
+
     /// How many corners there are.
     pub(super) fn len(&self) -> usize {
         self.all.len()

@@ -170,6 +170,12 @@ pub(super) fn parse(c: &mut Cursor<'_>) -> Result<Header, ErrorKind> {
 }
 
 impl Header {
+    /// How many rows have values.
+    pub(super) fn rows(&self) -> u64 {
+        let counts = self.elements.iter().filter(|e| !e.properties.is_empty()).map(|e| e.count);
+        counts.fold(0, u64::saturating_add)
+    }
+
     /// Holds each count against the bytes that are left, so that nothing is allocated on a claim.
     fn check(&self, c: &Cursor<'_>) -> Result<(), ErrorKind> {
         // The last value of an ASCII file needs no blank after it.

@@ -12,6 +12,7 @@ use self::header::{Element, Encoding, Header, Scalar};
 use crate::blocks::{Records, Source, make_room};
 use crate::builder::Builder;
 use crate::polygon::{CONCAVE, Triangulator};
+use crate::positions::{NotFinite, Positions};
 use crate::text::Cursor;
 use crate::{Attributes, ErrorKind, LoadOptions, Material};
 
@@ -28,15 +29,24 @@ pub(crate) fn read<'o>(
     match header.encoding {
         Encoding::Ascii => {
             c.go_to(body)?;
-            read_rows(&header, Ascii { c }, &mut builder)?;
+            let mut values = Ascii { c, body, rows: header.rows(), lines: None, longer: 0 };
+            read_rows(&header, &mut values, &mut builder)?;
+            if values.longer > 0 {
+                let message = format!(
+                    "{} rows are longer than the header declares; the rest of their lines was \
+                     passed over",
+                    values.longer
+                );
+                builder.warn("file", message);
+            }
         }
         Encoding::LittleEndian => {
             let records = Records::new(c.into_source(), body);
-            read_rows(&header, Binary::<false> { records }, &mut builder)?;
+            read_rows(&header, &mut Binary::<false> { records }, &mut builder)?;
         }
         Encoding::BigEndian => {
             let records = Records::new(c.into_source(), body);
-            read_rows(&header, Binary::<true> { records }, &mut builder)?;
+            read_rows(&header, &mut Binary::<true> { records }, &mut builder)?;
         }
     }
     Ok(builder)
@@ -52,8 +62,16 @@ trait Values {
     fn most(&self, kind: Scalar) -> u64;
     /// Bytes left.
     fn left(&self) -> u64;
-    /// Refines an error with a place, where the file has lines.
-    fn error(&self, row: &Row<'_>, message: String) -> ErrorKind;
+    /// At the end of a row: passes over what its line has beyond it.
+    fn end_row(&mut self) {}
+    /// The place in the file.
+    fn offset(&self) -> u64;
+    /// Refines an error with a place, as a line where the file has lines.
+    fn error_at(&self, row: &Row<'_>, at: u64, message: String) -> ErrorKind;
+    /// Refines an error with this place.
+    fn error(&self, row: &Row<'_>, message: String) -> ErrorKind {
+        self.error_at(row, self.offset(), message)
+    }
 }
 
 /// A place in the file, for messages.
@@ -73,15 +91,39 @@ impl Row<'_> {
 
 struct Ascii<'a> {
     c: Cursor<'a>,
+    /// Where the rows begin, and how many there are.
+    body: u64,
+    rows: u64,
+    /// Whether each row has a line of its own; known once it matters.
+    lines: Option<bool>,
+    /// Rows whose lines hold more than the header declares.
+    longer: u64,
+}
+
+impl Ascii<'_> {
+    /// Whether the body has a line for each row. Values may stand in lines as they like, so only
+    /// then is what follows a row in its line not the next row. Reads the file once more.
+    fn has_lines(&self) -> bool {
+        let (mut at, mut lines, mut blank) = (0, 0, true);
+        self.c.scan(|block| {
+            for &b in block {
+                let ends = matches!(b, b'\n' | b'\r');
+                lines += u64::from(ends && !blank && at >= self.body);
+                blank = if ends { true } else { blank && b.is_ascii_whitespace() };
+                at += 1;
+            }
+        });
+        lines + u64::from(!blank) >= self.rows
+    }
 }
 
 impl Values for Ascii<'_> {
     #[inline]
     fn value(&mut self, kind: Scalar, row: &Row<'_>) -> Result<f64, ErrorKind> {
         self.c.skip_lines()?;
-        // Rounded once, to the type that the header declares.
+        // Rounded once, to the type that the header declares; far from zero the digits stay.
         let value = match kind {
-            Scalar::F32 => self.c.f32().map(f64::from),
+            Scalar::F32 => self.c.coordinate(),
             Scalar::F64 => self.c.f64(),
             _ => {
                 let at = self.c.offset();
@@ -108,8 +150,28 @@ impl Values for Ascii<'_> {
             for (property, p) in element.properties.iter().enumerate() {
                 self.value(p.kind, &Row { element, row, property })?;
             }
+            self.end_row();
         }
         Ok(())
+    }
+
+    #[inline]
+    fn end_row(&mut self) {
+        self.c.skip_blanks();
+        if self.c.at_line_end() {
+            return;
+        }
+        if self.lines.is_none() {
+            self.lines = Some(self.has_lines());
+        }
+        if self.lines == Some(true) {
+            self.longer += 1;
+            self.c.skip_comment();
+        }
+    }
+
+    fn offset(&self) -> u64 {
+        self.c.offset()
     }
 
     fn most(&self, _kind: Scalar) -> u64 {
@@ -120,8 +182,8 @@ impl Values for Ascii<'_> {
         self.c.left()
     }
 
-    fn error(&self, row: &Row<'_>, message: String) -> ErrorKind {
-        let line = self.c.line_of(self.c.offset());
+    fn error_at(&self, row: &Row<'_>, at: u64, message: String) -> ErrorKind {
+        let line = self.c.line_of(at);
         ErrorKind::invalid(format!("{} (line {line})", row.item()), message)
     }
 }
@@ -177,15 +239,19 @@ impl<const BIG: bool> Values for Binary<'_, BIG> {
         self.records.left()
     }
 
-    fn error(&self, row: &Row<'_>, message: String) -> ErrorKind {
-        ErrorKind::invalid(format!("{} (byte {})", row.item(), self.records.offset()), message)
+    fn offset(&self) -> u64 {
+        self.records.offset()
+    }
+
+    fn error_at(&self, row: &Row<'_>, at: u64, message: String) -> ErrorKind {
+        ErrorKind::invalid(format!("{} (byte {at})", row.item()), message)
     }
 }
 
 /// Reads all rows into one mesh.
 fn read_rows(
     header: &Header,
-    mut values: impl Values,
+    values: &mut impl Values,
     builder: &mut Builder<'_>,
 ) -> Result<(), ErrorKind> {
     let vertices: Vec<&Element> = header.elements.iter().filter(|e| e.name == "vertex").collect();
@@ -203,17 +269,23 @@ fn read_rows(
         match element.name.as_str() {
             // Without properties there are no bytes, and a loop over the rows may never end.
             _ if element.properties.is_empty() => {}
-            "vertex" => out.read_vertices(element, &mut values)?,
-            "face" | "faces" => out.read_lists(element, &mut values, builder, PlyMesh::polygon)?,
+            "vertex" => out.read_vertices(element, values)?,
+            "face" | "faces" => out.read_lists(element, values, builder, PlyMesh::polygon)?,
             "tristrips" | "tristrip" => {
-                out.read_lists(element, &mut values, builder, PlyMesh::strip)?;
+                out.read_lists(element, values, builder, PlyMesh::strip)?;
             }
             _ if element.is_fixed() => values.skip_fixed(element)?,
-            _ => skip(element, &mut values)?,
+            _ => skip(element, values)?,
         }
     }
     if out.positions.len() != vertex_count as usize {
         return Err(ErrorKind::invalid("header", "element vertex has no properties x, y and z"));
+    }
+    if let Some(NotFinite { vertex: row, axis, value, at }) = out.positions.first_bad(&out.indices)
+    {
+        let property = vertex.find(["x", "y", "z"][axis]).unwrap_or(usize::MAX);
+        let at_row = Row { element: vertex, row: u64::from(row), property };
+        return Err(values.error_at(&at_row, at, format!("not finite in 32 bits: {value}")));
     }
     let left = values.left();
     if left > 0 && header.encoding != Encoding::Ascii {
@@ -227,19 +299,21 @@ fn read_rows(
             builder.warn("file", format!("{count} {what}"));
         }
     }
-    if out.indices.is_empty() {
-        let count = out.positions.len();
+    let count = out.positions.len();
+    let PlyMesh { positions, attributes, indices, polygons, .. } = out;
+    let (origin, positions) = positions.finish(builder);
+    if indices.is_empty() {
         if count > 0 {
             builder.warn("file", format!("its {count} vertices are in no face: a point cloud?"));
         }
         return Ok(());
     }
     let name = builder.model.name.clone();
-    let PlyMesh { positions, attributes, indices, polygons, .. } = out;
     if details {
         builder.attributes(attributes);
     }
-    builder.mesh_instance(name, MeshData { positions, indices, polygons, ..MeshData::default() })
+    let data = MeshData { positions, indices, polygons, ..MeshData::default() };
+    builder.mesh_instance_at(name, data, origin)
 }
 
 /// The mesh that is being read.
@@ -248,7 +322,7 @@ struct PlyMesh {
     vertex_count: u32,
     /// Whether attributes are kept.
     details: bool,
-    positions: Vec<[f32; 3]>,
+    positions: Positions,
     attributes: Attributes,
     indices: Vec<u32>,
     polygons: u32,
@@ -276,12 +350,12 @@ impl PlyMesh {
             ));
         };
         // The header's count was held against the bytes left.
-        self.positions.reserve_exact(self.vertex_count as usize);
+        self.positions = Positions::with_capacity(self.vertex_count as usize);
         let columns = if self.details { Columns::find(element) } else { Columns::default() };
         columns.reserve(&mut self.attributes, self.vertex_count as usize);
         for row in 0..element.count {
             let mut extra = columns.none();
-            let mut position = [0.0f32; 3];
+            let mut position = [0.0; 3];
             for (property, p) in element.properties.iter().enumerate() {
                 let at = Row { element, row, property };
                 if p.count.is_some() {
@@ -291,18 +365,14 @@ impl PlyMesh {
                 let value = values.value(p.kind, &at)?;
                 for (axis, wanted) in [x, y, z].into_iter().enumerate() {
                     if property == wanted {
-                        position[axis] = value as f32;
+                        position[axis] = value;
                     }
                 }
                 columns.take(property, value, &mut extra);
             }
-            if let Some(axis) = position.iter().position(|v| !v.is_finite()) {
-                let at = Row { element, row, property: [x, y, z][axis] };
-                let message = format!("not finite in 32 bits: {}", position[axis]);
-                return Err(values.error(&at, message));
-            }
             columns.push(&extra, &mut self.attributes);
-            self.positions.push(position);
+            self.positions.push(position, values.offset());
+            values.end_row();
         }
         Ok(())
     }
@@ -338,6 +408,7 @@ impl PlyMesh {
                     values.value(p.kind, &at)?;
                 }
             }
+            values.end_row();
             add(self);
             builder.check_triangles(self.indices.len() / 3)?;
         }
@@ -374,7 +445,7 @@ impl PlyMesh {
             return;
         }
         self.polygons = self.polygons.saturating_add(1);
-        self.triangulator.push(&self.list, &self.positions, &mut self.indices);
+        self.positions.cut(&mut self.triangulator, &self.list, &mut self.indices);
     }
 
     fn strip(&mut self) {
@@ -420,6 +491,7 @@ fn skip(element: &Element, values: &mut impl Values) -> Result<(), ErrorKind> {
                 values.value(p.kind, &at)?;
             }
         }
+        values.end_row();
     }
     Ok(())
 }

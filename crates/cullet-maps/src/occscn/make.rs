@@ -167,8 +167,7 @@ pub fn occluder_slots(model: &Model, names: &[String]) -> Result<Vec<bool>, Erro
             }
         }
         if !found {
-            let message =
-                "it is in the name of no instance, mesh or node; cullet info --all lists them";
+            let message = "it is in the name of no instance, mesh or node; `cullet info SCENE --all` lists them";
             return Err(ErrorKind::invalid(format!("occluders '{name}'"), message));
         }
     }

@@ -119,7 +119,7 @@ struct Fastest {
 /// Runs the command.
 pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
     let mut model = inputs::load(&args.input.scene, console)?;
-    inputs::demand_levels(&model, &args.input.cull)?;
+    inputs::demand_levels(&model, &args.input.scene.scene, &args.input.cull)?;
     inputs::give_occluders(&mut model, &args.input.cull, console)?;
     inputs::begin(&mut model, &args.input.view, console)?;
     let views = inputs::culled_views(&model, &args.input.view, &args.input.cull, console)?;

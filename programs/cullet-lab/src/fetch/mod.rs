@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use cullet_command::console::{Console, count, grouped};
 use cullet_command::exit::{Exit, Failure, Outcome};
-use cullet_io::LoadOptions;
+use cullet_io::{LoadOptions, shell_word};
 
 use models::{Known, MODELS};
 
@@ -87,7 +87,7 @@ pub(crate) fn run(args: &FetchArgs, console: &Console) -> Outcome {
 
 /// Prints what one may do with the file.
 fn tell(kept: &Path, console: &Console) -> Outcome {
-    console.line(format!("try: cullet report {}", kept.display()));
+    console.line(format!("try: cullet report {}", shell_word(&kept.to_string_lossy())));
     Ok(Exit::Fine)
 }
 

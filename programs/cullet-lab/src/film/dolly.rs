@@ -4,7 +4,7 @@ use cullet::{Culler, Output, Scene, Stage, View, ViewState, Visible};
 use cullet_command::exit::Failure;
 use cullet_command::inputs;
 use cullet_draw::{LevelSteps, Picture, palette};
-use cullet_io::Model;
+use cullet_io::{Model, shell_word};
 use glam::DVec3;
 
 use super::args::FilmArgs;
@@ -44,8 +44,9 @@ impl<'a> Dolly<'a> {
         };
         if !inputs::has_levels(scene) {
             return Err(Failure::input(format!(
-                "{}: no mesh has levels of detail; `cullet bake` writes a file that has them",
-                model.name
+                "{}: no mesh has levels of detail; `cullet bake {} -o baked.glb` writes a file that has them",
+                model.name,
+                shell_word(&args.scene.scene)
             )));
         }
         // What hides what, and what faces away, would be of the far eye: the near one is to see all

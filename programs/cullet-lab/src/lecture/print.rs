@@ -1,6 +1,7 @@
 //! Output of `cullet lecture`.
 
 use cullet_command::console::{Console, count};
+use cullet_io::shell_word;
 
 use super::{Finding, Item, Outcome, Text, lectures};
 
@@ -53,8 +54,8 @@ pub(super) fn item(item: &Item, found: Option<&Finding>, console: &Console) {
     }
     console.line(format!("{:<INDENT$}{}", "try", item.command));
     if let Some(live) = &item.live {
-        console
-            .line(format!("{:<INDENT$}cullet view {} --state '{}'", "see", live.scene, live.state));
+        let [scene, state] = [&live.scene, &live.state].map(|word| shell_word(word));
+        console.line(format!("{:<INDENT$}cullet view {scene} --state {state}", "see"));
     }
     console.line(format!("{:<INDENT$}docs/src/{}", "read", item.chapter));
     console.line("");

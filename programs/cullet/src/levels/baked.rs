@@ -11,7 +11,7 @@ use cullet_command::args::{CullArgs, SceneArgs};
 use cullet_command::console::{Console, count};
 use cullet_command::exit::{Exit, Failure};
 use cullet_command::inputs::{self, has_levels};
-use cullet_io::Model;
+use cullet_io::{Model, shell_word};
 
 use super::cache;
 use crate::neighbours::BAKER;
@@ -138,9 +138,10 @@ fn bake(args: &SceneArgs, wanted: Wanted, path: &Path, console: &Console) -> Res
 
 fn cannot(args: &SceneArgs, why: &str) -> Failure {
     let scene = &args.scene;
+    let word = shell_word(scene);
     Failure::input(format!(
         "{scene} has no levels of detail, and none can be made: {why}\n\
-         Where the baker runs, `cullet bake {scene} -o baked.glb` writes a file that has them; give that instead"
+         Where the baker runs, `cullet bake {word} -o baked.glb` writes a file that has them; give that instead"
     ))
 }
 

@@ -8,7 +8,7 @@ use std::time::Instant;
 use cullet_command::console::{Console, count, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
-use cullet_command::html::escape;
+use cullet_command::html::{escape, link};
 use cullet_command::items::{Items, ItemsEnd};
 use cullet_maps::has_scene_ending;
 use serde::{Deserialize, Serialize};
@@ -299,7 +299,7 @@ fn page(name: &str, rows: &[Row], complete: bool) -> String {
             );
             continue;
         }
-        let link = escape(row.page.as_deref().unwrap_or_default());
+        let link = link(row.page.as_deref().unwrap_or_default());
         let (t, views) = (row.triangles, row.views.max(1) as u64);
         let dash = || "–".to_owned();
         let proof = match (row.false_culls, row.verified_views) {

@@ -22,6 +22,7 @@ use std::time::{Duration, Instant};
 use cullet_command::console::{Console, count, grouped, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
+use cullet_io::shell_word;
 use cullet_scenes::CityName;
 
 use crate::levels::LevelsSummary;
@@ -89,10 +90,14 @@ fn in_tiles(args: &ReportArgs, console: &Console) -> Outcome {
     {
         return Err(Failure::usage(format!(
             "{scene} is never whole, so that --json, --baseline, --fail-if, --unit, --units and --resume have nothing to compare; \
-             cullet fly {scene} --json FILE writes the figures of a flight"
+             `cullet fly {} --json flight.json` writes the figures of a flight",
+            shell_word(scene)
         )));
     }
-    console.note(format!("{scene} is larger than memory: flown through, as by cullet fly {scene}"));
+    console.note(format!(
+        "{scene} is larger than memory: flown through, as by `cullet fly {}`",
+        shell_word(scene)
+    ));
     let rest = [scene.into(), "--out".into(), args.out.clone().into_os_string()];
     LAB.run_command("fly", &rest, console.quiet)
 }

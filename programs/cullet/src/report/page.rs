@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::{charts, levels_page};
 use cullet_command::console::{agree, count, grouped, percent};
-use cullet_command::html::{escape, with_code};
+use cullet_command::html::{self, escape, with_code};
 
 use super::record::Record;
 use super::saved;
@@ -250,7 +250,7 @@ fn advice(out: &mut String, record: &Record) {
 
 fn image(out: &mut String, image: &Image, link: bool) {
     let (open, close) = if link {
-        (format!("<a href=\"{}\">", escape(&image.file)), "</a>")
+        (format!("<a href=\"{}\">", html::link(&image.file)), "</a>")
     } else {
         (String::new(), "")
     };

@@ -150,7 +150,7 @@ impl PaysArgs {
     fn load(&self, scene: &str) -> Result<(Model, Vec<View>), Failure> {
         let quiet = Console::new(true, None);
         let mut model = inputs::load(&scenes::args(scene), &quiet)?;
-        inputs::demand_levels(&model, &self.cull)?;
+        inputs::demand_levels(&model, scene, &self.cull)?;
         inputs::give_occluders(&mut model, &self.cull, &quiet)?;
         let views = inputs::culled_views(&model, &self.view_args(), &self.cull, &quiet)?;
         Ok((model, views))
