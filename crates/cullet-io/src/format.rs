@@ -21,7 +21,7 @@ pub enum Format {
     Off,
     /// `OCCSCN01`.
     Occscn,
-    /// A Quake or Quake 3 map.
+    /// A map of Quake, Half-Life, Quake 2 or Quake 3.
     Bsp,
 }
 
@@ -83,9 +83,11 @@ impl Format {
     }
 }
 
-/// Whether a file begins as a map of Quake (29, BSP2) or Quake 3 (46) does.
+/// Whether a file begins as a map of Quake (29, BSP2), Half-Life (30), Quake 2 (38) or Quake 3 (46)
+/// does.
 fn is_map(head: &[u8]) -> bool {
-    let magics: [&[u8]; 3] = [&[29, 0, 0, 0], b"BSP2", b"IBSP\x2e\0\0\0"];
+    let magics: [&[u8]; 5] =
+        [&[29, 0, 0, 0], &[30, 0, 0, 0], b"BSP2", b"IBSP\x26\0\0\0", b"IBSP\x2e\0\0\0"];
     magics.iter().any(|magic| head.starts_with(magic))
 }
 

@@ -382,7 +382,7 @@ fn files_that_are_none_of_these() {
         "a.obj: line 1: expected a statement of OBJ, such as v or f, found \"hello\""
     );
     let error = load_bytes("house.fbx", b"?", &LoadOptions::default()).unwrap_err().to_string();
-    assert!(error.contains("FBX2glTF -b -i \"house.fbx\" -o \"house.glb\""), "{error}");
+    assert!(error.contains("`FBX2glTF -b -i house.fbx -o house.glb`"), "{error}");
 }
 
 /// Vertices and triangles of the README's table, polygons where it has them, and whether it is closed.

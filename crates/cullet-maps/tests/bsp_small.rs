@@ -101,3 +101,63 @@ fn a_map_without_visibility_gets_one_and_what_follows_moves() {
     // All of one size: written twice is the same to the byte.
     assert_eq!(with_visibility(&written, &rows).unwrap(), written);
 }
+
+#[test]
+fn rows_of_quake_2_come_back_with_what_is_heard() {
+    let bytes = of("quake2");
+    // Each of two clusters sees itself alone, so that it hears itself alone.
+    let rows = ClusterRows { clusters: 2, of_leaf: &[], rows: &[1, 2] };
+    let written = with_visibility(&bytes, &rows).unwrap();
+    let map = Bsp::parse(&written).unwrap();
+    assert_eq!((map.leafs_seen_from(1), map.leafs_seen_from(2)), (vec![1], vec![2]));
+    let word = |at: usize| u32::from_le_bytes(written[at..at + 4].try_into().unwrap()) as usize;
+    let lump = word(8 + 8 * 3);
+    let row = |number: usize| written[lump + word(lump + 4 + 4 * number)];
+    assert_eq!([0, 1, 2, 3].map(row), [1, 1, 2, 2], "seen and heard of each");
+    // The first sees the second, which sees itself alone.
+    let rows = ClusterRows { clusters: 2, of_leaf: &[], rows: &[3, 2] };
+    let map = Bsp::parse(&with_visibility(&bytes, &rows).unwrap()).unwrap();
+    assert_eq!((map.leafs_seen_from(1), map.leafs_seen_from(2)), (vec![1, 2], vec![2]));
+}
+
+#[test]
+fn maps_of_blue_shift_have_two_lumps_in_each_others_place() {
+    let mut bytes = of("halflife");
+    let (first, second) = bytes.split_at_mut(12);
+    first[4..].swap_with_slice(&mut second[..8]);
+    assert_eq!(Bsp::parse(&bytes).unwrap().starts().len(), 1);
+    let model = load_bytes("a.bsp", &bytes, &LoadOptions::default()).unwrap();
+    assert_eq!(model.scene.triangle_count(), 12);
+}
+
+#[test]
+fn glass_of_half_life_hides_nothing() {
+    let bytes = of("halflife");
+    // The entity of the brush model with more pairs; the lumps behind it move.
+    let blended = |pairs: &str| {
+        let at = bytes.windows(9).position(|w| w == b"func_wall").unwrap();
+        let mut changed = bytes.clone();
+        let rest = changed[at + 10..].to_vec();
+        changed.truncate(at + 10);
+        changed.extend(pairs.bytes().chain(rest));
+        for lump in 0..15 {
+            let [offset, length] = [4, 8].map(|o| 8 * lump + o);
+            let word = |at: usize| i32::from_le_bytes(changed[at..at + 4].try_into().unwrap());
+            let (place, grows) = (word(offset), lump == 0);
+            let by = pairs.len() as i32;
+            let moved = if place as usize > at { place + by } else { place };
+            let size = word(length) + if grows { by } else { 0 };
+            changed[offset..offset + 4].copy_from_slice(&moved.to_le_bytes());
+            changed[length..length + 4].copy_from_slice(&size.to_le_bytes());
+        }
+        let model = load_bytes("a.bsp", &changed, &LoadOptions::default()).unwrap();
+        // Meshes of brush models follow those of cells.
+        let mesh = model.scene.meshes().last().unwrap();
+        let alpha = |p: &cullet::mesh::Part| p.alpha == cullet::mesh::Alpha::Blended;
+        mesh.parts().iter().all(alpha)
+    };
+    assert!(!blended("\n\"rendermode\" \"0\""));
+    assert!(!blended("\n\"rendermode\" \"4\""));
+    assert!(blended("\n\"rendermode\" \"2\""));
+    assert!(blended("\n\"alpha\" \"0.5\""));
+}

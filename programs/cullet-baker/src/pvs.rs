@@ -25,7 +25,7 @@ use crate::pvs_scene::{self, PvsSceneArgs};
 
 /// End of `cullet pvs --help`.
 pub(crate) const HELP: &str = "\
-Bakes which cells of a portal graph (.prt: PRT1, PRT2, PRT1-AM) or of a map (.bsp of Quake and Quake 3) see each other. With
+Bakes which cells of a portal graph (.prt: PRT1, PRT2, PRT1-AM) or of a map (.bsp of Quake, Half-Life, Quake 2 and 3) see each other. With
 -o MAP.bsp the sets are written into a copy of the map, in the place of what its compiler's vis would write. Each pair of cells is proven visible by a
 line of sight, proven hidden by planes, or undecided and kept; the share of the last says how much the sets may be too
 large by. The bytes are the same for any number of threads and any split into units.

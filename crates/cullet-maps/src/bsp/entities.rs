@@ -71,6 +71,13 @@ impl Entity {
         }
     }
 
+    /// Whether one may see through its brushes: an `alpha` below 1, or a `rendermode` of Half-Life
+    /// other than 0 (normal) and 4 (with a mask).
+    pub(crate) fn is_seen_through(&self) -> bool {
+        let mode = self.get("rendermode").unwrap_or("0").trim();
+        !matches!(mode, "" | "0" | "4") || self.number("alpha").is_some_and(|a| a != 0.0 && a < 1.0)
+    }
+
     /// Direction of the view of [`angles`](Self::angles), in the map's axes.
     #[must_use]
     pub fn direction(&self) -> [f64; 3] {

@@ -9,6 +9,10 @@ pub enum Version {
     Quake,
     /// Quake with 32-bit numbers: `BSP2`.
     Bsp2,
+    /// Half-Life, version 30: Quake's lumps, with other contents and names.
+    HalfLife,
+    /// Quake 2: `IBSP` 38.
+    Quake2,
     /// Quake 3: `IBSP` 46.
     Quake3,
 }
@@ -20,6 +24,8 @@ impl Version {
         match self {
             Self::Quake => "Quake 29",
             Self::Bsp2 => "Quake BSP2",
+            Self::HalfLife => "Half-Life 30",
+            Self::Quake2 => "Quake 2 38",
             Self::Quake3 => "Quake 3 46",
         }
     }
@@ -29,6 +35,8 @@ impl Version {
         match head {
             [29, 0, 0, 0, ..] => Some(Self::Quake),
             [b'B', b'S', b'P', b'2', ..] => Some(Self::Bsp2),
+            [30, 0, 0, 0, ..] => Some(Self::HalfLife),
+            [b'I', b'B', b'S', b'P', 38, 0, 0, 0, ..] => Some(Self::Quake2),
             [b'I', b'B', b'S', b'P', 46, 0, 0, 0, ..] => Some(Self::Quake3),
             _ => None,
         }
@@ -37,7 +45,7 @@ impl Version {
     /// Names of its lumps, in the order of the directory.
     pub(crate) fn lumps(self) -> &'static [&'static str] {
         match self {
-            Self::Quake | Self::Bsp2 => &[
+            Self::Quake | Self::Bsp2 | Self::HalfLife => &[
                 "entities",
                 "planes",
                 "textures",
@@ -53,6 +61,27 @@ impl Version {
                 "edges",
                 "surfedges",
                 "models",
+            ],
+            Self::Quake2 => &[
+                "entities",
+                "planes",
+                "vertices",
+                "visibility",
+                "nodes",
+                "texinfo",
+                "faces",
+                "lighting",
+                "leafs",
+                "leaffaces",
+                "leafbrushes",
+                "edges",
+                "surfedges",
+                "models",
+                "brushes",
+                "brushsides",
+                "pop",
+                "areas",
+                "areaportals",
             ],
             Self::Quake3 => &[
                 "entities",
@@ -79,9 +108,15 @@ impl Version {
     /// Where the directory begins.
     pub(crate) fn directory(self) -> usize {
         match self {
-            Self::Quake | Self::Bsp2 => 4,
-            Self::Quake3 => 8,
+            Self::Quake | Self::Bsp2 | Self::HalfLife => 4,
+            Self::Quake2 | Self::Quake3 => 8,
         }
+    }
+
+    /// Whether leafs name their clusters, and rows of visibility are of clusters. In Quake and
+    /// Half-Life rows are of leafs.
+    pub(crate) fn has_clusters(self) -> bool {
+        matches!(self, Self::Quake2 | Self::Quake3)
     }
 }
 
@@ -135,9 +170,20 @@ impl<'a> Lumps<'a> {
         [int(self.bytes, at), int(self.bytes, at + 4)]
     }
 
+    /// Whether the first two lumps are in each other's place, as in maps of Blue Shift: entities are
+    /// text that begins with a brace.
+    fn is_swapped(&self) -> bool {
+        let begins = |index: usize| {
+            let offset = usize::try_from(self.place(index)[0]).unwrap_or(usize::MAX);
+            self.bytes.get(offset..).and_then(|b| b.trim_ascii_start().first())
+        };
+        self.version == Version::HalfLife && begins(0) != Some(&b'{') && begins(1) == Some(&b'{')
+    }
+
     /// The lump of a name that the version has.
     pub(crate) fn lump(&self, name: &'static str) -> Lump<'a> {
         let index = self.version.lumps().iter().position(|n| *n == name);
+        let index = index.map(|i| if i < 2 && self.is_swapped() { 1 - i } else { i });
         let [offset, length] = index.map_or([0, 0], |i| self.place(i));
         // The directory is checked, so that both are within the file; an empty lump may lie
         // anywhere.
@@ -247,7 +293,7 @@ impl Shared {
 /// Reason why a map of another kind is not read.
 fn foreign(bytes: &[u8]) -> String {
     let version = bytes.get(4..8).map_or(0, |_| int(bytes, 4));
-    let known = "known are Quake 29, BSP2 and Quake 3 IBSP 46";
+    let known = "known are Quake 29 and BSP2, Half-Life 30, Quake 2 IBSP 38 and Quake 3 IBSP 46";
     match bytes {
         [b'I', b'B', b'S', b'P', _, _, _, _, ..] => {
             format!("a map of kind IBSP {version} is not read; {known}")
@@ -259,7 +305,6 @@ fn foreign(bytes: &[u8]) -> String {
         [b'2', b'P', b'S', b'B', ..] => {
             format!("a map of kind 2PSB is not read; compile it as BSP2; {known}")
         }
-        [30, 0, 0, 0, ..] => format!("a map of Half-Life (version 30) is not read; {known}"),
         _ => format!("it does not begin as a map does; {known}"),
     }
 }
@@ -300,11 +345,10 @@ mod tests {
     #[test]
     fn maps_of_other_kinds_are_named() {
         for (bytes, part) in [
-            (&b"IBSP\x26\0\0\0"[..], "IBSP 38"),
+            (&b"IBSP\x2f\0\0\0"[..], "IBSP 47"),
             (b"VBSP\x14\0\0\0", "VBSP 20"),
             (b"RBSP\x01\0\0\0", "RBSP 1"),
             (b"2PSB\x01\0\0\0", "as BSP2"),
-            (b"\x1e\0\0\0", "Half-Life"),
             (b"\x1d\0", "does not begin"),
             (b"", "does not begin"),
         ] {

@@ -59,7 +59,7 @@ pub struct BrushModel {
 pub struct Texture {
     /// Its name; empty where the map has none.
     pub name: String,
-    /// Its flags and contents in Quake 3, 0 in Quake.
+    /// Its flags and contents in Quake 3, its flags and 0 in Quake 2, 0 in Quake.
     pub flags: [u32; 2],
 }
 
@@ -119,7 +119,7 @@ impl Bsp {
     }
 
     /// How many cells there are: leafs that share one row of stored visibility are one cell, as are
-    /// those of one cluster in Quake 3. In a Quake map without visibility each leaf is a cell.
+    /// those of one cluster in Quake 2 and 3. In a Quake map without visibility each leaf is a cell.
     #[must_use]
     pub fn cell_count(&self) -> u32 {
         self.cell_count
@@ -177,10 +177,8 @@ impl Bsp {
         let seen = |(number, other): &(usize, &Leaf)| match (&row, other.cell) {
             (_, None) => false,
             (None, Some(_)) => true,
-            (Some(row), Some(cell)) => match self.version {
-                Version::Quake | Version::Bsp2 => bit(row, number - 1),
-                Version::Quake3 => bit(row, cell as usize),
-            },
+            (Some(row), Some(cell)) if self.version.has_clusters() => bit(row, cell as usize),
+            (Some(row), Some(_)) => bit(row, number - 1),
         };
         let leafs = self.leafs.iter().enumerate().filter(seen);
         leafs.map(|(number, _)| number as u32).collect()

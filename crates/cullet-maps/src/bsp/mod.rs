@@ -1,4 +1,4 @@
-//! Quake and Quake 3 maps: tree, leafs, entities and stored visibility; visibility written back;
+//! Maps of Quake, Half-Life, Quake 2 and Quake 3: tree, leafs, entities and stored visibility; visibility written back;
 //! cells and portals made from the tree.
 //!
 //! [`load`](crate::load()) makes a model of a map's geometry. What more a map has is here:
@@ -23,6 +23,7 @@ mod parse;
 mod patch;
 mod portals;
 mod quake;
+mod quake2;
 mod quake3;
 mod rows;
 mod scene;

@@ -1,18 +1,19 @@
-//! Reading a map of either family.
+//! Reading a map of any family.
 
 use std::path::Path;
 
 use super::lumps::{Lumps, Version};
 use super::map::Bsp;
 use super::surfaces::Surfaces;
-use super::{quake, quake3};
+use super::{quake, quake2, quake3};
 use cullet_io::reader::Source;
 use cullet_io::{ErrorKind, LoadError};
 
 /// All but the geometry.
 pub(crate) fn parse(lumps: &Lumps<'_>) -> Result<Bsp, ErrorKind> {
     match lumps.version {
-        Version::Quake | Version::Bsp2 => quake::parse(lumps),
+        Version::Quake | Version::Bsp2 | Version::HalfLife => quake::parse(lumps),
+        Version::Quake2 => quake2::parse(lumps),
         Version::Quake3 => quake3::parse(lumps),
     }
 }
@@ -20,7 +21,8 @@ pub(crate) fn parse(lumps: &Lumps<'_>) -> Result<Bsp, ErrorKind> {
 /// The geometry.
 pub(crate) fn surfaces(lumps: &Lumps<'_>, map: &Bsp) -> Result<Surfaces, ErrorKind> {
     match lumps.version {
-        Version::Quake | Version::Bsp2 => quake::surfaces(lumps, map),
+        Version::Quake | Version::Bsp2 | Version::HalfLife => quake::surfaces(lumps, map),
+        Version::Quake2 => quake2::surfaces(lumps, map),
         Version::Quake3 => quake3::surfaces(lumps, map),
     }
 }

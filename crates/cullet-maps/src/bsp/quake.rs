@@ -1,4 +1,4 @@
-//! Quake: version 29, and BSP2 with the same lumps in 32-bit numbers.
+//! Quake: version 29, BSP2 with the same lumps in 32-bit numbers, and Half-Life's version 30.
 
 use std::collections::HashMap;
 
@@ -16,7 +16,7 @@ use cullet_io::ErrorKind;
 use cullet_io::reader::Triangulator;
 
 /// Bytes of a plane, a texinfo and a model, which both versions share.
-const PLANE: usize = 20;
+pub(crate) const PLANE: usize = 20;
 const TEXINFO: usize = 40;
 const MODEL: usize = 64;
 
@@ -147,6 +147,8 @@ fn read_leafs(records: Records<'_>, wide: bool, marks: usize) -> Result<Vec<Leaf
             -6 => Contents::Sky,
             // What is -7 or below is left over from compiling (clip, currents): currents are water.
             -14..=-9 => Contents::Liquid,
+            // Translucent, in Half-Life.
+            -15 => Contents::Open,
             _ => Contents::Solid,
         };
         let corner = |i: usize| -> [f64; 3] {
@@ -233,11 +235,24 @@ pub(crate) fn text(bytes: &[u8]) -> String {
 
 /// The geometry of a map.
 pub(crate) fn surfaces(lumps: &Lumps<'_>, map: &Bsp) -> Result<Surfaces, ErrorKind> {
+    let texinfos = lumps.lump("texinfo").records(TEXINFO)?;
+    polygons(lumps, texinfos, |_, info, plane, centre| {
+        let texture = unsigned(info, 32);
+        Some((texture, kind(map, texture, plane, centre)))
+    })
+}
+
+/// The faces of a map of Quake's kind as surfaces. `judge` gives the texture and the kind of a face
+/// by the number and the record of its texinfo, its plane and its middle; `None` if it is not drawn.
+pub(crate) fn polygons(
+    lumps: &Lumps<'_>,
+    texinfos: Records<'_>,
+    judge: impl Fn(usize, &[u8], &Plane, [f64; 3]) -> Option<(u32, Kind)>,
+) -> Result<Surfaces, ErrorKind> {
     let Layout { wide, face, edge, .. } = *layout(lumps.version);
     let vertices = lumps.lump("vertices").records(12)?;
     let edges = lumps.lump("edges").records(edge)?;
     let surfedges = lumps.lump("surfedges").records(4)?;
-    let texinfos = lumps.lump("texinfo").records(TEXINFO)?;
     let planes = tree::planes(lumps.lump("planes").records(PLANE)?)?;
     let faces = lumps.lump("faces").records(face)?;
 
@@ -293,10 +308,13 @@ pub(crate) fn surfaces(lumps: &Lumps<'_>, map: &Bsp) -> Result<Surfaces, ErrorKi
         let start = indices.len();
         triangulator.push(&polygon, &positions, &mut indices);
         let centre = middle(corners.into_iter());
-        let texture = unsigned(info, 32);
-        list.push(Some(Surface {
+        let judged = judge(texinfo as usize, info, &plane, centre);
+        if judged.is_none() {
+            indices.truncate(start);
+        }
+        list.push(judged.map(|(texture, kind)| Surface {
             texture,
-            kind: kind(map, texture, &plane, centre),
+            kind,
             two_sided: false,
             centre,
             normal: plane.normal,
@@ -348,7 +366,7 @@ fn kind(map: &Bsp, texture: u32, plane: &Plane, centre: [f64; 3]) -> Kind {
     let name = map.textures.get(texture as usize).map_or("", |t| t.name.as_str());
     if !name.is_empty() {
         return match name.as_bytes() {
-            [b'*', ..] => Kind::Liquid,
+            [b'*' | b'!', ..] => Kind::Liquid,
             [b'{', ..] => Kind::Fence,
             _ if name.get(..3).is_some_and(|n| n.eq_ignore_ascii_case("sky")) => Kind::Sky,
             _ => Kind::Wall,

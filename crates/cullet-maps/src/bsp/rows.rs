@@ -2,7 +2,6 @@
 
 use cullet_cells::pvs::{Targets, VisibleSets};
 
-use super::lumps::Version;
 use super::map::Bsp;
 use super::visibility::bit;
 
@@ -17,15 +16,13 @@ impl Bsp {
         out.resize(start + (cell_count as usize).div_ceil(8), 0);
         let mut set = |cell: u32| out[start + cell as usize / 8] |= 1 << (cell % 8);
         let Some(row) = self.row_of(Some(cell)) else { return (0..cell_count).for_each(set) };
-        match self.version() {
-            Version::Quake3 => (0..cell_count).filter(|c| bit(&row, *c as usize)).for_each(set),
-            Version::Quake | Version::Bsp2 => {
-                // Leaf 0 has no bit.
-                for (at, leaf) in self.leafs().iter().skip(1).enumerate() {
-                    if let Some(cell) = leaf.cell.filter(|_| bit(&row, at)) {
-                        set(cell);
-                    }
-                }
+        if self.version().has_clusters() {
+            return (0..cell_count).filter(|c| bit(&row, *c as usize)).for_each(set);
+        }
+        // Leaf 0 has no bit.
+        for (at, leaf) in self.leafs().iter().skip(1).enumerate() {
+            if let Some(cell) = leaf.cell.filter(|_| bit(&row, at)) {
+                set(cell);
             }
         }
     }

@@ -133,7 +133,8 @@ impl Maker<'_, '_> {
                 self.builder.warn(format!("entity {number} ({class})"), message);
                 continue;
             };
-            let mesh = if let Some(mesh) = meshes.get(&model) {
+            let through = entity.is_seen_through();
+            let mesh = if let Some(mesh) = meshes.get(&(model, through)) {
                 *mesh
             } else {
                 let faces = brushes.surfaces.clone();
@@ -142,10 +143,13 @@ impl Maker<'_, '_> {
                 let mesh = if group.is_empty() {
                     None
                 } else {
-                    let data = self.mesh(group);
+                    let mut data = self.mesh(group);
+                    if through {
+                        data.parts.iter_mut().for_each(|part| part.alpha = Alpha::Blended);
+                    }
                     Some(self.builder.mesh(format!("*{model}"), data)?)
                 };
-                meshes.insert(model, mesh);
+                meshes.insert((model, through), mesh);
                 mesh
             };
             let Some(mesh) = mesh else { continue };
@@ -270,7 +274,8 @@ fn add_cameras(map: &Bsp, up: Option<Up>, builder: &mut Builder<'_>) {
 fn eye_height(version: Version, start: &Start) -> f64 {
     match version {
         _ if start.class.ends_with("intermission") || start.class == MIDDLE => 0.0,
-        Version::Quake | Version::Bsp2 => 22.0,
+        Version::Quake | Version::Bsp2 | Version::Quake2 => 22.0,
+        Version::HalfLife => 28.0,
         Version::Quake3 => 26.0,
     }
 }

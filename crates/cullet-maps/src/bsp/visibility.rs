@@ -5,11 +5,11 @@ use cullet_io::ErrorKind;
 /// The stored visibility of a map, its lengths checked.
 #[derive(Clone, Debug)]
 pub(crate) enum Visibility {
-    /// Quake: a row of leafs for each cell, zero bytes counted.
+    /// Quake: a row of leafs for each cell, in Quake 2 of clusters, zero bytes counted.
     Runs {
         /// Where the row of each cell begins; one without sees all.
         offsets: Vec<Option<u32>>,
-        /// How many leafs a row has.
+        /// How many leafs or clusters a row has.
         leafs: usize,
         /// The lump.
         bytes: Vec<u8>,
@@ -68,7 +68,7 @@ impl Visibility {
         }
     }
 
-    /// The row of a cell: of leafs from leaf 1 on in Quake, of clusters in Quake 3. `None` if it
+    /// The row of a cell: of leafs from leaf 1 on in Quake, of clusters in Quake 2 and 3. `None` if it
     /// sees all.
     pub(crate) fn row(&self, cell: u32) -> Option<Vec<u8>> {
         match self {

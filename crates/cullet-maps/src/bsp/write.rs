@@ -12,8 +12,8 @@ pub struct ClusterRows<'a> {
     /// How many clusters there are.
     pub clusters: u32,
     /// Quake: the cluster of each leaf that has a place in visibility, from leaf 1 of the map on:
-    /// the leafs of a `.prt` file in their order, or [`clusters_of_leafs`]. Empty for Quake 3,
-    /// whose leafs have their clusters in the map.
+    /// the leafs of a `.prt` file in their order, or [`clusters_of_leafs`]. Empty for Quake 2
+    /// and 3, whose leafs have their clusters in the map.
     pub of_leaf: &'a [u32],
     /// A row for each cluster, one after the other, each of `clusters` / 8 bytes, rounded up: bit j
     /// (byte j/8, bit j%8) says whether cluster j can be seen. Each must see itself.
@@ -21,12 +21,12 @@ pub struct ClusterRows<'a> {
 }
 
 /// The cells of a map's leafs from leaf 1 on, as [`ClusterRows::of_leaf`] wants them, where rows
-/// are by the map's own cells; empty for Quake 3.
+/// are by the map's own cells; empty for Quake 2 and 3.
 #[must_use]
 pub fn clusters_of_leafs(map: &super::Bsp) -> Vec<u32> {
     match map.version() {
-        Version::Quake3 => Vec::new(),
-        Version::Quake | Version::Bsp2 => {
+        Version::Quake2 | Version::Quake3 => Vec::new(),
+        Version::Quake | Version::Bsp2 | Version::HalfLife => {
             map.leafs().iter().skip(1).map_while(|leaf| leaf.cell).collect()
         }
     }
@@ -49,8 +49,11 @@ pub fn with_visibility(bytes: &[u8], rows: &ClusterRows<'_>) -> Result<Vec<u8>, 
     let map = parse::parse(&lumps)?;
     check(rows)?;
     let (lump, offsets) = match lumps.version {
+        Version::Quake2 => (seen_and_heard(rows, map.cell_count())?, Vec::new()),
         Version::Quake3 => (plain(rows, map.cell_count())?, Vec::new()),
-        Version::Quake | Version::Bsp2 => runs(rows, clusters_of_leafs(&map).len())?,
+        Version::Quake | Version::Bsp2 | Version::HalfLife => {
+            runs(rows, clusters_of_leafs(&map).len())?
+        }
     };
     let mut out = splice(&lumps, &lump)?;
     // Leafs may have moved.
@@ -125,12 +128,41 @@ fn runs(rows: &ClusterRows<'_>, leafs: usize) -> Result<(Vec<u8>, Vec<i32>), Err
     Ok((lump, offsets))
 }
 
+/// Refuses another number of clusters than the map has.
+fn check_clusters(rows: &ClusterRows<'_>, clusters: u32) -> Result<(), ErrorKind> {
+    if rows.clusters == clusters {
+        return Ok(());
+    }
+    let message = format!("{} are given; the map has {clusters}", rows.clusters);
+    Err(ErrorKind::invalid("clusters", message))
+}
+
+/// The lump of Quake 2. What can be heard from a cluster is, as its own compiler has it, what can be
+/// seen from any that is seen from there.
+fn seen_and_heard(rows: &ClusterRows<'_>, clusters: u32) -> Result<Vec<u8>, ErrorKind> {
+    check_clusters(rows, clusters)?;
+    let mut places = Vec::new();
+    let mut packed = Vec::new();
+    let table = 4 + 8 * clusters as usize;
+    for cluster in 0..clusters {
+        let seen = row_of(rows, cluster);
+        let mut heard = vec![0; seen.len()];
+        for other in (0..clusters).filter(|&other| bit(seen, other as usize)) {
+            heard.iter_mut().zip(row_of(rows, other)).for_each(|(to, from)| *to |= from);
+        }
+        for row in [seen, &heard] {
+            let place = table + packed.len();
+            places.push(i32::try_from(place).map_err(|_| too_large(place))?);
+            pack(row, &mut packed);
+        }
+    }
+    let head = std::iter::once(clusters.cast_signed()).chain(places);
+    Ok(head.flat_map(i32::to_le_bytes).chain(packed).collect())
+}
+
 /// The lump of Quake 3: its rows are of whole 64-bit words, as its own compiler writes them.
 fn plain(rows: &ClusterRows<'_>, clusters: u32) -> Result<Vec<u8>, ErrorKind> {
-    if rows.clusters != clusters {
-        let message = format!("{} are given; the map has {clusters}", rows.clusters);
-        return Err(ErrorKind::invalid("clusters", message));
-    }
+    check_clusters(rows, clusters)?;
     let length = (clusters as usize).div_ceil(64) * 8;
     let mut lump = [clusters, length as u32].map(u32::to_le_bytes).concat();
     for cluster in 0..clusters {
