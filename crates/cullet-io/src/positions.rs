@@ -109,8 +109,10 @@ impl Positions {
         let origin = std::array::from_fn(|axis| {
             let mut sample: Vec<f64> = far.iter().step_by(step).map(|p| p[axis]).collect();
             sample.sort_unstable_by(f64::total_cmp);
-            let median = sample[sample.len() / 2];
-            if median.abs() < FAR { 0.0 } else { median.round() }
+            let origin = sample[sample.len() / 2].round();
+            // From there all must fit f32, too.
+            let fits = far.iter().all(|p| ((p[axis] - origin) as f32).is_finite());
+            if origin.abs() < FAR || !fits { 0.0 } else { origin }
         });
         let from_there = |p: &[f64; 3]| std::array::from_fn(|axis| (p[axis] - origin[axis]) as f32);
         (origin, far.iter().map(from_there).collect())
@@ -153,6 +155,13 @@ mod tests {
             }
         }
         assert!((f64::from(positions[1][0]) - 0.01).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_fits_f32_from_zero_alone_stays_there() {
+        let (origin, positions) = finish(&[[3e38, 0.0, 2e6], [-3e38, 0.0, 2e6], [3e38, 0.0, 2e6]]);
+        assert_eq!(origin, [0.0, 0.0, 2e6]);
+        assert_eq!(positions[1], [-3e38, 0.0, 0.0]);
     }
 
     #[test]
