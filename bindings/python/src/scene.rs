@@ -1,12 +1,15 @@
 //! The scene: opened and asked.
 
+use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use cullet_io::{LoadOptions, Model, SaveErrorKind, Up};
 use engine::{Handle, Scene, ViewState};
 use numpy::{PyArray1, PyArrayDyn};
-use pyo3::exceptions::{PyFileNotFoundError, PyIndexError, PyOSError, PyValueError};
+use pyo3::exceptions::{
+    PyFileNotFoundError, PyIndexError, PyOSError, PyUserWarning, PyValueError,
+};
 use pyo3::prelude::*;
 
 use crate::arrays::{ids, shaped};
@@ -141,12 +144,18 @@ impl PyScene {
         Ok(())
     }
 
-    /// Writes GLB, PLY, OBJ or STL, by the ending.
+    /// Writes GLB, PLY, OBJ or STL, by the ending. Warns of what the file does not have.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| cullet_io::save(&self.model, &path)).map_err(|e| match &e.kind {
+        let saved = py.detach(|| cullet_io::save(&self.model, &path));
+        let saved = saved.map_err(|e| match &e.kind {
             SaveErrorKind::Io(_) => PyOSError::new_err(e.to_string()),
             _ => FileError::new_err(e.to_string()),
-        })
+        })?;
+        for note in saved.notes {
+            let text = CString::new(note.to_string())?;
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+        }
+        Ok(())
     }
 
     #[getter]

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use cullet_io::{Model, save};
+use cullet_io::{Model, Saved, save};
 use serde_json::Value;
 
 use crate::console::Console;
@@ -34,10 +34,22 @@ pub fn write_results(
     console: &Console,
 ) -> Result<(), Failure> {
     if let Some(path) = out {
-        save(model, path).map_err(Failure::input)?;
+        save_model(model, path, console)?;
         console.line(format!("{} written", path.display()));
     }
     json.map_or(Ok(()), |path| write_json(path, record))
+}
+
+/// Saves a model, and says what the file does not have of it.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn save_model(model: &Model, path: &Path, console: &Console) -> Result<Saved, Failure> {
+    let saved = save(model, path).map_err(Failure::input)?;
+    for note in &saved.notes {
+        console.note(format!("note: {}: {note}", path.display()));
+    }
+    Ok(saved)
 }
 
 /// Writes JSON to a file, or to the standard output for `-`.

@@ -18,7 +18,7 @@ pub use make::{MakeOptions, Objects, occluder_slots};
 
 use cullet_io::reader::Builder;
 use cullet_io::reader::Compact;
-use cullet_io::{ErrorKind, LoadOptions, Material, MatrixView, Model, Up};
+use cullet_io::{ErrorKind, LoadOptions, Material, MatrixView, Model, Up, world};
 
 /// The first bytes of a file.
 pub const MAGIC: &[u8; 8] = b"OCCSCN01";
@@ -274,22 +274,28 @@ impl Occscn {
     /// [`no_occlusion`](cullet::InstanceFlags::no_occlusion) are objects, by their bounds, and so
     /// are those of which nothing is opaque; all others are meshes, one each, in world space, with
     /// their opaque triangles; [`Model::views`] are the cameras. Sides, materials, names and levels
-    /// are lost. Positions are rounded to f32, so a scene far from 0 loses what f32 loses.
+    /// are lost. Positions are rounded to f32, so a scene far from 0 loses what f32 loses;
+    /// [`make`](Self::make) can count them from a [place](MakeOptions::origin) nearby.
     ///
     /// # Errors
     /// If a count does not fit 32 bits, or an instance has bounds or a transform that are not
     /// finite.
     pub fn from_model(model: &Model) -> Result<Self, ErrorKind> {
-        let mut out = Self::gather(model, |slot| match model.scene.flags(slot).no_occlusion {
+        let role = |slot| match model.scene.flags(slot).no_occlusion {
             true => Role::Object,
             false => Role::Occluder,
-        })?;
+        };
+        let mut out = Self::gather(model, [0.0; 3], role)?;
         out.cameras = model.views.iter().map(OccCamera::from).collect();
         Ok(out)
     }
 
-    /// Instances as what `role` says of their slots; no cameras.
-    fn gather(model: &Model, role: impl Fn(u32) -> Role) -> Result<Self, ErrorKind> {
+    /// Instances as what `role` says of their slots, counted from `origin`; no cameras.
+    fn gather(
+        model: &Model,
+        origin: [f64; 3],
+        role: impl Fn(u32) -> Role,
+    ) -> Result<Self, ErrorKind> {
         let scene = &model.scene;
         let mut out = Self::default();
         let not_finite = |slot: u32| {
@@ -313,7 +319,8 @@ impl Occscn {
                     if !bounds.is_finite() {
                         return Err(not_finite(slot));
                     }
-                    out.objects.push(in_world(&bounds, scene.origin()));
+                    let from = std::array::from_fn(|a| scene.origin()[a] - origin[a]);
+                    out.objects.push(in_world(&bounds, from));
                     continue;
                 }
             }
@@ -322,7 +329,8 @@ impl Occscn {
                 - mesh.positions().len() as u32;
             let first_triangle = fits("triangles", out.triangles.len())?;
             for &p in mesh.positions() {
-                let world = apply(transform, p);
+                let place = world(transform, p);
+                let world: [f32; 3] = std::array::from_fn(|a| (place[a] - origin[a]) as f32);
                 if !world.iter().all(|v| v.is_finite()) {
                     return Err(not_finite(slot));
                 }
@@ -451,14 +459,7 @@ fn unit_box() -> MeshData {
     MeshData { positions, indices, polygons: 6, ..MeshData::default() }
 }
 
-fn apply(t: &Transform, p: [f32; 3]) -> [f32; 3] {
-    std::array::from_fn(|r| {
-        let linear: f64 = (0..3).map(|c| f64::from(t.linear[c][r]) * f64::from(p[c])).sum();
-        (linear + t.translation[r]) as f32
-    })
-}
-
-/// A box in world space, rounded outward.
+/// A box that is counted from `origin`, rounded outward.
 fn in_world(b: &Aabb, origin: [f64; 3]) -> [[f32; 3]; 2] {
     let at = |v: [f32; 3]| std::array::from_fn(|a| f64::from(v[a]) + origin[a]);
     let b = Aabb::rounded_out(at(b.min), at(b.max));

@@ -75,6 +75,7 @@ pub struct TilesArgs {
 #[derive(Debug, Serialize)]
 struct Record {
     schema: u32,
+    /// Instances and triangles in the files, without stand-ins.
     instances: u64,
     triangles: u64,
     /// Tiles, and those of them that show something.
@@ -102,9 +103,6 @@ pub(crate) fn run(args: &TilesArgs, console: &Console) -> Outcome {
         ));
     }
     let model = load(args, console)?;
-    if model.motion.is_some() {
-        console.note("note: what moves in it stands as it is stored");
-    }
     let sets = match &args.scene.pvs {
         Some(path) => Some(sets::of_scene(path)?.ok_or_else(|| {
             let message = "sets of cells of a map or model; tiles take those of view cells, which `cullet pvs` makes of scenes without cells";
@@ -140,10 +138,13 @@ pub(crate) fn run(args: &TilesArgs, console: &Console) -> Outcome {
         let message = format!("interrupted; {} was not written", tileset.display());
         return Err(Failure { exit: Exit::Interrupted, message });
     };
+    for note in &written.notes {
+        console.note(format!("note: {note}"));
+    }
     let record = Record {
         schema: 1,
-        instances: model.scene.instance_count().into(),
-        triangles: model.scene.triangle_count(),
+        instances: written.instances,
+        triangles: written.triangles,
         tiles: written.tiles[0],
         tiles_with_content: written.tiles[1],
         stand_ins: written.stand_ins,

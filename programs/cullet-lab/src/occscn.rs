@@ -18,10 +18,13 @@ const NEAR: f64 = 1e-3;
 /// # Errors
 /// If it cannot be made of this model.
 pub fn of_model(model: &Model) -> Result<Occscn, Failure> {
-    with_occluders(model, &[])
+    let views = views(model, None, 32, [1280, 720], &Overrides::default())?;
+    let origin = Occscn::local_origin(model);
+    make(model, &views, &MakeOptions { origin, ..default_options(model) })
 }
 
-/// The same with only what has one of these names for occluders, if there are names.
+/// The same with only what has one of these names for occluders, if there are names, and in the
+/// space of the model's scene, however far from zero.
 ///
 /// # Errors
 /// As [`of_model`].

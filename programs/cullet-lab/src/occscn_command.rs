@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::occscn::{default_options, make, views};
 use clap::Args;
 use cullet_command::args::SceneArgs;
-use cullet_command::console::{Console, count};
+use cullet_command::console::{Console, count, grouped};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::{inputs, parse};
 use cullet_maps::occscn::{Objects, Occscn};
@@ -108,8 +108,28 @@ pub(crate) fn run(args: &OccscnArgs, console: &Console) -> Outcome {
     if let Some(Cluster(most)) = args.cluster {
         options.cluster = most;
     }
+    options.origin = Occscn::local_origin(&model);
     let scene = make(&model, &views, &options)?;
     write(&scene, &args.out)?;
+    let out = args.out.display();
+    if options.origin != [0.0; 3] {
+        let [x, y, z] = options.origin;
+        console.note(format!(
+            "note: {out}: 32-bit numbers are too coarse so far from zero: positions, boxes and views are counted from ({x}, {y}, {z})"
+        ));
+    }
+    let (all, written) = (model.scene.triangle_count(), scene.triangles.len() as u64);
+    if written < all {
+        console.note(format!(
+            "note: {out}: {} of {} no triangle that occludes: see-through, or not of the occluders{}",
+            grouped(all - written),
+            count(all, "triangle is", "triangles are"),
+            match options.objects {
+                Objects::Rest => "; its bounds are a box",
+                Objects::Random(_) => "; left out",
+            }
+        ));
+    }
     console.line(format!(
         "{}: {} in {}, {}, {}",
         args.out.display(),

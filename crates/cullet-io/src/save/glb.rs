@@ -5,18 +5,17 @@ use std::io::Write;
 use serde_json::{Value, json};
 
 use super::buffer::{ALIGNMENT, File};
-use super::nodes::{self, Written};
-use super::{SaveErrorKind, baked, cameras, cells};
-use crate::Model;
+use super::nodes::{self, Nodes};
+use super::{SaveErrorKind, Written, baked, cameras, cells};
 use crate::gltf::{BAKED, CELLS};
 
 /// Bytes of the header and those of both chunks.
 const HEADERS: usize = 28;
 
-pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveErrorKind> {
-    let scene = &model.scene;
+pub(super) fn write(all: &mut Written<'_>, out: &mut impl Write) -> Result<(), SaveErrorKind> {
+    let (model, scene) = (all.model, &all.model.scene);
     let mut used = vec![false; scene.meshes().len()];
-    scene.slots().for_each(|s| used[scene.mesh_id(s) as usize] = true);
+    all.slots.iter().for_each(|&s| used[scene.mesh_id(s) as usize] = true);
     let mut file = File::default();
     let mut number = vec![None; used.len()];
     let mut meshes = Vec::new();
@@ -34,8 +33,14 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
     for (at, object) in baked.iter().flat_map(|baked| &baked.meshes) {
         meshes[*at]["extensions"] = json!({ BAKED: object });
     }
-    let Written { mut nodes, mut roots, node_of } = nodes::write(model, &number);
+    let Nodes { mut nodes, mut roots, node_of } = nodes::write(model, &all.slots, &number);
     let cameras = cameras::write(model, &mut nodes, &mut roots);
+    if cameras.len() < model.cameras.len() {
+        all.saved.say(
+            format!("{} cameras", model.cameras.len() - cameras.len()),
+            "left out, for glTF has no such projection, or they stand nowhere",
+        );
+    }
     let mut root = json!({
         "asset": { "version": "2.0", "generator": "cullet" },
         "scene": 0,

@@ -12,6 +12,7 @@ mod original;
 mod ply;
 mod stand_ins;
 mod stl;
+mod written;
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -23,7 +24,10 @@ use thiserror::Error;
 
 use crate::{Attributes, ErrorKind, Model};
 
+use written::Written;
+
 pub use original::save_original;
+pub use written::Saved;
 
 /// Why a model cannot be saved.
 #[derive(Debug, Error)]
@@ -53,6 +57,16 @@ pub enum SaveErrorKind {
         /// The defect.
         kind: ErrorKind,
     },
+    /// The format's numbers have 32 bits, and where the model is, none of its triangles would have
+    /// an area.
+    #[error(
+        "none of its {triangles} triangles would have an area in the 32-bit numbers of this format; \
+         use .glb, .ply or .obj"
+    )]
+    TooFar {
+        /// Triangles of the model.
+        triangles: u64,
+    },
     /// More than the format's numbers can count.
     #[error("{count} {what} exceed the {limit} that the format can hold")]
     TooMany {
@@ -74,12 +88,14 @@ pub enum SaveFormat {
     /// that lead to an instance; where it has none, there is one node for each instance.
     Glb,
     /// Binary, little-endian: all instances as one mesh in world space, with their attributes;
-    /// normals only if all have them.
+    /// normals only if all have them. Coordinates are `double` where `float` is coarse for the size
+    /// of an instance: far from zero.
     Ply,
     /// Text: a group for each instance, in world space, with attributes, and a file of materials
-    /// beside it.
+    /// beside it. Coordinates have the digits of f64 where those of f32 say less than the vertex.
     Obj,
-    /// Binary: all instances as one mesh in world space, three vertices a triangle.
+    /// Binary: all instances as one mesh in world space, three vertices a triangle. Where f32 is
+    /// coarse for the size of an instance, they are counted from a [place](Saved::origin) nearby.
     Stl,
 }
 
@@ -100,25 +116,27 @@ impl SaveFormat {
 
 /// Saves the meshes, instances and materials of a model, and the attributes that it has, and in a
 /// GLB its cells, its levels and its cameras, each where its first key is; other views are left
-/// out. Every triangle is written, in its original order, degenerate ones too. Positions in world
-/// space are rounded to f32 once. An existing file is replaced when all has been written, so that
+/// out. Every triangle is written, in its original order, degenerate ones too. What is left out all the
+/// same is named in the [notes](Saved::notes) of the result: instances whose transforms are not
+/// finite, and what the format has no place for. An existing file is replaced when all has been written, so that
 /// one half written never takes its place.
 ///
 /// # Errors
-/// If the ending is of no kind that is written, the file cannot be written, or the format cannot
-/// count so much.
-pub fn save(model: &Model, path: &Path) -> Result<(), SaveError> {
-    let write = || -> Result<(), SaveErrorKind> {
+/// If the ending is of no kind that is written, the file cannot be written, or the numbers of the
+/// format are too small or too coarse.
+pub fn save(model: &Model, path: &Path) -> Result<Saved, SaveError> {
+    let write = || -> Result<Saved, SaveErrorKind> {
         let format = SaveFormat::of(path).ok_or(SaveErrorKind::Unsupported)?;
         // Counts are held against limits before an existing file is emptied.
-        let totals = Totals::of(&model.scene);
-        totals.check(format)?;
+        let mut all = Written::of(model, format);
+        all.check(format)?;
         replace(path, |out| match format {
-            SaveFormat::Glb => glb::write(model, out),
-            SaveFormat::Ply => Ok(ply::write(model, &totals, out)?),
-            SaveFormat::Obj => Ok(obj::write(model, path, out)?),
-            SaveFormat::Stl => Ok(stl::write(model, &totals, out)?),
-        })
+            SaveFormat::Glb => glb::write(&mut all, out),
+            SaveFormat::Ply => Ok(ply::write(&all, out)?),
+            SaveFormat::Obj => Ok(obj::write(&all, path, out)?),
+            SaveFormat::Stl => stl::write(&mut all, out),
+        })?;
+        Ok(all.saved)
     };
     write().map_err(|kind| SaveError { path: path.to_owned(), kind })
 }
@@ -175,43 +193,6 @@ impl Drop for Beside {
             let _ = std::fs::remove_file(&self.path);
         }
     }
-}
-
-/// Counts over all instances.
-struct Totals {
-    vertices: u64,
-    triangles: u64,
-}
-
-impl Totals {
-    fn of(scene: &Scene) -> Self {
-        let count = |of: fn(&cullet::Mesh) -> usize| -> u64 {
-            scene.slots().map(|s| of(scene.mesh(s)) as u64).sum()
-        };
-        Self {
-            vertices: count(|m| m.positions().len()),
-            triangles: count(|m| m.triangle_count() as usize),
-        }
-    }
-
-    fn check(&self, format: SaveFormat) -> Result<(), SaveErrorKind> {
-        let limit = u64::from(u32::MAX);
-        let (what, count) = match format {
-            SaveFormat::Ply => ("vertices", self.vertices),
-            SaveFormat::Stl => ("triangles", self.triangles),
-            SaveFormat::Glb | SaveFormat::Obj => return Ok(()),
-        };
-        if count > limit { Err(SaveErrorKind::TooMany { what, count, limit }) } else { Ok(()) }
-    }
-}
-
-/// A point of an instance in world space.
-fn world(transform: &Transform, p: [f32; 3]) -> [f32; 3] {
-    let l = transform.linear.map(|c| c.map(f64::from));
-    let p = p.map(f64::from);
-    std::array::from_fn(|i| {
-        (l[0][i] * p[0] + l[1][i] * p[1] + l[2][i] * p[2] + transform.translation[i]) as f32
-    })
 }
 
 /// Attributes of the vertices of a mesh; a list that has not one entry a vertex is left empty.

@@ -11,6 +11,8 @@ use crate::Model;
 
 /// Relative difference up to which a transform counts as its node's: a few roundings of f32.
 const SAME: f64 = 1e-5;
+/// The same of translations, which are kept in f64: a few roundings of that.
+const SAME_PLACE: f64 = 1e-13;
 
 /// An instance to be written.
 struct Drawn {
@@ -21,26 +23,26 @@ struct Drawn {
 
 /// The nodes, and which of them are roots.
 #[derive(Default)]
-pub(super) struct Written {
+pub(super) struct Nodes {
     pub(super) nodes: Vec<Value>,
     pub(super) roots: Vec<usize>,
     /// The node of each instance, by the index of its handle.
     pub(super) node_of: HashMap<u32, usize>,
 }
 
-/// `number` is that of each mesh in the file, `None` where it is not written.
-pub(super) fn write(model: &Model, number: &[Option<usize>]) -> Written {
+/// The nodes of the instances of some slots, whose transforms are finite; `number` is that of each
+/// mesh in the file, `None` where it is not written.
+pub(super) fn write(model: &Model, slots: &[u32], number: &[Option<usize>]) -> Nodes {
     let scene = &model.scene;
-    let drawn = scene.slots().filter_map(|slot| {
+    let drawn = slots.iter().filter_map(|&slot| {
         let world = DMat4::from_cols_array(&scene.transform(slot).to_matrix());
         let mesh = number[scene.mesh_id(slot) as usize]?;
-        // A non-finite matrix has no place in a file.
-        world.is_finite().then_some(Drawn { handle: scene.handle(slot)?, mesh, world })
+        Some(Drawn { handle: scene.handle(slot)?, mesh, world })
     });
     // Slots are sorted by place; handles are in the order of the file.
     let mut drawn: Vec<Drawn> = drawn.collect();
     drawn.sort_by_key(|d| d.handle.index);
-    let mut out = Written::default();
+    let mut out = Nodes::default();
     for one in place(model, drawn, &mut out) {
         let node = node(Some(&model.instance_name(one.handle)), Some(one.mesh), one.world);
         out.roots.push(out.nodes.len());
@@ -65,7 +67,7 @@ fn node(name: Option<&str>, mesh: Option<usize>, local: DMat4) -> Value {
 }
 
 /// Hangs the instances on the nodes of the model's tree; gives back those that have none.
-fn place(model: &Model, drawn: Vec<Drawn>, out: &mut Written) -> Vec<Drawn> {
+fn place(model: &Model, drawn: Vec<Drawn>, out: &mut Nodes) -> Vec<Drawn> {
     let tree = &model.node_tree;
     let count = tree.len();
     let mut left = Vec::new();
@@ -153,9 +155,9 @@ fn same(instance: &DMat4, node: &DMat4) -> bool {
     let (a, b) = (instance.to_cols_array(), node.to_cols_array());
     let size = |m: &[f64]| m.iter().fold(0.0f64, |s, v| s.max(v.abs()));
     // The last column is a place, which is kept in f64; the rest turns and scales.
-    let near = |range: std::ops::Range<usize>| {
-        let most = SAME * size(&a[range.clone()]);
+    let near = |range: std::ops::Range<usize>, share: f64| {
+        let most = share * size(&a[range.clone()]);
         a[range.clone()].iter().zip(&b[range]).all(|(a, b)| (a - b).abs() <= most)
     };
-    near(0..12) && near(12..15)
+    near(0..12, SAME) && near(12..15, SAME_PLACE)
 }

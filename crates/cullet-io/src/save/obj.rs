@@ -3,11 +3,16 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::{attributes, world, world_indices, world_normals};
+use super::{Written, attributes, world_indices, world_normals};
 use crate::Model;
 use crate::attributes::srgb_byte;
+use crate::place::world;
 
-pub(super) fn write(model: &Model, path: &Path, out: &mut impl Write) -> io::Result<()> {
+/// Half a step of f32, as a share of a number: what the coordinates of a vertex are rounded by.
+const HALF_STEP: f64 = 1.0 / 16_777_216.0;
+
+pub(super) fn write(all: &Written<'_>, path: &Path, out: &mut impl Write) -> io::Result<()> {
+    let model = all.model;
     let library = path.with_extension("mtl");
     writeln!(out, "# written by cullet")?;
     if !model.materials.is_empty() {
@@ -23,14 +28,24 @@ pub(super) fn write(model: &Model, path: &Path, out: &mut impl Write) -> io::Res
     let scene = &model.scene;
     // OBJ counts from 1.
     let (mut first, mut first_uv, mut first_normal) = (1u64, 1u64, 1u64);
-    for slot in scene.slots() {
+    for &slot in &all.slots {
         let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
         let name = scene.handle(slot).map(|h| model.instance_name(h));
         writeln!(out, "o {}", one_line(&name.unwrap_or_default()))?;
         let kept = attributes(model, scene.mesh_id(slot) as usize);
         for (v, &p) in mesh.positions().iter().enumerate() {
-            let [x, y, z] = world(transform, p);
-            write!(out, "v {x} {y} {z}")?;
+            write!(out, "v")?;
+            for (a, v) in world(transform, p).into_iter().enumerate() {
+                let own: f64 = (0..3)
+                    .map(|c| (f64::from(transform.linear[c][a]) * f64::from(p[c])).abs())
+                    .sum();
+                // Digits of f32 where they say as much as the numbers that it comes from.
+                let short = v as f32;
+                match (f64::from(short) - v).abs() <= own * HALF_STEP {
+                    true => write!(out, " {short}")?,
+                    false => write!(out, " {v}")?,
+                }
+            }
             // Colours of the screen behind positions, as most programs have them; there is no
             // alpha.
             if let Some(c) = kept.colors.get(v) {

@@ -2,26 +2,28 @@
 
 use std::io::{self, Write};
 
-use super::{Totals, attributes, world, world_indices, world_normals};
+use super::{Written, attributes, world_indices, world_normals};
 use crate::attributes::{NO_COLOR, NO_UV, srgb_byte};
-use crate::{Attributes, Model};
+use crate::Attributes;
+use crate::place::world;
 
-pub(super) fn write(model: &Model, totals: &Totals, out: &mut impl Write) -> io::Result<()> {
-    let scene = &model.scene;
+pub(super) fn write(all: &Written<'_>, out: &mut impl Write) -> io::Result<()> {
+    let (model, scene) = (all.model, &all.model.scene);
     let kept: Vec<Attributes> =
         (0..scene.meshes().len()).map(|mesh| attributes(model, mesh)).collect();
     let of = |slot: u32| &kept[scene.mesh_id(slot) as usize];
     let solid = |slot: &u32| !scene.mesh(*slot).positions().is_empty();
-    let filled = || scene.slots().filter(solid);
+    let filled = || all.slots.iter().copied().filter(solid);
     let normals = filled().next().is_some() && filled().all(|s| !of(s).normals.is_empty());
     let uvs = filled().any(|s| !of(s).uvs.is_empty());
     let colors = filled().any(|s| !of(s).colors.is_empty());
+    let number = if all.is_far { "double" } else { "float" };
     write!(
         out,
         "ply\nformat binary_little_endian 1.0\ncomment written by cullet\nelement vertex {}\n\
-         property float x\nproperty float y\nproperty float z\n{}{}{}element face {}\n\
+         property {number} x\nproperty {number} y\nproperty {number} z\n{}{}{}element face {}\n\
          property list uchar uint vertex_indices\nend_header\n",
-        totals.vertices,
+        all.vertices,
         if normals { "property float nx\nproperty float ny\nproperty float nz\n" } else { "" },
         if uvs { "property float s\nproperty float t\n" } else { "" },
         if colors {
@@ -29,17 +31,23 @@ pub(super) fn write(model: &Model, totals: &Totals, out: &mut impl Write) -> io:
         } else {
             ""
         },
-        totals.triangles
+        all.saved.triangles
     )?;
-    for slot in scene.slots() {
+    for &slot in &all.slots {
         let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
         let kept = of(slot);
         let turned = if normals { world_normals(transform, mesh, kept) } else { Vec::new() };
         for (v, &p) in mesh.positions().iter().enumerate() {
+            let place = world(transform, p);
+            if all.is_far {
+                place.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?;
+            }
             let mut write = |values: &[f32]| -> io::Result<()> {
                 values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))
             };
-            write(&world(transform, p))?;
+            if !all.is_far {
+                write(&place.map(|v| v as f32))?;
+            }
             if normals {
                 write(&turned[v])?;
             }
@@ -56,7 +64,7 @@ pub(super) fn write(model: &Model, totals: &Totals, out: &mut impl Write) -> io:
         }
     }
     let mut first = 0u32;
-    for slot in scene.slots() {
+    for &slot in &all.slots {
         for t in world_indices(scene, slot).chunks_exact(3) {
             out.write_all(&[3])?;
             for &i in t {

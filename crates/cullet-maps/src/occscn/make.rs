@@ -3,7 +3,7 @@
 use cullet::bounds::Aabb;
 
 use super::{MeshRange, OccCamera, Occscn, Role};
-use cullet_io::{ErrorKind, MatrixView, Model};
+use cullet_io::{ErrorKind, MatrixView, Model, local_origin};
 use cullet_scenes::Rng;
 
 /// Boxes of a scene that are tested.
@@ -17,7 +17,7 @@ pub enum Objects {
 }
 
 /// How [`Occscn::make`] makes a scene.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MakeOptions {
     /// Parts of names: an instance is an occluder if its own name, its mesh's, or that of a node
     /// above it contains one. Empty: all are, but those with
@@ -31,11 +31,14 @@ pub struct MakeOptions {
     pub objects: Objects,
     /// Another seed gives other random boxes.
     pub seed: u64,
+    /// Place in the world that the file's zero stands for: for a model far from zero one near it,
+    /// as [`Occscn::local_origin`] finds it, for the file has 32-bit numbers.
+    pub origin: [f64; 3],
 }
 
 impl Default for MakeOptions {
     fn default() -> Self {
-        Self { occluders: Vec::new(), cluster: None, objects: Objects::Rest, seed: 1 }
+        Self { occluders: Vec::new(), cluster: None, objects: Objects::Rest, seed: 1, origin: [0.0; 3] }
     }
 }
 
@@ -52,7 +55,7 @@ impl Occscn {
         options: &MakeOptions,
     ) -> Result<Self, ErrorKind> {
         let wanted = occluder_slots(model, &options.occluders)?;
-        let mut out = Self::gather(model, |slot| match (wanted[slot as usize], options.objects) {
+        let mut out = Self::gather(model, options.origin, |slot| match (wanted[slot as usize], options.objects) {
             (true, _) => Role::Occluder,
             (false, Objects::Rest) => Role::Object,
             (false, Objects::Random(_)) => Role::Nothing,
@@ -67,8 +70,15 @@ impl Occscn {
         if let Objects::Random(count) = options.objects {
             out.objects = random_boxes(out.extent(), count, options.seed);
         }
-        out.cameras = views.iter().map(OccCamera::from).collect();
+        out.cameras = views.iter().map(|view| OccCamera::from_origin(view, options.origin)).collect();
         Ok(out)
+    }
+
+    /// Returns a place for [`MakeOptions::origin`]: zero, unless 32-bit numbers are coarse for an
+    /// instance of `model` where it is, and less so near its middle.
+    #[must_use]
+    pub fn local_origin(model: &Model) -> [f64; 3] {
+        local_origin(&model.scene)
     }
 
     /// Sorts the triangles into meshes of at most `most` triangles (at least 1): halves them at the
@@ -118,10 +128,21 @@ impl Occscn {
 
 impl From<&MatrixView> for OccCamera {
     /// Rounded to f32.
-    fn from(v: &MatrixView) -> Self {
+    fn from(view: &MatrixView) -> Self {
+        Self::from_origin(view, [0.0; 3])
+    }
+}
+
+impl OccCamera {
+    /// A view of a world that is counted from `origin`, rounded to f32.
+    fn from_origin(v: &MatrixView, origin: [f64; 3]) -> Self {
+        let mut clip = v.clip_from_world;
+        for row in 0..4 {
+            clip[12 + row] += (0..3).map(|a| clip[4 * a + row] * origin[a]).sum::<f64>();
+        }
         Self {
-            clip_from_world: v.clip_from_world.map(|x| x as f32),
-            eye: v.eye.map(|x| x as f32),
+            clip_from_world: clip.map(|x| x as f32),
+            eye: std::array::from_fn(|a| (v.eye[a] - origin[a]) as f32),
             near: v.near as f32,
         }
     }

@@ -6,6 +6,7 @@ use cullet::Scene;
 use glam::DVec3;
 
 use super::options::WriteTiles;
+use cullet_io::{world, world_box};
 
 /// Cuts end here: a box is a millionth of the whole.
 const DEEPEST: u32 = 20;
@@ -23,18 +24,30 @@ pub(super) struct Item {
 }
 
 impl Item {
-    /// All of a scene.
-    pub(super) fn all(scene: &Scene) -> Vec<Self> {
-        scene.slots().filter_map(|slot| Self::of(scene, slot)).collect()
-    }
-
-    fn of(scene: &Scene, slot: u32) -> Option<Self> {
+    /// An instance of a scene; `None` where it has no triangles or no place.
+    pub(super) fn of(scene: &Scene, slot: u32) -> Option<Self> {
+        let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
+        let triangles = mesh.triangle_count().into();
+        if triangles == 0 || !transform.is_finite() {
+            return None;
+        }
+        let [mut low, mut high] = match world_box(scene, slot) {
+            Some(corners) => corners.map(DVec3::from),
+            // None of its triangles has an area.
+            None => {
+                let points = mesh.positions().iter().map(|&p| DVec3::from(world(transform, p)));
+                points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| {
+                    [low.min(p), high.max(p)]
+                })
+            }
+        };
+        // Its levels of detail may reach beyond the mesh.
         let bounds = scene.bounds(slot);
-        let at = |v: [f32; 3]| DVec3::from(v.map(f64::from)) + DVec3::from(scene.origin());
-        let (low, high) = (at(bounds.min), at(bounds.max));
-        let triangles = scene.mesh(slot).triangle_count();
-        let draws = triangles > 0 && low.is_finite() && high.is_finite();
-        draws.then_some(Self { slot, low, high, triangles: triangles.into() })
+        if !scene.levels(scene.mesh_id(slot)).is_empty() && bounds.is_finite() {
+            let at = |v: [f32; 3]| DVec3::from(v.map(f64::from)) + DVec3::from(scene.origin());
+            (low, high) = (low.min(at(bounds.min)), high.max(at(bounds.max)));
+        }
+        Some(Self { slot, low, high, triangles })
     }
 
     fn middle(&self) -> DVec3 {

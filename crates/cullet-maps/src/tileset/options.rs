@@ -3,7 +3,7 @@
 use cullet::Mesh;
 
 use super::sight::TileSets;
-use cullet_io::Attributes;
+use cullet_io::{Attributes, Warning};
 
 /// How a model is cut into tiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,11 +72,15 @@ impl std::fmt::Debug for TileInput<'_> {
 }
 
 /// Summary of the files that were written.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct TilesWritten {
     /// Tiles, and those of them that show something.
     pub tiles: [u32; 2],
+    /// Instances in the files, without stand-ins.
+    pub instances: u64,
+    /// Their triangles, those of each instance.
+    pub triangles: u64,
     /// Tiles that show a stand-in.
     pub stand_ins: u32,
     /// Triangles of all stand-ins.
@@ -89,4 +93,6 @@ pub struct TilesWritten {
     pub depth: u32,
     /// Bytes of all files.
     pub bytes: u64,
+    /// What was left out, and why.
+    pub notes: Vec<Warning>,
 }

@@ -8,15 +8,16 @@ use super::options::{TileInput, TileStandIn, TilesWritten, WriteTiles};
 use super::part::part;
 use super::sight::{self, Numbered};
 use cullet::{Instance, Scene, Transform};
-use cullet_io::{Model, SaveError, SaveErrorKind, save};
+use cullet_io::{Model, SaveError, SaveErrorKind, Saved, Warning, save};
 
 /// Writes a model as a tileset: `tileset.json` in a folder, which is made where it is not there,
 /// and a GLB for each tile that shows something. Every instance is in one tile: in the smallest box
 /// of a tree that has its middle and is not small beside it. Tiles add to those above them; a
 /// tile's geometric error is the diagonal of the largest instance below it. The same model makes
 /// the same bytes. Meshes are written with each tile that draws them, with their levels and
-/// occluders where the model was baked; impostors, cells and motions are left out. `step` is called
-/// with the share that is written, and says whether to go on; `None` where it did not.
+/// occluders where the model was baked; impostors, cells, cameras and motions are left out, which
+/// the [notes](TilesWritten::notes) of the result say. `step` is called with the share that is
+/// written, and says whether to go on; `None` where it did not.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -54,14 +55,15 @@ pub fn write_tiles_with(
         kind: SaveErrorKind::from(error),
     };
     std::fs::create_dir_all(folder.join("tiles")).map_err(fail)?;
-    let items = Item::all(&model.scene);
+    let scene = &model.scene;
+    let items: Vec<Item> = scene.slots().filter_map(|slot| Item::of(scene, slot)).collect();
     let all = items.len().max(1) as f64;
     let root = cut(items, options, input.stand_in.is_some());
     let mut writer = Writer {
         model,
         folder,
         input,
-        written: TilesWritten::default(),
+        written: TilesWritten { notes: left_out(model), ..TilesWritten::default() },
         numbered: Numbered::default(),
         done: 0,
         all,
@@ -108,7 +110,10 @@ impl Writer<'_> {
         self.number(node, above, number);
         let mut size = None;
         if !node.own.is_empty() {
-            size = Some(self.content(&part(self.model, &node.own), number)?);
+            let (own, saved) = self.content(&part(self.model, &node.own), number)?;
+            size = Some(own);
+            self.written.instances += saved.instances;
+            self.written.triangles += saved.triangles;
         }
         self.done += node.own.len();
         if !(self.step)(self.done as f64 / self.all) {
@@ -132,7 +137,7 @@ impl Writer<'_> {
                 self.written.stand_ins += 1;
                 self.written.stand_in_triangles += u64::from(stand_in.mesh.triangle_count());
                 self.written.stand_in_error = self.written.stand_in_error.max(error);
-                size = Some(self.content(&alone(self.model, stand_in), number)?);
+                size = Some(self.content(&alone(self.model, stand_in), number)?.0);
             }
             None => error = error.max(node.error),
         }
@@ -173,12 +178,12 @@ impl Writer<'_> {
     }
 
     /// Writes what a tile shows; what that takes.
-    fn content(&mut self, model: &Model, number: u32) -> Result<TileSize, SaveError> {
+    fn content(&mut self, model: &Model, number: u32) -> Result<(TileSize, Saved), SaveError> {
         let path = self.folder.join(format!("tiles/{number}.glb"));
-        save(model, &path)?;
+        let saved = save(model, &path)?;
         self.written.tiles[1] += 1;
         self.written.bytes += std::fs::metadata(&path).map_or(0, |m| m.len());
-        Ok(size_of(&model.scene))
+        Ok((size_of(&model.scene), saved))
     }
 
     /// Writes a file beside the tiles.
@@ -187,6 +192,42 @@ impl Writer<'_> {
         self.written.bytes += bytes.len() as u64;
         std::fs::write(&path, bytes).map_err(|e| SaveError { path, kind: SaveErrorKind::from(e) })
     }
+}
+
+/// What tiles do not have of a model, and why.
+fn left_out(model: &Model) -> Vec<Warning> {
+    let scene = &model.scene;
+    let mut notes = Vec::new();
+    let mut note = |item: String, message: String| notes.push(Warning { item, message });
+    let of = |is: &dyn Fn(u32) -> bool| -> Vec<u32> { scene.slots().filter(|&s| is(s)).collect() };
+    let no_place = of(&|slot| !scene.transform(slot).is_finite());
+    let empty = of(&|slot| {
+        scene.transform(slot).is_finite() && scene.mesh(slot).triangle_count() == 0
+    });
+    for (slots, defect) in
+        [(no_place, "transforms that are not finite"), (empty, "meshes without triangles")]
+    {
+        let names = slots.iter().take(3).filter_map(|&slot| scene.handle(slot));
+        let names: Vec<String> = names.map(|h| format!("\"{}\"", model.instance_name(h))).collect();
+        let (count, names) = (slots.len(), names.join(", "));
+        let more = if count > 3 { ", ..." } else { "" };
+        if count > 0 {
+            note(format!("instances with {defect}"), format!("{count} left out: {names}{more}"));
+        }
+    }
+    let has_pictures = |mesh| scene.levels(mesh).iter().any(|of| of.impostor.is_some());
+    let lost = [
+        (model.motion.is_some(), "motions (it is written as it stands)"),
+        (!model.cameras.is_empty(), "cameras"),
+        (!model.views.is_empty(), "views that are matrices"),
+        (!model.cells.cells.is_empty(), "cells and portals"),
+        ((0..scene.meshes().len() as u32).any(has_pictures), "impostors"),
+    ];
+    let lost: Vec<&str> = lost.iter().filter(|l| l.0).map(|l| l.1).collect();
+    if !lost.is_empty() {
+        note("model".to_owned(), format!("left out, for tiles have none: {}", lost.join(", ")));
+    }
+    notes
 }
 
 /// A stand-in as a model.

@@ -17,12 +17,12 @@ use cullet_bake::levels::LevelsError;
 use cullet_bake::work::order_of_share;
 use cullet_command::console::{Console, count, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
-use cullet_command::files::write_json;
+use cullet_command::files::{save_model, write_json};
 use cullet_command::inputs;
 use cullet_io::baked::{
     Baked, BakedLevels, BakedMesh, LevelKind, LevelTables, geometry_hash, hash,
 };
-use cullet_io::{Model, SaveFormat, save, save_original};
+use cullet_io::{Model, SaveFormat, save_original};
 use serde::Serialize;
 
 use chunk::{Folder, stopped};
@@ -120,7 +120,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Outcome {
             save_original(&model, original, &args.out, args.msft_lod).map_err(Failure::input)?;
         warnings.iter().for_each(|w| console.note(format!("warning: {w}")));
     } else {
-        save(&model, &args.out).map_err(Failure::input)?;
+        save_model(&model, &args.out, console)?;
     }
     record.bake_seconds = start.elapsed().as_secs_f64();
     record.peak_bytes = peak_bytes();

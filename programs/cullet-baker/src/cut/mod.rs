@@ -13,12 +13,12 @@ use cullet::bounds::Plane;
 use cullet_command::args::{PictureViewArgs, SceneArgs};
 use cullet_command::console::{Console, count, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
-use cullet_command::files::write_json;
+use cullet_command::files::{save_model, write_json};
 use cullet_command::{inputs, parse};
 use cullet_cut::{
     CutModel, Keep, MAX_CUT_PLANES, ModelError, ModelOptions, ModelReport, box_planes, cut_model,
 };
-use cullet_io::{Model, SaveErrorKind, SaveFormat, save};
+use cullet_io::{Model, SaveErrorKind, SaveFormat};
 use serde::Serialize;
 
 use cullet_cli::SCHEMA;
@@ -114,6 +114,18 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
         )));
     }
     let model = inputs::load_to_save(&args.scene, console)?;
+    let scene = &model.scene;
+    let has_levels = (0..scene.meshes().len() as u32).any(|m| !scene.levels(m).is_empty());
+    let lost = [
+        (model.motion.is_some(), "motions (it is cut as it stands)"),
+        (!model.views.is_empty(), "views that are matrices"),
+        (!model.cells.cells.is_empty(), "cells and portals"),
+        (has_levels, "levels of detail"),
+    ];
+    let lost: Vec<&str> = lost.iter().filter(|l| l.0).map(|l| l.1).collect();
+    if !lost.is_empty() {
+        console.note(format!("note: a cut leaves out {}", lost.join(", ")));
+    }
     let options = ModelOptions {
         planes: &planes,
         keep: args.keep,
@@ -127,7 +139,7 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
         cut(&model, &options, console)?;
     print(args, console, &report);
     if let Some(path) = &args.out {
-        save(&cut, path).map_err(Failure::input)?;
+        save_model(&cut, path, console)?;
         console.line(format!("{} written", path.display()));
     }
     if let Some(path) = &args.section {

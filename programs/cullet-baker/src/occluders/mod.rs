@@ -10,10 +10,10 @@ use cullet_bake::occluders::{OccluderOptions, Occluders, Validation, occluders, 
 use cullet_command::args::{PictureViewArgs, SceneArgs};
 use cullet_command::console::{Console, agree, count, grouped};
 use cullet_command::exit::{Exit, Failure, Outcome};
-use cullet_command::files::write_json;
+use cullet_command::files::{save_model, write_json};
 use cullet_command::inputs;
 use cullet_draw::{Picture, RenderOptions, Selection};
-use cullet_io::{Material, Model, SaveErrorKind, SaveFormat, save};
+use cullet_io::{Material, Model, SaveErrorKind, SaveFormat};
 use cullet_scenes::paths;
 use serde::Serialize;
 
@@ -209,7 +209,7 @@ pub fn run(args: &OccludersArgs, compare: Option<Compare>, console: &Console) ->
                 model.name
             )));
         }
-        save(&placed.model, path).map_err(Failure::input)?;
+        save_model(&placed.model, path, console)?;
         console.line(format!("{} written", path.display()));
     }
     if let Some(path) = &args.picture {
