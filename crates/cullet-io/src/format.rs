@@ -106,9 +106,10 @@ fn by_signature(head: &[u8], size: u64) -> Option<Format> {
     if let [b'p', b'l', b'y', b'\r' | b'\n', ..] = head {
         return Some(Format::Ply);
     }
-    // Before the first of these, a tileset has little; and a glTF has none.
-    if text.starts_with(b"{") && contains(text, b"\"boundingVolume\"") {
-        return Some(Format::Tileset);
+    match json_kind(text) {
+        JsonKind::Tileset => return Some(Format::Tileset),
+        JsonKind::Gltf => return Some(Format::Gltf),
+        JsonKind::Unknown => {}
     }
     if text.starts_with(b"{") && !contains(text, b"\"CityJSON\"") {
         return Some(Format::Gltf);
@@ -126,6 +127,54 @@ fn by_signature(head: &[u8], size: u64) -> Option<Format> {
         return Some(Format::Stl);
     }
     None
+}
+
+/// A kind of JSON that is loaded here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JsonKind {
+    /// A tileset has a root.
+    Tileset,
+    /// A glTF has scenes, nodes or meshes.
+    Gltf,
+    /// Neither, as far as it was read.
+    Unknown,
+}
+
+/// Returns the kind of a text by the members of its outermost object; the text may be cut short.
+#[must_use]
+pub fn json_kind(text: &[u8]) -> JsonKind {
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text).trim_ascii_start();
+    if !text.starts_with(b"{") {
+        return JsonKind::Unknown;
+    }
+    let (mut at, mut depth) = (0, 0_u32);
+    while let Some(&byte) = text.get(at) {
+        at += 1;
+        match byte {
+            b'{' | b'[' => depth += 1,
+            b'}' | b']' => depth = depth.saturating_sub(1),
+            b'"' => {
+                let start = at;
+                while text.get(at).is_some_and(|&b| b != b'"') {
+                    at += if text[at] == b'\\' { 2 } else { 1 };
+                }
+                let Some(name) = text.get(start..at) else { break };
+                at += 1;
+                let rest = text.get(at..).unwrap_or_default().trim_ascii_start();
+                if depth != 1 || !rest.starts_with(b":") {
+                    continue;
+                }
+                match name {
+                    b"root" => return JsonKind::Tileset,
+                    b"scenes" | b"nodes" | b"meshes" | b"accessors" | b"bufferViews"
+                    | b"buffers" => return JsonKind::Gltf,
+                    _ => {}
+                }
+            }
+            _ => {}
+        }
+    }
+    JsonKind::Unknown
 }
 
 /// The first statement of a file that has no signature of its own.
@@ -214,7 +263,7 @@ const FOREIGN: &[Foreign] = &[
     },
     Foreign {
         name: "compressed",
-        endings: &["zip", "gz", "xz", "zst", "bz2", "7z"],
+        endings: &["zip", "gz", "xz", "zst", "bz2", "7z", "3tz"],
         advice: "unpack it first",
     },
 ];
@@ -313,6 +362,13 @@ mod tests {
         assert_eq!(of("a.stl", b"  OFF\n"), Ok(Format::Off));
         assert_eq!(of("a.txt", b"glTF\x02"), Ok(Format::Gltf));
         assert_eq!(of("a", b"\xef\xbb\xbf{\"asset\":{}}"), Ok(Format::Gltf));
+        let tileset = br#"{"schema":{"nodes":["root\"{"]},"root":{}}"#;
+        assert_eq!(of("a.json", tileset), Ok(Format::Tileset));
+        let gltf = br#"{"asset":{"root":1},"nodes":[{"extras":{"boundingVolume":0}}],"root":2}"#;
+        assert_eq!(of("a.gltf", gltf), Ok(Format::Gltf));
+        for end in 0..tileset.len() {
+            let _ = json_kind(&tileset[..end]);
+        }
         assert_eq!(of("a.obj", b"solid a\n facet normal"), Ok(Format::Stl));
         assert_eq!(of("a.bin", b"OCCSCN01"), Ok(Format::Occscn));
         assert_eq!(of("a.map", b"BSP2\0\0\0\0"), Ok(Format::Bsp));

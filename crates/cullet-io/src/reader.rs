@@ -9,10 +9,10 @@ pub use crate::builder::Builder;
 pub use crate::cells::{box_planes, numbers, plane};
 pub use crate::compact::Compact;
 pub use crate::convex::Convex;
-pub use crate::format::{Format, recognise};
+pub use crate::format::{Format, JsonKind, json_kind, recognise};
 #[cfg(not(target_family = "wasm"))]
 pub use crate::gltf::{Counts, counts};
-pub use crate::gltf::{UriSource, load as load_gltf, read_uri};
+pub use crate::gltf::{UriSource, load as load_gltf, read_uri_in};
 pub use crate::json::{FromJson, Integer, Json, Object};
 pub use crate::load::{Decode, decode, load_by, load_bytes_by};
 pub use crate::polygon::Triangulator;

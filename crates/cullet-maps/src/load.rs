@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use cullet_io::reader::{self, Beside, Format, Source, recognise};
+#[cfg(not(target_family = "wasm"))]
+use cullet_io::reader::{JsonKind, json_kind, load_gltf};
 use cullet_io::{ErrorKind, LoadError, LoadOptions, Model};
 
 use crate::{bsp, occscn};
@@ -72,9 +74,24 @@ fn decode(
         Format::Tileset => {
             return crate::tileset::load(path, &source.into_bytes()?, options, beside);
         }
+        // The root of a tileset may stand behind any amount of its schema.
+        #[cfg(not(target_family = "wasm"))]
+        Format::Gltf if is_undecided(&head, source.size()) => {
+            let bytes = source.into_bytes()?;
+            return match json_kind(&bytes) {
+                JsonKind::Tileset => crate::tileset::load(path, &bytes, options, beside),
+                _ => load_gltf(path, bytes, options, beside),
+            };
+        }
         Format::Occscn => occscn::read(&name, &source.into_bytes()?, options)?,
         Format::Bsp => bsp::read(&name, &source.into_bytes()?, options)?,
         _ => return reader::decode(path, source, options, beside),
     };
     builder.finish()
+}
+
+/// Whether the head of a file is that of JSON of which it does not tell what it is.
+#[cfg(not(target_family = "wasm"))]
+fn is_undecided(head: &[u8], size: u64) -> bool {
+    size > head.len() as u64 && !head.starts_with(b"glTF") && json_kind(head) == JsonKind::Unknown
 }

@@ -55,7 +55,8 @@ pub use mapped::{ListedImpostor, ListedLevels, ListedMesh, ListedTable};
 pub use mapped_groups::ListedGroup;
 #[cfg(not(target_family = "wasm"))]
 pub use size::{Counts, counts};
-pub use uri::{UriSource, read as read_uri};
+pub(crate) use uri::read as read_uri;
+pub use uri::{UriSource, read_in as read_uri_in};
 
 /// Loads a glTF or GLB from the bytes of its file; its other files are `beside`.
 ///

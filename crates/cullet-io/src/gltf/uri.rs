@@ -16,7 +16,16 @@ pub enum UriSource {
 ///
 /// # Errors
 /// Names the defect, and what to do instead.
-pub fn read(uri: &str) -> Result<UriSource, String> {
+pub(crate) fn read(uri: &str) -> Result<UriSource, String> {
+    read_in(Path::new(""), uri)
+}
+
+/// Reads a URI that a file in `folder` names, a path from the model's folder, as [`read`] does.
+/// The path that it gives is from the model's folder too, without `.` and `..`.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_in(folder: &Path, uri: &str) -> Result<UriSource, String> {
     if uri.len() >= 5 && uri.is_char_boundary(5) && uri[..5].eq_ignore_ascii_case("data:") {
         return embedded(&uri[5..]).map(UriSource::Embedded);
     }
@@ -33,14 +42,23 @@ pub fn read(uri: &str) -> Result<UriSource, String> {
     }
     let decoded = percent_decode(uri)
         .ok_or_else(|| format!("its URI {shown:?} is not valid percent-encoding of UTF-8"))?;
-    let path = PathBuf::from(decoded);
-    let inside = Path::new(&path)
-        .components()
-        .all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
-    if !inside {
-        return Err(format!(
-            "its URI {shown:?} leaves the folder of the model: put the file beside the model"
-        ));
+    let outside = || {
+        format!("its URI {shown:?} leaves the folder of the model: put the file beside the model")
+    };
+    let mut path = PathBuf::new();
+    for part in folder.join(decoded).components() {
+        let is_inside = match part {
+            Component::Normal(part) => {
+                path.push(part);
+                true
+            }
+            Component::CurDir => true,
+            Component::ParentDir => path.pop(),
+            _ => false,
+        };
+        if !is_inside {
+            return Err(outside());
+        }
     }
     Ok(UriSource::File(path))
 }
@@ -141,7 +159,8 @@ mod tests {
     #[test]
     fn files_are_percent_decoded() {
         assert_eq!(file("a%20b/%C3%A9.bin"), PathBuf::from("a b/é.bin"));
-        assert_eq!(file("./x.bin"), PathBuf::from("./x.bin"));
+        assert_eq!(file("./x.bin"), PathBuf::from("x.bin"));
+        assert_eq!(file("a/./../x.bin"), PathBuf::from("x.bin"));
         assert_eq!(file("a/b:c.bin"), PathBuf::from("a/b:c.bin"));
     }
 

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::json::{ImplicitJson, Scheme, Volume, of_bytes};
-use cullet_io::reader::Integer;
+use cullet_io::reader::{FromJson, Integer, Json};
 use cullet_io::{ErrorKind, from_json};
 
 /// The most levels: beyond, numbers of tiles do not fit.
@@ -79,7 +79,10 @@ impl ImplicitJson {
             let (item, count, limit) = (item.to_owned(), count.into(), DEEPEST.into());
             Err(ErrorKind::OverLimit { item, count, limit })
         };
-        match (self.subtree_levels, self.available_levels) {
+        if self.available_levels.is_none() && self.maximum_level.is_none() {
+            return Err(ErrorKind::invalid("implicitTiling", "missing field `availableLevels`"));
+        }
+        match (self.subtree_levels, self.levels()) {
             (0, _) | (_, 0) => {
                 let message = "subtreeLevels and availableLevels must be 1 or more";
                 Err(ErrorKind::invalid("implicitTiling", message))
@@ -97,7 +100,8 @@ impl ImplicitJson {
 
     /// Levels that there are.
     pub(super) fn levels(&self) -> u32 {
-        self.available_levels
+        let highest = self.maximum_level.map(|level| level.saturating_add(1));
+        self.available_levels.or(highest).unwrap_or(0)
     }
 
     /// The file of the subtree whose root a tile is.
@@ -144,8 +148,14 @@ from_json! {
         buffers: Vec<Buffer> = or_default("buffers"),
         buffer_views: Vec<View> = or_default("bufferViews"),
         tiles: Availability = need("tileAvailability"),
-        contents: Vec<Availability> = or_default("contentAvailability"),
+        contents: OneOrMore = or_default("contentAvailability"),
+        multiple: Option<MultipleAvailability> = extension("3DTILES_multiple_contents"),
         children: Availability = need("childSubtreeAvailability"),
+    }
+
+    /// Several contents of 1.0.
+    struct MultipleAvailability {
+        contents: OneOrMore = or_default("contentAvailability"),
     }
 
     struct Buffer {
@@ -164,6 +174,19 @@ from_json! {
         /// The name of `bitstream` before 1.1 was final.
         buffer_view: Option<Integer> = get("bufferView"),
         constant: Option<Integer> = get("constant"),
+    }
+}
+
+/// A list of 1.1, or the one item of 1.0.
+#[derive(Debug, Default)]
+struct OneOrMore(Vec<Availability>);
+
+impl FromJson<'_> for OneOrMore {
+    fn from_json(json: Json<'_>) -> Result<Self, String> {
+        if json.text().starts_with('[') {
+            return Vec::from_json(json).map(Self);
+        }
+        Availability::from_json(json).map(|one| Self(vec![one]))
     }
 }
 
@@ -214,7 +237,14 @@ impl Subtree {
         let tiles = before(levels, axes);
         Ok(Self {
             tiles: bits(&json.tiles, tiles)?,
-            contents: json.contents.iter().map(|of| bits(of, tiles)).collect::<Result<_, _>>()?,
+            contents: json
+                .multiple
+                .as_ref()
+                .map_or(&json.contents, |of| &of.contents)
+                .0
+                .iter()
+                .map(|of| bits(of, tiles))
+                .collect::<Result<_, _>>()?,
             children: bits(&json.children, 1 << (axes as u32 * levels).min(63))?,
             axes,
             levels,

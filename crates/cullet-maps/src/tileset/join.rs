@@ -15,6 +15,10 @@ pub(super) struct Joint<'a> {
     instances: u64,
     /// Tiles whose motions, levels or cells are left out.
     still: usize,
+    /// Tiles of points, which are left out.
+    pub(super) points: usize,
+    /// Extensions of the tileset that are not read.
+    pub(super) unread: Vec<String>,
     /// Whether levels of the first of them are kept: clusters of the others are made anew, and
     /// levels are of clusters.
     keeps_levels: bool,
@@ -23,7 +27,16 @@ pub(super) struct Joint<'a> {
 impl<'a> Joint<'a> {
     pub(super) fn new(name: &str, options: &'a LoadOptions) -> Self {
         let model = Model { name: name.to_owned(), ..Model::default() };
-        Self { options, model, triangles: 0, instances: 0, still: 0, keeps_levels: false }
+        Self {
+            options,
+            model,
+            triangles: 0,
+            instances: 0,
+            still: 0,
+            points: 0,
+            unread: Vec::new(),
+            keeps_levels: false,
+        }
     }
 
     /// Builds the same as [`new`](Self::new), with the levels of detail and occluders that were
@@ -32,8 +45,18 @@ impl<'a> Joint<'a> {
         Self { keeps_levels: true, ..Self::new(name, options) }
     }
 
-    /// Adds what a tile shows, placed by a transform.
-    pub(super) fn add(&mut self, name: &str, tile: Model, place: &DMat4) -> Result<(), ErrorKind> {
+    /// Adds a warning.
+    pub(super) fn warn(&mut self, item: &str, message: String) {
+        self.model.warnings.push(Warning { item: item.to_owned(), message });
+    }
+
+    /// Adds what a tile shows, once for each of some transforms.
+    pub(super) fn add(
+        &mut self,
+        name: &str,
+        tile: Model,
+        places: &[DMat4],
+    ) -> Result<(), ErrorKind> {
         let over = |item: &str, count: u64, limit: u64| {
             let error = || ErrorKind::OverLimit { item: item.to_owned(), count, limit };
             (count <= limit).then_some(()).ok_or_else(error)
@@ -41,7 +64,7 @@ impl<'a> Joint<'a> {
         let meshes = tile.scene.meshes().iter();
         self.triangles += meshes.map(|m| m.indices().len() as u64 / 3).sum::<u64>();
         over("triangles", self.triangles, self.options.max_triangles)?;
-        self.instances += u64::from(tile.scene.instance_count());
+        self.instances += u64::from(tile.scene.instance_count()) * places.len() as u64;
         over("instances", self.instances, self.options.max_instances)?;
         let is_kept = self.keeps_levels && self.model.scene.meshes().is_empty();
         let leaves_out = tile.baked.is_some() && !is_kept;
@@ -73,7 +96,8 @@ impl<'a> Joint<'a> {
                 }
             }
         }
-        for slot in tile.scene.slots() {
+        let slots = || tile.scene.slots();
+        for (place, slot) in places.iter().flat_map(|place| slots().map(move |slot| (place, slot))) {
             let transform = composed(place, tile.scene.transform(slot));
             let instance = Instance {
                 layers: tile.scene.layers(slot),
@@ -103,11 +127,23 @@ impl<'a> Joint<'a> {
         if self.still > 0 {
             let message =
                 format!("motions, baked levels and cells of {} tiles are left out", self.still);
-            self.model.warnings.push(Warning { item: "tileset".to_owned(), message });
+            self.warn("tileset", message);
         }
-        if self.triangles == 0 {
+        if self.points > 0 {
+            let message = format!(
+                "{} tiles of points (pnts) are left out, for points have no surface",
+                self.points
+            );
+            self.warn("tileset", message);
+        }
+        if !self.unread.is_empty() {
+            let message = format!("not read: {}; what they add is not there", self.unread.join(", "));
+            self.warn("tileset", message);
+        }
+        // What was left out might have had some.
+        if self.triangles == 0 && self.points == 0 && self.unread.is_empty() {
             let message = "it has no triangles, so there is nothing to see or cull".to_owned();
-            self.model.warnings.push(Warning { item: "tileset".to_owned(), message });
+            self.warn("tileset", message);
         }
         self.model.scene.sort();
         self.model

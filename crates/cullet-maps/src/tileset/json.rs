@@ -2,8 +2,6 @@
 
 use std::borrow::Cow;
 
-use glam::{DMat4, DVec3};
-
 use cullet_io::reader::{FromJson, Integer, Json, Object};
 use cullet_io::{ErrorKind, from_json};
 
@@ -12,10 +10,13 @@ from_json! {
         asset: Asset<'a> = need("asset"),
         root: TileJson<'a> = need("root"),
         required: Vec<Cow<'a, str>> = or_default("extensionsRequired"),
+        used: Vec<Cow<'a, str>> = or_default("extensionsUsed"),
     }
 
-    struct Asset<'a> {
+    pub(super) struct Asset<'a> {
         version: Cow<'a, str> = need("version"),
+        /// The axis of its glTF contents that points up, as tilesets before 1.0 have it.
+        gltf_up: Option<GltfUp> = get("gltfUpAxis"),
     }
 
     pub(super) struct TileJson<'a> {
@@ -24,11 +25,23 @@ from_json! {
         transform: Option<Vec<f64>> = get("transform"),
         content: Option<Content> = get("content"),
         contents: Vec<Content> = or_default("contents"),
+        /// The contents of 1.0.
+        multiple: Option<MultipleJson> = extension("3DTILES_multiple_contents"),
         /// Each is read when the walk comes to it.
         children: Vec<Json<'a>> = or_default("children"),
         geometric_error: f64 = or_default("geometricError"),
         extras: Extras = or_default("extras"),
         implicit_tiling: Option<ImplicitJson> = get("implicitTiling"),
+        /// The implicit tiling of 1.0.
+        implicit_extension: Option<ImplicitJson> = extension("3DTILES_implicit_tiling"),
+        /// The places from which alone it is shown.
+        request_volume: Option<Json<'a>> = get("viewerRequestVolume"),
+    }
+
+    pub(super) struct MultipleJson {
+        content: Vec<Content> = or_default("content"),
+        /// Its name in early drafts.
+        contents: Vec<Content> = or_default("contents"),
     }
 
     /// A tree of tiles by bits.
@@ -36,7 +49,9 @@ from_json! {
     pub(super) struct ImplicitJson {
         subdivision_scheme: Scheme = need("subdivisionScheme"),
         subtree_levels: u32 = need("subtreeLevels"),
-        available_levels: u32 = need("availableLevels"),
+        available_levels: Option<u32> = get("availableLevels"),
+        /// One less than those, as 1.0 has it.
+        maximum_level: Option<u32> = get("maximumLevel"),
         subtrees: Template = need("subtrees"),
     }
 
@@ -131,6 +146,39 @@ impl FromJson<'_> for Extras {
     }
 }
 
+/// The axis of a glTF content that points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum GltfUp {
+    X,
+    #[default]
+    Y,
+    Z,
+}
+
+impl FromJson<'_> for GltfUp {
+    fn from_json(json: Json<'_>) -> Result<Self, String> {
+        match &*Cow::from_json(json)? {
+            "X" | "x" => Ok(Self::X),
+            "Y" | "y" => Ok(Self::Y),
+            "Z" | "z" => Ok(Self::Z),
+            other => Err(format!("unknown variant `{other}`, expected `X`, `Y` or `Z`")),
+        }
+    }
+}
+
+impl TileJson<'_> {
+    /// All of its contents, however they are listed.
+    pub(super) fn all_contents(&self) -> impl Iterator<Item = &Content> {
+        let multiple = self.multiple.iter().flat_map(|of| of.content.iter().chain(&of.contents));
+        self.content.iter().chain(&self.contents).chain(multiple)
+    }
+
+    /// Its implicit tiling, if it has any.
+    pub(super) fn implicit(&self) -> Option<&ImplicitJson> {
+        self.implicit_tiling.as_ref().or(self.implicit_extension.as_ref())
+    }
+}
+
 impl Content {
     /// Returns the address that it names.
     pub(super) fn text(&self) -> &str {
@@ -138,9 +186,21 @@ impl Content {
     }
 }
 
-/// Extensions that change nothing of what is drawn where.
-const HARMLESS: [&str; 3] =
-    ["3DTILES_content_gltf", "3DTILES_metadata", "3DTILES_multiple_contents"];
+/// Extensions that are read, or change nothing of what is drawn where.
+const KNOWN: [&str; 5] = [
+    "3DTILES_batch_table_hierarchy",
+    "3DTILES_content_gltf",
+    "3DTILES_implicit_tiling",
+    "3DTILES_metadata",
+    "3DTILES_multiple_contents",
+];
+
+impl TilesetJson<'_> {
+    /// Extensions that it uses and that are not read.
+    pub(super) fn unread(&self) -> impl Iterator<Item = &str> {
+        self.used.iter().map(|name| &**name).filter(|name| !KNOWN.contains(name))
+    }
+}
 
 /// Reads a tileset: its root, and the tiles below as they lie.
 pub(super) fn read(bytes: &[u8]) -> Result<TilesetJson<'_>, ErrorKind> {
@@ -151,7 +211,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<TilesetJson<'_>, ErrorKind> {
         let message = format!("\"{version}\"; 1.0 and 1.1 are known");
         return Err(ErrorKind::invalid("asset.version", message));
     }
-    if let Some(name) = tileset.required.iter().find(|name| !HARMLESS.contains(&&***name)) {
+    if let Some(name) = tileset.required.iter().find(|name| !KNOWN.contains(&&***name)) {
         return Err(ErrorKind::Unsupported(format!(
             "it requires the extension {name}, which is not known"
         )));
@@ -164,12 +224,4 @@ pub(super) fn of_bytes<'a, T: FromJson<'a>>(bytes: &'a [u8], item: &str) -> Resu
     let text = std::str::from_utf8(bytes).map_err(|e| e.to_string());
     let read = text.and_then(Json::parse).and_then(T::from_json);
     read.map_err(|message| ErrorKind::invalid(item, message))
-}
-
-/// Returns the translation of a b3dm: `RTC_CENTER` of its features, where it is there and finite.
-pub(super) fn relative_to(features: &[u8]) -> DMat4 {
-    let features: Option<Object<'_>> = of_bytes(features, "features").ok();
-    let centre = features.and_then(|all| all.get::<[f64; 3]>("RTC_CENTER").ok()?);
-    let centre = centre.map_or(DVec3::ZERO, DVec3::from);
-    DMat4::from_translation(if centre.is_finite() { centre } else { DVec3::ZERO })
 }

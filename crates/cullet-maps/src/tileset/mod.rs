@@ -1,7 +1,9 @@
 //! 3D Tiles (OGC, *3D Tiles Specification* 1.1, 2022; 1.0 too), as one model of what is finest.
 //!
-//! Tiles are z-up and their glTF contents y-up; a tileset on the globe is turned so that up, at the
-//! middle of its root, is +Y, east +X and south +Z, and moved so that this middle is the origin.
+//! Tiles are z-up and their glTF contents y-up, unless `gltfUpAxis` says otherwise; a tileset on
+//! the globe is turned so that up, at the middle of its root, is +Y, east +X and south +Z, and moved
+//! so that this middle is the origin. One is on the globe if its root has a `region`, or its middle
+//! is near the ellipsoid; [`LoadOptions::up`] says that it is not.
 
 mod content;
 mod cut;
@@ -10,6 +12,7 @@ mod implicit;
 mod join;
 mod json;
 mod options;
+mod packed;
 mod part;
 mod place;
 mod sight;
@@ -36,8 +39,12 @@ pub(crate) fn load(
     beside: Beside<'_>,
 ) -> Result<Model, ErrorKind> {
     let own = PathBuf::from(path.file_name().unwrap_or_default());
-    let tree = tree::read(&own, bytes, beside)?;
+    let tree = tree::read(&own, bytes, options, beside)?;
     let mut joint = Joint::new(&own.to_string_lossy(), options);
+    for message in &tree.notes {
+        joint.warn("tileset", message.clone());
+    }
+    joint.unread.clone_from(&tree.unread);
     for piece in tree.finest(0) {
         content::add(&mut joint, piece, &tree.frame, options, beside)?;
     }

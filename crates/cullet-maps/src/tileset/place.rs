@@ -2,11 +2,18 @@
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
-use super::json::{TileJson, Volume};
-use cullet_io::ErrorKind;
+use super::json::{GltfUp, TileJson, Volume};
+use cullet_io::{ErrorKind, Up};
 
-/// Farther than this from 0 a tileset is taken to be on the globe, in metres from its middle.
-const ON_THE_GLOBE: f64 = 3e6;
+/// Nearer than this to 0 a tileset without a region is not on the globe, in metres.
+const NEAR_ZERO: f64 = 3e6;
+/// So far above or below the ellipsoid the middle of one on the globe may be, in metres, beside
+/// what its size sinks it.
+const HEIGHT: f64 = 2e4;
+/// Coordinates of maps are so far from their own zero height at the most, in metres.
+const LOW: f64 = 1.2e4;
+/// The cosine of the angle up to which a tile's z axis stands upright on the ellipsoid.
+const UPRIGHT: f64 = 0.9;
 
 /// Half axes of the WGS 84 ellipsoid, in metres.
 const EQUATOR: f64 = 6_378_137.0;
@@ -28,32 +35,83 @@ pub(super) fn matrix(transform: Option<&Vec<f64>>) -> Result<DMat4, ErrorKind> {
     Ok(matrix)
 }
 
-/// Returns the matrix that turns glTF, y-up, to tiles, z-up.
-pub(super) fn y_up_to_z_up() -> DMat4 {
-    DMat4::from_cols(DVec4::X, DVec4::Z, -DVec4::Y, DVec4::W)
+/// Returns the matrix that turns glTF to tiles, which are z-up.
+pub(super) fn gltf_to_z_up(up: GltfUp) -> DMat4 {
+    match up {
+        GltfUp::X => DMat4::from_cols(DVec4::Z, DVec4::Y, -DVec4::X, DVec4::W),
+        GltfUp::Y => DMat4::from_cols(DVec4::X, DVec4::Z, -DVec4::Y, DVec4::W),
+        GltfUp::Z => DMat4::IDENTITY,
+    }
 }
 
 /// From the space of a tileset to that of a scene, where it is not on the globe.
 pub(super) fn plain() -> DMat4 {
-    y_up_to_z_up().transpose()
+    gltf_to_z_up(GltfUp::Y).transpose()
 }
 
-/// From the space of a tileset to that of a scene.
-pub(super) fn frame(root: &TileJson<'_>) -> Result<DMat4, ErrorKind> {
-    let z_up_to_y_up = plain();
+/// How a tileset lies in a scene.
+#[derive(Debug)]
+pub(super) struct Frame {
+    /// From the space of the tileset to that of the scene.
+    pub(super) frame: DMat4,
+    /// What was assumed, where the tileset does not say.
+    pub(super) note: Option<String>,
+}
+
+/// Finds the frame of a tileset by its root; `up` says that it is not on the globe.
+pub(super) fn frame(root: &TileJson<'_>, up: Option<Up>) -> Result<Frame, ErrorKind> {
     let middle = middle(root)?;
-    if middle.length() < ON_THE_GLOBE {
-        return Ok(z_up_to_y_up);
+    let flat = |note: Option<String>| Ok(Frame { frame: plain(), note });
+    match up {
+        Some(Up::Y) => return Ok(Frame { frame: DMat4::IDENTITY, note: None }),
+        Some(Up::Z) => return flat(None),
+        None => {}
     }
-    // The normal of the ellipsoid; on its axis any way is east.
+    let is_said = root.bounding_volume.region.is_some();
+    // Those that this crate wrote lie as the scene did.
+    if root.extras.0.is_some() || (!is_said && middle.length() < NEAR_ZERO) {
+        return flat(None);
+    }
+    let to_scene = |note: Option<String>| {
+        let axes = DMat4::from_mat3(east_north_up(middle)).transpose();
+        Ok(Frame { frame: plain() * axes * DMat4::from_translation(-middle), note })
+    };
+    if is_said {
+        return to_scene(None);
+    }
+    let transform = matrix(root.transform.as_ref())?;
     let scale = DVec3::new(EQUATOR, EQUATOR, POLE);
-    let up = (middle / (scale * scale)).normalize_or(DVec3::Z);
-    let east = DVec3::new(-middle.y, middle.x, 0.0).normalize_or(DVec3::Y);
+    let height = middle.length() * (1.0 - (middle / scale).length_recip());
+    let [low, high] = bounds(&root.bounding_volume, &transform, &DMat4::IDENTITY).map(DVec3::from);
+    let reach = (high - low).length() * 0.5;
+    let place = format!("its middle is {:.0} km from zero", middle.length() * 1e-3);
+    if height.abs() > HEIGHT + reach * reach / EQUATOR {
+        return flat(Some(format!(
+            "{place} and not near the globe: taken as a map's coordinates, z up"
+        )));
+    }
+    // In a map's coordinates heights are small, as they are on the globe at the equator alone.
+    let axis = transform.transform_vector3(DVec3::Z).normalize_or_zero();
+    if middle.z.abs() < LOW && axis.dot(east_north_up(middle).z_axis) < UPRIGHT {
+        return flat(Some(format!(
+            "{place}, near the globe's equator, but it does not stand upright there: taken as a \
+             map's coordinates, z up; a region as the root's bounding volume says that it is on the \
+             globe"
+        )));
+    }
+    to_scene(Some(format!(
+        "{place}, near the ellipsoid: taken to be on the globe (WGS 84), and turned so that up is +Y \
+         there; --up z (LoadOptions::up) reads it as it lies"
+    )))
+}
+
+/// Returns the axes of the ellipsoid at a place: east, north and up. On its axis any way is east.
+pub(super) fn east_north_up(at: DVec3) -> DMat3 {
+    let scale = DVec3::new(EQUATOR, EQUATOR, POLE);
+    let up = (at / (scale * scale)).normalize_or(DVec3::Z);
+    let east = DVec3::new(-at.y, at.x, 0.0).normalize_or(DVec3::Y);
     let east = (east - up * east.dot(up)).normalize_or(DVec3::Y);
-    let north = up.cross(east);
-    let to_local =
-        DMat4::from_cols(east.extend(0.0), north.extend(0.0), up.extend(0.0), DVec4::W).transpose();
-    Ok(z_up_to_y_up * to_local * DMat4::from_translation(-middle))
+    DMat3::from_cols(east, up.cross(east), up)
 }
 
 /// A box around a bounding volume, in the space that the transform leads to; regions are in that of
@@ -126,7 +184,7 @@ fn middle(root: &TileJson<'_>) -> Result<DVec3, ErrorKind> {
         (None, None) => {
             return Err(ErrorKind::invalid(
                 "boundingVolume",
-                "it is neither a box, a sphere nor a region",
+                "it is neither a box, a sphere nor a region; other volumes are not read",
             ));
         }
     };
@@ -173,7 +231,7 @@ mod tests {
             latitude + 1e-4
         );
         let root: TileJson<'_> = super::super::json::of_bytes(root.as_bytes(), "root").unwrap();
-        let frame = frame(&root).unwrap();
+        let frame = frame(&root, None).unwrap().frame;
         let at = |long, lat, height| frame.transform_point3(on_globe(long, lat, height));
         assert!(at(longitude, latitude, 0.0).length() < 1e-6);
         assert!(at(longitude, latitude, 100.0).distance(DVec3::new(0.0, 100.0, 0.0)) < 1e-6);

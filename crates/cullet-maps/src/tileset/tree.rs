@@ -1,5 +1,6 @@
 //! Tilesets as a tree of tiles, each of which may be loaded by itself.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use glam::DMat4;
@@ -8,8 +9,10 @@ use super::content::{Piece, add, counts};
 use super::files::{file, local, within};
 use super::implicit::{Place, Subtree};
 use super::join::Joint;
-use super::json::{self, ImplicitJson, Refine, TileJson, TileSize, TilesetJson, Volume};
-use super::place;
+use super::json::{
+    self, GltfUp, ImplicitJson, Refine, TileJson, TileSize, TilesetJson, Volume,
+};
+use super::place::{self, Frame};
 use super::sight::TileSight;
 use cullet_io::reader::{Beside, FromJson};
 use cullet_io::{ErrorKind, LoadError, LoadOptions, Model};
@@ -64,6 +67,10 @@ pub(super) struct Tree {
     pub(super) tiles: Vec<TileNode>,
     /// The file of its visible sets, where it is in the space of the scene.
     sight: Option<String>,
+    /// What a user should know of how it was read.
+    pub(super) notes: Vec<String>,
+    /// Extensions that are not read.
+    pub(super) unread: Vec<String>,
 }
 
 impl Tree {
@@ -100,9 +107,9 @@ impl TileTree {
         let own = PathBuf::from(path.file_name().unwrap_or_default());
         let beside = Beside::Folder(&folder);
         let bytes = file(&own, beside).map_err(fail)?;
-        let tree = read(&own, &bytes, beside).map_err(fail)?;
+        let tree = read(&own, &bytes, options, beside).map_err(fail)?;
         let sight = tree.sight.as_deref().map(|name| {
-            let path = local(name)?;
+            let path = local(Path::new(""), name)?;
             let bytes = file(&path, beside)?;
             TileSight::from_bytes(&bytes).map_err(|e| within(&path, e))
         });
@@ -182,14 +189,36 @@ impl TileTree {
 }
 
 /// Reads the tree of a tileset.
-pub(super) fn read(own: &Path, bytes: &[u8], beside: Beside<'_>) -> Result<Tree, ErrorKind> {
+pub(super) fn read(
+    own: &Path,
+    bytes: &[u8],
+    options: &LoadOptions,
+    beside: Beside<'_>,
+) -> Result<Tree, ErrorKind> {
     let tileset = json::read(bytes)?;
-    let frame = place::frame(&tileset.root)?;
-    let mut walk = Walk { beside, frame, within: Vec::new(), depth: 0, tiles: Vec::new() };
+    let Frame { frame, note } = place::frame(&tileset.root, options.up)?;
+    let mut walk = Walk {
+        beside,
+        frame,
+        within: Vec::new(),
+        depth: 0,
+        up: GltfUp::default(),
+        requests: 0,
+        unread: BTreeSet::new(),
+        tiles: Vec::new(),
+    };
     walk.tileset(own, &tileset, DMat4::IDENTITY)?;
     let ours = tileset.root.extras.0.filter(|_| frame == place::plain());
     let sight = ours.and_then(|ours| ours.cells);
-    Ok(Tree { frame, tiles: walk.tiles, sight })
+    let requests = (walk.requests > 0).then(|| {
+        format!(
+            "{} tiles are meant to be shown only from within a volume (viewerRequestVolume), which \
+             is ignored: they are read as seen from everywhere",
+            walk.requests
+        )
+    });
+    let notes = note.into_iter().chain(requests).collect();
+    Ok(Tree { frame, tiles: walk.tiles, sight, notes, unread: walk.unread.into_iter().collect() })
 }
 
 struct Walk<'a> {
@@ -199,6 +228,12 @@ struct Walk<'a> {
     within: Vec<PathBuf>,
     /// How many tiles of a tileset are above the one that is being read.
     depth: usize,
+    /// The axis of glTF contents that points up in the tileset that is being read.
+    up: GltfUp,
+    /// How many tiles have a `viewerRequestVolume`.
+    requests: usize,
+    /// Extensions that are not read.
+    unread: BTreeSet<String>,
     tiles: Vec<TileNode>,
 }
 
@@ -222,9 +257,12 @@ impl Walk<'_> {
         }
         self.within.push(path.to_owned());
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        self.unread.extend(tileset.unread().map(str::to_owned));
         let above = std::mem::take(&mut self.depth);
+        let own = tileset.asset.gltf_up.unwrap_or(self.up);
+        let outer = std::mem::replace(&mut self.up, own);
         let root = self.tile(&folder, &tileset.root, transform, Refine::Replace);
-        self.depth = above;
+        (self.depth, self.up) = (above, outer);
         self.within.pop();
         root.map_err(|error| if self.within.is_empty() { error } else { within(path, error) })
     }
@@ -239,7 +277,8 @@ impl Walk<'_> {
     ) -> Result<u32, ErrorKind> {
         let transform = above * place::matrix(tile.transform.as_ref())?;
         let refine = tile.refine.unwrap_or(refine);
-        if let Some(implicit) = &tile.implicit_tiling {
+        self.requests += usize::from(tile.request_volume.is_some());
+        if let Some(implicit) = tile.implicit() {
             implicit.check()?;
             let tiles = Implicit { folder, root: tile, implicit, transform, refine };
             return self.subtree(&tiles, Place::ROOT);
@@ -257,10 +296,10 @@ impl Walk<'_> {
         }
         self.depth -= 1;
         let (mut contents, mut inner) = (Vec::new(), Vec::new());
-        for content in tile.content.iter().chain(&tile.contents) {
-            let path = folder.join(local(content.text())?);
+        for content in tile.all_contents() {
+            let path = local(folder, content.text())?;
             if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
-                contents.push(Piece { path, transform });
+                contents.push(Piece { path, transform, up: self.up });
             } else if children.is_empty() || refine == Refine::Add {
                 let bytes = file(&path, self.beside)?;
                 let tileset = json::read(&bytes).map_err(|e| within(&path, e))?;
@@ -311,11 +350,11 @@ impl Walk<'_> {
 
     /// Adds the tiles of the subtree that begins at a place, and those below; its root.
     fn subtree(&mut self, tiles: &Implicit<'_>, root: Place) -> Result<u32, ErrorKind> {
-        let path = tiles.folder.join(local(&tiles.implicit.subtree_of(root).to_string_lossy())?);
+        let path = local(tiles.folder, &tiles.implicit.subtree_of(root).to_string_lossy())?;
         let bytes = file(&path, self.beside)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let beside = self.beside;
-        let buffer = |name: &Path| file(&folder.join(local(&name.to_string_lossy())?), beside);
+        let buffer = |name: &Path| file(&local(&folder, &name.to_string_lossy())?, beside);
         let subtree =
             Subtree::read(&bytes, tiles.implicit, buffer).map_err(|e| within(&path, e))?;
         self.implicit(tiles, &subtree, root, Place::ROOT)
@@ -337,10 +376,10 @@ impl Walk<'_> {
         let volume = place.volume(&json.bounding_volume, implicit.axes());
         let number = self.push(json, &volume, place.level, transform, refine)?;
         let mut contents = Vec::new();
-        for (k, content) in json.content.iter().chain(&json.contents).enumerate() {
+        for (k, content) in json.all_contents().enumerate() {
             if subtree.has_content(at, k) {
-                let path = tiles.folder.join(local(&place.fill(content.text()))?);
-                contents.push(Piece { path, transform });
+                let path = local(tiles.folder, &place.fill(content.text()))?;
+                contents.push(Piece { path, transform, up: self.up });
             }
         }
         let mut children = Vec::new();
