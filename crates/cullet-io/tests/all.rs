@@ -15,4 +15,5 @@ mod gltf_original;
 mod gltf_stand_ins;
 mod pose;
 mod save;
+mod save_far;
 mod schema;

@@ -10,3 +10,4 @@ mod occscn_make;
 mod prt;
 mod recording;
 mod tileset;
+mod tileset_forms;

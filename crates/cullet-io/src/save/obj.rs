@@ -8,9 +8,6 @@ use crate::Model;
 use crate::attributes::srgb_byte;
 use crate::place::world;
 
-/// Half a step of f32, as a share of a number: what the coordinates of a vertex are rounded by.
-const HALF_STEP: f64 = 1.0 / 16_777_216.0;
-
 pub(super) fn write(all: &Written<'_>, path: &Path, out: &mut impl Write) -> io::Result<()> {
     let model = all.model;
     let library = path.with_extension("mtl");
@@ -39,10 +36,10 @@ pub(super) fn write(all: &Written<'_>, path: &Path, out: &mut impl Write) -> io:
                 let own: f64 = (0..3)
                     .map(|c| (f64::from(transform.linear[c][a]) * f64::from(p[c])).abs())
                     .sum();
-                // Digits of f32 where they say as much as the numbers that it comes from.
-                let short = v as f32;
-                match (f64::from(short) - v).abs() <= own * HALF_STEP {
-                    true => write!(out, " {short}")?,
+                // Digits of f32 say as much as the vertex does, unless it is far from zero for its
+                // mesh.
+                match v.abs() <= own * 2.0 {
+                    true => write!(out, " {}", v as f32)?,
                     false => write!(out, " {v}")?,
                 }
             }

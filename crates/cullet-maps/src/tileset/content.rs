@@ -38,7 +38,7 @@ pub(super) fn add(
     for part in parts {
         let (path, bytes, places) = match part {
             Part::Points => {
-                joint.points += 1;
+                joint.points.push(path.clone());
                 continue;
             }
             Part::Drawn { gltf: Gltf::Inside(bytes), places } => (path.clone(), bytes, places),

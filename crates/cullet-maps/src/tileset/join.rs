@@ -1,5 +1,7 @@
 //! Models of tiles as one.
 
+use std::path::PathBuf;
+
 use cullet::mesh::MeshError;
 use cullet::{Instance, Mesh, Transform, scene::MeshLevels};
 use glam::{DMat3, DMat4, DVec3};
@@ -16,7 +18,7 @@ pub(super) struct Joint<'a> {
     /// Tiles whose motions, levels or cells are left out.
     still: usize,
     /// Tiles of points, which are left out.
-    pub(super) points: usize,
+    pub(super) points: Vec<PathBuf>,
     /// Extensions of the tileset that are not read.
     pub(super) unread: Vec<String>,
     /// Whether levels of the first of them are kept: clusters of the others are made anew, and
@@ -33,7 +35,7 @@ impl<'a> Joint<'a> {
             triangles: 0,
             instances: 0,
             still: 0,
-            points: 0,
+            points: Vec::new(),
             unread: Vec::new(),
             keeps_levels: false,
         }
@@ -123,16 +125,26 @@ impl<'a> Joint<'a> {
         Ok(())
     }
 
+    /// Refuses tilesets of nothing but points.
+    pub(super) fn check(&self) -> Result<(), ErrorKind> {
+        let Some(first) = self.points.first().filter(|_| self.triangles == 0) else {
+            return Ok(());
+        };
+        let message = "a tile of the kind pnts is not read, for points have no surface; make one \
+                       first, for example with MeshLab";
+        Err(ErrorKind::Unsupported(format!("{}: {message}", first.display())))
+    }
+
     pub(super) fn finish(mut self) -> Model {
         if self.still > 0 {
             let message =
                 format!("motions, baked levels and cells of {} tiles are left out", self.still);
             self.warn("tileset", message);
         }
-        if self.points > 0 {
+        if !self.points.is_empty() {
             let message = format!(
                 "{} tiles of points (pnts) are left out, for points have no surface",
-                self.points
+                self.points.len()
             );
             self.warn("tileset", message);
         }
@@ -141,7 +153,7 @@ impl<'a> Joint<'a> {
             self.warn("tileset", message);
         }
         // What was left out might have had some.
-        if self.triangles == 0 && self.points == 0 && self.unread.is_empty() {
+        if self.triangles == 0 && self.points.is_empty() && self.unread.is_empty() {
             let message = "it has no triangles, so there is nothing to see or cull".to_owned();
             self.warn("tileset", message);
         }

@@ -48,5 +48,6 @@ pub(crate) fn load(
     for piece in tree.finest(0) {
         content::add(&mut joint, piece, &tree.frame, options, beside)?;
     }
+    joint.check()?;
     Ok(joint.finish())
 }

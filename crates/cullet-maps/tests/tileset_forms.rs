@@ -1,0 +1,426 @@
+//! Tilesets in the forms that other programs write.
+
+use std::io::Write as _;
+
+use cullet::mesh::MeshData;
+use cullet::{Instance, Mesh, Transform};
+use cullet_io::{LoadOptions, Model, Up, save, world_box};
+use cullet_maps::{WriteTiles, load, write_tiles};
+use cullet_testkit::Folder;
+
+/// Writes a box of some size from zero up, as a GLB.
+fn box_file(folder: &Folder, name: &str, size: [f32; 3]) -> Vec<u8> {
+    let path = folder.root().join(name);
+    save(&box_at(size, [0.0; 3]), &path).unwrap();
+    std::fs::read(path).unwrap()
+}
+
+fn box_at(size: [f32; 3], at: [f64; 3]) -> Model {
+    let corner = |i: u8| [0, 1, 2].map(|a| f32::from(i >> a & 1) * size[a]);
+    let quads =
+        [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let indices = quads.iter().flat_map(|&[a, b, c, d]| [a, b, c, a, c, d]).collect();
+    let data = MeshData { positions: (0..8).map(corner).collect(), indices, ..MeshData::default() };
+    let mut model = Model::default();
+    let mesh = model.scene.add_mesh(Mesh::new(data).unwrap());
+    model.scene.add(Instance::new(mesh, Transform::from_translation(at))).unwrap();
+    model.scene.commit(&cullet::Culler::default());
+    model
+}
+
+/// A tileset whose root has a box, and what else is given; `asset` follows the version.
+fn tileset(asset: &str, root: &str) -> String {
+    let volume = r#""boundingVolume":{"box":[0,0,0,5,0,0,0,5,0,0,0,5]}"#;
+    format!(
+        r#"{{"asset":{{"version":"1.0"{asset}}},"geometricError":1,"root":{{{volume},"geometricError":0,"refine":"ADD"{root}}}}}"#
+    )
+}
+
+fn content(uri: &str) -> String {
+    format!(r#","content":{{"uri":"{uri}"}}"#)
+}
+
+fn open(folder: &Folder, text: &str) -> Model {
+    open_with(folder, text, &LoadOptions::default())
+}
+
+fn open_with(folder: &Folder, text: &str, options: &LoadOptions) -> Model {
+    load(folder.file("tileset.json", text).as_ref(), options).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Low and high corner of all instances, in f64.
+fn bounds(model: &Model) -> [[f64; 3]; 2] {
+    let boxes = model.scene.slots().filter_map(|slot| world_box(&model.scene, slot));
+    boxes.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], [l, h]| {
+        let of = |a: [f64; 3], b: [f64; 3], f: fn(f64, f64) -> f64| std::array::from_fn(|k| f(a[k], b[k]));
+        [of(low, l, f64::min), of(high, h, f64::max)]
+    })
+}
+
+fn size(model: &Model) -> [f64; 3] {
+    let [low, high] = bounds(model);
+    // Hundredths tell all that is looked for.
+    std::array::from_fn(|a| ((high[a] - low[a]) * 100.0).round() * 0.01)
+}
+
+fn assert_at(model: &Model, low: [f64; 3]) {
+    let found = bounds(model)[0];
+    assert!((0..3).all(|a| (found[a] - low[a]).abs() < 1e-4), "{found:?} for {low:?}");
+}
+
+fn warned(model: &Model) -> String {
+    model.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
+fn moved(x: f64, y: f64, z: f64) -> String {
+    format!(r#","transform":[1,0,0,0,0,1,0,0,0,0,1,0,{x},{y},{z},1]"#)
+}
+
+#[test]
+fn a_projected_system_is_not_the_globe_and_the_ellipsoid_is() {
+    let folder = Folder::new("globe");
+    box_file(&folder, "a.glb", [1.0, 2.0, 3.0]);
+    let at = |x: f64, y: f64, z: f64, options: &LoadOptions| {
+        open_with(&folder, &tileset("", &(content("a.glb") + &moved(x, y, z))), options)
+    };
+    let plain = LoadOptions::default();
+    // Lyon in EPSG:3946; UTM in the north; Sweden, where the northing is the globe's radius.
+    for (x, y, z) in [(1_841_000.0, 5_175_000.0, 170.0), (5e5, 5.6e6, 80.0), (3.25e5, 6.375e6, 9.0)] {
+        let model = at(x, y, z, &plain);
+        assert_eq!(size(&model), [1.0, 2.0, 3.0]);
+        assert_at(&model, [x, z, -y]);
+        assert!(warned(&model).contains("map's coordinates"), "{}", warned(&model));
+    }
+    // On the ellipsoid at 45 degrees north: up is between its x and z.
+    let here = 6_378_137.0 / (1.0 + (1.0 - 0.003_352_81_f64).powi(2)).sqrt();
+    let (x, z) = (here, here * (1.0 - 0.003_352_81_f64).powi(2));
+    let model = at(x, 0.0, z, &plain);
+    assert!(size(&model) != [1.0, 2.0, 3.0], "it is turned");
+    assert!(bounds(&model)[1].iter().all(|v| v.abs() < 5.0), "{:?}", bounds(&model));
+    assert!(warned(&model).contains("WGS 84") && warned(&model).contains("--up z"));
+    let as_it_lies = at(x, 0.0, z, &LoadOptions { up: Some(Up::Z), ..LoadOptions::default() });
+    assert_eq!((size(&as_it_lies), warned(&as_it_lies)), ([1.0, 2.0, 3.0], String::new()));
+    // Upright on the equator.
+    let upright = r#","transform":[0,1,0,0,0,0,1,0,1,0,0,0,6378137,0,0,1]"#;
+    let model = open(&folder, &tileset("", &(content("a.glb") + upright)));
+    assert_eq!(size(&model), [1.0, 2.0, 3.0]);
+    assert!(warned(&model).contains("WGS 84"), "{}", warned(&model));
+}
+
+#[test]
+fn a_tileset_that_is_written_comes_back_as_it_was_wherever_it_was() {
+    for at in [[0.0; 3], [5e5, 80.0, -5.6e6], [3.25e5, 9.0, -6.375e6], [-299_510_456.5, 98_424_296.0, -975_000.0]] {
+        let folder = Folder::new("utm");
+        let model = box_at([40.0, 8.0, 10.0], at);
+        let written = write_tiles(&model, folder.root(), &WriteTiles::default(), |_| true);
+        let written = written.unwrap().unwrap();
+        assert_eq!((written.instances, written.triangles), (1, 12));
+        let again = load(&folder.root().join("tileset.json"), &LoadOptions::default()).unwrap();
+        assert_eq!((size(&again), warned(&again)), ([40.0, 8.0, 10.0], String::new()), "{at:?}");
+        assert_eq!(bounds(&again), bounds(&model));
+    }
+}
+
+#[test]
+fn instances_that_tiles_do_not_have_are_named_and_not_counted() {
+    let folder = Folder::new("nowhere");
+    let mut model = box_at([1.0; 3], [0.0; 3]);
+    let nowhere = Transform::from_translation([f64::NAN, 0.0, 0.0]);
+    model.scene.add(Instance::new(0, nowhere)).unwrap();
+    model.instance_names = vec!["here".into(), "nowhere".into()];
+    // One whose bounds are not known is drawn all the same.
+    let bounds = cullet::scene::BoundsOverride::None;
+    let at = Transform::from_translation([4.0, 0.0, 0.0]);
+    model.scene.add(Instance { bounds, ..Instance::new(0, at) }).unwrap();
+    model.scene.commit(&cullet::Culler::default());
+    let written = write_tiles(&model, folder.root(), &WriteTiles::default(), |_| true);
+    let written = written.unwrap().unwrap();
+    assert_eq!((written.instances, written.triangles), (2, 24));
+    let notes: Vec<String> = written.notes.iter().map(ToString::to_string).collect();
+    assert!(notes.len() == 1 && notes[0].contains("1 left out: \"nowhere\""), "{notes:?}");
+    let again = load(&folder.root().join("tileset.json"), &LoadOptions::default()).unwrap();
+    assert_eq!(again.scene.instance_count(), 2);
+}
+
+#[test]
+fn the_axis_of_gltf_contents_is_the_one_that_the_asset_names() {
+    let folder = Folder::new("up");
+    box_file(&folder, "a.glb", [1.0, 2.0, 3.0]);
+    for (asset, expected) in [
+        ("", [1.0, 2.0, 3.0]),
+        (r#","gltfUpAxis":"Y""#, [1.0, 2.0, 3.0]),
+        (r#","gltfUpAxis":"Z""#, [1.0, 3.0, 2.0]),
+        (r#","gltfUpAxis":"X""#, [3.0, 1.0, 2.0]),
+    ] {
+        let model = open(&folder, &tileset(asset, &content("a.glb")));
+        assert_eq!(size(&model), expected, "{asset}");
+        // A tileset within another is of the outer one's axis, unless it says its own.
+        let inner = folder.file("inner.json", &tileset("", &content("a.glb")));
+        assert!(inner.ends_with("inner.json"));
+        let model = open(&folder, &tileset(asset, &content("inner.json")));
+        assert_eq!(size(&model), expected, "{asset}, within another");
+    }
+}
+
+#[test]
+fn several_contents_of_either_version_are_all_shown() {
+    let folder = Folder::new("contents");
+    box_file(&folder, "a.glb", [1.0; 3]);
+    box_file(&folder, "b.glb", [2.0; 3]);
+    for contents in [
+        r#","contents":[{"uri":"a.glb"},{"uri":"b.glb"}]"#,
+        r#","extensions":{"3DTILES_multiple_contents":{"content":[{"uri":"a.glb"},{"uri":"b.glb"}]}}"#,
+        r#","extensions":{"3DTILES_multiple_contents":{"contents":[{"uri":"a.glb"},{"uri":"b.glb"}]}}"#,
+    ] {
+        let model = open(&folder, &tileset("", contents));
+        assert_eq!(model.scene.instance_count(), 2, "{contents}");
+        assert_eq!((size(&model), warned(&model)), ([2.0; 3], String::new()));
+    }
+}
+
+#[test]
+fn implicit_tiles_of_the_extension_are_those_of_1_1() {
+    let folder = Folder::new("implicit");
+    for name in ["0-0-0.glb", "1-1-0.glb"] {
+        box_file(&folder, name, [1.0; 3]);
+    }
+    // The root and the second of its four children.
+    std::fs::write(folder.root().join("bits.bin"), [0b0_0101]).unwrap();
+    let availability = r#"{"bufferView":0}"#;
+    let subtree = format!(
+        r#"{{"buffers":[{{"uri":"bits.bin","byteLength":1}}],"bufferViews":[{{"buffer":0,"byteLength":1}}],
+        "tileAvailability":{availability},"contentAvailability":{availability},"childSubtreeAvailability":{{"constant":0}}}}"#
+    );
+    let _ = folder.file("0.0.0.json", &subtree);
+    let tiling = r#","extensions":{"3DTILES_implicit_tiling":{"subdivisionScheme":"QUADTREE","subtreeLevels":2,
+        "maximumLevel":1,"subtrees":{"uri":"{level}.{x}.{y}.json"}}}"#;
+    let text = tileset("", &(content("{level}-{x}-{y}.glb") + tiling));
+    let used = r#"{"extensionsUsed":["3DTILES_implicit_tiling"],"extensionsRequired":["3DTILES_implicit_tiling"],"#;
+    let model = open(&folder, &text.replacen('{', used, 1));
+    assert_eq!((model.scene.instance_count(), warned(&model)), (2, String::new()));
+}
+
+#[test]
+fn what_is_not_read_of_a_tileset_is_named() {
+    let folder = Folder::new("unread");
+    box_file(&folder, "a.glb", [1.0; 3]);
+    let text = tileset("", &(content("a.glb") + r#","viewerRequestVolume":{"sphere":[9,0,0,1]}"#));
+    let model = open(&folder, &text);
+    assert!(warned(&model).contains("viewerRequestVolume"), "{}", warned(&model));
+    let with = r#"{"extensionsUsed":["VENDOR_tiles","3DTILES_metadata"],"#;
+    let model = open(&folder, &tileset("", "").replacen('{', with, 1));
+    assert_eq!(warned(&model), "tileset: not read: VENDOR_tiles; what they add is not there");
+    std::fs::write(folder.root().join("p.pnts"), b"pnts\x01\0\0\0").unwrap();
+    let both = r#","contents":[{"uri":"a.glb"},{"uri":"p.pnts"}]"#;
+    let model = open(&folder, &tileset("", both));
+    assert_eq!(model.scene.triangle_count(), 12);
+    assert!(warned(&model).contains("1 tiles of points (pnts)"), "{}", warned(&model));
+}
+
+#[test]
+fn a_tileset_is_known_by_its_root_however_long_its_schema() {
+    let folder = Folder::new("schema");
+    box_file(&folder, "a.glb", [1.0; 3]);
+    let text = tileset("", &content("a.glb"));
+    for length in [10, 65_500, 65_536, 200_000] {
+        let schema = format!(r#"{{"schema":{{"nodes":"{}"}},"#, "x".repeat(length));
+        let model = open(&folder, &text.replacen('{', &schema, 1));
+        assert_eq!(model.scene.triangle_count(), 12, "{length}");
+    }
+}
+
+#[test]
+fn paths_may_go_up_within_the_folder_of_the_outermost_tileset() {
+    let folder = Folder::new("parent");
+    box_file(&folder, "x.glb", [1.0; 3]);
+    std::fs::create_dir_all(folder.root().join("ext/deep")).unwrap();
+    let inner = |uri: &str| folder.file("ext/deep/e.json", &tileset("", &content(uri)));
+    for uri in ["../../x.glb", "./.././../x.glb", "../../ext/../x.glb"] {
+        let _ = inner(uri);
+        let model = open(&folder, &tileset("", &content("./ext/deep/../deep/e.json")));
+        assert_eq!(model.scene.triangle_count(), 12, "{uri}");
+    }
+    let _ = inner("../../../x.glb");
+    let text = tileset("", &content("ext/deep/e.json"));
+    let error = load(folder.file("tileset.json", &text).as_ref(), &LoadOptions::default());
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("leaves the folder") && error.contains("e.json"), "{error}");
+    // A tileset within itself is known by whatever name.
+    let _ = inner("../deep/./e.json");
+    let error = load(folder.root().join("tileset.json").as_ref(), &LoadOptions::default());
+    assert!(error.unwrap_err().to_string().contains("within itself"));
+}
+
+/// A tile of 1.0: its features as JSON and as numbers, and what follows its tables.
+fn packed(magic: &[u8; 4], features: &str, numbers: &[u8], rest: &[u8]) -> Vec<u8> {
+    let head = if magic == b"i3dm" { 32 } else { 28 };
+    let size = head + features.len() + numbers.len() + rest.len();
+    let mut out = magic.to_vec();
+    let words = [1, size, features.len(), numbers.len(), 0, 0];
+    words.iter().for_each(|&v| out.extend((v as u32).to_le_bytes()));
+    if magic == b"i3dm" {
+        let is_inside = u32::from(rest.starts_with(b"glTF"));
+        out.extend(is_inside.to_le_bytes());
+    }
+    [&out[..], features.as_bytes(), numbers, rest].concat()
+}
+
+fn composite(tiles: &[&[u8]]) -> Vec<u8> {
+    let size = 16 + tiles.iter().map(|tile| tile.len()).sum::<usize>();
+    let mut out = b"cmpt".to_vec();
+    [1, size, tiles.len()].iter().for_each(|&v| out.extend((v as u32).to_le_bytes()));
+    tiles.iter().for_each(|tile| out.extend(*tile));
+    out
+}
+
+fn floats(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+fn shorts(values: &[u16]) -> Vec<u8> {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+#[test]
+fn a_centre_that_tiles_are_relative_to_is_read_in_each_of_its_forms() {
+    let folder = Folder::new("rtc");
+    let glb = box_file(&folder, "a.glb", [1.0, 2.0, 3.0]);
+    let place = floats(&[0.0, 5.0, 6.0, 7.0]);
+    let one = floats(&[0.0, 0.0, 0.0]);
+    for (name, bytes) in [
+        ("a.b3dm", packed(b"b3dm", r#"{"BATCH_LENGTH":0,"RTC_CENTER":[5,6,7]}"#, &[], &glb)),
+        ("b.b3dm", packed(b"b3dm", r#"{"BATCH_LENGTH":0,"RTC_CENTER":{"byteOffset":4}}"#, &place, &glb)),
+        (
+            "a.i3dm",
+            packed(
+                b"i3dm",
+                r#"{"INSTANCES_LENGTH":1,"RTC_CENTER":[5,6,7],"POSITION":{"byteOffset":0}}"#,
+                &one,
+                &glb,
+            ),
+        ),
+        (
+            "b.i3dm",
+            packed(
+                b"i3dm",
+                r#"{"INSTANCES_LENGTH":1,"RTC_CENTER":{"byteOffset":4},"POSITION":[0,0,0]}"#,
+                &place,
+                &glb,
+            ),
+        ),
+    ] {
+        std::fs::write(folder.root().join(name), bytes).unwrap();
+        let model = open(&folder, &tileset("", &content(name)));
+        // Tiles are z-up: y goes to -z.
+        assert_at(&model, [5.0, 7.0, -6.0]);
+        assert_eq!(size(&model), [1.0, 2.0, 3.0], "{name}");
+    }
+    for features in [r#"{"RTC_CENTER":{"byteOffset":8}}"#, r#"{"RTC_CENTER":[1,2]}"#, "{"] {
+        let bytes = packed(b"b3dm", features, &place, &glb);
+        std::fs::write(folder.root().join("a.b3dm"), bytes).unwrap();
+        let error = load(
+            folder.file("tileset.json", &tileset("", &content("a.b3dm"))).as_ref(),
+            &LoadOptions::default(),
+        );
+        let error = error.unwrap_err().to_string();
+        assert!(error.contains("a.b3dm, features"), "{error}");
+    }
+}
+
+#[test]
+fn instances_of_a_tile_are_placed_in_each_of_its_forms() {
+    let folder = Folder::new("i3dm");
+    let glb = box_file(&folder, "a.glb", [1.0, 2.0, 3.0]);
+    let show = |features: &str, numbers: &[u8], rest: &[u8]| {
+        let bytes = packed(b"i3dm", features, numbers, rest);
+        std::fs::write(folder.root().join("a.i3dm"), bytes).unwrap();
+        open(&folder, &tileset("", &content("a.i3dm")))
+    };
+    let two = floats(&[0.0, 0.0, 0.0, 10.0, 20.0, 30.0, 2.0, 3.0]);
+    let plain = r#"{"INSTANCES_LENGTH":2,"POSITION":{"byteOffset":0},"SCALE":{"byteOffset":24}}"#;
+    for rest in [&glb[..], b"a.glb  \0"] {
+        let model = show(plain, &two, rest);
+        assert_eq!((model.scene.instance_count(), model.scene.meshes().len()), (2, 1));
+        // From the second instance's place, thrice as large.
+        assert_eq!(bounds(&model), [[0.0, 0.0, -20.0], [13.0, 36.0, 6.0]]);
+    }
+    let quantised = r#"{"INSTANCES_LENGTH":1,"POSITION_QUANTIZED":{"byteOffset":0},
+        "QUANTIZED_VOLUME_OFFSET":[10,0,0],"QUANTIZED_VOLUME_SCALE":[4,8,16]}"#;
+    let model = show(quantised, &shorts(&[65_535, 0, 65_535]), &glb);
+    assert_at(&model, [14.0, 16.0, 0.0]);
+    // Right is the tile's y and up its z: x of the box goes to -z of the scene. Its y, which is the tile's z once it is turned
+    // to z-up, goes to where the cross product of both is, x; its z to the tile's -y, and so down.
+    let turned = r#"{"INSTANCES_LENGTH":1,"POSITION":[0,0,0],"NORMAL_RIGHT":{"byteOffset":0},"NORMAL_UP":{"byteOffset":12}}"#;
+    let vectors = floats(&[0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+    let expected = [[0.0, -3.0, -1.0], [2.0, 0.0, 0.0]];
+    let near = |found: [[f64; 3]; 2]| {
+        let off = found.as_flattened().iter().zip(expected.as_flattened());
+        assert!(off.map(|(a, b): (&f64, &f64)| (a - b).abs()).all(|d| d < 1e-3), "{found:?}");
+    };
+    near(bounds(&show(turned, &vectors, &glb)));
+    let folded = turned.replace("RIGHT", "RIGHT_OCT32P").replace("UP", "UP_OCT32P").replace("12", "4");
+    near(bounds(&show(&folded, &shorts(&[32_768, 65_535, 32_768, 32_768]), &glb)));
+    let stretched = r#"{"INSTANCES_LENGTH":1,"POSITION":[0,0,0],"SCALE_NON_UNIFORM":[2,1,5]}"#;
+    assert_eq!(size(&show(stretched, &[], &glb)), [2.0, 10.0, 3.0]);
+    let east = r#"{"INSTANCES_LENGTH":1,"POSITION":[6378137,0,0],"EAST_NORTH_UP":true}"#;
+    // East is the tile's y, north its z, and up its x.
+    let model = show(east, &[], &glb);
+    assert_eq!(size(&model), [2.0, 3.0, 1.0]);
+    for wrong in [
+        r#"{"POSITION":[0,0,0]}"#,
+        r#"{"INSTANCES_LENGTH":1}"#,
+        r#"{"INSTANCES_LENGTH":4000000000,"POSITION":{"byteOffset":0}}"#,
+        r#"{"INSTANCES_LENGTH":2,"POSITION":[0,0,0]}"#,
+    ] {
+        std::fs::write(folder.root().join("a.i3dm"), packed(b"i3dm", wrong, &two, &glb)).unwrap();
+        let error = load(folder.root().join("tileset.json").as_ref(), &LoadOptions::default());
+        let error = error.unwrap_err().to_string();
+        assert!(error.contains("a.i3dm, features"), "{error}");
+    }
+}
+
+#[test]
+fn tiles_within_one_file_are_all_shown() {
+    let folder = Folder::new("cmpt");
+    let glb = box_file(&folder, "a.glb", [1.0; 3]);
+    let b3dm = packed(b"b3dm", r#"{"BATCH_LENGTH":0}"#, &[], &glb);
+    let i3dm = packed(b"i3dm", r#"{"INSTANCES_LENGTH":1,"POSITION":[9,0,0]}"#, &[], &glb);
+    let all = composite(&[&b3dm, &composite(&[&i3dm])]);
+    std::fs::write(folder.root().join("a.cmpt"), &all).unwrap();
+    let text = tileset("", &content("a.cmpt"));
+    assert_eq!(size(&open(&folder, &text)), [10.0, 1.0, 1.0]);
+    let mut deep = b3dm.clone();
+    for _ in 0..20 {
+        deep = composite(&[&deep]);
+    }
+    std::fs::write(folder.root().join("a.cmpt"), &deep).unwrap();
+    let path = folder.root().join("tileset.json");
+    let error = load(&path, &LoadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("cmpt within each other"), "{error}");
+    for end in 0..all.len() {
+        std::fs::write(folder.root().join("a.cmpt"), &all[..end]).unwrap();
+        assert!(load(&path, &LoadOptions::default()).is_err(), "cut at {end}");
+    }
+}
+
+#[test]
+fn files_that_servers_keep_packed_are_unpacked() {
+    let folder = Folder::new("gzip");
+    let glb = box_file(&folder, "a.glb", [1.0, 2.0, 3.0]);
+    let pack = |name: &str, bytes: &[u8]| {
+        let file = std::fs::File::create(folder.root().join(name)).unwrap();
+        let mut out = flate2::write::GzEncoder::new(file, flate2::Compression::default());
+        out.write_all(bytes).unwrap();
+        out.finish().unwrap();
+    };
+    pack("a.b3dm", &packed(b"b3dm", r#"{"RTC_CENTER":[5,6,7]}"#, &[], &glb));
+    pack("inner.json", tileset("", &content("a.b3dm")).as_bytes());
+    let text = tileset("", &content("inner.json"));
+    assert_at(&open(&folder, &text), [5.0, 7.0, -6.0]);
+    let path = folder.root().join("a.b3dm");
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    let error = load(folder.root().join("tileset.json").as_ref(), &LoadOptions::default());
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("a.b3dm, gzip: it is packed and cannot be unpacked"), "{error}");
+}
