@@ -9,6 +9,8 @@ pub type WorldBox = [[f64; 3]; 2];
 const COARSE: f64 = 1.0 / 131_072.0;
 /// A local origin must make the rounding so many times smaller, or it is not worth its trouble.
 const WORTH: f64 = 4.0;
+/// Beyond, whole numbers are no longer told apart, and too long for the comment of a file.
+const FARTHEST: f64 = 1e15;
 
 /// A point of an instance in world space.
 #[must_use]
@@ -44,7 +46,8 @@ pub fn world_box(scene: &Scene, slot: u32) -> Option<WorldBox> {
 
 /// Whether 32-bit coordinates are coarse for the size of an instance.
 fn is_coarse(of: &WorldBox) -> bool {
-    rounding(of, [0.0; 3]) > COARSE * size(of)
+    let size = size(of);
+    size > 0.0 && rounding(of, [0.0; 3]) > COARSE * size
 }
 
 /// How far 32-bit coordinates of a box may be off, counted from `origin`; infinite beyond their
@@ -88,6 +91,7 @@ fn origin_of(boxes: &[WorldBox]) -> [f64; 3] {
     let middle: [f64; 3] =
         std::array::from_fn(|a| (around[0][a] * 0.5 + around[1][a] * 0.5).round());
     let helps = rounding(&around, middle) * WORTH <= rounding(&around, zero);
+    let helps = helps && middle.iter().all(|v| v.abs() < FARTHEST);
     if helps { middle } else { zero }
 }
 

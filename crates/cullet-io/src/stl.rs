@@ -3,6 +3,7 @@
 //! front.
 
 use cullet::mesh::MeshData;
+use cullet::{Instance, Transform};
 
 use crate::blocks::{Records, Source, make_room};
 use crate::builder::Builder;
@@ -11,6 +12,8 @@ use crate::text::{Cursor, quote};
 use crate::weld::Welder;
 use crate::{ErrorKind, LoadOptions, Material};
 
+/// Comment of a file whose coordinates are counted from a place; its three numbers follow.
+pub(crate) const ORIGIN: &str = "written by cullet, from ";
 /// Bytes before the first triangle of a binary file: 80 of comment, 4 of count.
 const HEADER: u64 = 84;
 /// Bytes of a triangle: a normal, three corners, two bytes of attributes.
@@ -41,14 +44,27 @@ pub(crate) fn read<'o>(
     if solid && text && !is_binary(&bytes, source.size()) {
         read_ascii(source, (bytes.len() - head.len()) as u64, &mut builder)?;
     } else {
-        read_binary(source, stated(&bytes), &mut builder)?;
+        read_binary(source, stated(&bytes), origin(&bytes), &mut builder)?;
     }
     Ok(builder)
+}
+
+/// The place that coordinates are counted from, as our writer says it in the comment of a file that
+/// is far from zero; zero otherwise.
+fn origin(head: &[u8]) -> [f64; 3] {
+    let place = || {
+        let text = std::str::from_utf8(head.get(..80)?).ok()?;
+        let mut numbers = text.strip_prefix(ORIGIN)?.split_ascii_whitespace();
+        let mut next = || numbers.next()?.parse().ok().filter(|v: &f64| v.is_finite());
+        Some([next()?, next()?, next()?])
+    };
+    place().unwrap_or_default()
 }
 
 fn read_binary(
     source: Source<'_>,
     stated: Option<u32>,
+    origin: [f64; 3],
     builder: &mut Builder<'_>,
 ) -> Result<(), ErrorKind> {
     let Some(stated) = stated else {
@@ -77,7 +93,7 @@ fn read_binary(
         builder.warn("file", format!("{more} bytes after the last triangle were ignored"));
     }
     builder.check_triangles(stated as usize)?;
-    let mut solid = Solid::new(builder.model.name.clone());
+    let mut solid = Solid { origin, ..Solid::new(builder.model.name.clone()) };
     solid.indices.reserve_exact(stated as usize * 3);
     let mut records = Records::new(source, HEADER);
     for t in 0..stated {
@@ -107,18 +123,20 @@ struct Solid {
     welder: Welder,
     indices: Vec<u32>,
     polygons: u32,
+    origin: [f64; 3],
 }
 
 impl Solid {
     fn new(name: String) -> Self {
-        Self { name, welder: Welder::new(), indices: Vec::new(), polygons: 0 }
+        Self { name, welder: Welder::new(), indices: Vec::new(), polygons: 0, origin: [0.0; 3] }
     }
 
     fn finish(self, builder: &mut Builder<'_>) -> Result<(), ErrorKind> {
-        let Self { name, welder, indices, polygons } = self;
+        let Self { name, welder, indices, polygons, origin } = self;
         let positions = welder.into_positions();
         let data = MeshData { positions, indices, polygons, ..MeshData::default() };
-        builder.mesh_instance(name, data)
+        let mesh = builder.mesh(name.clone(), data)?;
+        builder.instance(name, Instance::new(mesh, Transform::from_translation(origin)))
     }
 }
 

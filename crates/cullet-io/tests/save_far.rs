@@ -87,6 +87,9 @@ fn what_is_far_from_zero_keeps_its_shape_in_every_format() {
                 assert!(saved.rounding < 1e-5, "{saved:?}");
                 let head = String::from_utf8_lossy(&bytes[..80]).trim_end().to_owned();
                 assert_eq!(head, format!("written by cullet, from {x} {y} {z}"));
+                // Our own reader knows that place.
+                let again = load(&path, &LoadOptions::default()).unwrap();
+                assert_near(&vertices(&again)[..1], &expected[..1], 2e-6, name);
                 let note = saved.notes[0].to_string();
                 assert!(note.contains("32-bit") && note.contains(&format!("({x}, {y}, {z})")));
                 let float = |b: &[u8]| f64::from(f32::from_le_bytes(*b.first_chunk().unwrap()));

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::{SaveErrorKind, Written, world_indices};
 use crate::place::world;
+use crate::stl::ORIGIN;
 
 /// Bytes of a file before the count of its triangles.
 const HEADER: usize = 80;
@@ -17,7 +18,7 @@ pub(super) fn write(all: &mut Written<'_>, out: &mut impl Write) -> Result<(), S
     let mut header = b"written by cullet".to_vec();
     if origin != DVec3::ZERO {
         let [x, y, z] = saved.origin;
-        header = format!("written by cullet, from {x} {y} {z}").into_bytes();
+        header = format!("{ORIGIN}{x} {y} {z}").into_bytes();
         saved.say(
             "origin",
             format!(
