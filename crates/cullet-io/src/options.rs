@@ -6,7 +6,8 @@ use cullet::prepared::Preparation;
 #[derive(Clone, Debug)]
 pub struct LoadOptions {
     /// Axis of the file that points up; `None` takes what the format says, or Y. It turns the
-    /// instances; vertices stay as the file has them.
+    /// instances; vertices stay as the file has them. 3D Tiles for which it is given are read as
+    /// they lie, and not as a place on the globe.
     pub up: Option<Up>,
     /// Overrides what the file says of sides: every part two-sided (`true`) or one-sided (`false`).
     pub two_sided: Option<bool>,

@@ -26,7 +26,7 @@ use cullet_cli::levels;
 pub(crate) const HELP: &str = "\
 Writes 3D Tiles 1.1, which CesiumJS, Unreal, Unity and others show: tileset.json and a GLB for each tile. Each instance is in one
 tile; large ones stand high up in the tree of tiles and are loaded first, small ones far down and are loaded where the eye comes near. Levels of
-detail and occluders of a baked scene are written with their meshes; impostors, textures, cells and motions are not.
+detail and occluders of a baked scene are written with their meshes; impostors, textures, cameras, cells and motions are not.
 
 With --stand-ins what is far away is shown coarse instead of not at all: a tile shows one mesh in the place of all that is below it, made of the
 levels of detail and merged groups that the scene was baked with, and the tiles below replace it. A scene without levels is baked first, once.

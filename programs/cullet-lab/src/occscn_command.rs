@@ -23,6 +23,8 @@ city's own cameras. Of any other model all that is opaque occludes, cut into mes
 triangles at medians; the boxes are 20000 random ones, and the views walk through it. A scene that says
 what occludes (an OCCSCN01 file) is used as it says.
 
+The file has 32-bit numbers: of a scene far from zero all is counted from a place nearby, which a note says.
+
 Examples
   cullet occscn city:ground=0 -o city.bin            120000 triangles, 100000 boxes, 32 views
   cullet occscn city:ground=0,sub=3 -o dense.bin     1080000 triangles
