@@ -44,10 +44,10 @@ pub fn world_box(scene: &Scene, slot: u32) -> Option<WorldBox> {
     corners.as_flattened().iter().all(|v| v.is_finite()).then_some(corners)
 }
 
-/// Whether 32-bit coordinates are coarse for the size of an instance.
-fn is_coarse(of: &WorldBox) -> bool {
+/// Whether 32-bit coordinates, counted from `origin`, are coarse for the size of an instance.
+fn is_coarse(of: &WorldBox, origin: [f64; 3]) -> bool {
     let size = size(of);
-    size > 0.0 && rounding(of, [0.0; 3]) > COARSE * size
+    size > 0.0 && rounding(of, origin) > COARSE * size
 }
 
 /// How far 32-bit coordinates of a box may be off, counted from `origin`; infinite beyond their
@@ -62,9 +62,9 @@ fn size([low, high]: &WorldBox) -> f64 {
     (0..3).map(|a| high[a] - low[a]).fold(0.0, f64::max)
 }
 
-/// Whether 32-bit coordinates, counted from zero, are coarse for an instance of a scene.
-pub(crate) fn is_far(scene: &Scene) -> bool {
-    scene.slots().filter_map(|slot| world_box(scene, slot)).any(|of| is_coarse(&of))
+/// Whether 32-bit coordinates, counted from `origin`, are coarse for an instance of a scene.
+pub(crate) fn is_far(scene: &Scene, origin: [f64; 3]) -> bool {
+    scene.slots().filter_map(|slot| world_box(scene, slot)).any(|of| is_coarse(&of, origin))
 }
 
 /// Returns the place that the zero of a file with 32-bit coordinates should stand for: zero itself,
@@ -78,7 +78,7 @@ pub fn local_origin(scene: &Scene) -> [f64; 3] {
 
 fn origin_of(boxes: &[WorldBox]) -> [f64; 3] {
     let zero = [0.0; 3];
-    if !boxes.iter().any(is_coarse) {
+    if !boxes.iter().any(|of| is_coarse(of, zero)) {
         return zero;
     }
     let mut around = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];

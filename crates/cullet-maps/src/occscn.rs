@@ -18,7 +18,7 @@ pub use make::{MakeOptions, Objects, occluder_slots};
 
 use cullet_io::reader::Builder;
 use cullet_io::reader::Compact;
-use cullet_io::{ErrorKind, LoadOptions, Material, MatrixView, Model, Up, world};
+use cullet_io::{ErrorKind, LoadOptions, Material, MatrixView, Model, Up, world, world_box};
 
 /// The first bytes of a file.
 pub const MAGIC: &[u8; 8] = b"OCCSCN01";
@@ -316,11 +316,21 @@ impl Occscn {
                 Role::Occluder if !see_through => {}
                 Role::Occluder | Role::Object => {
                     let bounds = scene.bounds(slot);
-                    if !bounds.is_finite() {
+                    let from = std::array::from_fn(|a| scene.origin()[a] - origin[a]);
+                    let object = match world_box(scene, slot).filter(|_| !bounds.is_finite()) {
+                        // Its bounds are not known, but its vertices are.
+                        Some(corners) => {
+                            let [low, high] =
+                                corners.map(|v| std::array::from_fn(|a| v[a] - origin[a]));
+                            let around = Aabb::rounded_out(low, high);
+                            [around.min, around.max]
+                        }
+                        None => in_world(&bounds, from),
+                    };
+                    if !object.as_flattened().iter().all(|v| v.is_finite()) {
                         return Err(not_finite(slot));
                     }
-                    let from = std::array::from_fn(|a| scene.origin()[a] - origin[a]);
-                    out.objects.push(in_world(&bounds, from));
+                    out.objects.push(object);
                     continue;
                 }
             }

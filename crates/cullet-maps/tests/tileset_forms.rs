@@ -289,6 +289,7 @@ fn a_centre_that_tiles_are_relative_to_is_read_in_each_of_its_forms() {
     let one = floats(&[0.0, 0.0, 0.0]);
     for (name, bytes) in [
         ("a.b3dm", packed(b"b3dm", r#"{"BATCH_LENGTH":0,"RTC_CENTER":[5,6,7]}"#, &[], &glb)),
+        ("c.b3dm", packed(b"b3dm", "{\"RTC_CENTER\":[5,6,7]}\0\0\0", &[], &glb)),
         ("b.b3dm", packed(b"b3dm", r#"{"BATCH_LENGTH":0,"RTC_CENTER":{"byteOffset":4}}"#, &place, &glb)),
         (
             "a.i3dm",

@@ -193,3 +193,86 @@ fn files_of_the_test_data_come_back_from_every_writer() {
     let found = send(&paths);
     assert!(found.is_empty(), "{} of {}:\n{}", found.len(), paths.len(), found.join("\n"));
 }
+
+fn report(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reports");
+    folder.join(name).to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_skinned_figure_is_in_the_tiles_beside_the_cube_and_counted() {
+    let folder = Folder::new("skin-tiles");
+    let out = folder.path("x");
+    let (json, said) = run(&["tiles", &report("skin-and-cube.glb"), "-o", &out]).unwrap();
+    assert_eq!((json["instances"].as_u64(), json["triangles"].as_u64()), (Some(2), Some(24)));
+    assert!(!said.contains("instance"), "{said}");
+    let again = Facts::of(&try_load(&Path::new(&out).join("tileset.json")).unwrap());
+    assert_eq!((again.instances, again.triangles), (2, 24));
+}
+
+/// Areas of the triangles of an OBJ, whose places are read as f64.
+fn areas(path: &str) -> Vec<f64> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let words = |key: &'static str| {
+        text.lines().filter_map(move |line| line.strip_prefix(key)).map(|rest| rest.split(' '))
+    };
+    let vertices: Vec<[f64; 3]> = words("v ")
+        .map(|line| line.map(|v| v.parse().unwrap()).collect::<Vec<f64>>().try_into().unwrap())
+        .collect();
+    let area = |corners: [[f64; 3]; 3]| {
+        let [a, b, c] = corners;
+        let [u, v]: [[f64; 3]; 2] = [b, c].map(|p| std::array::from_fn(|k| p[k] - a[k]));
+        let cross: [f64; 3] = std::array::from_fn(|k| {
+            u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3]
+        });
+        cross.iter().map(|v| v * v).sum::<f64>().sqrt() * 0.5
+    };
+    let corner = |w: &str| vertices[w.split('/').next().unwrap().parse::<usize>().unwrap() - 1];
+    words("f ")
+        .map(|line| area(line.map(corner).collect::<Vec<_>>().try_into().unwrap()))
+        .collect()
+}
+
+#[test]
+fn a_cut_far_from_zero_has_the_areas_that_it_says() {
+    let folder = Folder::new("far-cut");
+    let plane = "1,0,0,-299510455.5";
+    let cut = |name: &str| {
+        let out = folder.path(name);
+        let args = ["cut", &report("far-299M.glb"), "--plane", plane, "--cap", "-o", &out];
+        let (json, said) = run(&args).unwrap();
+        assert_eq!(json["cap_area"].as_f64(), Some(1.0));
+        (out, said)
+    };
+    let (obj, _) = cut("f.obj");
+    let found = areas(&obj);
+    assert_eq!(found.len(), 20);
+    // Half a cube: two sides whole, four halved.
+    assert!((found.iter().sum::<f64>() - 4.0).abs() < 1e-6, "{found:?}");
+    for name in ["f.ply", "f.stl", "f.glb"] {
+        let (out, said) = cut(name);
+        let facts = Facts::of(&try_load(Path::new(&out)).unwrap());
+        let size: [f64; 3] = std::array::from_fn(|a| facts.high[a] - facts.low[a]);
+        assert!((0..3).all(|a| (size[a] - [0.5, 1.0, 1.0][a]).abs() < 1e-6), "{name}: {size:?}");
+        assert_eq!(said.contains("counted from (-299510456, 98424297, -975000)"), name == "f.stl", "{said}");
+    }
+}
+
+#[test]
+fn a_sphere_that_is_simplified_far_from_zero_has_no_triangle_without_area() {
+    let folder = Folder::new("far-sphere");
+    let (positions, indices) = cullet_testkit::soups::ball(24, 48);
+    let data = cullet::mesh::MeshData { positions, indices, ..Default::default() };
+    let mut model = Model::default();
+    let mesh = model.scene.add_mesh(cullet::Mesh::new(data).unwrap());
+    let at = cullet::Transform::from_translation([-299_510_456.0, 98_424_296.0, -975_000.0]);
+    model.scene.add(cullet::Instance::new(mesh, at)).unwrap();
+    model.scene.commit(&cullet::Culler::default());
+    let source = folder.path("ball.glb");
+    let _ = save(&model, Path::new(&source)).unwrap();
+    let out = folder.path("few.obj");
+    let (json, _) = run(&["simplify", &source, "--error", "0.01", "-o", &out]).unwrap();
+    let found = areas(&out);
+    assert_eq!(Some(found.len() as u64), json["triangles"].as_u64());
+    assert!(found.len() < 1500 && found.iter().all(|&area| area > 1e-4), "{}", found.len());
+}

@@ -12,7 +12,7 @@ use crate::stl::ORIGIN;
 const HEADER: usize = 80;
 
 pub(super) fn write(all: &mut Written<'_>, out: &mut impl Write) -> Result<(), SaveErrorKind> {
-    let Written { model, slots, saved, .. } = all;
+    let Written { model, slots, saved, is_far, .. } = all;
     let origin = DVec3::from(saved.origin);
     // The header must not start with "solid", or readers take the file for text.
     let mut header = b"written by cullet".to_vec();
@@ -51,15 +51,15 @@ pub(super) fn write(all: &mut Written<'_>, out: &mut impl Write) -> Result<(), S
             out.write_all(&[0; 2])?;
         }
     }
-    if collapsed > 0 {
-        if collapsed == saved.triangles {
-            return Err(SaveErrorKind::TooFar { triangles: collapsed });
-        }
+    if collapsed > 0 && collapsed == saved.triangles {
+        return Err(SaveErrorKind::TooFar { triangles: collapsed });
+    }
+    if collapsed > 0 || *is_far {
         saved.say(
-            format!("{collapsed} triangles"),
+            "rounding",
             format!(
-                "without area in the 32-bit numbers of an STL, which are off by up to {:.3e} there; \
-                 .glb, .ply and .obj keep them",
+                "positions are off by up to {:.3e}, for an STL has 32-bit numbers; {collapsed} \
+                 triangles lose their area by it; .glb, .ply and .obj keep them",
                 saved.rounding
             ),
         );

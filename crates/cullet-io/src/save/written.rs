@@ -32,7 +32,7 @@ pub(super) struct Written<'a> {
     /// In ascending order.
     pub(super) slots: Vec<u32>,
     pub(super) vertices: u64,
-    /// Whether f32 is too coarse for the places of vertices.
+    /// Whether f32 is coarse for the size of an instance where it is.
     pub(super) is_far: bool,
     pub(super) saved: Saved,
 }
@@ -52,8 +52,11 @@ impl<'a> Written<'a> {
                 slots = drawn;
                 saved.note(model, &empty, "no triangles, and a mesh without any is no glTF");
             }
-            SaveFormat::Ply => is_far = place::is_far(scene),
-            SaveFormat::Stl => saved.origin = place::local_origin(scene),
+            SaveFormat::Ply => is_far = place::is_far(scene, saved.origin),
+            SaveFormat::Stl => {
+                saved.origin = place::local_origin(scene);
+                is_far = place::is_far(scene, saved.origin);
+            }
             SaveFormat::Obj => {}
         }
         let sum = |of: fn(&cullet::Mesh) -> u64| slots.iter().map(|&s| of(scene.mesh(s))).sum();

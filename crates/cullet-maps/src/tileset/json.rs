@@ -221,7 +221,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<TilesetJson<'_>, ErrorKind> {
 
 /// Reads a file that is one value; `item` is what errors call it.
 pub(super) fn of_bytes<'a, T: FromJson<'a>>(bytes: &'a [u8], item: &str) -> Result<T, ErrorKind> {
-    let text = std::str::from_utf8(bytes).map_err(|e| e.to_string());
+    // Some exporters pad JSON with zeros.
+    let end = bytes.iter().rposition(|&b| b != 0).map_or(0, |last| last + 1);
+    let text = std::str::from_utf8(&bytes[..end]).map_err(|e| e.to_string());
     let read = text.and_then(Json::parse).and_then(T::from_json);
     read.map_err(|message| ErrorKind::invalid(item, message))
 }

@@ -125,8 +125,9 @@ impl Tables {
 
     fn features<'a>(&self, bytes: &'a [u8]) -> Result<Features<'a>, ErrorKind> {
         let [first, numbers, end] = self.features;
-        let text = bytes[first..numbers].trim_ascii();
-        let json = if text.is_empty() { Object::default() } else { of_bytes(text, "features")? };
+        let text = &bytes[first..numbers];
+        let is_blank = text.iter().all(|&b| b == 0 || b.is_ascii_whitespace());
+        let json = if is_blank { Object::default() } else { of_bytes(text, "features")? };
         Ok(Features { json, numbers: &bytes[numbers..end] })
     }
 }

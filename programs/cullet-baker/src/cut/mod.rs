@@ -135,11 +135,13 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
         weld: args.weld.unwrap_or(0.0),
         ..ModelOptions::default()
     };
-    let CutModel { model: mut cut, report, sections, cap_material, .. } =
+    let CutModel { model: mut cut, mut report, sections, cap_material, .. } =
         cut(&model, &options, console)?;
+    if let Some(path) = &args.out {
+        report.triangles_after = save_model(&cut, path, console)?.triangles;
+    }
     print(args, console, &report);
     if let Some(path) = &args.out {
-        save_model(&cut, path, console)?;
         console.line(format!("{} written", path.display()));
     }
     if let Some(path) = &args.section {

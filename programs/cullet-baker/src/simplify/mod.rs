@@ -7,7 +7,7 @@ mod uses;
 use crate::simplify_args::SimplifyArgs;
 use cullet_command::console::{Console, count, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
-use cullet_command::files::write_results;
+use cullet_command::files::{save_model, write_json};
 use cullet_command::inputs;
 use cullet_io::{Model, SaveErrorKind, SaveFormat};
 use serde::Serialize;
@@ -55,9 +55,17 @@ pub(crate) fn run(args: &SimplifyArgs, console: &Console) -> Outcome {
     if model.motion.take().is_some() {
         console.note("note: what moves in it stands as it is stored, and moves no longer");
     }
-    let record = simplify(&mut model, args, console)?;
+    let mut record = simplify(&mut model, args, console)?;
+    if let Some(path) = &args.out {
+        record.triangles = save_model(&model, path, console)?.triangles;
+    }
     print(&record, console);
-    write_results(&model, args.out.as_deref(), &record, args.json.as_deref(), console)?;
+    if let Some(path) = &args.out {
+        console.line(format!("{} written", path.display()));
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &record)?;
+    }
     Ok(Exit::Fine)
 }
 

@@ -28,7 +28,7 @@ pub(super) struct MeshUse {
 impl Uses {
     pub(super) fn of(scene: &Scene) -> Self {
         let mut meshes = vec![MeshUse::default(); scene.meshes().len()];
-        for slot in scene.slots() {
+        for slot in placed(scene) {
             let of = &mut meshes[scene.mesh_id(slot) as usize];
             of.count += 1;
             of.scale = of.scale.max(largest_scale(scene.transform(slot).linear));
@@ -84,6 +84,11 @@ fn area(mesh: &Mesh) -> f64 {
     mesh.indices().chunks_exact(3).map(triangle).sum()
 }
 
+/// Instances that have a place; one without would have a bound of any size for all others.
+fn placed(scene: &Scene) -> impl Iterator<Item = u32> {
+    scene.slots().filter(|&slot| scene.transform(slot).is_finite())
+}
+
 fn middle(scene: &Scene) -> [f64; 3] {
     let extent = scene.extent();
     if !extent.is_finite() {
@@ -95,7 +100,7 @@ fn middle(scene: &Scene) -> [f64; 3] {
 fn radius(scene: &Scene, middle: [f64; 3]) -> f64 {
     let origin = scene.origin();
     let mut farthest = 0.0_f64;
-    for slot in scene.slots() {
+    for slot in placed(scene) {
         let transform = scene.transform(slot);
         let m = transform.linear.map(|c| c.map(f64::from));
         let start: [f64; 3] =
