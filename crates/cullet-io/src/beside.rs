@@ -10,6 +10,8 @@ use std::path::Path;
 pub enum Beside<'a> {
     /// In this folder, or below it.
     Folder(&'a Path),
+    /// In the first folder, or below it, named from the second, which is within it.
+    Below(&'a Path, &'a Path),
     /// Among these, by name and content.
     Given(&'a [(String, Vec<u8>)]),
 }
@@ -26,12 +28,21 @@ pub enum Missing {
 }
 
 impl<'a> Beside<'a> {
+    /// The folder, within that in which files may lie, from which they are named.
+    #[must_use]
+    pub fn inner(self) -> &'a Path {
+        match self {
+            Self::Below(_, inner) => inner,
+            Self::Folder(_) | Self::Given(_) => Path::new(""),
+        }
+    }
+
     /// The first `most` bytes of the file that a model calls `path`, and how many it has. Those
     /// that were given are found by their path, or else by their name alone, in small letters or
     /// capitals, for their source may know no folder.
     pub fn read(self, path: &Path, most: u64) -> Result<(Cow<'a, [u8]>, u64), Missing> {
         match self {
-            Self::Folder(folder) => {
+            Self::Folder(folder) | Self::Below(folder, _) => {
                 let path = folder.join(path);
                 let meta = std::fs::metadata(&path).map_err(|e| match e.kind() {
                     std::io::ErrorKind::NotFound => Missing::Absent,

@@ -43,7 +43,7 @@ pub(crate) fn read(beside: Beside<'_>, name: &[u8], library: &mut Library) -> Re
     };
     let (bytes, size) = read.map_err(|missing| match (missing, beside) {
         (Missing::Unread(e), _) => e.to_string(),
-        (_, Beside::Folder(_)) => "there is no such file".to_owned(),
+        (_, Beside::Folder(_) | Beside::Below(..)) => "there is no such file".to_owned(),
         (_, Beside::Given(_)) => "it was not given together with the model".to_owned(),
     })?;
     if size > LIMIT {

@@ -251,6 +251,27 @@ fn paths_may_go_up_within_the_folder_of_the_outermost_tileset() {
     assert!(error.unwrap_err().to_string().contains("within itself"));
 }
 
+#[test]
+fn buffers_of_a_tile_may_lie_beside_the_folder_that_it_is_in() {
+    let folder = Folder::new("buffers");
+    std::fs::create_dir_all(folder.root().join("tiles")).unwrap();
+    std::fs::write(folder.root().join("x.bin"), floats(&[0., 0., 0., 1., 0., 0., 0., 1., 0.])).unwrap();
+    let gltf = |uri: &str| {
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}}],
+            "bufferViews":[{{"buffer":0,"byteLength":36}}],"buffers":[{{"byteLength":36,"uri":"{uri}"}}]}}"#
+        )
+    };
+    let text = tileset("", &content("tiles/a.gltf"));
+    let _ = folder.file("tiles/a.gltf", &gltf("../x.bin"));
+    assert_eq!(open(&folder, &text).scene.triangle_count(), 1);
+    let _ = folder.file("tiles/a.gltf", &gltf("../../x.bin"));
+    let error = load(folder.root().join("tileset.json").as_ref(), &LoadOptions::default());
+    assert!(error.unwrap_err().to_string().contains("leaves the folder"));
+}
+
 /// A tile of 1.0: its features as JSON and as numbers, and what follows its tables.
 fn packed(magic: &[u8; 4], features: &str, numbers: &[u8], rest: &[u8]) -> Vec<u8> {
     let head = if magic == b"i3dm" { 32 } else { 28 };

@@ -96,7 +96,7 @@ impl<'a> Buffers<'a> {
                 return Err(wrong("its byteLength is 0".into()));
             }
             let data = match item.uri.as_deref() {
-                Some(text) => Data::Owned(match uri::read(text).map_err(wrong)? {
+                Some(text) => Data::Owned(match uri::read_in(beside.inner(), text).map_err(wrong)? {
                     UriSource::Embedded(bytes) => {
                         owned.push(bytes);
                         owned.len() - 1
@@ -197,7 +197,7 @@ fn read_file(
     let instead = "or convert the model to .glb, which holds all it needs";
     let (bytes, has) = beside.read(path, len as u64).map_err(|missing| {
         wrong(match (missing, beside) {
-            (Missing::Absent, Beside::Folder(_)) => {
+            (Missing::Absent, Beside::Folder(_) | Beside::Below(..)) => {
                 format!("{shown} is not there: put it where the model expects it, {instead}")
             }
             (Missing::Absent, Beside::Given(_)) => {

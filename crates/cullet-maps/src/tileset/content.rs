@@ -50,11 +50,12 @@ pub(super) fn add(
         };
         let at = |error| within(&path, error);
         // What a content names is beside it.
-        let folder = match beside {
-            Beside::Folder(root) => Some(root.join(path.parent().unwrap_or(Path::new("")))),
-            Beside::Given(_) => None,
+        let beside = match beside {
+            Beside::Folder(root) => {
+                Beside::Below(root, path.parent().unwrap_or(Path::new("")))
+            }
+            given => given,
         };
-        let beside = folder.as_deref().map_or(beside, Beside::Folder);
         let model = load_gltf(&path, bytes, &options, beside).map_err(at)?;
         let outer = *frame * *transform;
         let places: Vec<DMat4> = places.iter().map(|p| outer * *p * gltf_to_z_up(*up)).collect();
