@@ -7,9 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use cullet_io::{LoadOptions, Model, SaveErrorKind, Up};
 use engine::{Handle, Scene, ViewState};
 use numpy::{PyArray1, PyArrayDyn};
-use pyo3::exceptions::{
-    PyFileNotFoundError, PyIndexError, PyOSError, PyUserWarning, PyValueError,
-};
+use pyo3::exceptions::{PyFileNotFoundError, PyIndexError, PyOSError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
 use crate::arrays::{ids, shaped};

@@ -16,8 +16,7 @@ const FARTHEST: f64 = 1e15;
 #[must_use]
 pub fn world(transform: &Transform, p: [f32; 3]) -> [f64; 3] {
     std::array::from_fn(|a| {
-        let linear: f64 =
-            (0..3).map(|c| f64::from(transform.linear[c][a]) * f64::from(p[c])).sum();
+        let linear: f64 = (0..3).map(|c| f64::from(transform.linear[c][a]) * f64::from(p[c])).sum();
         linear + transform.translation[a]
     })
 }

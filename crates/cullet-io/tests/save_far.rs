@@ -38,7 +38,10 @@ fn vertices(model: &Model) -> Vec<[f64; 3]> {
 
 fn sorted(mut all: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     all.sort_by(|a, b| {
-        (0..3).map(|k| a[k].total_cmp(&b[k])).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+        (0..3)
+            .map(|k| a[k].total_cmp(&b[k]))
+            .find(|o| o.is_ne())
+            .unwrap_or(std::cmp::Ordering::Equal)
     });
     all.dedup();
     all
@@ -77,7 +80,8 @@ fn what_is_far_from_zero_keeps_its_shape_in_every_format() {
                 let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
                 let head = String::from_utf8_lossy(&bytes[..end]);
                 assert!(head.contains("property double x"), "{head}");
-                let numbers = bytes[end..].as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
+                let numbers =
+                    bytes[end..].as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
                 let all: Vec<f64> = numbers.take(16 * 3).collect();
                 all.as_chunks::<3>().0.to_vec()
             }
@@ -94,9 +98,11 @@ fn what_is_far_from_zero_keeps_its_shape_in_every_format() {
                 assert!(note.contains("32-bit") && note.contains(&format!("({x}, {y}, {z})")));
                 let float = |b: &[u8]| f64::from(f32::from_le_bytes(*b.first_chunk().unwrap()));
                 let corners = bytes[84..].as_chunks::<50>().0.iter().flat_map(|t| {
-                    t[12..48].as_chunks::<12>().0.iter().map(|c| {
-                        std::array::from_fn(|a| float(&c[4 * a..]) + saved.origin[a])
-                    })
+                    t[12..48]
+                        .as_chunks::<12>()
+                        .0
+                        .iter()
+                        .map(|c| std::array::from_fn(|a| float(&c[4 * a..]) + saved.origin[a]))
                 });
                 corners.collect()
             }

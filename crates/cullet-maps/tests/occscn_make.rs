@@ -195,3 +195,38 @@ fn clusters_hold_every_triangle_once_and_few_of_them() {
     empty.cluster(128);
     assert_eq!(empty, Occscn::parse(&written(&Occscn::default())).unwrap());
 }
+
+#[test]
+fn a_scene_far_from_zero_is_counted_from_a_place_nearby() {
+    let near = model();
+    let far = [-299_510_456.0, 98_424_296.0, -975_000.0];
+    let mut moved = model();
+    let handles: Vec<_> = moved.scene.slots().filter_map(|s| moved.scene.handle(s)).collect();
+    for handle in handles {
+        let slot = moved.scene.slot(handle).unwrap();
+        let at = *moved.scene.transform(slot);
+        let translation = std::array::from_fn(|a| at.translation[a] + far[a]);
+        moved.scene.set_transform(handle, Transform { translation, ..at }).unwrap();
+    }
+    moved.scene.rebase(far);
+    let origin = Occscn::local_origin(&moved);
+    assert!((0..3).all(|a| (origin[a] - far[a]).abs() < 10.0), "{origin:?}");
+    assert_eq!(Occscn::local_origin(&near), [0.0; 3]);
+    // A view that looks from (1, 2, 3) beyond the origin: clip space is the world, moved there.
+    let eye: [f64; 3] = std::array::from_fn(|a| origin[a] + [1.0, 2.0, 3.0][a]);
+    let mut clip_from_world = [1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1.];
+    (0..3).for_each(|a| clip_from_world[12 + a] = -eye[a]);
+    let view = MatrixView { name: String::new(), clip_from_world, eye, near: 0.5 };
+    let made = |model: &Model, origin: [f64; 3]| {
+        let options = MakeOptions { origin, ..MakeOptions::default() };
+        Occscn::make(model, std::slice::from_ref(&view), &options).unwrap()
+    };
+    // The same place, counted near zero: only where it stands differs, by whole numbers.
+    let from = std::array::from_fn(|a| origin[a] - far[a]);
+    let (far, near) = (made(&moved, origin), made(&near, from));
+    assert_eq!((&far.vertices, &far.triangles), (&near.vertices, &near.triangles));
+    assert_eq!(far.objects.len(), near.objects.len());
+    assert_eq!(far.cameras[0].eye, [1.0, 2.0, 3.0]);
+    assert_eq!(far.cameras[0].clip_from_world[12..], [-1.0, -2.0, -3.0, 1.0]);
+    assert_eq!(Occscn::parse(&written(&far)).unwrap(), far);
+}

@@ -52,7 +52,9 @@ fn open_with(folder: &Folder, text: &str, options: &LoadOptions) -> Model {
 fn bounds(model: &Model) -> [[f64; 3]; 2] {
     let boxes = model.scene.slots().filter_map(|slot| world_box(&model.scene, slot));
     boxes.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], [l, h]| {
-        let of = |a: [f64; 3], b: [f64; 3], f: fn(f64, f64) -> f64| std::array::from_fn(|k| f(a[k], b[k]));
+        let of = |a: [f64; 3], b: [f64; 3], f: fn(f64, f64) -> f64| {
+            std::array::from_fn(|k| f(a[k], b[k]))
+        };
         [of(low, l, f64::min), of(high, h, f64::max)]
     })
 }
@@ -85,7 +87,8 @@ fn a_projected_system_is_not_the_globe_and_the_ellipsoid_is() {
     };
     let plain = LoadOptions::default();
     // Lyon in EPSG:3946; UTM in the north; Sweden, where the northing is the globe's radius.
-    for (x, y, z) in [(1_841_000.0, 5_175_000.0, 170.0), (5e5, 5.6e6, 80.0), (3.25e5, 6.375e6, 9.0)] {
+    for (x, y, z) in [(1_841_000.0, 5_175_000.0, 170.0), (5e5, 5.6e6, 80.0), (3.25e5, 6.375e6, 9.0)]
+    {
         let model = at(x, y, z, &plain);
         assert_eq!(size(&model), [1.0, 2.0, 3.0]);
         assert_at(&model, [x, z, -y]);
@@ -109,7 +112,12 @@ fn a_projected_system_is_not_the_globe_and_the_ellipsoid_is() {
 
 #[test]
 fn a_tileset_that_is_written_comes_back_as_it_was_wherever_it_was() {
-    for at in [[0.0; 3], [5e5, 80.0, -5.6e6], [3.25e5, 9.0, -6.375e6], [-299_510_456.5, 98_424_296.0, -975_000.0]] {
+    for at in [
+        [0.0; 3],
+        [5e5, 80.0, -5.6e6],
+        [3.25e5, 9.0, -6.375e6],
+        [-299_510_456.5, 98_424_296.0, -975_000.0],
+    ] {
         let folder = Folder::new("utm");
         let model = box_at([40.0, 8.0, 10.0], at);
         let written = write_tiles(&model, folder.root(), &WriteTiles::default(), |_| true);
@@ -255,7 +263,8 @@ fn paths_may_go_up_within_the_folder_of_the_outermost_tileset() {
 fn buffers_of_a_tile_may_lie_beside_the_folder_that_it_is_in() {
     let folder = Folder::new("buffers");
     std::fs::create_dir_all(folder.root().join("tiles")).unwrap();
-    std::fs::write(folder.root().join("x.bin"), floats(&[0., 0., 0., 1., 0., 0., 0., 1., 0.])).unwrap();
+    std::fs::write(folder.root().join("x.bin"), floats(&[0., 0., 0., 1., 0., 0., 0., 1., 0.]))
+        .unwrap();
     let gltf = |uri: &str| {
         format!(
             r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
@@ -311,7 +320,10 @@ fn a_centre_that_tiles_are_relative_to_is_read_in_each_of_its_forms() {
     for (name, bytes) in [
         ("a.b3dm", packed(b"b3dm", r#"{"BATCH_LENGTH":0,"RTC_CENTER":[5,6,7]}"#, &[], &glb)),
         ("c.b3dm", packed(b"b3dm", "{\"RTC_CENTER\":[5,6,7]}\0\0\0", &[], &glb)),
-        ("b.b3dm", packed(b"b3dm", r#"{"BATCH_LENGTH":0,"RTC_CENTER":{"byteOffset":4}}"#, &place, &glb)),
+        (
+            "b.b3dm",
+            packed(b"b3dm", r#"{"BATCH_LENGTH":0,"RTC_CENTER":{"byteOffset":4}}"#, &place, &glb),
+        ),
         (
             "a.i3dm",
             packed(
@@ -380,7 +392,8 @@ fn instances_of_a_tile_are_placed_in_each_of_its_forms() {
         assert!(off.map(|(a, b): (&f64, &f64)| (a - b).abs()).all(|d| d < 1e-3), "{found:?}");
     };
     near(bounds(&show(turned, &vectors, &glb)));
-    let folded = turned.replace("RIGHT", "RIGHT_OCT32P").replace("UP", "UP_OCT32P").replace("12", "4");
+    let folded =
+        turned.replace("RIGHT", "RIGHT_OCT32P").replace("UP", "UP_OCT32P").replace("12", "4");
     near(bounds(&show(&folded, &shorts(&[32_768, 65_535, 32_768, 32_768]), &glb)));
     let stretched = r#"{"INSTANCES_LENGTH":1,"POSITION":[0,0,0],"SCALE_NON_UNIFORM":[2,1,5]}"#;
     assert_eq!(size(&show(stretched, &[], &glb)), [2.0, 10.0, 3.0]);

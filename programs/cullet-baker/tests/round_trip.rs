@@ -29,8 +29,12 @@ impl Facts {
     /// Those of all that has a place, by its vertices.
     fn of(model: &Model) -> Self {
         let scene = &model.scene;
-        let mut facts =
-            Self { instances: 0, triangles: 0, low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] };
+        let mut facts = Self {
+            instances: 0,
+            triangles: 0,
+            low: [f64::INFINITY; 3],
+            high: [f64::NEG_INFINITY; 3],
+        };
         for slot in scene.slots().filter(|&slot| scene.transform(slot).is_finite()) {
             let mesh = scene.mesh(slot);
             facts.instances += u64::from(mesh.triangle_count() > 0);
@@ -38,7 +42,8 @@ impl Facts {
             for &v in mesh.indices() {
                 let p = world(scene.transform(slot), mesh.positions()[v as usize]);
                 for a in 0..3 {
-                    (facts.low[a], facts.high[a]) = (facts.low[a].min(p[a]), facts.high[a].max(p[a]));
+                    (facts.low[a], facts.high[a]) =
+                        (facts.low[a].min(p[a]), facts.high[a].max(p[a]));
                 }
             }
         }
@@ -46,7 +51,12 @@ impl Facts {
     }
 
     /// What differs, if bounds may be off by a share of the size and a step at their place.
-    fn differs(&self, other: &Self, [share, step]: [f64; 2], with_instances: bool) -> Option<String> {
+    fn differs(
+        &self,
+        other: &Self,
+        [share, step]: [f64; 2],
+        with_instances: bool,
+    ) -> Option<String> {
         if self.triangles != other.triangles {
             return Some(format!("{} triangles for {}", other.triangles, self.triangles));
         }
@@ -101,9 +111,10 @@ fn wrong(path: &Path, folder: &Folder) -> Vec<String> {
                     let counted = ["triangles_after", "triangles"];
                     let counted = counted.iter().find_map(|key| json[*key].as_u64());
                     match counted.filter(|&count| count != again.triangles) {
-                        Some(count) => {
-                            Some(format!("it counts {count} triangles; the file has {}", again.triangles))
-                        }
+                        Some(count) => Some(format!(
+                            "it counts {count} triangles; the file has {}",
+                            again.triangles
+                        )),
                         None if said.contains("left out") && said.contains("instance") => None,
                         None if what == "simplify" => None,
                         None => {
@@ -176,7 +187,9 @@ fn built_in_models_and_those_of_reports_come_back_from_every_writer() {
     let folder = Folder::new("round-trip-models");
     let mut paths = Vec::new();
     for (k, scene) in
-        ["solids", "city:cells=4,objects=40,sub=2", "office", "forest:n=300", "moving"].iter().enumerate()
+        ["solids", "city:cells=4,objects=40,sub=2", "office", "forest:n=300", "moving"]
+            .iter()
+            .enumerate()
     {
         let Ok(model) = cullet_scenes::build(scene) else { panic!("{scene}") };
         let path = folder.root().join(format!("{k}.glb"));
@@ -191,7 +204,9 @@ fn built_in_models_and_those_of_reports_come_back_from_every_writer() {
 
 #[test]
 fn files_of_the_test_data_come_back_from_every_writer() {
-    let Some(root) = data("broken").and_then(|path| path.parent().map(Path::to_owned)) else { return };
+    let Some(root) = data("broken").and_then(|path| path.parent().map(Path::to_owned)) else {
+        return;
+    };
     let mut paths = Vec::new();
     models(&root, 0, &mut paths);
     assert!(paths.len() > 100, "{}", paths.len());
@@ -233,9 +248,7 @@ fn areas(path: &str) -> Vec<f64> {
         cross.iter().map(|v| v * v).sum::<f64>().sqrt() * 0.5
     };
     let corner = |w: &str| vertices[w.split('/').next().unwrap().parse::<usize>().unwrap() - 1];
-    words("f ")
-        .map(|line| area(line.map(corner).collect::<Vec<_>>().try_into().unwrap()))
-        .collect()
+    words("f ").map(|line| area(line.map(corner).collect::<Vec<_>>().try_into().unwrap())).collect()
 }
 
 #[test]
@@ -259,7 +272,11 @@ fn a_cut_far_from_zero_has_the_areas_that_it_says() {
         let facts = Facts::of(&try_load(Path::new(&out)).unwrap());
         let size: [f64; 3] = std::array::from_fn(|a| facts.high[a] - facts.low[a]);
         assert!((0..3).all(|a| (size[a] - [0.5, 1.0, 1.0][a]).abs() < 1e-6), "{name}: {size:?}");
-        assert_eq!(said.contains("counted from (-299510456, 98424297, -975000)"), name == "f.stl", "{said}");
+        assert_eq!(
+            said.contains("counted from (-299510456, 98424297, -975000)"),
+            name == "f.stl",
+            "{said}"
+        );
     }
 }
 

@@ -96,27 +96,29 @@ impl<'a> Buffers<'a> {
                 return Err(wrong("its byteLength is 0".into()));
             }
             let data = match item.uri.as_deref() {
-                Some(text) => Data::Owned(match uri::read_in(beside.inner(), text).map_err(wrong)? {
-                    UriSource::Embedded(bytes) => {
-                        owned.push(bytes);
-                        owned.len() - 1
-                    }
-                    UriSource::File(path) => {
-                        // A file that several buffers name is held once, as long as the longest.
-                        let number = match files.iter().find(|(known, _)| *known == path) {
-                            Some(&(_, number)) => number,
-                            None => {
-                                files.push((path.clone(), owned.len()));
-                                owned.push(Vec::new());
-                                owned.len() - 1
-                            }
-                        };
-                        if owned[number].len() < len {
-                            owned[number] = read_file(beside, &path, len, &name())?;
+                Some(text) => {
+                    Data::Owned(match uri::read_in(beside.inner(), text).map_err(wrong)? {
+                        UriSource::Embedded(bytes) => {
+                            owned.push(bytes);
+                            owned.len() - 1
                         }
-                        number
-                    }
-                }),
+                        UriSource::File(path) => {
+                            // A file that several buffers name is held once, as long as the longest.
+                            let number = match files.iter().find(|(known, _)| *known == path) {
+                                Some(&(_, number)) => number,
+                                None => {
+                                    files.push((path.clone(), owned.len()));
+                                    owned.push(Vec::new());
+                                    owned.len() - 1
+                                }
+                            };
+                            if owned[number].len() < len {
+                                owned[number] = read_file(beside, &path, len, &name())?;
+                            }
+                            number
+                        }
+                    })
+                }
                 None if is_glb && i == 0 => match &bin {
                     Some(range) => Data::Chunk(range.clone()),
                     None => return Err(wrong("the file has no binary chunk for it".into())),

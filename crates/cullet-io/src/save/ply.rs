@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 
 use super::{Written, attributes, world_indices, world_normals};
-use crate::attributes::{NO_COLOR, NO_UV, srgb_byte};
 use crate::Attributes;
+use crate::attributes::{NO_COLOR, NO_UV, srgb_byte};
 use crate::place::world;
 
 pub(super) fn write(all: &Written<'_>, out: &mut impl Write) -> io::Result<()> {

@@ -103,8 +103,8 @@ impl Saved {
     /// Notes what the format has no place for.
     fn leave_out(&mut self, model: &Model, format: SaveFormat) {
         let is_glb = format == SaveFormat::Glb;
-        let has_levels = (0..model.scene.meshes().len() as u32)
-            .any(|mesh| !model.scene.levels(mesh).is_empty());
+        let has_levels =
+            (0..model.scene.meshes().len() as u32).any(|mesh| !model.scene.levels(mesh).is_empty());
         let lost = [
             (model.motion.is_some(), "motions (it is written as it stands)"),
             (!is_glb && !model.cameras.is_empty(), "cameras"),

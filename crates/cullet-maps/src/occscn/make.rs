@@ -38,7 +38,13 @@ pub struct MakeOptions {
 
 impl Default for MakeOptions {
     fn default() -> Self {
-        Self { occluders: Vec::new(), cluster: None, objects: Objects::Rest, seed: 1, origin: [0.0; 3] }
+        Self {
+            occluders: Vec::new(),
+            cluster: None,
+            objects: Objects::Rest,
+            seed: 1,
+            origin: [0.0; 3],
+        }
     }
 }
 
@@ -55,10 +61,12 @@ impl Occscn {
         options: &MakeOptions,
     ) -> Result<Self, ErrorKind> {
         let wanted = occluder_slots(model, &options.occluders)?;
-        let mut out = Self::gather(model, options.origin, |slot| match (wanted[slot as usize], options.objects) {
-            (true, _) => Role::Occluder,
-            (false, Objects::Rest) => Role::Object,
-            (false, Objects::Random(_)) => Role::Nothing,
+        let mut out = Self::gather(model, options.origin, |slot| {
+            match (wanted[slot as usize], options.objects) {
+                (true, _) => Role::Occluder,
+                (false, Objects::Rest) => Role::Object,
+                (false, Objects::Random(_)) => Role::Nothing,
+            }
         })?;
         if out.triangles.is_empty() {
             let message = "none is left: what is blended or masked never occludes";
@@ -70,7 +78,8 @@ impl Occscn {
         if let Objects::Random(count) = options.objects {
             out.objects = random_boxes(out.extent(), count, options.seed);
         }
-        out.cameras = views.iter().map(|view| OccCamera::from_origin(view, options.origin)).collect();
+        out.cameras =
+            views.iter().map(|view| OccCamera::from_origin(view, options.origin)).collect();
         Ok(out)
     }
 

@@ -51,9 +51,7 @@ pub(super) fn add(
         let at = |error| within(&path, error);
         // What a content names is beside it.
         let beside = match beside {
-            Beside::Folder(root) => {
-                Beside::Below(root, path.parent().unwrap_or(Path::new("")))
-            }
+            Beside::Folder(root) => Beside::Below(root, path.parent().unwrap_or(Path::new(""))),
             given => given,
         };
         let model = load_gltf(&path, bytes, &options, beside).map_err(at)?;

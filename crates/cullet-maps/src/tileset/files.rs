@@ -38,7 +38,9 @@ fn unpacked(bytes: Vec<u8>) -> Result<Vec<u8>, ErrorKind> {
             count: size as u64,
             limit: LARGEST,
         }),
-        Err(e) => Err(ErrorKind::invalid("gzip", format!("it is packed and cannot be unpacked: {e}"))),
+        Err(e) => {
+            Err(ErrorKind::invalid("gzip", format!("it is packed and cannot be unpacked: {e}")))
+        }
     }
 }
 

@@ -99,7 +99,8 @@ impl<'a> Joint<'a> {
             }
         }
         let slots = || tile.scene.slots();
-        for (place, slot) in places.iter().flat_map(|place| slots().map(move |slot| (place, slot))) {
+        for (place, slot) in places.iter().flat_map(|place| slots().map(move |slot| (place, slot)))
+        {
             let transform = composed(place, tile.scene.transform(slot));
             let instance = Instance {
                 layers: tile.scene.layers(slot),
@@ -149,7 +150,8 @@ impl<'a> Joint<'a> {
             self.warn("tileset", message);
         }
         if !self.unread.is_empty() {
-            let message = format!("not read: {}; what they add is not there", self.unread.join(", "));
+            let message =
+                format!("not read: {}; what they add is not there", self.unread.join(", "));
             self.warn("tileset", message);
         }
         // What was left out might have had some.

@@ -88,7 +88,9 @@ fn add(bytes: &[u8], place: &DMat4, depth: u32, all: &mut Vec<Part>) -> Result<(
         }
         magic => {
             let magic = String::from_utf8_lossy(magic.unwrap_or_default());
-            return Err(ErrorKind::Unsupported(format!("a tile of the kind {magic:?} is not read")));
+            return Err(ErrorKind::Unsupported(format!(
+                "a tile of the kind {magic:?} is not read"
+            )));
         }
     }
     Ok(())

@@ -9,9 +9,7 @@ use super::content::{Piece, add, counts};
 use super::files::{file, local, within};
 use super::implicit::{Place, Subtree};
 use super::join::Joint;
-use super::json::{
-    self, GltfUp, ImplicitJson, Refine, TileJson, TileSize, TilesetJson, Volume,
-};
+use super::json::{self, GltfUp, ImplicitJson, Refine, TileJson, TileSize, TilesetJson, Volume};
 use super::place::{self, Frame};
 use super::sight::TileSight;
 use cullet_io::reader::{Beside, FromJson};

@@ -201,9 +201,8 @@ fn left_out(model: &Model) -> Vec<Warning> {
     let mut note = |item: String, message: String| notes.push(Warning { item, message });
     let of = |is: &dyn Fn(u32) -> bool| -> Vec<u32> { scene.slots().filter(|&s| is(s)).collect() };
     let no_place = of(&|slot| !scene.transform(slot).is_finite());
-    let empty = of(&|slot| {
-        scene.transform(slot).is_finite() && scene.mesh(slot).triangle_count() == 0
-    });
+    let empty =
+        of(&|slot| scene.transform(slot).is_finite() && scene.mesh(slot).triangle_count() == 0);
     for (slots, defect) in
         [(no_place, "transforms that are not finite"), (empty, "meshes without triangles")]
     {
