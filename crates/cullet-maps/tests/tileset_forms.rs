@@ -5,7 +5,7 @@ use std::io::Write as _;
 use cullet::mesh::MeshData;
 use cullet::{Instance, Mesh, Transform};
 use cullet_io::{LoadOptions, Model, Up, save, world_box};
-use cullet_maps::{WriteTiles, load, write_tiles};
+use cullet_maps::{WriteTiles, load, load_bytes_with, write_tiles};
 use cullet_testkit::Folder;
 
 /// Writes a box of some size from zero up, as a GLB.
@@ -127,6 +127,22 @@ fn a_tileset_that_is_written_comes_back_as_it_was_wherever_it_was() {
         assert_eq!((size(&again), warned(&again)), ([40.0, 8.0, 10.0], String::new()), "{at:?}");
         assert_eq!(bounds(&again), bounds(&model));
     }
+    // One that somebody has put on the globe since is there.
+    let folder = Folder::new("put");
+    write_tiles(
+        &box_at([40.0, 8.0, 10.0], [0.0; 3]),
+        folder.root(),
+        &WriteTiles::default(),
+        |_| true,
+    )
+    .unwrap();
+    let path = folder.root().join("tileset.json");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let put = r#""root":{"transform":[0,1,0,0,0,0,1,0,1,0,0,0,6378137,0,0,1],"#;
+    std::fs::write(&path, text.replace(r#""root":{"#, put)).unwrap();
+    let model = load(&path, &LoadOptions::default()).unwrap();
+    assert_eq!(size(&model), [40.0, 8.0, 10.0]);
+    assert!(warned(&model).contains("WGS 84"), "{}", warned(&model));
 }
 
 #[test]
@@ -222,7 +238,7 @@ fn what_is_not_read_of_a_tileset_is_named() {
     let both = r#","contents":[{"uri":"a.glb"},{"uri":"p.pnts"}]"#;
     let model = open(&folder, &tileset("", both));
     assert_eq!(model.scene.triangle_count(), 12);
-    assert!(warned(&model).contains("1 tiles of points (pnts)"), "{}", warned(&model));
+    assert!(warned(&model).contains("tiles of points (pnts) left out"), "{}", warned(&model));
 }
 
 #[test]
@@ -458,4 +474,30 @@ fn files_that_servers_keep_packed_are_unpacked() {
     let error = load(folder.root().join("tileset.json").as_ref(), &LoadOptions::default());
     let error = error.unwrap_err().to_string();
     assert!(error.contains("a.b3dm, gzip: it is packed and cannot be unpacked"), "{error}");
+}
+
+#[test]
+fn packed_tiles_that_are_changed_end_in_an_error_or_a_model() {
+    let folder = Folder::new("changed");
+    let glb = box_file(&folder, "a.glb", [1.0; 3]);
+    let features =
+        r#"{"INSTANCES_LENGTH":2,"RTC_CENTER":{"byteOffset":0},"POSITION":{"byteOffset":12}}"#;
+    let numbers = floats(&[1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 9.0, 0.0, 0.0]);
+    let i3dm = packed(b"i3dm", features, &numbers, &glb);
+    let all = composite(&[&packed(b"b3dm", r#"{"RTC_CENTER":[1,2,3]}"#, &[], &glb), &i3dm]);
+    let text = tileset("", &content("a.cmpt"));
+    let load = |bytes: Vec<u8>| {
+        let beside = [("a.cmpt".to_owned(), bytes)];
+        load_bytes_with("t.json", text.as_bytes(), &beside, &LoadOptions::default())
+    };
+    assert_eq!(load(all.clone()).unwrap().scene.instance_count(), 3);
+    let mut refused = 0;
+    for at in 0..all.len() {
+        for by in [1, 0x80, 0xff] {
+            let mut changed = all.clone();
+            changed[at] ^= by;
+            refused += u32::from(load(changed).is_err());
+        }
+    }
+    assert!(refused > 300, "{refused}");
 }

@@ -143,10 +143,9 @@ impl<'a> Joint<'a> {
             self.warn("tileset", message);
         }
         if !self.points.is_empty() {
-            let message = format!(
-                "{} tiles of points (pnts) are left out, for points have no surface",
-                self.points.len()
-            );
+            let count = self.points.len();
+            let message =
+                format!("tiles of points (pnts) left out, for points have no surface: {count}");
             self.warn("tileset", message);
         }
         if !self.unread.is_empty() {

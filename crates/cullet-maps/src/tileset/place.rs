@@ -68,8 +68,9 @@ pub(super) fn frame(root: &TileJson<'_>, up: Option<Up>) -> Result<Frame, ErrorK
         None => {}
     }
     let is_said = root.bounding_volume.region.is_some();
-    // Those that this crate wrote lie as the scene did.
-    if root.extras.0.is_some() || (!is_said && middle.length() < NEAR_ZERO) {
+    // Those that this crate wrote lie as the scene did, unless somebody moved them since.
+    let is_ours = root.extras.0.is_some() && root.transform.is_none();
+    if is_ours || (!is_said && middle.length() < NEAR_ZERO) {
         return flat(None);
     }
     let to_scene = |note: Option<String>| {

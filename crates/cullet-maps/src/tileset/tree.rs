@@ -210,8 +210,7 @@ pub(super) fn read(
     let sight = ours.and_then(|ours| ours.cells);
     let requests = (walk.requests > 0).then(|| {
         format!(
-            "{} tiles are meant to be shown only from within a volume (viewerRequestVolume), which \
-             is ignored: they are read as seen from everywhere",
+            "viewerRequestVolume is ignored: tiles are read as seen from everywhere; {} of them have one",
             walk.requests
         )
     });
