@@ -267,6 +267,12 @@ fn a_cut_far_from_zero_has_the_areas_that_it_says() {
     assert_eq!(found.len(), 20);
     // Half a cube: two sides whole, four halved.
     assert!((found.iter().sum::<f64>() - 4.0).abs() < 1e-6, "{found:?}");
+    let svg = folder.path("f.svg");
+    run(&["cut", &report("far-299M.glb"), "--plane", plane, "--section", &svg]).unwrap();
+    let drawn = std::fs::read_to_string(&svg).unwrap();
+    // The side of the cube, from whole numbers nearby.
+    assert!(drawn.contains("data-from=\"") && drawn.contains("1.000000"), "{drawn}");
+    assert!(!drawn.contains("M9842") && !drawn.contains("M-97"), "{drawn}");
     for name in ["f.stl", "f.glb"] {
         let (out, said) = cut(name);
         let facts = Facts::of(&try_load(Path::new(&out)).unwrap());

@@ -10,6 +10,9 @@ use glam::DVec3;
 /// Pixels of the longer side.
 const SIZE: f64 = 1200.0;
 
+/// So many sizes from zero, a drawing is counted from a place of its own.
+const FAR: f64 = 1000.0;
+
 /// Draws every plane's outlines beside each other, each seen from where its normal points, all at
 /// one scale. Units are those of the world; the transform of the whole turns them into pixels.
 pub(super) fn draw(model: &Model, planes: &[Plane], sections: &[Section]) -> String {
@@ -51,19 +54,24 @@ pub(super) fn draw(model: &Model, planes: &[Plane], sections: &[Section]) -> Str
     );
     let mut left = gap;
     for (number, paths, low, size) in sheets {
+        // Programs that draw have f32: far from zero, lines are counted from a place that is said.
+        let far = low.iter().any(|v| v.abs() > FAR * size[0].max(size[1]));
+        let from = if far { low.map(f64::floor) } else { [0.0; 2] };
+        let said = if far { format!(" data-from=\"{} {}\"", from[0], from[1]) } else { String::new() };
         // One unit of the world is one unit of the group; only the line's width is in pixels.
         let _ = writeln!(
             text,
-            "<g id=\"plane-{number}\" transform=\"scale({scale}) translate({} {})\" stroke=\"#222\" \
+            "<g id=\"plane-{number}\"{said} transform=\"scale({scale}) translate({} {})\" stroke=\"#222\" \
              stroke-width=\"{}\" stroke-linejoin=\"round\" fill-rule=\"nonzero\">",
-            left - low[0],
-            gap - low[1],
+            left - (low[0] - from[0]),
+            gap - (low[1] - from[1]),
             0.8 / scale
         );
         for (material, lines) in paths {
             let mut d = String::new();
             for line in &lines {
                 for (i, [x, y]) in line.iter().enumerate() {
+                    let (x, y) = (x - from[0], y - from[1]);
                     let _ = write!(d, "{}{x:.6} {y:.6}", if i == 0 { "M" } else { "L" });
                 }
                 d.push('Z');
