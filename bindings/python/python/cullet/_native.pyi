@@ -374,7 +374,7 @@ class Scene:
         answers are as right, and more is kept of meshes that are new."""
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes GLB, PLY, OBJ or STL, by the ending."""
+        """Writes GLB, PLY, OBJ or STL, by the ending. Warns of what the file does not have."""
 
     @overload
     def cull(self, camera: Camera, culler: _Settings | None = None, *, threads: int = 0) -> Result: ...

@@ -10,8 +10,9 @@ use super::json::GltfUp;
 use super::packed::{self, FIRST_TABLE, Gltf, Part};
 use super::place::gltf_to_z_up;
 use cullet_io::reader::Beside;
-use cullet_io::reader::Source;
-use cullet_io::reader::{Counts, counts as gltf_counts, load_gltf};
+use cullet_io::reader::{
+    Counts, JsonKind, Source, counts as gltf_counts, json_kind, load_gltf,
+};
 use cullet_io::{ErrorKind, LoadOptions};
 
 /// A content that is drawn, and where.
@@ -49,6 +50,10 @@ pub(super) fn add(
             }
         };
         let at = |error| within(&path, error);
+        if json_kind(&bytes) == JsonKind::Tileset {
+            let message = "it is a tileset, and within another the names of those end in .json";
+            return Err(at(ErrorKind::Unsupported(message.to_owned())));
+        }
         // What a content names is beside it.
         let beside = match beside {
             Beside::Folder(root) => Beside::Below(root, path.parent().unwrap_or(Path::new(""))),

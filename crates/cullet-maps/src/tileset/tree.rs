@@ -12,7 +12,7 @@ use super::join::Joint;
 use super::json::{self, GltfUp, ImplicitJson, Refine, TileJson, TileSize, TilesetJson, Volume};
 use super::place::{self, Frame};
 use super::sight::TileSight;
-use cullet_io::reader::{Beside, FromJson};
+use cullet_io::reader::{Beside, FromJson, JsonKind, json_kind};
 use cullet_io::{ErrorKind, LoadError, LoadOptions, Model};
 
 /// The most tilesets that lie within each other.
@@ -299,6 +299,10 @@ impl Walk<'_> {
                 contents.push(Piece { path, transform, up: self.up });
             } else if children.is_empty() || refine == Refine::Add {
                 let bytes = file(&path, self.beside)?;
+                if json_kind(&bytes) == JsonKind::Gltf {
+                    contents.push(Piece { path, transform, up: self.up });
+                    continue;
+                }
                 let tileset = json::read(&bytes).map_err(|e| within(&path, e))?;
                 inner.push(self.tileset(&path, &tileset, transform)?);
             }

@@ -292,6 +292,14 @@ fn buffers_of_a_tile_may_lie_beside_the_folder_that_it_is_in() {
     let text = tileset("", &content("tiles/a.gltf"));
     let _ = folder.file("tiles/a.gltf", &gltf("../x.bin"));
     assert_eq!(open(&folder, &text).scene.triangle_count(), 1);
+    // Its ending says nothing.
+    let _ = folder.file("a.json", &gltf("x.bin"));
+    assert_eq!(open(&folder, &tileset("", &content("a.json"))).scene.triangle_count(), 1);
+    let _ = folder.file("inner", &tileset("", ""));
+    let inner = folder.file("tileset.json", &tileset("", &content("inner")));
+    let error = load(inner.as_ref(), &LoadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("inner: it is a tileset"), "{error}");
+    let _ = folder.file("tileset.json", &text);
     let _ = folder.file("tiles/a.gltf", &gltf("../../x.bin"));
     let error = load(folder.root().join("tileset.json").as_ref(), &LoadOptions::default());
     assert!(error.unwrap_err().to_string().contains("leaves the folder"));
