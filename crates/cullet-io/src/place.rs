@@ -9,6 +9,8 @@ pub type WorldBox = [[f64; 3]; 2];
 const COARSE: f64 = 1.0 / 131_072.0;
 /// A local origin must make the rounding so many times smaller, or it is not worth its trouble.
 const WORTH: f64 = 4.0;
+/// The middle of what is no more of its sizes away is near zero.
+const NEAR: f64 = 2.0;
 /// Beyond, whole numbers are no longer told apart, and too long for the comment of a file.
 const FARTHEST: f64 = 1e15;
 
@@ -71,24 +73,27 @@ pub(crate) fn is_far(scene: &Scene, origin: [f64; 3]) -> bool {
 /// instance of it, if that helps.
 #[must_use]
 pub fn local_origin(scene: &Scene) -> [f64; 3] {
-    let boxes: Vec<WorldBox> = scene.slots().filter_map(|slot| world_box(scene, slot)).collect();
-    origin_of(&boxes)
+    origin_of(|| scene.slots().filter_map(|slot| world_box(scene, slot)))
 }
 
-fn origin_of(boxes: &[WorldBox]) -> [f64; 3] {
+fn origin_of<I: Iterator<Item = WorldBox>>(boxes: impl Fn() -> I) -> [f64; 3] {
     let zero = [0.0; 3];
-    if !boxes.iter().any(|of| is_coarse(of, zero)) {
+    if !boxes().any(|of| is_coarse(&of, zero)) {
         return zero;
     }
     let mut around = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    for [low, high] in boxes {
+    for [low, high] in boxes() {
         for a in 0..3 {
             around[0][a] = around[0][a].min(low[a]);
             around[1][a] = around[1][a].max(high[a]);
         }
     }
-    let middle: [f64; 3] =
-        std::array::from_fn(|a| (around[0][a] * 0.5 + around[1][a] * 0.5).round());
+    let size = size(&around);
+    let middle: [f64; 3] = std::array::from_fn(|a| {
+        let middle = around[0][a] * 0.5 + around[1][a] * 0.5;
+        // An axis along which all is near zero stays as it is.
+        if middle.abs() > size * NEAR { middle.round() } else { 0.0 }
+    });
     let helps = rounding(&around, middle) * WORTH <= rounding(&around, zero);
     let helps = helps && middle.iter().all(|v| v.abs() < FARTHEST);
     if helps { middle } else { zero }
@@ -101,10 +106,10 @@ mod tests {
     #[test]
     fn an_origin_is_moved_only_where_f32_is_coarse_and_it_helps() {
         let cube = |x: f64, size: f64| [[x, 0.0, 0.0], [x + size, size, size]];
-        let of = |boxes: &[WorldBox]| origin_of(boxes);
+        let of = |boxes: &[WorldBox]| origin_of(|| boxes.iter().copied());
         assert_eq!(of(&[]), [0.0; 3]);
         assert_eq!(of(&[cube(5.0, 1.0)]), [0.0; 3]);
-        assert_eq!(of(&[cube(3e8, 1.0)]), [3e8, 1.0, 1.0]);
+        assert_eq!(of(&[cube(3e8, 1.0)]), [3e8, 0.0, 0.0]);
         // Far apart, no place is near both.
         assert_eq!(of(&[cube(3e8, 1.0), cube(-3e8, 1.0)]), [0.0; 3]);
         assert_eq!(of(&[cube(-1e6, 2e6)]), [0.0; 3]);
