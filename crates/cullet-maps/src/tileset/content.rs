@@ -10,9 +10,7 @@ use super::json::GltfUp;
 use super::packed::{self, FIRST_TABLE, Gltf, Part};
 use super::place::gltf_to_z_up;
 use cullet_io::reader::Beside;
-use cullet_io::reader::{
-    Counts, JsonKind, Source, counts as gltf_counts, json_kind, load_gltf,
-};
+use cullet_io::reader::{Counts, JsonKind, Source, counts as gltf_counts, json_kind, load_gltf};
 use cullet_io::{ErrorKind, LoadOptions};
 
 /// A content that is drawn, and where.

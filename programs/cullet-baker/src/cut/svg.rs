@@ -57,7 +57,8 @@ pub(super) fn draw(model: &Model, planes: &[Plane], sections: &[Section]) -> Str
         // Programs that draw have f32: far from zero, lines are counted from a place that is said.
         let far = low.iter().any(|v| v.abs() > FAR * size[0].max(size[1]));
         let from = if far { low.map(f64::floor) } else { [0.0; 2] };
-        let said = if far { format!(" data-from=\"{} {}\"", from[0], from[1]) } else { String::new() };
+        let said =
+            if far { format!(" data-from=\"{} {}\"", from[0], from[1]) } else { String::new() };
         // One unit of the world is one unit of the group; only the line's width is in pixels.
         let _ = writeln!(
             text,
