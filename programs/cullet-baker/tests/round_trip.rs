@@ -110,8 +110,8 @@ fn wrong(path: &Path, folder: &Folder) -> Vec<String> {
                     let again = Facts::of(&again);
                     let counted = ["triangles_after", "triangles"];
                     // The baker counts each mesh once.
-                    let counted = counted.iter().filter(|_| what != "bake");
-                    let counted = counted.filter_map(|key| json[*key].as_u64()).next();
+                    let mut counted = counted.iter().filter(|_| what != "bake");
+                    let counted = counted.find_map(|key| json[*key].as_u64());
                     match counted.filter(|&count| count != again.triangles) {
                         Some(count) => Some(format!(
                             "it counts {count} triangles; the file has {}",
