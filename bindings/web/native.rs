@@ -92,7 +92,7 @@ fn main() {
     }
     scene.commit();
     for (name, flags) in [("frustum", 1), ("occlusion", 0)] {
-        let mut view = SceneView::new(Settings { preset: 1, output: 0, flags });
+        let mut view = SceneView::new(Settings { preset: 1, output: 0, flags, draw_us: 0.0 });
         view.culler_mut().simd = level;
         report(name, |i| {
             if view.set_camera(clip(i), 0, [1280, 720], u32::MAX).is_err()

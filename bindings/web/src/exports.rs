@@ -302,8 +302,8 @@ mod scenes {
     }
 
     #[unsafe(no_mangle)]
-    extern "C" fn view_new(preset: u32, output: u32, flags: u32) -> u32 {
-        let view = SceneView::new(Settings { preset, output, flags });
+    extern "C" fn view_new(preset: u32, output: u32, flags: u32, draw_us: f64) -> u32 {
+        let view = SceneView::new(Settings { preset, output, flags, draw_us });
         VIEWS.with_borrow_mut(|all| all.add(view))
     }
 

@@ -18,6 +18,8 @@ pub struct Settings {
     pub output: u32,
     /// Bit 0: without occlusion; bit 1: with reasons.
     pub flags: u32,
+    /// Microseconds that a draw takes; the engine's own guess where that is not above 0.
+    pub draw_us: f64,
 }
 
 /// One view of one scene.
@@ -57,6 +59,9 @@ impl SceneView {
             culler.occlusion = None;
         }
         culler.reasons = settings.flags & 2 != 0;
+        if settings.draw_us > 0.0 {
+            culler.costs.draw_ns = settings.draw_us * 1e3;
+        }
         Self {
             culler,
             view: None,

@@ -59,6 +59,8 @@ export interface ViewOptions {
   depth?: 'standard' | 'reversed' | 'webgl';
   /** Layers seen, u32. Default all. */
   layers?: number;
+  /** Microseconds that a draw takes, by which it is decided whether occlusion pays. Default 1. */
+  drawMicroseconds?: number;
 }
 
 /** Numbers of instances, of their clusters and of their triangles. */
@@ -99,9 +101,10 @@ export class View {
    * @param clipFromWorld world to clip space, column-major, sixteen numbers (`projectionMatrix × matrixWorldInverse`); in f64
    * where the world is large.
    * @param width of the viewport in pixels, 1 to 65,536; as is `height`.
+   * @param layers those that it sees, as bits; default those of the view's options.
    * @throws {CulletError} `camera` where the matrix shows no volume; the camera stays as it was.
    */
-  setCamera(clipFromWorld: Numbers, width: number, height: number): this;
+  setCamera(clipFromWorld: Numbers, width: number, height: number, layers?: number): this;
   /**
    * The ids of what is visible, ascending: a superset of what is truly visible. A view of the engine's memory, good until
    * the next `cull` of this view, or until the memory grows. Allocates nothing from frame to frame.

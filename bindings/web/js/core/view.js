@@ -11,6 +11,9 @@ const lost = new FinalizationRegistry(({ engine, number }) => {
   try { engine.call('view_free', number); } catch { /* The engine is gone, and all with it. */ }
 });
 
+// 0: as the engine has it.
+const microseconds = (given) => (given === undefined ? 0 : numbers('drawMicroseconds', [given], 1)[0]);
+
 const KEY = Symbol('a scene makes its views');
 export const viewsOf = (engine, scene, given) => new View(KEY, engine, scene, given);
 
@@ -28,11 +31,11 @@ export class View {
   constructor(key, engine, scene, given) {
     if (key !== KEY) throw new CulletError('argument', 'a view is made by `scene.view()`');
     void scene.number;
-    const o = options('the options of a view', given, ['preset', 'occlusion', 'output', 'reasons', 'depth', 'layers']);
+    const o = options('the options of a view', given, ['preset', 'occlusion', 'output', 'reasons', 'depth', 'layers', 'drawMicroseconds']);
     this.#depth = word('depth', o.depth ?? 'standard', DEPTHS);
     this.#layers = whole('layers', o.layers ?? 2 ** 32 - 1, 0, 2 ** 32 - 1);
     const flags = (o.occlusion === false ? 1 : 0) | (o.reasons ? 2 : 0);
-    this.#number = engine.call('view_new', word('preset', o.preset ?? 'balanced', PRESETS), word('output', o.output ?? 'clusters', UNITS), flags);
+    this.#number = engine.call('view_new', word('preset', o.preset ?? 'balanced', PRESETS), word('output', o.output ?? 'clusters', UNITS), flags, microseconds(o.drawMicroseconds));
     [this.#engine, this.#scene, this.#hasReasons] = [engine, scene, Boolean(o.reasons)];
     lost.register(this, { engine, number: this.#number }, this);
   }
@@ -44,11 +47,12 @@ export class View {
     return this.#number;
   }
 
-  setCamera(clipFromWorld, width, height) {
+  setCamera(clipFromWorld, width, height, layers = this.#layers) {
     const view = this.#live();
     numbers('clipFromWorld', clipFromWorld, 16);
     whole('the width of the viewport', width, 1, 65536);
     whole('the height of the viewport', height, 1, 65536);
+    whole('layers', layers, 0, 2 ** 32 - 1);
     const engine = this.#engine;
     const at = engine.scratch(128);
     if (!this.#matrix || this.#matrixAt !== at || this.#matrix.buffer !== engine.buffer) {
@@ -56,7 +60,7 @@ export class View {
       this.#matrixAt = at;
     }
     this.#matrix.set(clipFromWorld);
-    engine.check('view_set_camera', view, this.#depth, width, height, this.#layers);
+    engine.check('view_set_camera', view, this.#depth, width, height, layers);
     return this;
   }
 

@@ -7,14 +7,14 @@ const materialsOf = ({ material }) => (Array.isArray(material) ? material : [mat
 
 // Vertices that a shader moves leave the box of the geometry.
 const movedByMaterial = (m) => Boolean(m) && (m.isShaderMaterial === true || (m.displacementMap ?? null) !== null
-  || Object.hasOwn(m, 'onBeforeCompile') || Boolean(m.positionNode ?? m.vertexNode ?? m.castShadowPositionNode));
+  || m.onBeforeCompile !== owner(m, 'onBeforeCompile')?.onBeforeCompile || Boolean(m.positionNode ?? m.vertexNode ?? m.castShadowPositionNode));
 
 // Nodes may read the number of an instance, which is another once instances are compacted.
 const hasNodes = (m) => m.isNodeMaterial === true && Object.keys(m).some((key) => key.endsWith('Node') && m[key]);
 
 // The last of an object's prototypes that has `name` itself: three.js's own, without importing it (a page may have
 // `three` or `three/webgpu`, and a second copy would double its size).
-function owner(object, name) {
+export function owner(object, name) {
   const first = Object.getPrototypeOf(object);
   let named = owners.get(first);
   if (!named) owners.set(first, named = {});

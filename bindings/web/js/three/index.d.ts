@@ -12,12 +12,19 @@ export interface CullingOptions {
   still?: boolean;
   /**
    * Cameras whose passes also drop what is hidden behind other meshes; shadow maps and other cameras keep to the frustum. Default none.
-   * It is conservative at every resolution, so the picture is the same to the pixel. Do not use it with `renderer.clippingPlanes`,
-   * nor with `scene.overrideMaterial` that shows what lies behind: neither is known to it.
+   * It is conservative at every resolution, so the picture is the same to the pixel. Only meshes that are known to write opaque depth hide
+   * others, and {@link CullingStats.noOcclusion} says why nothing was hidden. The root must be in a `Scene` that is rendered.
    */
   occlusion?: Camera | readonly Camera[];
   /** How much time occlusion may take: `'fast'`, `'balanced'` (the default) or `'exact'`, which finds most. */
   preset?: 'exact' | 'balanced' | 'fast';
+  /**
+   * Whether the `onBeforeRender` and `onAfterRender` of objects and materials leave the depth buffer alone. Default `false`: in a pass that
+   * draws something with such a callback nothing is hidden, for it may clear depth, and what was hidden would show.
+   */
+  callbacks?: boolean;
+  /** Microseconds that drawing one mesh takes, by which it is decided whether occlusion pays. Default 8, measured in Chromium. */
+  drawMicroseconds?: number;
   /**
    * Tells of a mesh whether its shaders move vertices out of the bounds of its geometry; such meshes are left to three.js's own test.
    * Default: those with `ShaderMaterial`, `displacementMap`, `onBeforeCompile`, `positionNode`, `vertexNode` or a custom depth material.
@@ -37,6 +44,10 @@ export interface CullingStats {
   readonly instances: number;
   /** How many instances of `InstancedMesh` the pass drew. */
   readonly visibleInstances: number;
+  /** How many meshes the pass left out because others hide them. */
+  readonly hidden: number;
+  /** Why nothing was looked for that others hide; `null` where it was, and in passes of other cameras. */
+  readonly noOcclusion: string | null;
 }
 
 /**

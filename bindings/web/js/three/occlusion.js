@@ -5,23 +5,16 @@
 
 import { Scene } from 'cullet';
 import { boxOf, Kind } from './bounds.js';
+import { callsBack, ignore, judge, listen, May, refusal, rendererOf } from './hiding.js';
 import { planesOfCamera } from './planes.js';
 
-const DOUBLE_SIDE = 2;
-const FRONT_SIDE = 0;
-const LESS_EQUAL = 3;
-const NO_BLENDING_NEEDED = (m) => !m.transparent && m.alphaTest === 0 && !m.alphaMap && !m.alphaHash;
 // A buffer of this width is enough for any screen: proofs hold at every resolution.
 const WIDTH = 1280;
 
-/** Whether all triangles of a material are drawn and stand before what lies behind. */
-const hides = (m) => m.visible && m.depthTest && m.depthWrite && m.depthFunc === LESS_EQUAL && NO_BLENDING_NEEDED(m) && !m.wireframe
-  && (m.side === FRONT_SIDE || m.side === DOUBLE_SIDE) && !m.clippingPlanes?.length && !m.polygonOffset && !m.stencilWrite;
+// What an object does in the engine's scene.
+const Role = { Absent: -1, Alone: 0, Hidden: 1, Hides: 2, HidesTwoSided: 3 };
 
-/** Whether what lies behind others is hidden by them. */
-const hidden = (m) => m.depthTest && m.depthFunc === LESS_EQUAL && !m.polygonOffset && !m.stencilWrite;
-
-const each = ({ material }) => (Array.isArray(material) ? material : [material]);
+const named = (object) => `${object.type}${object.name ? ` "${object.name}"` : ''}`;
 
 export class Occlusion {
   #nodes;
@@ -29,6 +22,11 @@ export class Occlusion {
   #preset;
   #scene = null;
   #views = new Map();
+  #depths = new Map();
+  #untested = false;
+  #positions = [];
+  #indices = [];
+  #matrices = [];
   #meshes = new Map();
   #ids = new Map();
   #stamps = new Uint32Array(0);
@@ -41,11 +39,34 @@ export class Occlusion {
   #versions = [];
   #instances = [];
   #moved = new Map();
+  #root;
+  #callbacks;
+  #drawMicroseconds;
+  #listening = null;
+  #judged = new Map();
+  /** Why the last pass hid nothing; `null` if it was looked for what is hidden. */
+  refusal = null;
 
-  constructor(nodes, cameras, preset) {
+  constructor(nodes, root, { cameras, preset, callbacks, drawMicroseconds }) {
     this.#nodes = nodes;
+    this.#root = root;
     this.#cameras = cameras;
     this.#preset = preset;
+    this.#callbacks = callbacks;
+    this.#drawMicroseconds = drawMicroseconds;
+    this.#listen();
+  }
+
+  // The scene that the root is in: it tells the renderer.
+  #listen() {
+    let top = this.#root;
+    while (top.parent) top = top.parent;
+    const scene = top.isScene ? top : null;
+    if (scene === this.#listening) return scene;
+    if (this.#listening) ignore(this.#listening);
+    if (scene) listen(scene);
+    this.#listening = scene;
+    return scene;
   }
 
   /** The camera whose pass this is: its layers are asked for, and its frustum is this one. */
@@ -60,18 +81,33 @@ export class Occlusion {
 
   /** Finds what a camera may see; `false` where that is not to be known. Then `isHidden` tells of numbers and their instances. */
   cull(camera) {
-    this.#look();
+    const scene = this.#listen();
+    const renderer = scene ? rendererOf(scene) : null;
+    this.refusal = refusal(this.#root, renderer);
+    if (this.refusal) return false;
+    // Materials may change without telling: each is looked at once a pass.
+    this.#judged.clear();
+    this.#untested = !renderer.isWebGLRenderer;
+    this.refusal = this.#look(scene.overrideMaterial ?? null, camera) ?? this.#lookOutside(scene, camera);
+    if (this.refusal) return false;
     let view = this.#views.get(camera);
-    if (!view) this.#views.set(camera, view = this.#scene.view({ preset: this.#preset, output: 'instances', depth: depthOf(camera) }));
+    const depth = depthOf(camera);
+    if (view && this.#depths.get(camera) !== depth) { view.dispose(); view = undefined; }
+    if (!view) {
+      view = this.#scene.view({ preset: this.#preset, output: 'instances', depth, drawMicroseconds: this.#drawMicroseconds });
+      this.#views.set(camera, view);
+      this.#depths.set(camera, depth);
+    }
     multiply(camera.projectionMatrix.elements, camera.matrixWorldInverse.elements, this.#matrix);
     // A camera without size sees nothing that can be told.
-    if (!this.#matrix.every(Number.isFinite)) return false;
+    if (!this.#matrix.every(Number.isFinite)) { this.refusal = 'the camera is not finite'; return false; }
     const { elements: p } = camera.projectionMatrix;
     const height = Math.round(Math.min(4096, Math.max(64, WIDTH * Math.abs(p[0] / p[5]))));
     let list;
-    try { list = view.setCamera(this.#matrix, WIDTH, height).cull(); } catch (error) {
-      if (error.code === 'camera') return false;
-      throw error;
+    try { list = view.setCamera(this.#matrix, WIDTH, height, camera.layers.mask >>> 0).cull(); } catch (error) {
+      if (error.code !== 'camera') throw error;
+      this.refusal = 'the camera shows no volume';
+      return false;
     }
     if (this.#stamps.length < this.#scene.idCount) this.#stamps = new Uint32Array(2 * this.#scene.idCount);
     this.#stamp += 1;
@@ -102,56 +138,111 @@ export class Occlusion {
   /** Something moved: its matrices are taken anew before the next pass. */
   moved(i) { this.#moved.set(i, true); }
 
-  // What is drawn, and how, decides what may hide: looked at before each pass, for a mesh that is hidden must hide nothing.
-  #look() {
+  #judge(material) {
+    let bits = this.#judged.get(material);
+    if (bits === undefined) this.#judged.set(material, bits = judge(material, this.#untested));
+    return bits;
+  }
+
+  // Why an object that is drawn keeps everything from being hidden; `null` if it does not.
+  #spoils(object) {
+    if (!this.#callbacks && callsBack(object)) return `${named(object)} has an onBeforeRender or onAfterRender of its own, which may clear depth (the option callbacks vouches for it)`;
+    const { material } = object;
+    for (const m of Array.isArray(material) ? material : [material]) {
+      if (!m) continue;
+      const bits = this.#judge(m);
+      if (bits & May.ResetDepth) return `${named(object)} writes depth where it is farther`;
+      if (!this.#callbacks && bits & May.CallBack) return `the material of ${named(object)} has an onBeforeRender of its own, which may clear depth (the option callbacks vouches for it)`;
+    }
+    return null;
+  }
+
+  // All that is drawn of a tree, but what is below `except`: lines, points, sprites, and what three.js culls by itself.
+  #spoilsBelow(top, camera, except) {
+    if (top === except || !top.visible) return null;
+    if (top.material && top.layers.test(camera.layers)) {
+      const why = this.#spoils(top);
+      if (why) return why;
+    }
+    for (const child of top.children) {
+      const why = this.#spoilsBelow(child, camera, except);
+      if (why) return why;
+    }
+    return null;
+  }
+
+  #lookOutside(scene, camera) {
+    const { objects, rest } = this.#nodes;
+    for (const i of rest) {
+      const why = objects[i] === null || this.#nodes.hidden[i] === 1 ? null : this.#spoilsBelow(objects[i], camera, null);
+      if (why) return why;
+    }
+    return this.#root === scene ? null : this.#spoilsBelow(scene, camera, this.#root);
+  }
+
+  // What is drawn, and how, decides what may hide: looked at before each pass, for a mesh that is hidden must hide nothing. Why
+  // nothing may be hidden; `null` if it may.
+  #look(override, camera) {
     const { objects, kinds, hidden: under, length } = this.#nodes;
+    if (override && this.#judge(override) & May.ResetDepth) return 'scene.overrideMaterial writes depth where it is farther';
     let same = this.#scene !== null && this.#version === this.#nodes.version;
     const looked = this.#looked;
     for (let i = 0; i < length; i++) {
       if (kinds[i] < Kind.Mesh || objects[i] === null) continue;
       const object = objects[i];
-      const now = under[i] === 1 || !object.visible ? -1 : this.#roleOf(object);
+      const isDrawn = under[i] === 0 && object.visible;
+      if (isDrawn && object.layers.test(camera.layers)) {
+        const why = this.#spoils(object);
+        if (why) return why;
+      }
+      const now = isDrawn ? this.#roleOf(object, override) : Role.Absent;
       const { geometry, instanceMatrix } = object;
-      const version = geometry.attributes.position?.version ?? 0;
-      if (looked[i] !== now || this.#geometries[i] !== geometry || this.#versions[i] !== version) same = false;
-      [looked[i], this.#geometries[i], this.#versions[i]] = [now, geometry, version];
+      const { position } = geometry.attributes;
+      const version = `${position?.version ?? position?.data?.version} ${geometry.index?.version}`;
+      if (looked[i] !== now || this.#geometries[i] !== geometry || this.#positions[i] !== position || this.#indices[i] !== geometry.index
+        || this.#versions[i] !== version) same = false;
+      [looked[i], this.#geometries[i], this.#versions[i], this.#positions[i], this.#indices[i]] = [now, geometry, version, position, geometry.index];
       if (instanceMatrix) {
         const instances = instanceMatrix.version + object.count / 2 ** 32;
-        if (this.#instances[i] !== instances) this.#moved.set(i, true);
-        this.#instances[i] = instances;
+        if (this.#instances[i] !== instances || this.#matrices[i] !== instanceMatrix) this.#moved.set(i, true);
+        [this.#instances[i], this.#matrices[i]] = [instances, instanceMatrix];
       }
     }
     // Other numbers of instances, or some that are not finite now: another scene.
     for (const i of this.#moved.keys()) same = same && this.#place(i);
-    if (!same) { this.#make(); return; }
+    if (!same) { this.#make(); return null; }
     if (this.#moved.size > 0) this.#scene.refit();
     this.#moved.clear();
+    return null;
   }
 
-  // A number for all that decides an object's part: 0 it can neither hide nor be hidden, 1 be hidden, 2 and 3 hide too.
-  #roleOf(object) {
-    const list = each(object);
-    if (!list.every(hidden)) return 0;
-    const { drawRange } = object.geometry;
-    const whole = drawRange.start === 0 && drawRange.count === Infinity;
-    const role = list.length === 1 && !Array.isArray(object.material) && whole && hides(list[0]) ? 2 + Number(list[0].side === DOUBLE_SIDE) : 1;
+  // The role of an object, and its layers.
+  #roleOf(object, override) {
+    const { material, geometry: { drawRange } } = object;
+    let bits = override === null ? -1 : this.#judge(override);
+    for (const m of Array.isArray(material) ? material : [material]) bits &= this.#judge(m);
+    const isWhole = drawRange.start === 0 && drawRange.count === Infinity && !Array.isArray(material);
+    let role = Role.Hidden;
+    if (!(bits & May.BeHidden)) role = Role.Alone;
+    else if (isWhole && bits & May.Hide) role = Role.Hides;
+    else if (isWhole && bits & May.HideTwoSided) role = Role.HidesTwoSided;
     return role + 4 * (object.layers.mask >>> 0);
   }
 
   #make() {
-    this.dispose();
+    this.#free();
     this.#scene = new Scene();
     this.#version = this.#nodes.version;
     const { objects, kinds, length } = this.#nodes;
     for (let i = 0; i < length; i++) {
       const role = this.#looked[i];
-      if (kinds[i] < Kind.Mesh || objects[i] === null || role === -1 || role % 4 === 0 || kinds[i] === Kind.Batched) continue;
+      if (kinds[i] < Kind.Mesh || objects[i] === null || role === Role.Absent || role % 4 === Role.Alone || kinds[i] === Kind.Batched) continue;
       if (this.#nodes.isUnculled(i)) continue;
       const mesh = this.#meshOf(objects[i].geometry, role % 4);
       const matrices = this.#matricesOf(i);
       // What is not finite stays visible, and outside this scene.
       if (!matrices.every(Number.isFinite)) continue;
-      this.#ids.set(i, this.#scene.addMany(mesh, matrices, { layers: objects[i].layers.mask >>> 0, occluder: role % 4 >= 2 }));
+      this.#ids.set(i, this.#scene.addMany(mesh, matrices, { layers: objects[i].layers.mask >>> 0, occluder: role % 4 >= Role.Hides }));
     }
     this.#scene.commit();
     this.#moved.clear();
@@ -170,7 +261,7 @@ export class Occlusion {
   #place(i) {
     const ids = this.#ids.get(i);
     // What is drawn in any case is in no scene, unless it was only not finite.
-    if (!ids) return this.#looked[i] === -1 || this.#looked[i] % 4 === 0 || this.#nodes.isUnculled(i) || this.#nodes.kinds[i] < Kind.Mesh || this.#nodes.kinds[i] === Kind.Batched;
+    if (!ids) return this.#looked[i] === Role.Absent || this.#looked[i] % 4 === Role.Alone || this.#nodes.isUnculled(i) || this.#nodes.kinds[i] < Kind.Mesh || this.#nodes.kinds[i] === Kind.Batched;
     const matrices = this.#matricesOf(i);
     if (this.#nodes.isUnculled(i) || matrices.length !== 16 * ids.length || !matrices.every(Number.isFinite)) return false;
     this.#scene.setTransforms(ids, matrices);
@@ -190,14 +281,21 @@ export class Occlusion {
     const usable = positions.every(Number.isFinite) && indices.every((v) => v < position.count) && triangles > 0;
     const box = [];
     boxOf(geometry, box, 0);
-    mesh = role >= 2 && usable
-      ? this.#scene.addMesh(positions, indices, { twoSided: role === 3 })
+    mesh = role >= Role.Hides && usable
+      ? this.#scene.addMesh(positions, indices, { twoSided: role === Role.HidesTwoSided })
       : this.#scene.addBox(box);
     this.#meshes.set(key, mesh);
     return mesh;
   }
 
+  /** Ends it. */
   dispose() {
+    if (this.#listening) ignore(this.#listening);
+    this.#listening = null;
+    this.#free();
+  }
+
+  #free() {
     for (const view of this.#views.values()) view.dispose();
     this.#views.clear();
     this.#meshes.clear();

@@ -18,12 +18,15 @@ const types = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/ja
 // Folders by the beginning of an address; the rest is the package's own.
 const mounts = [['/node_modules/', modules], ['/js/', join(packageFolder, 'js')], ['/', root]];
 
-export async function serve() {
+/** `edits`: by the end of an address, what is done to the text that it answers. */
+export async function serve(edits = {}) {
   const server = createServer(async (request, response) => {
     const path = normalize(decodeURIComponent(new URL(request.url, 'http://x').pathname));
     const [start, folder] = mounts.find(([begin]) => path.startsWith(begin));
     try {
-      const body = await readFile(join(folder, path.slice(start.length), path.endsWith('/') ? 'index.html' : ''));
+      let body = await readFile(join(folder, path.slice(start.length), path.endsWith('/') ? 'index.html' : ''));
+      const edit = edits[Object.keys(edits).find((end) => path.endsWith(end))];
+      if (edit) body = edit(body.toString());
       response.setHeader('content-type', types[path.endsWith('/') ? '.html' : extname(path)] ?? 'application/octet-stream');
       response.end(body);
     } catch { response.statusCode = 404; response.end(); }

@@ -1,7 +1,8 @@
 // What the tests call in the page, as window.t.
 
 import { Culling, init } from 'cullet/three';
-import { scenes } from './scenes.js';
+import { chosen, compare } from './pairs.js';
+import { random, scenes } from './scenes.js';
 
 const SIZE = [320, 192];
 let three, renderer;
@@ -96,7 +97,27 @@ async function frames(count = 9, between = () => {}) {
   return { cpu: median(cpu), frame: median(all), calls: now.drawn };
 }
 
+/**
+ * Compares pictures with and without occlusion for all single properties and `most` pairs, or for those of `only`: what differs, and what
+ * hid anything.
+ */
+async function pairs(most, only) {
+  const next = random(7);
+  const [wrong, hiding] = [[], []];
+  for (const names of only?.map((name) => [name]) ?? chosen(most)) {
+    const late = names.map(() => next() < 0.5);
+    for (const when of names.length === 1 ? [[false], [true]] : [late]) {
+      const { differ, hidden } = await compare(three, renderer, Culling, names, when);
+      const said = names.map((name, k) => (when[k] ? `${name} later` : name)).join(' and ') || 'nothing';
+      if (differ > 0) wrong.push(`${said}: ${differ} pixels`);
+      if (hidden > 0) hiding.push(said);
+    }
+  }
+  return { wrong, hiding };
+}
+
 window.t = {
+  pairs,
   start, build, cull, never, picture, pictures, frames, frame, finish, Culling,
   get three() { return three; }, get renderer() { return renderer; }, get now() { return now; },
 };
