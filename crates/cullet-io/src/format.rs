@@ -391,7 +391,7 @@ mod tests {
             ("a.x", b"ISO-10303-21;\nFILE_SCHEMA(('IFC2X3'));", "`IfcConvert a.x a.glb`"),
             ("a.usdc", b"PXR-USDC\0", "-- a.usdc a.glb`"),
             ("a.usdz", b"PK\x03\x04", "usd_import"),
-            ("a.dae", b"<?xml?>\n<COLLADA>", "assimp export \"a.dae\""),
+            ("a.dae", b"<?xml?>\n<COLLADA>", "assimp export a.dae"),
             ("a.blend", b"BLENDER-v300", "export_scene.gltf"),
             ("a.json", b"{\"type\":\"CityJSON\"}", "cjio a.json"),
             ("a.3ds", b"whatever", "assimp export"),

@@ -12,7 +12,7 @@ use crate::text::Cursor;
 use crate::{ErrorKind, LoadOptions, Material};
 
 /// The keyword at the begin of a word, `[ST][C][N][4][n]OFF`; the first count may follow it without
-/// a blank, as in all files of ModelNet.
+/// a blank, as in all files of `ModelNet`.
 pub(crate) fn keyword(word: &[u8]) -> Option<&[u8]> {
     let digits = word.iter().rev().take_while(|b| b.is_ascii_digit()).count();
     let keyword = &word[..word.len() - digits];
