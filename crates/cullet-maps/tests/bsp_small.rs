@@ -154,7 +154,7 @@ fn glass_of_half_life_hides_nothing() {
             changed[length..length + 4].copy_from_slice(&size.to_le_bytes());
         }
         let model = load_bytes("a.bsp", &changed, &LoadOptions::default()).unwrap();
-        let parts = model.scene.meshes().iter().flat_map(|mesh| mesh.parts());
+        let parts = model.scene.meshes().iter().flat_map(cullet::Mesh::parts);
         parts.filter(|part| part.alpha == cullet::mesh::Alpha::Blended).count()
     };
     let plain = blended("");
