@@ -71,8 +71,6 @@ fn advice_of_the_programs_works_for_files_of_any_name() {
             &folder,
         );
     }
-    let film = "cullet film solids:n=20 --of dolly --lod 1 --size 64x40 --frames 1 --out a.webp";
-    follow(film, "cullet bake", &folder);
     let costs = "cullet report solids:n=20 --views 1 --size 64x40 --costs 'my costs.json'";
     follow(costs, "cullet calibrate", &folder);
     assert!(typed(costs, &folder).status.success());
