@@ -147,22 +147,25 @@ pub fn begin(model: &mut Model, args: &ViewArgs, console: &Console) -> Result<()
                 model.name,
                 short(s)
             )),
-            Some(_) => console.note(format!(
-                "{}: what deforms in it stands as it is stored; --time 0 poses it",
-                model.name
-            )),
-            None => {}
+            _ => {}
         }
         return Ok(());
     };
     if model.motion.is_none() {
-        return Err(Failure::usage(format!(
-            "{}: nothing in it moves, so --time would change nothing; leave it out",
-            model.name
-        )));
+        // No error: of a folder some files move, and others stand.
+        let unread = model.unread.iter().find(|unread| unread.may_move);
+        console.note(match unread {
+            Some(unread) => format!(
+                "{}: {} may move what is in it, but is not read: all stands at all times",
+                model.name, unread.name
+            ),
+            None => {
+                format!("{}: nothing in it moves, so --time changes nothing", model.name)
+            }
+        });
+        return Ok(());
     }
     pose(model, first)?;
-    // Instances without bounds had no place in the order.
     model.scene.sort();
     model.update_cells();
     Ok(())

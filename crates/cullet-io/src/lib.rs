@@ -51,7 +51,7 @@ pub use baked_file::{
 pub use cells::{Cell, CellGraph, Mirror, Portal};
 pub use error::{ErrorKind, LoadError};
 pub use load::{load, load_bytes, load_bytes_with};
-pub use model::{CameraNode, Material, MatrixView, Model, Motion, Warning};
+pub use model::{CameraNode, Material, MatrixView, Model, Motion, Unread, Warning};
 pub use named::{files_named, files_named_in};
 pub use node_tree::{NodeTree, NodeTreeStatistics};
 pub use options::{LoadOptions, Up};

@@ -54,6 +54,8 @@ pub struct Model {
     /// The number that each mesh has in its file, where the format numbers them (glTF). Meshes
     /// beyond the end are of no file. One that nodes deform is there once for each of them.
     pub file_meshes: Vec<u32>,
+    /// Extensions that the file uses and that were not read. Each is among the warnings too.
+    pub unread: Vec<Unread>,
     /// Defects of the file that did not stop it from loading.
     pub warnings: Vec<Warning>,
 }
@@ -145,6 +147,19 @@ pub struct MatrixView {
     pub eye: [f64; 3],
     /// Distance of the near plane, in the units of clip w.
     pub near: f64,
+}
+
+/// An extension that a file uses and that was not read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unread {
+    /// Its name.
+    pub name: String,
+    /// What it means, and what follows of not reading it.
+    pub meaning: String,
+    /// Whether it may move or hide what is drawn, so that nobody can say that nothing moves.
+    pub may_move: bool,
+    /// Whether it may bring triangles, or change where they are.
+    pub may_draw: bool,
 }
 
 /// A defect of a file that did not stop it from loading: which item, and what about it.

@@ -7,10 +7,10 @@ use cullet::{Mesh, MeshData, SceneError, Transform, scene::BoundsOverride};
 use glam::DAffine3;
 use thiserror::Error;
 
-use crate::Model;
 use crate::deform::{Morphs, Skin};
 use crate::model::MotionKind;
 use crate::motion::{Deformed, Rig, transform};
+use crate::{Model, Warning};
 
 /// Why a model cannot be posed.
 #[derive(Debug, Error)]
@@ -81,7 +81,7 @@ impl Model {
 /// Puts what moves with a node where it is then, and gives deformed meshes their positions and
 /// bounds.
 fn pose_rig(rig: &Rig, model: &mut Model, seconds: f64) -> Result<(), PoseError> {
-    let globals = rig.globals(seconds);
+    let globals = rig.globals(Some(seconds));
     for f in &rig.followers {
         model.scene.set_transform(f.handle, f.place(&globals))?;
     }
@@ -92,63 +92,106 @@ fn pose_rig(rig: &Rig, model: &mut Model, seconds: f64) -> Result<(), PoseError>
     }
     for d in &rig.deformed {
         let weights = weights.get(&d.node).unwrap_or(&d.weights);
-        pose_deformed(d, model, &globals, weights, seconds)?;
+        let posed = Posed::of(d, &globals, weights).map_err(|error| PoseError::NotFinite {
+            instance: name(d, model),
+            seconds,
+            error,
+        })?;
+        model.scene.edit_mesh(d.mesh, |old| *old = posed.mesh);
+        let (bounds, origin) = (d.bounds.at(&posed.joints, weights), model.scene.origin());
+        for f in &d.instances {
+            let place = posed.place.unwrap_or_else(|| f.place(&globals));
+            model.scene.set_transform(f.handle, place)?;
+            let world = place.transform_box(&bounds, origin);
+            model.scene.set_bounds(f.handle, BoundsOverride::World(world))?;
+        }
     }
     Ok(())
 }
 
-fn pose_deformed(
-    deformed: &Deformed,
-    model: &mut Model,
-    globals: &[DAffine3],
-    weights: &[f32],
-    seconds: f64,
-) -> Result<(), PoseError> {
-    let mut positions = Vec::new();
-    if weights.iter().any(|w| *w != 0.0) && !deformed.targets.is_empty() {
-        let targets: Vec<&[[f32; 3]]> = deformed.targets.iter().map(Vec::as_slice).collect();
-        let morphs = Morphs { positions: &deformed.data.positions, targets: &targets };
-        positions = morphs.pose(weights).unwrap_or_default();
+/// Shows a rig as its file stores it: no animation is played, skins follow the nodes as they stand,
+/// and targets have their default weights. What has a vertex nowhere keeps its stored shape, has no
+/// bounds, and is warned of.
+pub(crate) fn stand(rig: &Rig, model: &mut Model) -> Result<Vec<Warning>, SceneError> {
+    let mut warnings = Vec::new();
+    if rig.deformed.is_empty() {
+        return Ok(warnings);
     }
-    if positions.is_empty() {
-        positions.clone_from(&deformed.data.positions);
+    let globals = rig.globals(None);
+    for d in &rig.deformed {
+        match Posed::of(d, &globals, &d.weights) {
+            Ok(posed) => {
+                model.scene.edit_mesh(d.mesh, |old| *old = posed.mesh);
+                let Some(place) = posed.place else { continue };
+                for f in &d.instances {
+                    model.scene.set_transform(f.handle, place)?;
+                }
+            }
+            Err(error) => {
+                for f in &d.instances {
+                    model.scene.set_bounds(f.handle, BoundsOverride::None)?;
+                }
+                let message = format!(
+                    "keeps its stored shape, without bounds, so that it is always kept: as its \
+                     joints and weights stand, {error}"
+                );
+                warnings.push(Warning { item: name(d, model), message });
+            }
+        }
     }
-    let mut joints = Vec::new();
-    let mut place = None;
-    if let Some(skin) = &deformed.skin {
-        // A skin is placed by its joints alone. About the first of them, so that positions stay
-        // small.
-        let centre = skin.nodes.first().map(|&n| globals[n as usize].translation);
-        let centre = centre.filter(|c| c.is_finite()).unwrap_or_default();
-        let local = |&n: &u32| {
-            let g = globals[n as usize];
-            transform(&DAffine3 { translation: g.translation - centre, ..g })
-        };
-        joints = skin.nodes.iter().map(local).collect();
-        place = Some(Transform::from_translation(centre));
-        let bound = Skin {
-            positions: &positions,
-            joints: &skin.joints,
-            weights: &skin.weights,
-            inverse_binds: &skin.inverse_binds,
-        };
-        debug_assert!(bound.pose(&joints).is_ok(), "joints were checked when loading");
-        positions = bound.pose(&joints).unwrap_or(positions);
+    Ok(warnings)
+}
+
+/// The name of the first instance of a mesh that deforms.
+fn name(deformed: &Deformed, model: &Model) -> String {
+    let first = deformed.instances.first();
+    first.map(|f| model.instance_name(f.handle).into_owned()).unwrap_or_default()
+}
+
+/// A mesh with the positions that joints and weights give it.
+struct Posed {
+    mesh: Mesh,
+    /// The joints of its skin, about `place`.
+    joints: Vec<Transform>,
+    /// Where it is, if it has a skin: joints alone place it, whatever the node says.
+    place: Option<Transform>,
+}
+
+impl Posed {
+    fn of(deformed: &Deformed, globals: &[DAffine3], weights: &[f32]) -> Result<Self, MeshError> {
+        let mut positions = Vec::new();
+        if weights.iter().any(|w| *w != 0.0) && !deformed.targets.is_empty() {
+            let targets: Vec<&[[f32; 3]]> = deformed.targets.iter().map(Vec::as_slice).collect();
+            let morphs = Morphs { positions: &deformed.data.positions, targets: &targets };
+            positions = morphs.pose(weights).unwrap_or_default();
+        }
+        if positions.is_empty() {
+            positions.clone_from(&deformed.data.positions);
+        }
+        let mut joints = Vec::new();
+        let mut place = None;
+        if let Some(skin) = &deformed.skin {
+            // About the first joint, so that positions stay small.
+            let centre = skin.nodes.first().map(|&n| globals[n as usize].translation);
+            let centre = centre.filter(|c| c.is_finite()).unwrap_or_default();
+            let local = |&n: &u32| {
+                let g = globals[n as usize];
+                transform(&DAffine3 { translation: g.translation - centre, ..g })
+            };
+            joints = skin.nodes.iter().map(local).collect();
+            place = Some(Transform::from_translation(centre));
+            let bound = Skin {
+                positions: &positions,
+                joints: &skin.joints,
+                weights: &skin.weights,
+                inverse_binds: &skin.inverse_binds,
+            };
+            debug_assert!(bound.pose(&joints).is_ok(), "joints were checked when loading");
+            positions = bound.pose(&joints).unwrap_or(positions);
+        }
+        let mesh = Mesh::new(MeshData { positions, ..deformed.rest() })?;
+        Ok(Self { mesh, joints, place })
     }
-    let bounds = deformed.bounds.at(&joints, weights);
-    let mesh = Mesh::new(MeshData { positions, ..deformed.rest() }).map_err(|error| {
-        let name = deformed.instances.first().map(|f| model.instance_name(f.handle).into_owned());
-        PoseError::NotFinite { instance: name.unwrap_or_default(), seconds, error }
-    })?;
-    model.scene.edit_mesh(deformed.mesh, |old| *old = mesh);
-    let origin = model.scene.origin();
-    for f in &deformed.instances {
-        let place = place.unwrap_or_else(|| f.place(globals));
-        model.scene.set_transform(f.handle, place)?;
-        let world = place.transform_box(&bounds, origin);
-        model.scene.set_bounds(f.handle, BoundsOverride::World(world))?;
-    }
-    Ok(())
 }
 
 /// Takes the places, shapes and bounds of a model with the same meshes and instances.

@@ -130,7 +130,7 @@ pub enum PathError {
     Count(usize),
     /// The model has no instance with finite bounds, so there is nowhere to look.
     #[error(
-        "the model has no instance with finite bounds to look at; give file:PATH or an eye and a target"
+        "the model has no instance with finite bounds within ±1e18 to look at; give file:PATH or an eye and a target"
     )]
     Empty,
     /// The path's file cannot be read.

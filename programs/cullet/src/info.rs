@@ -42,6 +42,9 @@ struct InfoRecord<'a> {
     portals: usize,
     mirrored_instances: u64,
     non_finite_instances: u64,
+    /// Of finite transforms: those that every view keeps for want of bounds.
+    #[serde(skip_serializing_if = "is_zero")]
+    unbounded_instances: u64,
     singular_instances: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     groups: Option<GroupsRecord>,
@@ -86,6 +89,10 @@ pub(crate) fn run(args: &InfoArgs, console: &Console) -> Outcome {
         portals: model.cells.portals.len(),
         mirrored_instances: transforms(|t| t.is_finite() && t.determinant() < 0.0),
         non_finite_instances: transforms(|t| !t.is_finite()),
+        unbounded_instances: scene
+            .slots()
+            .filter(|&s| scene.transform(s).is_finite() && !scene.bounds(s).is_finite())
+            .count() as u64,
         singular_instances: transforms(|t| t.is_finite() && t.determinant() == 0.0),
         groups: groups.map(|g| GroupsRecord {
             nodes: g.nodes,
@@ -173,6 +180,7 @@ fn print(args: &InfoArgs, console: &Console, info: &InfoRecord) {
     let notes = [
         (info.mirrored_instances, "mirrored"),
         (info.non_finite_instances, "with a transform that is not finite"),
+        (info.unbounded_instances, "without finite bounds within ±1e18, and so kept in every view"),
         (info.singular_instances, "scaled to nothing along an axis"),
     ];
     for (n, what) in notes.iter().filter(|o| o.0 > 0) {
@@ -214,6 +222,10 @@ fn print(args: &InfoArgs, console: &Console, info: &InfoRecord) {
         s.warnings.iter().take(shown).for_each(|w| console.line(format!("  {}", printable(w))));
         more(console, s.warnings.len(), shown);
     }
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 fn more(console: &Console, count: usize, shown: usize) {

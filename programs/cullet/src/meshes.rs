@@ -71,8 +71,6 @@ pub(crate) fn with_tallies(facts: &[MeshRecord], tallies: &[MeshTally]) -> Vec<M
 /// Counts of a scene.
 pub(crate) fn scene_record(model: &Model, facts: &[MeshRecord]) -> SceneRecord {
     let scene = &model.scene;
-    let extent = scene.extent();
-    let world = |v: [f32; 3]| std::array::from_fn(|a| f64::from(v[a]) + scene.origin()[a]);
     SceneRecord {
         name: model.name.clone(),
         meshes: facts.len() as u64,
@@ -83,7 +81,7 @@ pub(crate) fn scene_record(model: &Model, facts: &[MeshRecord]) -> SceneRecord {
         solids: facts.iter().filter(|m| m.solid).count() as u64,
         materials: model.materials.len() as u64,
         cameras: model.cameras.len() as u64,
-        extent: (!extent.is_empty()).then(|| [world(extent.min), world(extent.max)]),
+        extent: cullet_mesh::extent(scene),
         warnings: model.warnings.iter().map(ToString::to_string).collect(),
     }
 }

@@ -22,6 +22,7 @@ mod reproduce_johannsen_carter;
 mod reproduce_zhang_hoff;
 mod seen;
 mod shares;
+mod still_files;
 mod truth;
 mod verify_units;
 mod words;

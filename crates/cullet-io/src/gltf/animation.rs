@@ -6,6 +6,7 @@ use glam::{DAffine3, DVec3, DVec4};
 
 use super::accessor::{Accessors, Component};
 use super::buffers::Buffers;
+use super::extensions;
 use super::json::{self, AnimationItem, Root, Sampler};
 use super::nodes::Nodes;
 use super::notes::Notes;
@@ -20,7 +21,8 @@ const SEGMENTS: usize = 8;
 impl Clip {
     /// Reads the tracks of animation `index`; `targets` says how many morph targets a node of the
     /// document has, `None` for a node that is not there. A track that is malformed is left out
-    /// with a note.
+    /// with a note. `unplayed` takes a pointer of `KHR_animation_pointer` that leads elsewhere than
+    /// to a node's transform or weights.
     ///
     /// # Errors
     /// If the animation itself is malformed.
@@ -30,6 +32,7 @@ impl Clip {
         accessors: &Accessors,
         buffers: &Buffers<'_>,
         targets: impl Fn(usize) -> Option<usize>,
+        unplayed: &mut Option<String>,
         notes: &mut Notes,
     ) -> Result<Self, ErrorKind> {
         let json = json::all(&root.animations)[index];
@@ -42,14 +45,27 @@ impl Clip {
         let mut moved = HashSet::new();
         for (c, channel) in item.channels.iter().enumerate() {
             let user = || format!("animation {index}, channel {c}");
-            let property = match &*channel.target.path {
+            let (node, path) = match &channel.target.pointer {
+                None => (channel.target.node.map(json::Integer::index), &*channel.target.path),
+                Some(to) => match node_of(&to.pointer) {
+                    Some((node, path)) => (Some(node), path),
+                    None => {
+                        let known = unplayed.as_deref().is_some_and(extensions::may_move);
+                        if !known && (unplayed.is_none() || extensions::may_move(&to.pointer)) {
+                            *unplayed = Some(shorten(&to.pointer));
+                        }
+                        continue;
+                    }
+                },
+            };
+            let property = match path {
                 "translation" => Some(Property::Translation),
                 "rotation" => Some(Property::Rotation),
                 "scale" => Some(Property::Scale),
                 "weights" => None,
                 _ => continue,
             };
-            let Some(node) = channel.target.node.map(json::Integer::index) else { continue };
+            let Some(node) = node else { continue };
             let Some(targets) = targets(node).filter(|&n| property.is_some() || n > 0) else {
                 continue;
             };
@@ -110,6 +126,15 @@ impl Clip {
         let at = |t: f64| links.iter().fold(DAffine3::IDENTITY, |m, link| m * link.at(t));
         times.into_iter().map(|t| (t, at(t))).collect()
     }
+}
+
+/// The node that a pointer leads to, and what of it: one that an animation may move without
+/// pointers too.
+fn node_of(pointer: &str) -> Option<(usize, &str)> {
+    let (node, path) = pointer.strip_prefix("/nodes/")?.split_once('/')?;
+    let is_known = ["translation", "rotation", "scale", "weights"].contains(&path);
+    is_known.then_some(())?;
+    Some((node.parse().ok()?, path))
 }
 
 enum Link<'a> {

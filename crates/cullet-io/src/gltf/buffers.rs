@@ -1,6 +1,7 @@
 //! Buffers and views of them: read, checked against each other, decompressed when first used.
 
 use std::cell::{Cell, OnceCell};
+use std::collections::HashSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -9,6 +10,7 @@ use super::meshopt::{self, Filter, Mode};
 use super::uri::{self, UriSource};
 use crate::ErrorKind;
 use crate::beside::{Beside, Missing};
+use crate::json::Json;
 
 /// The bytes of a buffer.
 #[derive(Debug)]
@@ -73,7 +75,7 @@ pub(super) struct Buffers<'a> {
 }
 
 impl<'a> Buffers<'a> {
-    /// Reads all buffers and checks all views. External files are `beside`.
+    /// Reads the buffers that are needed and checks all views. External files are `beside`.
     ///
     /// # Errors
     /// If a buffer is missing or short, or a view does not fit.
@@ -85,6 +87,8 @@ impl<'a> Buffers<'a> {
         beside: Beside<'_>,
     ) -> Result<Self, ErrorKind> {
         let mut owned = Vec::new();
+        let items = views(root)?;
+        let fallback = fallback(&items);
         let mut files: Vec<(PathBuf, usize)> = Vec::new();
         let mut buffers = Vec::new();
         for (i, raw) in json::all(&root.buffers).iter().enumerate() {
@@ -96,6 +100,7 @@ impl<'a> Buffers<'a> {
                 return Err(wrong("its byteLength is 0".into()));
             }
             let data = match item.uri.as_deref() {
+                _ if fallback.contains(&i) => Data::Absent,
                 Some(text) => {
                     Data::Owned(match uri::read_in(beside.inner(), text).map_err(wrong)? {
                         UriSource::Embedded(bytes) => {
@@ -113,7 +118,8 @@ impl<'a> Buffers<'a> {
                                 }
                             };
                             if owned[number].len() < len {
-                                owned[number] = read_file(beside, &path, len, &name())?;
+                                let literal = uri::literal(beside.inner(), text);
+                                owned[number] = read_file(beside, (&path, literal), len, &name())?;
                             }
                             number
                         }
@@ -137,8 +143,8 @@ impl<'a> Buffers<'a> {
         }
         let stored = file.len() + owned.iter().map(Vec::len).sum::<usize>();
         let mut views = Vec::new();
-        for (i, json) in json::all(&root.buffer_views).iter().enumerate() {
-            views.push(view(&json::item(*json, "bufferView", i)?, i, &buffers)?);
+        for (i, item) in items.iter().enumerate() {
+            views.push(view(item, i, &buffers)?);
         }
         let budget = Cell::new(stored.saturating_mul(meshopt::MOST_EXPANSION));
         Ok(Self { file, owned, buffers, views, budget })
@@ -188,16 +194,63 @@ impl<'a> Buffers<'a> {
     }
 }
 
+/// The views of a document, unchecked.
+fn views<'a>(root: &Root<'a>) -> Result<Vec<ViewItem<'a>>, ErrorKind> {
+    let views = json::all(&root.buffer_views).iter().enumerate();
+    views.map(|(i, json)| json::item(*json, "bufferView", i)).collect()
+}
+
+impl<'a> ViewItem<'a> {
+    /// How it is compressed, and by which extension: both have the same form.
+    fn compression(&self) -> Option<(&MeshoptItem<'a>, &'static str)> {
+        let khronos = self.meshopt_of_khronos.as_ref().map(|c| (c, "KHR_meshopt_compression"));
+        self.meshopt.as_ref().map(|c| (c, "EXT_meshopt_compression")).or(khronos)
+    }
+}
+
+/// Buffers that only readers without decompression need: every view of them has compressed bytes
+/// elsewhere.
+fn fallback(views: &[ViewItem<'_>]) -> HashSet<usize> {
+    let (packed, plain): (Vec<_>, Vec<_>) = views.iter().partition(|v| v.compression().is_some());
+    let mut fallback: HashSet<usize> = packed.iter().map(|v| v.buffer.index()).collect();
+    plain.iter().for_each(|v| _ = fallback.remove(&v.buffer.index()));
+    for (c, _) in packed.iter().filter_map(|v| v.compression()) {
+        fallback.remove(&c.buffer.index());
+    }
+    fallback
+}
+
+/// The files that the buffers of a document name. What is wrong with a buffer is left to who loads
+/// the model.
+pub(super) fn files(root: &Root<'_>) -> Vec<PathBuf> {
+    let fallback = views(root).map(|items| fallback(&items)).unwrap_or_default();
+    let buffers = json::all(&root.buffers).iter().enumerate();
+    let file = |(i, raw): (usize, &Json<'_>)| {
+        let item: BufferItem<'_> = json::item(*raw, "buffer", i).ok()?;
+        match uri::read(item.uri.as_deref()?).ok()? {
+            UriSource::File(path) => Some(path),
+            UriSource::Embedded(_) => None,
+        }
+    };
+    buffers.filter(|(i, _)| !fallback.contains(i)).filter_map(file).collect()
+}
+
+/// The first `len` bytes of a file: of the first of two paths, or of the other where that is not
+/// there.
 fn read_file(
     beside: Beside<'_>,
-    path: &Path,
+    (path, literal): (&Path, Option<PathBuf>),
     len: usize,
     item: &str,
 ) -> Result<Vec<u8>, ErrorKind> {
     let shown = path.display();
     let wrong = |message: String| ErrorKind::invalid(item, message);
     let instead = "or convert the model to .glb, which holds all it needs";
-    let (bytes, has) = beside.read(path, len as u64).map_err(|missing| {
+    let read = beside.read(path, len as u64).or_else(|missing| match (&missing, literal) {
+        (Missing::Absent, Some(literal)) => beside.read(&literal, len as u64).map_err(|_| missing),
+        _ => Err(missing),
+    });
+    let (bytes, has) = read.map_err(|missing| {
         wrong(match (missing, beside) {
             (Missing::Absent, Beside::Folder(_) | Beside::Below(..)) => {
                 format!("{shown} is not there: put it where the model expects it, {instead}")
@@ -260,10 +313,10 @@ fn view(item: &ViewItem<'_>, index: usize, buffers: &[Buffer]) -> Result<View, E
             )));
         }
     }
-    let compressed = match &item.meshopt {
-        Some(c) => Some(
+    let compressed = match item.compression() {
+        Some((c, by)) => Some(
             compressed(c, buffers, own.len(), item.byte_stride)
-                .map_err(|message| wrong(format!("EXT_meshopt_compression: {message}")))?,
+                .map_err(|message| wrong(format!("{by}: {message}")))?,
         ),
         None => None,
     };

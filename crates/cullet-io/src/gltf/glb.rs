@@ -46,6 +46,9 @@ pub(super) fn open(bytes: &[u8], notes: &mut Notes) -> Result<Container, ErrorKi
     let (Some(version), Some(declared)) = (word(4), word(8)) else {
         return bad("GLB header", format!("has {} bytes of {HEADER}", bytes.len()));
     };
+    if version == 1 {
+        return Err(super::json::version_1("1"));
+    }
     if version != 2 {
         return bad("GLB header", format!("version {version}; only 2 is read"));
     }
@@ -85,13 +88,25 @@ pub(super) fn open(bytes: &[u8], notes: &mut Notes) -> Result<Container, ErrorKi
         if len > end - start {
             return bad(item, format!("declares {len} bytes, but {} are left", end - start));
         }
-        if !len.is_multiple_of(4) {
-            return bad(item, format!("its length of {len} bytes is not a multiple of 4"));
-        }
         let range = start..start + len;
+        at = range.end;
+        if !len.is_multiple_of(4) {
+            notes.push(&item, format!("its length of {len} bytes is not a multiple of 4"));
+            // Some writers leave the padding out, others do not count it.
+            let padded = at.next_multiple_of(4);
+            let begins = |at: usize| word(at + 4).is_some_and(|kind| [JSON, BIN].contains(&kind));
+            if padded >= end || !begins(at) && begins(padded) {
+                at = padded;
+            }
+        }
         match (number, kind) {
             (0, JSON) if len == 0 => return bad(item, "the JSON is empty"),
-            (0, JSON) => json = Some(range),
+            (0, JSON) => {
+                if bytes[range.clone()].ends_with(&[0]) {
+                    notes.push(&item, "is padded with NUL; glTF pads JSON with spaces");
+                }
+                json = Some(range);
+            }
             (0, _) => return bad(item, format!("is of type {kind:#010x}, expected JSON")),
             (1, BIN) => bin = Some(range),
             (_, JSON | BIN) => {
@@ -99,7 +114,6 @@ pub(super) fn open(bytes: &[u8], notes: &mut Notes) -> Result<Container, ErrorKi
             }
             _ => notes.push(item, format!("of unknown type {kind:#010x}, is ignored")),
         }
-        at = start + len;
         number += 1;
     }
     match json {
@@ -168,12 +182,32 @@ mod tests {
     #[test]
     fn lengths_are_named() {
         assert!(message(&glb(2, Some(99), &[(JSON, b"{}  ")])).contains("99 bytes"));
-        assert!(message(&glb(2, None, &[(JSON, b"{} ")])).contains("multiple of 4"));
         assert!(message(&glb(1, None, &[(JSON, b"{}  ")])).contains("version 1"));
         assert!(message(&glb(2, None, &[(BIN, b"1234")])).contains("expected JSON"));
         let mut long = glb(2, None, &[(JSON, b"{}  ")]);
         long[HEADER] = 200;
         assert!(message(&long).contains("declares 200 bytes, but 4 are left"));
+    }
+
+    #[test]
+    fn chunks_that_are_not_padded_or_whose_padding_is_not_counted_are_read_with_a_warning() {
+        let left_out = glb(2, None, &[(JSON, b"{} "), (BIN, b"12345")]);
+        let mut not_counted = glb(2, None, &[(JSON, b"{}  "), (BIN, b"12345678")]);
+        not_counted[HEADER] = 3;
+        not_counted[HEADER + CHUNK_HEADER + 4] = 5;
+        for bytes in [left_out, not_counted] {
+            let mut notes = Notes::default();
+            let container = open(&bytes, &mut notes).unwrap();
+            assert_eq!(&bytes[container.json], b"{} ");
+            assert_eq!(&bytes[container.bin.unwrap()], b"12345");
+            let warnings = notes.into_warnings();
+            assert_eq!(warnings.len(), 2);
+            assert!(warnings[1].to_string().contains("chunk 1: its length of 5 bytes"));
+        }
+        let padded = glb(2, None, &[(JSON, b"{}\0\0")]);
+        let mut notes = Notes::default();
+        open(&padded, &mut notes).unwrap();
+        assert!(notes.into_warnings()[0].to_string().contains("padded with NUL"));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Placing meshes: one instance for each node that draws, or many by `EXT_mesh_gpu_instancing`.
 
-use cullet::{Instance, InstanceFlags, Transform, scene::BoundsOverride};
+use cullet::{Instance, InstanceFlags, Transform};
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::accessor::Accessors;
@@ -17,7 +17,6 @@ use crate::{ErrorKind, LoadOptions};
 pub(super) struct Placement {
     mesh: u32,
     transform: Transform,
-    skinned: bool,
 }
 
 impl Placement {
@@ -28,9 +27,6 @@ impl Placement {
             always_visible: !self.transform.is_finite(),
             ..InstanceFlags::default()
         };
-        if self.skinned {
-            instance.bounds = BoundsOverride::None;
-        }
         instance
     }
 }
@@ -125,14 +121,15 @@ pub(super) fn place(
         };
         let name = nodes.name(index);
         let deforms = plan.deforms[index as usize];
-        let skinned = node.skin.is_some();
-        if skinned {
-            let how = match deforms {
-                true => "is skinned: until it is posed at a time, it is drawn in its bind pose",
-                false => "is skinned: it is drawn in its bind pose",
+        let skinned = plan.skinned[index as usize];
+        if node.skin.is_some() && !skinned {
+            let why = match (node.instancing.is_some(), meshes.all[mesh as usize].has_joints) {
+                (true, _) => "it has instances too",
+                (_, false) => "its mesh has no joints",
+                (_, true) => "the skin is malformed",
             };
-            notes.push(&name, format!("{how}, and has no bounds, so it is always kept"));
-        } else if meshes.all[mesh as usize].has_joints {
+            notes.push(&name, format!("is skinned, but drawn where the node is, for {why}"));
+        } else if !skinned && meshes.all[mesh as usize].has_joints {
             notes.push(&name, "has a mesh with joints but no skin");
         }
         let mut number = number_of[mesh as usize];
@@ -154,7 +151,7 @@ pub(super) fn place(
                 let placement = placed.placements.len() as u32;
                 placed.followers.push(rig::Placed { placement, node: index, inner });
             }
-            placed.placements.push(Placement { mesh: number, transform, skinned });
+            placed.placements.push(Placement { mesh: number, transform });
             placed.names.push(name);
             placed.nodes.push(index);
         };

@@ -32,6 +32,8 @@ pub(super) struct Root<'a> {
     pub(super) animations: Items<'a>,
     pub(super) skins: Items<'a>,
     pub(super) extensions_required: Vec<String>,
+    /// Empty where the list is malformed.
+    pub(super) extensions_used: Vec<String>,
     pub(super) extensions: Option<Json<'a>>,
 }
 
@@ -135,6 +137,7 @@ from_json! {
         byte_stride: Option<Integer> = get("byteStride"),
         target: Option<Integer> = get("target"),
         meshopt: Option<MeshoptItem<'a>> = extension("EXT_meshopt_compression"),
+        meshopt_of_khronos: Option<MeshoptItem<'a>> = extension("KHR_meshopt_compression"),
     }
 
     pub(super) struct MeshoptItem<'a> {
@@ -193,6 +196,11 @@ from_json! {
         znear: f64 = need("znear"),
     }
 
+    /// `CESIUM_RTC`.
+    pub(super) struct Rtc {
+        center: [f64; 3] = need("center"),
+    }
+
     pub(super) struct SkinItem {
         joints: Vec<Index> = need("joints"),
         inverse_bind_matrices: Option<Index> = get("inverseBindMatrices"),
@@ -212,6 +220,11 @@ from_json! {
     pub(super) struct Target<'a> {
         node: Option<Index> = get("node"),
         path: Cow<'a, str> = need("path"),
+        pointer: Option<Pointer<'a>> = extension("KHR_animation_pointer"),
+    }
+
+    pub(super) struct Pointer<'a> {
+        pointer: Cow<'a, str> = need("pointer"),
     }
 
     pub(super) struct Sampler<'a> {
@@ -236,22 +249,27 @@ pub(super) fn parse(text: &[u8]) -> Result<Root<'_>, ErrorKind> {
     }
     let text = std::str::from_utf8(text)
         .map_err(|e| wrong(format!("is not UTF-8 at byte {}", e.valid_up_to())))?;
+    // Some writers of GLB pad with NUL.
+    let text = text.trim_end_matches('\0');
     if text.trim_ascii().is_empty() {
         return Err(wrong("is empty".into()));
     }
     check_density(text)?;
     let all = Json::parse(text).and_then(Object::from_json).map_err(wrong)?;
     let asset: Option<Object<'_>> = member(&all, "asset")?;
-    let Some(asset) = asset else {
-        return Err(wrong("`asset` is missing: this is not glTF".into()));
+    let version = asset.as_ref().map(|asset| asset.get::<Json<'_>>("version")).transpose();
+    let version = version.map_err(wrong)?.flatten().map(|v| v.text().trim_matches('"'));
+    // In version 1.0 arrays were maps from names, the version might be a number or left out.
+    let maps = ["accessors", "bufferViews", "buffers", "meshes", "nodes", "scenes"];
+    let is_map = |(name, json): &(Cow<'_, str>, Json<'_>)| {
+        maps.contains(&name.as_ref()) && json.text().starts_with('{')
     };
-    let version: Cow<'_, str> = asset.need("version").map_err(wrong)?;
-    if !version.starts_with("2.") {
-        let shown = start(&version);
-        return Err(ErrorKind::Unsupported(format!(
-            "glTF version {shown:?}; only 2.x is read. Version 1.0 becomes 2.0 by \
-             `gltf-pipeline -i in.gltf -o out.glb`"
-        )));
+    match version {
+        Some(version) if version.starts_with("2.") => {}
+        Some(version) => return Err(version_1(version)),
+        None if all.members().any(is_map) => return Err(version_1("1.0")),
+        None if asset.is_some() => return Err(wrong("missing field `version`".into())),
+        None => return Err(wrong("`asset` is missing: this is not glTF".into())),
     }
     Ok(Root {
         scene: member(&all, "scene")?,
@@ -266,8 +284,18 @@ pub(super) fn parse(text: &[u8]) -> Result<Root<'_>, ErrorKind> {
         animations: member(&all, "animations")?,
         skins: member(&all, "skins")?,
         extensions_required: all.or_default("extensionsRequired").map_err(wrong)?,
+        extensions_used: all.or_default("extensionsUsed").unwrap_or_default(),
         extensions: member(&all, "extensions")?,
     })
+}
+
+/// The refusal of a version that is not 2.
+pub(super) fn version_1(version: &str) -> ErrorKind {
+    ErrorKind::Unsupported(format!(
+        "glTF version {}; only 2.x is read. Version 1.0 becomes 2.0 by \
+         `npx gltf-pipeline -i in.gltf -o out.glb`",
+        start(version).escape_debug()
+    ))
 }
 
 /// A member of the document.
@@ -318,6 +346,22 @@ mod tests {
         assert_eq!(error, "buffer 0: expected an object, found [1]");
         let error = parse(br#"{"asset":{"version":"2.0"},"nodes":3}"#).unwrap_err().to_string();
         assert_eq!(error, "JSON: nodes: invalid type: integer `3`, expected a sequence");
+    }
+
+    #[test]
+    fn version_1_is_told_by_its_maps_and_whatever_way_its_version_is_written() {
+        for text in [
+            r#"{"accessors":{"a":{}},"asset":{"version":"1.0","profile":{"api":"WebGL"}},"nodes":{}}"#,
+            r#"{"asset":{"version":1},"scenes":[]}"#,
+            r#"{"asset":{"generator":"collada2gltf"},"nodes":{"node_1":{}}}"#,
+            r#"{"scene":"s","scenes":{"s":{"nodes":[]}}}"#,
+        ] {
+            let error = parse(text.as_bytes()).unwrap_err().to_string();
+            assert!(error.contains("only 2.x is read"), "{error}");
+            assert!(error.contains("npx gltf-pipeline"), "{error}");
+        }
+        let error = parse(br#"{"asset":{}}"#).unwrap_err().to_string();
+        assert_eq!(error, "JSON: missing field `version`");
     }
 
     #[test]

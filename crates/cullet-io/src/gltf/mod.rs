@@ -43,7 +43,8 @@ use crate::beside::Beside;
 use crate::blocks::Source;
 use crate::model::{Motion, MotionKind};
 use crate::motion::Deformed;
-use crate::{Attributes, CameraNode, ErrorKind, LoadOptions, Material, Model, NodeTree};
+use crate::pose::stand;
+use crate::{Attributes, CameraNode, ErrorKind, LoadOptions, Material, Model, NodeTree, Unread};
 use instances::Placement;
 use notes::Notes;
 
@@ -62,8 +63,9 @@ pub use uri::{UriSource, read_in as read_uri_in};
 ///
 /// The scene that the file chooses is loaded (else its first, else every root node): one mesh for
 /// each mesh that a node draws, one instance for each drawing. Points and lines are skipped with a
-/// warning. Skinned and morphed meshes come in the pose they were bound in, each node's its own
-/// mesh; the model's motion poses them. Vertices keep their order, except that meshes which share a
+/// warning. Skinned and morphed meshes come as the file stores them, each node's its own mesh: its
+/// joints where their nodes are, whatever the skinned node's own transform, and its targets under
+/// their default weights; the model's motion poses them at a time. Vertices keep their order, except that meshes which share a
 /// vertex accessor get only the vertices that they use.
 ///
 /// Costs O(size of the file + instances); at its peak takes the file's bytes and once the decoded
@@ -71,19 +73,40 @@ pub use uri::{UriSource, read_in as read_uri_in};
 ///
 /// # Errors
 /// If the file is invalid, needs an extension that is not read, or passes a limit of `options`.
-pub fn load(
+pub(crate) fn load(
     path: &Path,
     bytes: Vec<u8>,
     options: &LoadOptions,
     beside: Beside<'_>,
 ) -> Result<Model, ErrorKind> {
     check_header(path, &bytes)?;
-    let decoded = decode(&bytes, beside, options)?;
+    let decoded = decode(&bytes, beside, options, true)?;
     // Freed before meshes are made: the peak is the greater of the two halves, not their sum.
     drop(bytes);
     let mut model = decoded.into_model()?;
     model.name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(model)
+}
+
+/// Loads the glTF of a tile like [`load`]. Returns with the model the centre that `CESIUM_RTC`
+/// moves it by, zero where there is none: in the axes of the tile, so that it comes after the turn
+/// of the up axis.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_tile(
+    path: &Path,
+    bytes: Vec<u8>,
+    options: &LoadOptions,
+    beside: Beside<'_>,
+) -> Result<(Model, [f64; 3]), ErrorKind> {
+    check_header(path, &bytes)?;
+    let decoded = decode(&bytes, beside, options, false)?;
+    drop(bytes);
+    let centre = decoded.centre;
+    let mut model = decoded.into_model()?;
+    model.name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok((model, centre))
 }
 
 /// A file named `.glb` must begin as one.
@@ -121,20 +144,14 @@ pub(crate) fn named(path: &Path, source: &Source<'_>) -> Result<Vec<PathBuf>, Er
     check_header(path, &source.head(glb::HEAD)?)?;
     let (bytes, json) = json_of(source)?;
     let root = json::parse(bytes.get(json).unwrap_or_default())?;
-    let buffers = json::all(&root.buffers).iter().enumerate();
-    Ok(buffers
-        .filter_map(|(i, raw)| {
-            let item: json::BufferItem<'_> = json::item(*raw, "buffer", i).ok()?;
-            match uri::read(item.uri.as_deref()?).ok()? {
-                UriSource::File(path) => Some(path),
-                UriSource::Embedded(_) => None,
-            }
-        })
-        .collect())
+    Ok(buffers::files(&root))
 }
 
 /// A document that was decoded, free of the file's bytes.
 struct Decoded {
+    /// The centre of `CESIUM_RTC`.
+    centre: [f64; 3],
+    unread: Vec<Unread>,
     meshes: Vec<(String, MeshData)>,
     /// One entry per mesh; empty unless the options request details.
     attributes: Vec<Attributes>,
@@ -156,11 +173,19 @@ struct Decoded {
     notes: Notes,
 }
 
-fn decode(bytes: &[u8], beside: Beside<'_>, options: &LoadOptions) -> Result<Decoded, ErrorKind> {
+/// Decodes a document. `moved` says whether the centre of `CESIUM_RTC`, in the axes of the file, is
+/// in the place of its nodes.
+fn decode(
+    bytes: &[u8],
+    beside: Beside<'_>,
+    options: &LoadOptions,
+    moved: bool,
+) -> Result<Decoded, ErrorKind> {
     let mut notes = Notes::default();
     let container = glb::open(bytes, &mut notes)?;
     let root = json::parse(&bytes[container.json])?;
-    extensions::check(&root.extensions_required, &mut notes)?;
+    extensions::check(&root.extensions_required)?;
+    let centre = extensions::centre(&root)?;
     empty_arrays(&root, &mut notes);
     let count = |items: &json::Items<'_>| items.as_ref().map_or(0, Vec::len);
 
@@ -173,7 +198,8 @@ fn decode(bytes: &[u8], beside: Beside<'_>, options: &LoadOptions) -> Result<Dec
         cameras: count(&root.cameras),
         skins: count(&root.skins),
     };
-    let nodes = nodes::Nodes::read(&root, &counts, options.up.unwrap_or_default(), &mut notes)?;
+    let base = nodes::base(options.up.unwrap_or_default(), if moved { centre } else { [0.0; 3] });
+    let nodes = nodes::Nodes::read(&root, &counts, base, &mut notes)?;
     check_unused(&root, &accessors, &buffers, &meshes, &nodes)?;
     let cells = cells::Cells::read(&root, &nodes.base(), nodes.all.len())?;
 
@@ -232,10 +258,22 @@ fn decode(bytes: &[u8], beside: Beside<'_>, options: &LoadOptions) -> Result<Dec
     if !used_default {
         materials.pop();
     }
+    let unread = extensions::unread(&root, plan.pointer.as_deref());
     if placed.placements.is_empty() {
-        notes.push("scene", "draws nothing");
+        let unread: Vec<&str> =
+            unread.iter().filter(|u| u.may_draw).map(|u| u.name.as_str()).collect();
+        notes.push(
+            "scene",
+            match unread.is_empty() {
+                true => "draws nothing".to_owned(),
+                false => format!("draws nothing but what {} may draw", unread.join(", ")),
+            },
+        );
     }
+    unread.iter().for_each(|u| notes.push("not read", format!("{}, {}", u.name, u.meaning)));
     Ok(Decoded {
+        centre,
+        unread,
         meshes: data,
         attributes,
         placements: std::mem::take(&mut placed.placements),
@@ -278,12 +316,6 @@ impl Decoded {
             }
         }
         let rig = self.plan.rig(&self.nodes, &self.followers, self.deformed, &handles);
-        let motion = rig.moves().then_some(Motion { kind: MotionKind::Rig(rig) });
-        scene.sort();
-        let attributes = &mut self.attributes;
-        let baked = self
-            .baked
-            .map(|found| found.give(&mut scene, &mut mesh_names, attributes, &mut self.notes));
         let mut model = Model {
             scene,
             mesh_names,
@@ -292,12 +324,20 @@ impl Decoded {
             node_tree: self.node_tree,
             materials: self.materials,
             cameras: self.cameras,
-            motion,
-            baked,
             file_meshes: self.numbers,
-            warnings: self.notes.into_warnings(),
+            unread: self.unread,
             ..Model::default()
         };
+        let nowhere =
+            stand(&rig, &mut model).map_err(|e| ErrorKind::invalid("scene", e.to_string()))?;
+        nowhere.into_iter().for_each(|w| self.notes.push(w.item, w.message));
+        model.motion = rig.moves().then_some(Motion { kind: MotionKind::Rig(rig) });
+        model.scene.sort();
+        model.baked = self.baked.map(|found| {
+            let Model { scene, mesh_names, attributes, .. } = &mut model;
+            found.give(scene, mesh_names, attributes, &mut self.notes)
+        });
+        model.warnings = self.notes.into_warnings();
         self.cells.give(&mut model);
         Ok(model)
     }

@@ -44,7 +44,7 @@ pub(super) struct Node {
 pub(super) struct Nodes {
     pub(super) all: Vec<Node>,
     roots: Vec<u32>,
-    /// The rotation of the file's up axis to the scene's.
+    /// See [`base`].
     base: DAffine3,
 }
 
@@ -64,7 +64,7 @@ impl Nodes {
     pub(super) fn read(
         root: &Root<'_>,
         counts: &Counts,
-        up: Up,
+        base: DAffine3,
         notes: &mut Notes,
     ) -> Result<Self, ErrorKind> {
         let raw = json::all(&root.nodes);
@@ -75,7 +75,7 @@ impl Nodes {
         adopt(&mut all)?;
         check_reach(&all)?;
         let roots = scene_roots(root, &all)?;
-        Ok(Self { all, roots, base: up_turn(up) })
+        Ok(Self { all, roots, base })
     }
 
     /// The name of a node, for messages.
@@ -154,12 +154,14 @@ impl Nodes {
     }
 }
 
+/// The transform above the roots: by the file's centre, then from its up axis to the scene's, where
 /// (x, y, z) of a file with Z up becomes (x, z, −y).
-fn up_turn(up: Up) -> DAffine3 {
-    match up {
-        Up::Y => DAffine3::IDENTITY,
-        Up::Z => DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y)),
-    }
+pub(super) fn base(up: Up, centre: [f64; 3]) -> DAffine3 {
+    let turn = match up {
+        Up::Y => DMat3::IDENTITY,
+        Up::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
+    };
+    DAffine3 { matrix3: turn, translation: turn * DVec3::from(centre) }
 }
 
 fn node(

@@ -36,8 +36,14 @@ pub(super) struct Plan {
     skins: Vec<Option<SkinSource>>,
     /// For each node whether it, or one above it, is animated.
     pub(super) moved: Vec<bool>,
+    /// For each node whether joints place it: not where its skin is malformed, its mesh has no
+    /// joints, or it has instances.
+    pub(super) skinned: Vec<bool>,
     /// For each node whether its mesh changes shape.
     pub(super) deforms: Vec<bool>,
+    /// A pointer of `KHR_animation_pointer` that is not played, one that may move what is drawn
+    /// before others.
+    pub(super) pointer: Option<String>,
 }
 
 impl Plan {
@@ -59,8 +65,9 @@ impl Plan {
         };
         let cameras = nodes.all.iter().any(|n| n.camera.is_some());
         let mut clips = Vec::new();
+        let mut pointer = None;
         for i in 0..json::all(&root.animations).len() {
-            match Clip::read(root, i, accessors, buffers, targets, notes) {
+            match Clip::read(root, i, accessors, buffers, targets, &mut pointer, notes) {
                 Ok(clip) => clips.push(clip),
                 Err(e) if cameras => return Err(e),
                 Err(e) => notes.push(format!("animation {i}"), format!("is left out: {e}")),
@@ -74,7 +81,14 @@ impl Plan {
                 skin.map_err(|e| notes.push(format!("skin {i}"), format!("is left out: {e}")));
             skins.push(skin.ok());
         }
-        let mut plan = Self { clips, played, skins, moved: Vec::new(), deforms: Vec::new() };
+        let skinned = nodes.all.iter().map(|n| {
+            let known = n.skin.is_some_and(|s| skins.get(s as usize).is_some_and(Option::is_some));
+            let has_joints = n.mesh.is_some_and(|m| meshes.all[m as usize].has_joints);
+            known && has_joints && n.instancing.is_none()
+        });
+        let skinned = skinned.collect();
+        let (moved, deforms) = (Vec::new(), Vec::new());
+        let mut plan = Self { clips, played, skins, moved, skinned, deforms, pointer };
         let mut moved = vec![false; nodes.all.len()];
         for clip in plan.clips() {
             clip.tracks.iter().for_each(|t| moved[t.node as usize] = true);
@@ -88,32 +102,20 @@ impl Plan {
         for clip in plan.clips() {
             clip.weights.iter().for_each(|t| morphing[t.node as usize] = true);
         }
-        let deforms = |(n, &morphing): (&Node, &bool)| plan.deforms_at(n, morphing, meshes);
-        plan.deforms = nodes.all.iter().zip(&morphing).map(deforms).collect();
+        let deforms = |((n, &morphing), &skinned): ((&Node, &bool), &bool)| {
+            let mesh = n.mesh.map(|m| &meshes.all[m as usize]).filter(|mesh| mesh.is_drawn());
+            mesh.is_some_and(|mesh| {
+                let weights = n.weights.as_ref().unwrap_or(&mesh.weights);
+                skinned || morphing || weights.iter().take(mesh.targets).any(|w| *w != 0.0)
+            })
+        };
+        plan.deforms = nodes.all.iter().zip(&morphing).zip(&plan.skinned).map(deforms).collect();
         Ok(plan)
     }
 
     /// The animations that are played.
     fn clips(&self) -> impl Iterator<Item = &Clip> {
         self.clips.iter().zip(&self.played).filter(|(_, played)| **played).map(|(c, _)| c)
-    }
-
-    fn deforms_at(&self, node: &Node, morphing: bool, meshes: &Meshes) -> bool {
-        let Some(mesh) = node.mesh.map(|m| &meshes.all[m as usize]) else { return false };
-        if !mesh.is_drawn() {
-            return false;
-        }
-        match node.skin {
-            Some(s) => {
-                let known = self.skins.get(s as usize).is_some_and(Option::is_some);
-                known && mesh.has_joints && node.instancing.is_none()
-            }
-            None => {
-                let weights = node.weights.as_ref().unwrap_or(&mesh.weights);
-                let pulled = weights.iter().take(mesh.targets).any(|w| *w != 0.0);
-                pulled || morphing
-            }
-        }
     }
 
     /// The skin and morph targets of a node for its decoded mesh.
@@ -128,7 +130,8 @@ impl Plan {
         binding: Binding,
     ) -> Result<Deformed, DeformError> {
         let Binding { joints, weights: shares, targets } = binding;
-        let source = node.skin.and_then(|s| self.skins.get(s as usize)?.as_ref());
+        let source = node.skin.filter(|_| self.skinned[index as usize]);
+        let source = source.and_then(|s| self.skins.get(s as usize)?.as_ref());
         let skin = source.map(|s| SkinRig {
             joints,
             weights: shares,
@@ -181,7 +184,7 @@ impl Plan {
         }
         for (f, &handle) in followers.iter().zip(handles) {
             let follower = Follower { handle, node: f.node, inner: f.inner };
-            let skinned = nodes.all[f.node as usize].skin.is_some();
+            let skinned = self.skinned[f.node as usize];
             match place.get(&f.node) {
                 Some(&d) => deformed[d as usize].instances.push(follower),
                 // A mesh that was to deform and cannot keeps its shape, but follows its node.

@@ -8,7 +8,7 @@ use crate::{ErrorKind, LoadOptions, Model, Up};
 
 /// Loads a file that is all in memory.
 fn load_gltf_from_memory(bytes: &[u8], options: &LoadOptions) -> Result<Model, ErrorKind> {
-    super::decode(bytes, crate::beside::Beside::Given(&[]), options)?.into_model()
+    super::decode(bytes, crate::beside::Beside::Given(&[]), options, true)?.into_model()
 }
 
 /// A GLB under construction.
@@ -236,10 +236,24 @@ fn packed_geometry_is_the_geometry() {
     b.json["buffers"] = json!([{"byteLength": len}, {"byteLength": 4000,
         "extensions": {"EXT_meshopt_compression": {"fallback": true}}}]);
     b.json["extensionsRequired"] = json!(["EXT_meshopt_compression"]);
-    let model = b.load().unwrap();
-    let mesh = &model.scene.meshes()[0];
-    assert_eq!(mesh.positions(), points);
-    assert_eq!(mesh.triangle_count(), 162);
+    let check = |b: &GltfBuilder| {
+        let model = b.load().unwrap();
+        let mesh = &model.scene.meshes()[0];
+        assert_eq!(mesh.positions(), points);
+        assert_eq!(mesh.triangle_count(), 162);
+        assert_eq!(model.warnings, []);
+    };
+    check(&b);
+    // Nobody who unpacks needs the bytes of the fallback, wherever they are said to be.
+    b.json["buffers"][1]["uri"] = "gone.fallback.bin".into();
+    check(&b);
+    // The other extension of the same form, with another name.
+    let views = b.json["bufferViews"].to_string();
+    b.json["bufferViews"] = serde_json::from_str(&views.replace("EXT_mesh", "KHR_mesh")).unwrap();
+    b.json["extensionsRequired"] = json!(["KHR_meshopt_compression"]);
+    check(&b);
+    b.json["bufferViews"] = serde_json::from_str(&views).unwrap();
+    b.json["extensionsRequired"] = json!(["EXT_meshopt_compression"]);
     // A count that the compressed bytes cannot hold is refused before it is allocated.
     b.json["buffers"][1]["byteLength"] = 4_000_000_000_000u64.into();
     b.json["bufferViews"][0]["byteLength"] = 1_200_000_000_000u64.into();
@@ -366,15 +380,25 @@ fn skinned_and_morphed_meshes_may_deform() {
     let morphed = b.mesh(
         json!([{"attributes": {"POSITION": positions}, "targets": [{"POSITION": positions}]}]),
     );
-    b.push("skins", json!({"joints": [0]}));
-    b.node(json!({"mesh": skinned, "skin": 0}));
-    b.node(json!({"mesh": morphed}));
+    let plain = b.triangle();
+    b.push("skins", json!({"joints": [1]}));
+    b.node(json!({"mesh": skinned, "skin": 0, "translation": [9, 9, 9]}));
+    b.node(json!({"mesh": morphed, "translation": [0, 0, 5]}));
+    b.node(json!({"mesh": plain, "skin": 0, "translation": [7, 0, 0]}));
     let model = b.load().unwrap();
-    assert!(model.scene.meshes().iter().all(cullet::Mesh::is_deformable));
-    assert_eq!(model.scene.bounds(0), cullet::bounds::Aabb::EVERYTHING);
-    assert!(model.scene.bounds(1).is_finite());
-    assert!(warned(&model, "node 0: is skinned"));
-    assert!(!warned(&model, "node 1: is skinned"));
+    let is_deformable: Vec<bool> =
+        model.scene.meshes().iter().map(cullet::Mesh::is_deformable).collect();
+    assert_eq!(is_deformable, [true, true, false]);
+    // The skin is where its joint is, not where its node is; what has no joints is at its node.
+    let min = |index| {
+        let slot = (model.scene.slots()).find(|&s| model.scene.handle(s).unwrap().index == index);
+        model.scene.bounds(slot.unwrap()).min.map(f32::round)
+    };
+    assert_eq!(min(0), [0.0, 0.0, 5.0]);
+    assert_eq!(min(1), [0.0, 0.0, 5.0]);
+    assert_eq!(min(2), [7.0, 0.0, 0.0]);
+    assert!(!warned(&model, "node 0"), "{:?}", model.warnings);
+    assert!(warned(&model, "node 2: is skinned, but drawn where the node is"));
 }
 
 #[test]

@@ -40,27 +40,35 @@ pub fn read_in(folder: &Path, uri: &str) -> Result<UriSource, String> {
             "its URI {shown:?} is not relative: nothing is fetched; put the file beside the model and name it"
         ));
     }
-    let decoded = percent_decode(uri)
-        .ok_or_else(|| format!("its URI {shown:?} is not valid percent-encoding of UTF-8"))?;
-    let outside = || {
+    // Some writers do not encode a percent sign.
+    let decoded = percent_decode(uri).unwrap_or_else(|| uri.to_owned());
+    if decoded.contains('\0') {
+        return Err(format!("its URI {shown:?} has a NUL, which no name of a file has"));
+    }
+    inside(folder, &decoded).map(UriSource::File).ok_or_else(|| {
         format!("its URI {shown:?} leaves the folder of the model: put the file beside the model")
-    };
-    let mut path = PathBuf::new();
-    for part in folder.join(decoded).components() {
-        let is_inside = match part {
-            Component::Normal(part) => {
-                path.push(part);
-                true
-            }
-            Component::CurDir => true,
-            Component::ParentDir => path.pop(),
-            _ => false,
-        };
-        if !is_inside {
-            return Err(outside());
+    })
+}
+
+/// The file that a URI names if its percent signs are not an encoding; `None` where that is the
+/// same.
+pub(super) fn literal(folder: &Path, uri: &str) -> Option<PathBuf> {
+    let differs = percent_decode(uri).is_some_and(|decoded| decoded != uri);
+    differs.then(|| inside(folder, uri)).flatten()
+}
+
+/// A path by names alone, from the model's folder; `None` if it leaves that folder or names nothing.
+fn inside(folder: &Path, path: &str) -> Option<PathBuf> {
+    let mut out = PathBuf::new();
+    for part in folder.components().chain(Path::new(path).components()) {
+        match part {
+            Component::Normal(name) => out.push(name),
+            Component::CurDir => {}
+            Component::ParentDir if out.pop() => {}
+            _ => return None,
         }
     }
-    Ok(UriSource::File(path))
+    (!out.as_os_str().is_empty()).then_some(out)
 }
 
 /// The part of a data URI after `data:`.
@@ -117,9 +125,9 @@ fn base64(text: &[u8]) -> Result<Vec<u8>, String> {
     Ok(out)
 }
 
-/// The name of a file. A NUL is no part of any, and some systems stop reading there.
+/// A text whose percent signs stand before two digits; `None` if one does not, or it is no UTF-8.
 fn percent_decode(text: &str) -> Option<String> {
-    String::from_utf8(percent_bytes(text)?).ok().filter(|name| !name.contains('\0'))
+    String::from_utf8(percent_bytes(text)?).ok()
 }
 
 fn percent_bytes(text: &str) -> Option<Vec<u8>> {
@@ -165,6 +173,31 @@ mod tests {
     }
 
     #[test]
+    fn percent_signs_that_encode_nothing_are_part_of_the_name() {
+        assert_eq!(file("100%.bin"), PathBuf::from("100%.bin"));
+        assert_eq!(file("50%of.bin"), PathBuf::from("50%of.bin"));
+        assert_eq!(file("%ff.bin"), PathBuf::from("%ff.bin"), "no UTF-8");
+        // What could be either is first looked for as the standard has it.
+        assert_eq!(file("a%20b.bin"), PathBuf::from("a b.bin"));
+        let literal = |uri| literal(Path::new(""), uri);
+        assert_eq!(literal("a%20b.bin"), Some(PathBuf::from("a%20b.bin")));
+        assert_eq!(literal("100%.bin"), None);
+        assert_eq!(literal("../a%20b.bin"), None);
+    }
+
+    #[test]
+    fn dots_stay_within_the_outermost_folder() {
+        assert_eq!(file("a/../x.bin"), PathBuf::from("x.bin"));
+        assert_eq!(file("a/./b/../../x.bin"), PathBuf::from("x.bin"));
+        let from = |uri| read_in(Path::new("tiles/one"), uri);
+        assert_eq!(from("../x.bin"), Ok(UriSource::File("tiles/x.bin".into())));
+        assert_eq!(from("x.bin"), Ok(UriSource::File("tiles/one/x.bin".into())));
+        assert_eq!(from("../../y/x.bin"), Ok(UriSource::File("y/x.bin".into())));
+        assert!(from("../../../x.bin").is_err());
+        assert!(from("/x.bin").is_err());
+    }
+
+    #[test]
     fn nothing_outside_the_folder_is_named() {
         for uri in [
             "",
@@ -177,8 +210,7 @@ mod tests {
             "%2e%2e/x",
             "C:\\x",
             "%00",
-            "%2",
-            "%ff",
+            "a/..",
         ] {
             assert!(read(uri).is_err(), "{uri}");
         }

@@ -115,10 +115,10 @@ impl Rig {
         !(self.followers.is_empty() && self.deformed.is_empty())
     }
 
-    /// Where every node is.
-    pub(crate) fn globals(&self, seconds: f64) -> Vec<DAffine3> {
+    /// Where every node is at a time; as the file stores them where there is none.
+    pub(crate) fn globals(&self, seconds: Option<f64>) -> Vec<DAffine3> {
         let mut locals: Vec<Local> = self.nodes.iter().map(|n| n.local).collect();
-        for clip in &self.clips {
+        for (clip, seconds) in self.clips.iter().zip(seconds.into_iter().cycle()) {
             let time = clip.time(seconds);
             for track in &clip.tracks {
                 let local = &mut locals[track.node as usize];

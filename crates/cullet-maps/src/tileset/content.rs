@@ -10,7 +10,7 @@ use super::json::GltfUp;
 use super::packed::{self, FIRST_TABLE, Gltf, Part};
 use super::place::gltf_to_z_up;
 use cullet_io::reader::Beside;
-use cullet_io::reader::{Counts, JsonKind, Source, counts as gltf_counts, json_kind, load_gltf};
+use cullet_io::reader::{Counts, JsonKind, Source, counts as gltf_counts, json_kind, load_tile};
 use cullet_io::{ErrorKind, LoadOptions};
 
 /// A content that is drawn, and where.
@@ -57,9 +57,10 @@ pub(super) fn add(
             Beside::Folder(root) => Beside::Below(root, path.parent().unwrap_or(Path::new(""))),
             given => given,
         };
-        let model = load_gltf(&path, bytes, &options, beside).map_err(at)?;
+        let (model, centre) = load_tile(&path, bytes, &options, beside).map_err(at)?;
         let outer = *frame * *transform;
-        let places: Vec<DMat4> = places.iter().map(|p| outer * *p * gltf_to_z_up(*up)).collect();
+        let inner = DMat4::from_translation(centre.into()) * gltf_to_z_up(*up);
+        let places: Vec<DMat4> = places.iter().map(|p| outer * *p * inner).collect();
         joint.add(&path.with_extension("").to_string_lossy(), model, &places).map_err(at)?;
     }
     Ok(())

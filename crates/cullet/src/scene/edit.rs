@@ -3,7 +3,7 @@
 use super::{BoundsOverride, Instance, InstanceFlags, Scene, SceneError};
 use crate::array::{self, Each};
 use crate::bits;
-use crate::bounds::Aabb;
+use crate::bounds::{Aabb, Boxes};
 use crate::hierarchy::Handle;
 use crate::mesh::Mesh;
 use crate::transform::Transform;
@@ -171,7 +171,7 @@ impl Scene {
             let b = if b.is_empty() { Aabb::new([0.0; 3], [0.0; 3]) } else { b };
             transform.transform_box(&b, self.origin)
         };
-        match self.overrides.get(slot) {
+        let b = match self.overrides.get(slot) {
             _ if !transform.is_finite() => Aabb::EVERYTHING,
             BoundsOverride::None => Aabb::EVERYTHING,
             BoundsOverride::Mesh => mesh(),
@@ -184,7 +184,13 @@ impl Scene {
                 let grow = |v: [f32; 3], by: f64| v.each(|v| f64::from(v) + by);
                 Aabb::rounded_out(grow(b.min, -m), grow(b.max, m))
             }
+        };
+        // What culling takes for the whole of space is that for everyone who asks.
+        let beyond = |v: f32| v.abs() >= Boxes::LIMIT;
+        if b.min.iter().chain(&b.max).any(|&v| beyond(v)) && !b.is_empty() {
+            return Aabb::EVERYTHING;
         }
+        b
     }
 
     /// Recomputes what is derived from a slot's transform, flags and override.

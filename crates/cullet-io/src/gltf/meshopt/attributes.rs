@@ -3,6 +3,8 @@
 use super::ByteReader;
 
 const HEADER: u8 = 0xA0;
+/// The header of version 1.
+const NEWER: u8 = 0xA1;
 const GROUP: usize = 16;
 const MOST_BLOCK_BYTES: usize = 8192;
 const MOST_BLOCK_ELEMENTS: usize = 256;
@@ -14,6 +16,13 @@ pub(super) fn tail(stride: usize) -> usize {
 
 /// Decodes `count` elements of `stride` bytes.
 pub(super) fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, String> {
+    if bytes.first() == Some(&NEWER) {
+        return Err(
+            "its stream has the newer form that only KHR_meshopt_compression has, and that \
+                    is not read; `gltfpack -ce ext` writes the older one"
+                .into(),
+        );
+    }
     let (mut reader, tail) = ByteReader::open(bytes, HEADER, tail(stride))?;
     let mut last = tail[tail.len() - stride..].to_vec();
     let mut out = vec![0u8; count * stride];

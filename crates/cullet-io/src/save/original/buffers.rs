@@ -39,13 +39,20 @@ pub(super) fn join(
         let name = format!("buffer {i}");
         let length = item.number("byteLength");
         let length = length.ok_or_else(|| ErrorKind::invalid(&name, "has no byteLength"))?;
+        let is_fallback = item.get("extensions").is_some_and(|text| text.contains("\"fallback\""));
         let bytes = match (item.string("uri"), chunk.take_if(|_| holds_chunk(i))) {
-            (Some(uri), _) => Some(read(&uri, length, beside, &name)?),
+            (Some(uri), _) => match read(&uri, length, beside, &name) {
+                // Nobody who can read what is packed needs it.
+                Err(_) if is_fallback => None,
+                read => Some(read?),
+            },
             (None, chunk) => chunk,
         };
         let Some(mut bytes) = bytes else {
             places.push(Place { buffer: 1 + empty.len(), base: 0 });
-            empty.push(texts[i].clone());
+            let mut placeholder = Object::parse(&texts[i], "buffer")?;
+            placeholder.remove("uri");
+            empty.push(Cow::Owned(placeholder.to_text()));
             continue;
         };
         if bytes.len() < length {
