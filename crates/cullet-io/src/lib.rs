@@ -18,6 +18,7 @@ mod compact;
 mod convex;
 pub mod deform;
 mod error;
+mod extent;
 mod format;
 mod gltf;
 mod json;
@@ -50,6 +51,7 @@ pub use baked_file::{
 };
 pub use cells::{Cell, CellGraph, Mirror, Portal};
 pub use error::{ErrorKind, LoadError};
+pub use extent::extent;
 pub use load::{load, load_bytes, load_bytes_with};
 pub use model::{CameraNode, Material, MatrixView, Model, Motion, Unread, Warning};
 pub use named::{files_named, files_named_in};

@@ -12,7 +12,7 @@ pub use crate::convex::Convex;
 pub use crate::format::{Format, JsonKind, json_kind, recognise};
 #[cfg(not(target_family = "wasm"))]
 pub use crate::gltf::{Counts, counts};
-pub use crate::gltf::{UriSource, load_tile, read_uri_in};
+pub use crate::gltf::{UriSource, load as load_gltf, load_tile, read_uri_in};
 pub use crate::json::{FromJson, Integer, Json, Object};
 pub use crate::load::{Decode, decode, load_by, load_bytes_by};
 pub use crate::polygon::Triangulator;

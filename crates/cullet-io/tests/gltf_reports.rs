@@ -12,7 +12,7 @@ fn load(bytes: &[u8]) -> Model {
 /// The lowest and highest corner of all, to a thousandth.
 #[track_caller]
 fn assert_extent(model: &Model, low: [f64; 3], high: [f64; 3]) {
-    let found = cullet_mesh::extent(&model.scene).expect("something with bounds");
+    let found = cullet_io::extent(&model.scene).expect("something with bounds");
     for (found, expected) in found.into_iter().flatten().zip([low, high].into_iter().flatten()) {
         assert!((found - expected).abs() < 1e-3, "{found} is not {expected}");
     }
@@ -72,7 +72,7 @@ fn a_skin_without_a_finite_pose_is_kept_as_it_is_stored_and_said_so() {
 fn default_weights_of_meshes_and_nodes_are_the_static_shape() {
     let sparse = load(include_bytes!("reports/morph-sparse-nobase.glb"));
     assert_eq!(sparse.warnings, []);
-    let [low, high] = cullet_mesh::extent(&sparse.scene).unwrap();
+    let [low, high] = cullet_io::extent(&sparse.scene).unwrap();
     assert_eq!((low[1], high[1]), (0.0, 6.0));
 
     let mut g = Glb::new();
@@ -265,5 +265,5 @@ fn bounds_that_culling_cannot_hold_are_none_for_everyone() {
     let model = load(include_bytes!("reports/scale-1e30.glb"));
     assert!(model.scene.slots().all(|s| !model.scene.bounds(s).is_finite()));
     assert!(model.scene.extent().is_empty());
-    assert_eq!(cullet_mesh::extent(&model.scene), None);
+    assert_eq!(cullet_io::extent(&model.scene), None);
 }

@@ -414,7 +414,7 @@ proptest! {
                 }
             }
         }
-        if let Some([low, high]) = cullet_mesh::extent(scene) {
+        if let Some([low, high]) = cullet_io::extent(scene) {
             // Meshes that are all degenerate are a point at their origin.
             let all_drawn = scene.slots().all(|s| !scene.mesh(s).clusters().is_empty());
             let near = |a: [f64; 3], b: DVec3| DVec3::from(a).distance(b) <= most;

@@ -1,6 +1,6 @@
 //! Facts about meshes that readers, bakes, reports and methods of the literature ask for, and no
-//! frame of the engine: their topology, classes of their normals, how they look from all around as
-//! [impostors](Impostor), and how large a scene of them is to the vertex.
+//! frame of the engine: their topology, classes of their normals, and how they look from all around
+//! as [impostors](Impostor).
 //!
 //! ```
 //! let positions = vec![[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0]];
@@ -14,14 +14,12 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod extent;
 mod impostor;
 mod masks;
 mod nesting;
 mod surface;
 mod topology;
 
-pub use extent::extent;
 pub use impostor::{IMPOSTOR_PARTS, Impostor, ImpostorError, ImpostorFrame, Texel};
 pub use masks::{BackfaceMask, MaskGrid, NormalMask, NormalMasks, ViewCone};
 pub use topology::{NotSolid, Topology, solid};

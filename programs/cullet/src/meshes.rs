@@ -81,7 +81,7 @@ pub(crate) fn scene_record(model: &Model, facts: &[MeshRecord]) -> SceneRecord {
         solids: facts.iter().filter(|m| m.solid).count() as u64,
         materials: model.materials.len() as u64,
         cameras: model.cameras.len() as u64,
-        extent: cullet_mesh::extent(scene),
+        extent: cullet_io::extent(scene),
         warnings: model.warnings.iter().map(ToString::to_string).collect(),
     }
 }

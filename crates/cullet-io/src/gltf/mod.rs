@@ -73,7 +73,7 @@ pub use uri::{UriSource, read_in as read_uri_in};
 ///
 /// # Errors
 /// If the file is invalid, needs an extension that is not read, or passes a limit of `options`.
-pub(crate) fn load(
+pub fn load(
     path: &Path,
     bytes: Vec<u8>,
     options: &LoadOptions,

@@ -70,7 +70,8 @@ impl<'a> Joint<'a> {
         over("instances", self.instances, self.options.max_instances)?;
         let is_kept = self.keeps_levels && self.model.scene.meshes().is_empty();
         let leaves_out = tile.baked.is_some() && !is_kept;
-        if tile.motion.is_some() || leaves_out || !tile.cells.cells.is_empty() {
+        let moves = tile.motion.as_ref().is_some_and(|motion| motion.seconds() != Some(0.0));
+        if moves || leaves_out || !tile.cells.cells.is_empty() {
             self.still += 1;
         }
         let (first, materials) =
@@ -118,11 +119,19 @@ impl<'a> Joint<'a> {
             self.model.baked = tile.baked;
         }
         self.model.materials.extend(tile.materials);
+        // Of many tiles with the same extensions each is named once.
+        let is_unread = |w: &Warning| tile.unread.iter().any(|u| w.message.starts_with(&u.name));
         self.model.warnings.extend(
-            tile.warnings
-                .into_iter()
-                .map(|w| Warning { item: format!("{name}, {}", w.item), message: w.message }),
+            tile.warnings.iter().filter(|w| !(w.item == "not read" && is_unread(w))).map(|w| {
+                Warning { item: format!("{name}, {}", w.item), message: w.message.clone() }
+            }),
         );
+        for unread in tile.unread {
+            if !self.model.unread.contains(&unread) {
+                self.warn("not read", format!("{}, {}", unread.name, unread.meaning));
+                self.model.unread.push(unread);
+            }
+        }
         Ok(())
     }
 
@@ -154,7 +163,8 @@ impl<'a> Joint<'a> {
             self.warn("tileset", message);
         }
         // What was left out might have had some.
-        if self.triangles == 0 && self.points.is_empty() && self.unread.is_empty() {
+        let is_read = self.unread.is_empty() && !self.model.unread.iter().any(|u| u.may_draw);
+        if self.triangles == 0 && self.points.is_empty() && is_read {
             let message = "it has no triangles, so there is nothing to see or cull".to_owned();
             self.warn("tileset", message);
         }

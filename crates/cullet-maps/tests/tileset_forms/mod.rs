@@ -187,6 +187,36 @@ fn the_axis_of_gltf_contents_is_the_one_that_the_asset_names() {
 }
 
 #[test]
+fn the_centre_of_cesium_rtc_is_in_the_axes_of_the_tile() {
+    let folder = Folder::new("rtc");
+    let mut bytes = box_file(&folder, "a.glb", [1.0, 2.0, 3.0]);
+    let end = 20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let mut json: serde_json::Value = serde_json::from_slice(&bytes[20..end]).unwrap();
+    json["extensions"] = serde_json::json!({"CESIUM_RTC": {"center": [5e6, 60.0, 7.0]}});
+    json["extensionsUsed"] = serde_json::json!(["CESIUM_RTC", "KHR_materials_unlit"]);
+    let text = json.to_string();
+    bytes.splice(
+        12..end,
+        (text.len() as u32).to_le_bytes().into_iter().chain(*b"JSON").chain(text.bytes()),
+    );
+    let size = bytes.len() as u32;
+    bytes[8..12].copy_from_slice(&size.to_le_bytes());
+    for name in ["a.glb", "b.glb"] {
+        std::fs::write(folder.root().join(name), &bytes).unwrap();
+    }
+    // Whatever turns the glTF to z-up comes before.
+    for (up, low) in [("Y", [5e6, 7.0, -60.0]), ("Z", [5e6, 7.0, -62.0])] {
+        let asset = format!(r#","gltfUpAxis":"{up}""#);
+        let model = open(&folder, &tileset(&asset, &content("a.glb")));
+        assert_at(&model, low);
+    }
+    // What two tiles do not have read is named once.
+    let both = r#","contents":[{"uri":"a.glb"},{"uri":"b.glb"}]"#;
+    let said = warned(&open(&folder, &tileset("", both)));
+    assert_eq!(said.matches("not read: KHR_materials_unlit").count(), 1, "{said}");
+}
+
+#[test]
 fn several_contents_of_either_version_are_all_shown() {
     let folder = Folder::new("contents");
     box_file(&folder, "a.glb", [1.0; 3]);

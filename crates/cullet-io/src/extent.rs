@@ -1,7 +1,8 @@
 //! The exact size of a scene.
 
 use cullet::Scene;
-use glam::{DMat3, DVec3};
+
+use crate::place::{WorldBox, world, world_box};
 
 /// Returns the lowest and highest corner of all that is drawn with finite bounds, in world space:
 /// of the vertices themselves, where [`Scene::extent`] is of boxes, which a turn makes larger.
@@ -9,76 +10,53 @@ use glam::{DMat3, DVec3};
 ///
 /// O(instances), and O(triangles) for those that reach the outside; nothing is copied.
 #[must_use]
-pub fn extent(scene: &Scene) -> Option<[[f64; 3]; 2]> {
+pub fn extent(scene: &Scene) -> Option<WorldBox> {
     // The farthest first: most of the rest is then inside, and costs one box each.
     let mut farthest = [(f64::NEG_INFINITY, None); 6];
     for slot in scene.slots() {
         let Some([low, high]) = loose(scene, slot) else { continue };
-        let reach = [-low.x, -low.y, -low.z, high.x, high.y, high.z];
+        let reach = [-low[0], -low[1], -low[2], high[0], high[1], high[2]];
         for (most, reach) in farthest.iter_mut().zip(reach).filter(|(most, r)| *r > most.0) {
             *most = (reach, Some(slot));
         }
     }
-    let mut all = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let mut done: Vec<u32> = farthest.iter().filter_map(|(_, slot)| *slot).collect();
     done.sort_unstable();
     done.dedup();
+    let mut all = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
     done.iter().for_each(|&slot| add(&mut all, scene, slot));
     for slot in scene.slots().filter(|slot| !done.contains(slot)) {
         let Some([low, high]) = loose(scene, slot) else { continue };
-        if low.cmplt(all[0]).any() || high.cmpgt(all[1]).any() {
+        if (0..3).any(|a| low[a] < all[0][a] || high[a] > all[1][a]) {
             add(&mut all, scene, slot);
         }
     }
-    all[0].is_finite().then(|| all.map(|corner| corner.to_array()))
-}
-
-/// The linear part of an instance's transform, and where it is.
-fn place(scene: &Scene, slot: u32) -> (DMat3, DVec3) {
-    let transform = scene.transform(slot);
-    let column = |c: [f32; 3]| DVec3::from(c.map(f64::from));
-    let [x, y, z] = transform.linear.map(column);
-    (DMat3::from_cols(x, y, z), transform.translation.into())
+    (!done.is_empty()).then_some(all)
 }
 
 /// A box around an instance; `None` where its bounds are not finite.
-fn loose(scene: &Scene, slot: u32) -> Option<[DVec3; 2]> {
-    let point = |v: [f32; 3]| DVec3::from(v.map(f64::from));
-    let mesh = scene.mesh(slot);
-    let known = scene.bounds(slot);
-    if !known.is_finite() {
-        return None;
+fn loose(scene: &Scene, slot: u32) -> Option<WorldBox> {
+    let known = Some(scene.bounds(slot)).filter(cullet::bounds::Aabb::is_finite)?;
+    if !scene.mesh(slot).clusters().is_empty() {
+        return world_box(scene, slot);
     }
-    if mesh.clusters().is_empty() {
-        let origin = DVec3::from(scene.origin());
-        return Some([point(known.min) + origin, point(known.max) + origin]);
-    }
-    let (linear, translation) = place(scene, slot);
-    let (low, high) = (point(mesh.bounds().min), point(mesh.bounds().max));
-    let (centre, half) = ((low + high) * 0.5, (high - low) * 0.5);
-    let centre = linear * centre + translation;
-    let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis].map(DVec3::abs);
-    let reach = x * half.x + y * half.y + z * half.z;
-    Some([centre - reach, centre + reach])
+    let origin = scene.origin();
+    Some([known.min, known.max].map(|v| std::array::from_fn(|a| f64::from(v[a]) + origin[a])))
 }
 
 /// Takes in the corners of all triangles of an instance that have area.
-fn add(all: &mut [DVec3; 2], scene: &Scene, slot: u32) {
-    let mesh = scene.mesh(slot);
+fn add(all: &mut WorldBox, scene: &Scene, slot: u32) {
+    let mut take = |p: [f64; 3]| {
+        all[0] = std::array::from_fn(|a| all[0][a].min(p[a]));
+        all[1] = std::array::from_fn(|a| all[1][a].max(p[a]));
+    };
+    let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
     if mesh.clusters().is_empty() {
-        let [low, high] = loose(scene, slot).unwrap_or(*all);
-        *all = [all[0].min(low), all[1].max(high)];
-        return;
+        loose(scene, slot).into_iter().flatten().for_each(&mut take);
     }
-    let (linear, translation) = place(scene, slot);
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for t in 0..mesh.triangle_count() - mesh.degenerate_count() {
-        for corner in mesh.corners(t) {
-            let at = linear * DVec3::from(corner.map(f64::from));
-            (low, high) = (low.min(at), high.max(at));
-        }
+        mesh.corners(t).into_iter().for_each(|corner| take(world(transform, corner)));
     }
-    *all = [all[0].min(low + translation), all[1].max(high + translation)];
 }
 
 #[cfg(test)]
