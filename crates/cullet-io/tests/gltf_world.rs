@@ -143,17 +143,23 @@ fn mesh(g: &mut Glb, dice: &mut Dice) -> Shape {
         shape.targets.push(moved);
     }
     if dice.one_in(2) {
-        let joints: Vec<[usize; 4]> = (0..count).map(|_| [0; 4].map(|_| dice.below(3))).collect();
-        let shares: Vec<[f32; 4]> =
-            (0..count).map(|_| [0; 4].map(|_| dice.below(5) as f32).map(|w| w + 0.125)).collect();
-        let bytes: Vec<u8> = joints.iter().flatten().map(|&j| j as u8).collect();
-        attributes["JOINTS_0"] = g.accessor(&bytes, 5121, "VEC4", count).into();
-        attributes["WEIGHTS_0"] = g.floats("VEC4", &shares).into();
-        let pairs = |(j, w): (&[usize; 4], &[f32; 4])| {
-            let sum: f64 = w.iter().map(|&w| f64::from(w)).sum();
-            j.iter().zip(w).map(|(&j, &w)| (j, f64::from(w) / sum)).collect()
-        };
-        shape.joints = joints.iter().zip(&shares).map(pairs).collect();
+        shape.joints = vec![Vec::new(); count];
+        for set in 0..1 + dice.below(2) {
+            let joints: Vec<[u8; 4]> =
+                (0..count).map(|_| [0; 4].map(|_| dice.below(3) as u8)).collect();
+            let shares: Vec<[f32; 4]> =
+                (0..count).map(|_| [0; 4].map(|_| dice.below(5) as f32 + 0.125)).collect();
+            attributes[format!("JOINTS_{set}")] =
+                g.accessor(joints.as_flattened(), 5121, "VEC4", count).into();
+            attributes[format!("WEIGHTS_{set}")] = g.floats("VEC4", &shares).into();
+            for ((all, j), w) in shape.joints.iter_mut().zip(joints).zip(shares) {
+                all.extend(j.map(usize::from).into_iter().zip(w.map(f64::from)));
+            }
+        }
+        for all in &mut shape.joints {
+            let sum: f64 = all.iter().map(|(_, w)| w).sum();
+            all.iter_mut().for_each(|(_, w)| *w /= sum);
+        }
     }
     let mut item = json!({"primitives": [{"attributes": attributes, "indices": indices}]});
     if !targets.is_empty() {

@@ -384,6 +384,8 @@ impl Lens {
     }
 
     fn look_along(&self, eye: DVec3, direction: DVec3) -> Camera {
-        self.look_at(eye, eye + direction)
+        // Far from zero a step of 1 would be lost.
+        let step = (eye.abs().max_element() * 1e-9).max(1.0);
+        self.look_at(eye, eye + direction * step)
     }
 }

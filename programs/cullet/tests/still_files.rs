@@ -117,6 +117,13 @@ fn sizes_are_of_vertices_and_all_commands_agree_on_what_has_none() {
     let told = fine(&["info", &huge]);
     assert!(told.contains("without finite bounds within ±1e18"), "{told}");
     assert!(!told.contains("size"), "{told}");
+    let folder = Folder::new("large");
+    let large = folder.root().join("large.glb");
+    let mut bytes = std::fs::read(&huge).unwrap();
+    let text = bytes.windows(19).position(|at| at == b"1e+30, 1e+30, 1e+30").unwrap();
+    bytes[text..text + 19].copy_from_slice(b"1e+17, 1e+17, 1e+17");
+    std::fs::write(&large, bytes).unwrap();
+    fine(&[&["verify", large.to_str().unwrap()][..], &SMALL].concat());
     let output = cullet(&["verify", &huge]);
     assert_eq!(output.status.code(), Some(2));
     let told = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -6,15 +6,15 @@ use glam::{DAffine3, DVec3};
 
 use super::{DeformError, F32_LOSS, F32_UNDERFLOW, linear};
 
-/// A mesh bound to joints (linear blend skinning with four joints a vertex, as in glTF): vertex v
-/// is drawn at Σ `weightᵢ · jointᵢ · inverse_bindᵢ · v`.
+/// A mesh bound to joints (linear blend skinning with four joints a vertex or more, as in glTF):
+/// vertex v is drawn at Σ `weightᵢ · jointᵢ · inverse_bindᵢ · v`.
 #[derive(Clone, Copy, Debug)]
 pub struct Skin<'a> {
     /// Vertex positions, as bound.
     pub positions: &'a [[f32; 3]],
-    /// Four joints for each vertex.
+    /// Four joints for each vertex. Four more of each may follow, in the order of the vertices.
     pub joints: &'a [[u16; 4]],
-    /// Their weights; a joint of weight 0 does not matter and need not exist.
+    /// Their weights, as many; a joint of weight 0 does not matter and need not exist.
     pub weights: &'a [[f32; 4]],
     /// For each joint, from the mesh's space to the joint's.
     pub inverse_binds: &'a [Transform],
@@ -23,8 +23,10 @@ pub struct Skin<'a> {
 impl Skin<'_> {
     pub(super) fn check(&self) -> Result<(), DeformError> {
         let vertices = self.positions.len();
-        for (what, count) in [("joints", self.joints.len()), ("weights", self.weights.len())] {
-            if count != vertices {
+        let (joints, weights) = (self.joints.len(), self.weights.len());
+        let sets = joints.checked_div(vertices).unwrap_or(1).max(1);
+        for (what, count) in [("joints", joints), ("weights", weights)] {
+            if count != vertices * sets {
                 return Err(DeformError::Length { what: what.into(), count, vertices });
             }
         }
@@ -40,7 +42,8 @@ impl Skin<'_> {
 
     /// The joints that move a vertex, and how much.
     pub(super) fn moved_by(&self, vertex: usize) -> impl Iterator<Item = (u16, f64)> {
-        let pairs = self.joints[vertex].into_iter().zip(self.weights[vertex]);
+        let sets = (vertex..self.joints.len()).step_by(self.positions.len());
+        let pairs = sets.flat_map(|at| self.joints[at].into_iter().zip(self.weights[at]));
         pairs.filter(|(_, w)| *w != 0.0).map(|(j, w)| (j, f64::from(w)))
     }
 

@@ -18,7 +18,7 @@ use glam::{DMat3, DVec3};
 use thiserror::Error;
 
 /// Bound on the rounding error of a vertex evaluated in f32, relative to the sizes of all its
-/// terms: two dozen roundings of 2⁻²⁴ each (the product of two matrices, of matrix and vertex, four
+/// terms: two dozen roundings of 2⁻²⁴ each (the product of two matrices, of matrix and vertex, eight
 /// joints or a handful of targets summed, the joints themselves rounded), and some to spare.
 const F32_LOSS: f64 = 32.0 / 16_777_216.0;
 /// Bound on the error by underflow, absolute.

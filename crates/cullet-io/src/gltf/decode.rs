@@ -284,9 +284,11 @@ impl<'a> Decoder<'a> {
             let item = "vertices of deformed meshes, and of their morph targets".into();
             return Err(ErrorKind::OverLimit { item, count, limit });
         }
+        let has_more = self.blocks.iter().any(|&(_, at)| mesh.primitives[at].deform.more.is_some());
+        let rows = if has_more { 2 * vertices } else { vertices };
         let mut binding = Binding {
-            joints: vec![[0; 4]; vertices],
-            weights: vec![[1.0, 0.0, 0.0, 0.0]; vertices],
+            joints: vec![[0; 4]; rows],
+            weights: vec![[0.0; 4]; rows],
             targets: vec![vec![[0.0; 3]; vertices]; mesh.targets],
         };
         for &(base, at) in &self.blocks {
@@ -301,17 +303,18 @@ impl<'a> Decoder<'a> {
                     Err(ErrorKind::invalid(&user, message))
                 }
             };
-            if let (Some(joints), Some(weights)) = (p.deform.joints, p.deform.weights) {
+            let first = p.deform.joints.zip(p.deform.weights);
+            for (set, pair) in [first, p.deform.more].into_iter().enumerate() {
+                let Some((joints, weights)) = pair else { continue };
                 let joints: Vec<[f32; 4]> = self.accessors.floats(joints, self.buffers, &user)?;
                 let weights: Vec<[f32; 4]> = self.accessors.floats(weights, self.buffers, &user)?;
                 same(joints.len(), "joints")?;
                 same(weights.len(), "weights")?;
+                let place = place.start + set * vertices..place.end + set * vertices;
                 for (to, j) in binding.joints[place.clone()].iter_mut().zip(joints) {
                     *to = j.map(|j| j as u16);
                 }
-                for (to, w) in binding.weights[place.clone()].iter_mut().zip(weights) {
-                    *to = normalised(w);
-                }
+                binding.weights[place].copy_from_slice(&weights);
             }
             for (to, target) in binding.targets.iter_mut().zip(&p.deform.targets) {
                 let Some(target) = *target else { continue };
@@ -320,6 +323,7 @@ impl<'a> Decoder<'a> {
                 to[place.clone()].copy_from_slice(&target);
             }
         }
+        normalise(&mut binding.weights, vertices);
         Ok(binding)
     }
 
@@ -370,13 +374,19 @@ impl<'a> Decoder<'a> {
     }
 }
 
-/// Weights that add to 1, as most programs make them when they load; without any, the first has
-/// all.
-fn normalised(w: [f32; 4]) -> [f32; 4] {
-    let sum: f32 = w.iter().sum();
-    match sum > 0.0 && sum.is_finite() {
-        true => w.map(|v| v / sum),
-        false => [1.0, 0.0, 0.0, 0.0],
+/// Makes the weights of each vertex add to 1, as most programs do when they load; without any, the
+/// first has all.
+fn normalise(weights: &mut [[f32; 4]], vertices: usize) {
+    for vertex in 0..vertices {
+        let places = [vertex, vertex + vertices];
+        let places = &places[..weights.len() / vertices];
+        let sum: f32 = places.iter().flat_map(|&at| weights[at]).sum();
+        for &at in places {
+            weights[at] = match sum > 0.0 && sum.is_finite() {
+                true => weights[at].map(|w| w / sum),
+                false => [if at == vertex { 1.0 } else { 0.0 }, 0.0, 0.0, 0.0],
+            };
+        }
     }
 }
 

@@ -43,6 +43,8 @@ pub(super) struct Vertices {
 pub(super) struct Deform {
     pub(super) joints: Option<usize>,
     pub(super) weights: Option<usize>,
+    /// Joints and weights beside the first four of each vertex.
+    pub(super) more: Option<(usize, usize)>,
     /// For each morph target its displacements, if it has any.
     pub(super) targets: Vec<Option<usize>>,
 }
@@ -56,7 +58,8 @@ impl Deform {
 /// Joints, weights and morph targets of a mesh, vertex by vertex.
 #[derive(Debug, Default)]
 pub(super) struct Binding {
-    /// Joints and weights; those without any are moved by the first joint alone.
+    /// Joints and weights, four for each vertex, then perhaps four more for each; those without any
+    /// are moved by the first joint alone.
     pub(super) joints: Vec<[u16; 4]>,
     pub(super) weights: Vec<[f32; 4]>,
     /// For each morph target the displacement of every vertex.
@@ -70,7 +73,7 @@ pub(super) struct MeshSource {
     pub(super) primitives: Vec<Primitive>,
     /// Whether primitives have joints.
     pub(super) has_joints: bool,
-    /// Whether primitives have more joints a vertex than four.
+    /// Whether primitives have more joints a vertex than eight.
     pub(super) has_more_joints: bool,
     /// How many morph targets there are.
     pub(super) targets: usize,
@@ -126,7 +129,7 @@ impl Meshes {
             for (p, item) in item.primitives.iter().enumerate() {
                 let user = user(m, &source.name, p);
                 source.has_joints |= item.attributes.get("JOINTS_0").is_some();
-                source.has_more_joints |= item.attributes.get("JOINTS_1").is_some();
+                source.has_more_joints |= item.attributes.get("JOINTS_2").is_some();
                 let read = primitive(item, p, &user, accessors, materials, &mut named, notes)?;
                 source.primitives.extend(read);
             }
@@ -221,6 +224,7 @@ fn primitive(
         deform: Deform {
             joints: attribute("JOINTS_0"),
             weights: attribute("WEIGHTS_0"),
+            more: attribute("JOINTS_1").zip(attribute("WEIGHTS_1")),
             targets: item.targets.iter().map(|t| t.get("POSITION").map(Integer::index)).collect(),
         },
     }))

@@ -240,7 +240,7 @@ fn decode(
                 Err(e) => left(e.to_string()),
             }
             if node.skin.is_some() && source.has_more_joints {
-                notes.push(&name, "has more than four joints a vertex: the first four move it");
+                notes.push(&name, "has more than eight joints a vertex: the first eight move it");
             }
         }
         data.push((source.name.clone(), mesh));

@@ -51,7 +51,7 @@ pub(crate) struct Follower {
 /// A skin bound to a mesh.
 #[derive(Debug)]
 pub(crate) struct SkinRig {
-    /// Four for each vertex; each exists.
+    /// Four for each vertex, then perhaps four more for each; those that matter exist.
     pub(crate) joints: Vec<[u16; 4]>,
     pub(crate) weights: Vec<[f32; 4]>,
     /// The node of each joint.
