@@ -220,4 +220,10 @@ impl Motion {
             MotionKind::Made(_) => None,
         }
     }
+
+    /// Whether anything moves as time passes: skins and morph targets may only stand.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        self.seconds() != Some(0.0)
+    }
 }

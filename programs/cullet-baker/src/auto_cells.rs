@@ -64,7 +64,7 @@ pub(crate) fn find(
     console: &Console,
 ) -> Result<(), Failure> {
     let failure = |e: &dyn std::fmt::Display| format!("{}: no cells found: {e}", model.name);
-    if model.motion.is_some() {
+    if model.motion.as_ref().is_some_and(cullet_io::Motion::moves) {
         return Err(Failure::input(failure(&"what moves in it would hide as if it stood still")));
     }
     let begin = Instant::now();

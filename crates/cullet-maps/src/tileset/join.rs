@@ -6,7 +6,7 @@ use cullet::mesh::MeshError;
 use cullet::{Instance, Mesh, Transform, scene::MeshLevels};
 use glam::{DMat3, DMat4, DVec3};
 
-use cullet_io::{ErrorKind, LoadOptions, Model, Warning};
+use cullet_io::{ErrorKind, LoadOptions, Model, Motion, Warning};
 
 /// Models of tiles, joined.
 #[derive(Debug)]
@@ -70,7 +70,7 @@ impl<'a> Joint<'a> {
         over("instances", self.instances, self.options.max_instances)?;
         let is_kept = self.keeps_levels && self.model.scene.meshes().is_empty();
         let leaves_out = tile.baked.is_some() && !is_kept;
-        let moves = tile.motion.as_ref().is_some_and(|motion| motion.seconds() != Some(0.0));
+        let moves = tile.motion.as_ref().is_some_and(Motion::moves);
         if moves || leaves_out || !tile.cells.cells.is_empty() {
             self.still += 1;
         }

@@ -105,7 +105,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Outcome {
             let what = count(deformed, "mesh that deforms has", "meshes that deform have");
             console.note(format!("note: {what} no levels"));
         }
-    } else if model.motion.take().is_some() {
+    } else if model.motion.take().is_some_and(|motion| motion.moves()) {
         console.note("note: what moves in it stands as it is stored, and moves no longer");
     }
     if args.units.unit.is_some() {

@@ -52,7 +52,7 @@ pub(crate) fn run(args: &SimplifyArgs, console: &Console) -> Outcome {
         return Err(Failure::usage(format!("{}: {kind}", out.display())));
     }
     let mut model = inputs::load_to_save(&args.scene, console)?;
-    if model.motion.take().is_some() {
+    if model.motion.take().is_some_and(|motion| motion.moves()) {
         console.note("note: what moves in it stands as it is stored, and moves no longer");
     }
     let mut record = simplify(&mut model, args, console)?;
