@@ -56,7 +56,7 @@ fn every_command_shows_a_figure_where_its_joints_place_it() {
     fine(&[&["bench", "culler", &figure, "--seconds", "0.01"][..], &SMALL].concat());
     fine(&["occscn", &figure, "--views", "1", "-o", &path("a.occscn")]);
     let written = [
-        (&["cut", "--plane", "1,0,0,0.5", "--cap", "-o"][..], "cut.glb", "0.500 × 6.000 × 1.000"),
+        (&["cut", "--plane", "1,0,0,0.5", "--cap", "-o"][..], "cut.glb", "0.500 × 3.500 × 1.000"),
         (&["simplify", "--error", "1e-6", "-o"], "simple.glb", size),
         (&["bake", "-o"], "baked.glb", size),
     ];
