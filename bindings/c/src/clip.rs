@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use engine::Transform;
 use engine::cull::occlusion::{DynamicSurface, ScreenBounds};
 
-use crate::memory::{Layout, Plain, read, value, vertices};
+use crate::memory::{Layout, Plain, read, reserved, value, vertices};
 use crate::status::{Error, Result};
 
 /// Triangles in clip space, or with a matrix that takes them there.
@@ -58,6 +58,7 @@ impl Clip {
     /// As the header asks of the caller.
     pub(crate) unsafe fn read(&mut self, triangles: &ClipTriangles) -> Result<Transform> {
         let ClipTriangles { stride, offset_y: second, offset_zw: third, .. } = *triangles;
+        reserved("triangles->reserved", triangles.reserved)?;
         let Some(index_count) = triangles.triangle_count.checked_mul(3) else {
             let message =
                 format!("{} triangles: more than there is memory", triangles.triangle_count);

@@ -5,6 +5,7 @@
 //! never initialised.
 
 use std::ffi::{CStr, c_char};
+use std::fmt::Display;
 
 use crate::status::{Error, Result, Status};
 
@@ -19,11 +20,17 @@ impl Plain for f32 {}
 impl Plain for f64 {}
 impl<T: Plain, const N: usize> Plain for [T; N] {}
 
-fn check<T>(what: &str, pointer: *const T, len: usize) -> Result {
+/// Refuses a pointer to an array of `len` elements, or to one value without a `len`, that cannot be
+/// followed.
+fn check<T>(what: &str, pointer: *const T, len: Option<usize>) -> Result {
     if pointer.is_null() {
-        let message = format!("{what} is NULL, but {len} of it are said to be there");
+        let message = match len {
+            Some(len) => format!("{what} is NULL, but its length is given as {len}"),
+            None => format!("{what} is NULL: it must point to a value"),
+        };
         return Err(Error::new(Status::NullPointer, message));
     }
+    let len = len.unwrap_or(1);
     if !pointer.is_aligned() {
         let to = align_of::<T>();
         let message = format!("{what} is at {pointer:p}, which is no multiple of {to} bytes");
@@ -48,7 +55,7 @@ pub(crate) unsafe fn read<'a, T: Plain>(
     if len == 0 {
         return Ok(&[]);
     }
-    check(what, pointer, len)?;
+    check(what, pointer, Some(len))?;
     // SAFETY: it is not NULL, is aligned and no longer than memory, as checked; any bytes are a
     // `Plain`; that there are `len` of them is the caller's promise.
     Ok(unsafe { std::slice::from_raw_parts(pointer, len) })
@@ -59,8 +66,10 @@ pub(crate) unsafe fn read<'a, T: Plain>(
 /// # Safety
 /// If it is not NULL, `pointer` must have an initialised value.
 pub(crate) unsafe fn value<T: Plain>(what: &str, pointer: *const T) -> Result<T> {
-    // SAFETY: the caller's promise for one element; it is copied at once.
-    Ok(unsafe { read(what, pointer, 1) }?[0])
+    check(what, pointer, None)?;
+    // SAFETY: it is not NULL and aligned, as checked; any bytes are a `Plain`; that there is one is
+    // the caller's promise.
+    Ok(unsafe { pointer.read() })
 }
 
 /// The text behind a pointer.
@@ -68,11 +77,21 @@ pub(crate) unsafe fn value<T: Plain>(what: &str, pointer: *const T) -> Result<T>
 /// # Safety
 /// If it is not NULL, `pointer` must have a 0 behind its text, which nobody changes during `'a`.
 pub(crate) unsafe fn text<'a>(what: &str, pointer: *const c_char) -> Result<&'a str> {
-    check(what, pointer, 1)?;
+    check(what, pointer, None)?;
     // SAFETY: it is not NULL; that there is a 0 is the caller's promise.
     let text = unsafe { CStr::from_ptr(pointer) };
     text.to_str()
         .map_err(|_| Error::value(format!("{what} is not UTF-8: {}", text.to_string_lossy())))
+}
+
+/// Refuses a reserved field that is not 0: a later version may give it a meaning.
+pub(crate) fn reserved(what: impl Display, value: u32) -> Result {
+    if value == 0 {
+        return Ok(());
+    }
+    let message =
+        format!("{what} is {value}: it must be 0; set the struct to zero before its fields");
+    Err(Error::value(message))
 }
 
 /// Memory that is written to.
@@ -89,7 +108,7 @@ impl<T: Copy> Out<T> {
     /// ends.
     pub(crate) unsafe fn array(what: &str, pointer: *mut T, len: usize) -> Result<Self> {
         if len > 0 {
-            check(what, pointer, len)?;
+            check(what, pointer, Some(len))?;
         }
         Ok(Self { pointer, len })
     }
@@ -99,8 +118,8 @@ impl<T: Copy> Out<T> {
     /// # Safety
     /// As [`array`](Self::array), for one.
     pub(crate) unsafe fn one(what: &str, pointer: *mut T) -> Result<Self> {
-        // SAFETY: the caller's promise.
-        unsafe { Self::array(what, pointer, 1) }
+        check(what, pointer, None)?;
+        Ok(Self { pointer, len: 1 })
     }
 
     pub(crate) fn room(&self) -> usize {
@@ -152,7 +171,7 @@ pub(crate) unsafe fn vertices(
         let message = format!("{layout:?} of {what}: bytes must be multiples of 4");
         return Err(Error::value(message));
     }
-    check(what, pointer, 1)?;
+    check(what, pointer, Some(last as usize + 1))?;
     for number in first as usize..=last as usize {
         let at = number * stride;
         // SAFETY: the vertices up to the last are there, as the caller promises, and aligned, as

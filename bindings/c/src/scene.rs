@@ -10,7 +10,7 @@ use cullet_maps::load;
 use engine::bounds::Aabb;
 use engine::{Handle as EngineHandle, InstanceFlags, SceneError, scene::BoundsOverride};
 
-use crate::memory::{Out, Plain, read, text};
+use crate::memory::{Out, Plain, read, reserved, text};
 use crate::registry::{Kind, Table};
 use crate::status::{Error, Result, Status, call};
 
@@ -285,6 +285,7 @@ pub unsafe extern "C" fn cullet_scene_add(
                 let message = format!("instance {at} has mesh {mesh}: the scene has {meshes}");
                 return Err(Error::new(Status::NotFound, message));
             }
+            reserved(format_args!("reserved of instance {at}"), instance.reserved)?;
             added.push(engine::Instance {
                 layers: instance.layers,
                 flags: flags(at, instance.flags)?,

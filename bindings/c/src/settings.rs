@@ -5,7 +5,7 @@ use engine::cull::occlusion::{Occlusion, OcclusionBuffer};
 use engine::lod::Lod;
 use engine::{Backface, Culler, Output};
 
-use crate::memory::{Out, Plain};
+use crate::memory::{Out, Plain, reserved};
 use crate::status::{Error, Result, Status, call};
 
 /// Settings that go together. None has a stage that is lossy.
@@ -141,6 +141,7 @@ pub(crate) fn to_culler(settings: &Settings) -> Result<Culler> {
         );
         return Err(Error::new(Status::StructSize, message));
     }
+    reserved("settings->reserved", settings.reserved)?;
     let switch = |name: &str, value: u32| match value {
         0 => Ok(false),
         1 => Ok(true),

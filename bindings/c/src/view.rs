@@ -6,7 +6,7 @@ use engine::{
     view::{CullFace, FrontFace},
 };
 
-use crate::memory::{Out, Plain, value};
+use crate::memory::{Out, Plain, reserved, value};
 use crate::status::{Error, Result, Status, call};
 
 /// Clip depth 0 at the near plane, 1 at the far plane. Value of `depth`.
@@ -124,6 +124,7 @@ pub(crate) fn to_engine(view: &View) -> Result<engine::View> {
         );
         return Err(Error::new(Status::StructSize, message));
     }
+    reserved("view->reserved", view.reserved)?;
     let viewport = [view.width, view.height];
     let depth = depth_of(view.depth)?;
     let mut of =

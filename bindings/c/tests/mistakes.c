@@ -79,6 +79,66 @@ static void handles(void) {
     IS(CULLET_STATUS_STALE_HANDLE, cullet_occlusion_destroy(buffer));
 }
 
+/* The message of the last call that failed has these words. */
+static void says(const char *words) { that(strstr(cullet_last_error(), words) != NULL, words, __LINE__); }
+
+/* A later version may give a reserved field a meaning: until then it is 0. */
+static void reserved(void) {
+    cullet_scene scene;
+    cullet_state state;
+    cullet_occlusion buffer;
+    cullet_mesh_arrays arrays = tetrahedron();
+    cullet_settings settings;
+    cullet_view view = ahead();
+    cullet_scene_info info;
+    uint32_t mesh, found;
+    IS(CULLET_STATUS_OK, cullet_scene_create(&scene));
+    IS(CULLET_STATUS_OK, cullet_state_create(&state));
+    IS(CULLET_STATUS_OK, cullet_occlusion_create(64, 64, &buffer));
+    IS(CULLET_STATUS_OK, cullet_scene_add_mesh(scene, &arrays, &mesh));
+    cullet_instance two[2] = {at(mesh, 0, -10), at(mesh, 0, -20)};
+    two[1].reserved = 7;
+    IS(CULLET_STATUS_INVALID_VALUE, cullet_scene_add(scene, two, 2, NULL));
+    says("cullet_scene_add: reserved of instance 1 is 7: it must be 0");
+    IS(CULLET_STATUS_OK, cullet_scene_get_info(scene, &info));
+    THAT(info.instance_count == 0);
+    two[1].reserved = 0;
+    IS(CULLET_STATUS_OK, cullet_scene_add(scene, two, 2, NULL));
+    IS(CULLET_STATUS_OK, cullet_settings_preset(CULLET_PRESET_BALANCED, &settings));
+    settings.reserved = 7;
+    IS(CULLET_STATUS_INVALID_VALUE, cullet_cull(scene, &view, &settings, state));
+    says("settings->reserved is 7: it must be 0");
+    settings.reserved = 0;
+    view.reserved = 7;
+    IS(CULLET_STATUS_INVALID_VALUE, cullet_cull(scene, &view, &settings, state));
+    says("view->reserved is 7: it must be 0");
+    view.reserved = 0;
+    IS(CULLET_STATUS_OK, cullet_cull(scene, &view, &settings, state));
+    const float corners[12] = {-1, -1, 0, 2, 1, -1, 0, 2, 0, 1, 0, 2};
+    const uint32_t triangle[3] = {0, 1, 2};
+    cullet_clip_triangles in_clip;
+    memset(&in_clip, 0, sizeof in_clip);
+    in_clip.vertices = corners;
+    in_clip.stride = 16;
+    in_clip.offset_y = 4;
+    in_clip.offset_zw = 12;
+    in_clip.indices = triangle;
+    in_clip.triangle_count = 1;
+    in_clip.reserved = 7;
+    IS(CULLET_STATUS_OK, cullet_clip_begin(buffer, 0.1));
+    IS(CULLET_STATUS_INVALID_VALUE, cullet_clip_draw(buffer, &in_clip, &found));
+    says("triangles->reserved is 7: it must be 0");
+    IS(CULLET_STATUS_INVALID_VALUE, cullet_clip_test_triangles(buffer, &in_clip, &found));
+    in_clip.reserved = 0;
+    IS(CULLET_STATUS_OK, cullet_clip_draw(buffer, &in_clip, &found));
+    view.size = 0;
+    IS(CULLET_STATUS_STRUCT_SIZE, cullet_cull(scene, &view, NULL, state));
+    says("cullet_cull: view->size is 0, not 160: fill the view by cullet_view_from_matrix or its like");
+    IS(CULLET_STATUS_OK, cullet_occlusion_destroy(buffer));
+    IS(CULLET_STATUS_OK, cullet_state_destroy(state));
+    IS(CULLET_STATUS_OK, cullet_scene_destroy(scene));
+}
+
 static void pointers(void) {
     char bytes[64];
     cullet_scene scene;
@@ -93,9 +153,12 @@ static void pointers(void) {
     IS(CULLET_STATUS_INVALID_VALUE, cullet_open("\xff\xfe", &scene));
     IS(CULLET_STATUS_OK, cullet_scene_create(&scene));
     IS(CULLET_STATUS_NULL_POINTER, cullet_scene_add_mesh(scene, NULL, &mesh));
+    says("arrays is NULL: it must point to a value");
     IS(CULLET_STATUS_NULL_POINTER, cullet_scene_add_mesh(scene, &arrays, NULL));
+    says("mesh is NULL: it must point to a value");
     arrays.positions = NULL;
     IS(CULLET_STATUS_NULL_POINTER, cullet_scene_add_mesh(scene, &arrays, &mesh));
+    says("positions is NULL, but its length is given as 4");
     arrays.positions = (const float *)(const void *)(bytes + (((uintptr_t)bytes & 1) ? 0 : 1));
     IS(CULLET_STATUS_ALIGNMENT, cullet_scene_add_mesh(scene, &arrays, &mesh));
     arrays = tetrahedron();
@@ -195,6 +258,7 @@ static void scenes(void) {
     IS(CULLET_STATUS_TOO_SMALL, cullet_visible_slots(state, slots, 1, &count));
     THAT(count == 2);
     IS(CULLET_STATUS_NULL_POINTER, cullet_visible_slots(state, NULL, 3, &count));
+    says("slots is NULL, but its length is given as 3");
     IS(CULLET_STATUS_NULL_POINTER, cullet_visible_slots(state, slots, 3, NULL));
     IS(CULLET_STATUS_OK, cullet_visible_slots(state, slots, 3, &count));
     THAT(count == 2);
@@ -342,6 +406,7 @@ static void threads(void) {
 int main(void) {
     THAT(strcmp(cullet_last_error(), "") == 0);
     handles();
+    reserved();
     pointers();
     scenes();
     occlusion();

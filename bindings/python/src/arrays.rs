@@ -5,10 +5,12 @@
 
 use bytemuck::Pod;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyIndexError, PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyList, PyTuple};
+
+use crate::whole::integer;
 
 /// A module that is imported once.
 pub(crate) fn numpy<'py>(py: Python<'py>) -> PyResult<&'py Bound<'py, PyAny>> {
@@ -33,13 +35,16 @@ fn to_array<'py>(
     of: &str,
 ) -> PyResult<Bound<'py, PyUntypedArray>> {
     let wrong = || {
-        let found = value.get_type().name().map_or_else(|_| "that".into(), |n| n.to_string());
+        let found = type_name(value);
         PyTypeError::new_err(format!("{name} must be a NumPy array of {of}, not {found}"))
     };
     let numpy = numpy(value.py())?;
     let array = if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
         let dtype = if of.starts_with("float") { "float64" } else { "int64" };
         numpy.call_method1("array", (value, dtype)).map_err(|e| {
+            if e.is_instance_of::<PyOverflowError>(value.py()) {
+                return PyValueError::new_err(format!("{name} has a number beyond {dtype}"));
+            }
             PyTypeError::new_err(format!("{name} must be numbers in rows of one length: {e}"))
         })?
     } else if value.is_instance_of::<PyUntypedArray>() {
@@ -76,13 +81,20 @@ pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers>
     }
 }
 
+/// A shape as NumPy prints it.
+fn shape_text(shape: &[usize]) -> String {
+    let lengths: Vec<String> = shape.iter().map(ToString::to_string).collect();
+    let comma = if lengths.len() == 1 { "," } else { "" };
+    format!("({}{comma})", lengths.join(", "))
+}
+
 fn shape_error(name: &str, found: &[usize], must: &str) -> PyErr {
-    let found: Vec<String> = found.iter().map(ToString::to_string).collect();
-    let comma = if found.len() == 1 { "," } else { "" };
-    PyValueError::new_err(format!(
-        "{name} has the shape ({}{comma}); it must be {must}",
-        found.join(", ")
-    ))
+    let found = shape_text(found);
+    PyValueError::new_err(format!("{name} has the shape {found}; it must be {must}"))
+}
+
+pub(crate) fn type_name(value: &Bound<'_, PyAny>) -> String {
+    value.get_type().name().map_or_else(|_| "that".into(), |n| n.to_string())
 }
 
 /// Says which number is not finite.
@@ -154,8 +166,13 @@ pub(crate) fn matrix(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; 16]
     }
 }
 
-/// Whole numbers from 0 of an array of any integer type, with its shape.
-pub(crate) fn whole(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(Vec<u32>, Vec<usize>)> {
+/// Whole numbers from 0 of an array of any integer type, with its shape. `wrong` makes the error of
+/// a number that is beyond `u32`.
+fn whole(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    wrong: fn(String) -> PyErr,
+) -> PyResult<(Vec<u32>, Vec<usize>)> {
     let array = to_array(value, name, "integers")?;
     let shape = array.shape().to_vec();
     if array.len() == 0 {
@@ -176,45 +193,49 @@ pub(crate) fn whole(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(Vec<u32>,
     if let Some(values) = copied::<u32>(&array)? {
         return Ok((values, shape));
     }
-    let values = match copied::<i64>(&array)? {
-        Some(values) => values,
-        None => {
-            let wide = array.call_method1("astype", ("int64",))?;
-            let wide = wide.cast_into::<PyUntypedArray>().map_err(PyErr::from)?;
-            copied::<i64>(&wide)?.unwrap_or_default()
-        }
+    let widest = if kind == 'i' { "int64" } else { "uint64" };
+    let wide = array.call_method1("astype", (widest,))?;
+    let wide = wide.cast_into::<PyUntypedArray>().map_err(PyErr::from)?;
+    let values: Vec<i128> = match (copied::<i64>(&wide)?, copied::<u64>(&wide)?) {
+        (Some(signed), _) => signed.into_iter().map(i128::from).collect(),
+        (_, unsigned) => unsigned.unwrap_or_default().into_iter().map(i128::from).collect(),
     };
-    let to_u32 = |(at, &v): (usize, &i64)| {
+    let to_u32 = |(at, &v): (usize, &i128)| {
         u32::try_from(v).map_err(|_| {
-            PyValueError::new_err(format!(
-                "{name} has {v} at {at}; it must be from 0 to {}",
-                u32::MAX
-            ))
+            wrong(format!("{name} has {v} at {at}; it must be from 0 to {}", u32::MAX))
         })
     };
     Ok((values.iter().enumerate().map(to_u32).collect::<PyResult<_>>()?, shape))
 }
 
-/// Ids: an integer, or an array of the shape (n,).
+/// Ids: an integer, or an array of the shape (n,). A number that cannot be one is an `IndexError`.
 pub(crate) fn ids(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<u32>> {
-    if let Ok(one) = value.extract::<i64>() {
-        let one = u32::try_from(one).map_err(|_| {
-            PyValueError::new_err(format!("{name} is {one}; it must be from 0 to {}", u32::MAX))
+    if let Ok(one) = integer(value) {
+        let one = one.and_then(|one| u32::try_from(one).ok()).ok_or_else(|| {
+            PyIndexError::new_err(format!("{name} is {value}; it must be from 0 to {}", u32::MAX))
         })?;
         return Ok(vec![one]);
     }
-    let (ids, shape) = whole(value, name)?;
+    let (ids, shape) = whole(value, name, PyIndexError::new_err)?;
     if shape.len() != 1 {
         return Err(shape_error(name, &shape, "(n,)"));
     }
     Ok(ids)
 }
 
-/// Triangles of an array of the shape (n, 3).
-pub(crate) fn faces(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<u32>> {
-    let (indices, shape) = whole(value, name)?;
+/// Triangles of an array of the shape (n, 3), with indices below `vertices`.
+pub(crate) fn faces(value: &Bound<'_, PyAny>, name: &str, vertices: usize) -> PyResult<Vec<u32>> {
+    let (indices, shape) = whole(value, name, PyValueError::new_err)?;
     if shape.len() != 2 || shape[1] != 3 {
         return Err(shape_error(name, &shape, "(n, 3)"));
+    }
+    if let Some(at) = indices.iter().position(|&index| index as usize >= vertices) {
+        return Err(PyValueError::new_err(format!(
+            "{name} has {} in row {}, column {}, but there are {vertices} vertices; indices start at 0",
+            indices[at],
+            at / 3,
+            at % 3
+        )));
     }
     Ok(indices)
 }
@@ -254,15 +275,14 @@ pub(crate) fn mask_into<'py>(
         return Ok(shaped(py, mask, shape)?.into_any());
     };
     let array = out.cast::<PyArrayDyn<bool>>().map_err(|_| {
-        let found = out.getattr("dtype").map_or("no array".to_owned(), |d| d.to_string());
-        PyTypeError::new_err(format!("out must be a NumPy array of bool, not {found}"))
+        let found = out.getattr("dtype").map_or_else(|_| type_name(out), |d| d.to_string());
+        let shape = shape_text(shape);
+        PyTypeError::new_err(format!(
+            "out must be a NumPy array of bool of the shape {shape}, not {found}"
+        ))
     })?;
     if array.shape() != shape {
-        return Err(shape_error(
-            "out",
-            array.shape(),
-            &format!("{shape:?}").replace(['[', ']'], "'"),
-        ));
+        return Err(shape_error("out", array.shape(), &shape_text(shape)));
     }
     if !array.is_c_contiguous() {
         return Err(PyValueError::new_err(

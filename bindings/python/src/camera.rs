@@ -3,13 +3,13 @@
 use cullet_scenes::paths::{Overrides, PathSpec};
 use engine::{Camera, Depth, Projection, View};
 use numpy::{PyArray1, PyArrayDyn};
-use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PySlice, PyTuple};
 
 use crate::arrays::{matrices, matrix, row, rows_or_row, shaped};
 use crate::scene::PyScene;
-use crate::value_error;
+use crate::{value_error, whole};
 
 /// One camera: where it stands, what it projects, how many pixels, and which layers it sees. It never changes.
 #[pyclass(frozen, module = "cullet", name = "Camera")]
@@ -100,7 +100,7 @@ impl PyCamera {
         near: f64,
         far: f64,
         up: Option<&Bound<'_, PyAny>>,
-        layers: u32,
+        #[pyo3(from_py_with = whole::layers)] layers: u32,
     ) -> PyResult<Self> {
         let size = size.map_or(Ok([1280, 720]), self::size)?;
         let up = up.map(|up| row(up, "up")).transpose()?;
@@ -124,7 +124,7 @@ impl PyCamera {
         far: f64,
         size: Option<&Bound<'_, PyAny>>,
         up: Option<&Bound<'_, PyAny>>,
-        layers: u32,
+        #[pyo3(from_py_with = whole::layers)] layers: u32,
     ) -> PyResult<Self> {
         let size = size.map_or(Ok([1280, 720]), self::size)?;
         let up = up.map(|up| row(up, "up")).transpose()?;
@@ -145,7 +145,7 @@ impl PyCamera {
         clip_from_world: &Bound<'_, PyAny>,
         size: &Bound<'_, PyAny>,
         depth: &str,
-        layers: u32,
+        #[pyo3(from_py_with = whole::layers)] layers: u32,
     ) -> PyResult<Self> {
         let (m, depth) = (matrix(clip_from_world, "clip_from_world")?, self::depth(depth)?);
         let view = View::from_matrix(m, depth, self::size(size)?).map_err(value_error)?;
@@ -244,7 +244,7 @@ impl PyCameras {
         near: f64,
         far: f64,
         up: Option<&Bound<'_, PyAny>>,
-        layers: u32,
+        #[pyo3(from_py_with = whole::layers)] layers: u32,
     ) -> PyResult<Self> {
         let size = size.map_or(Ok([1280, 720]), self::size)?;
         let eyes: Vec<[f64; 3]> = rows_or_row(eyes, "eyes", None)?;
@@ -265,7 +265,7 @@ impl PyCameras {
         clip_from_world: &Bound<'_, PyAny>,
         size: &Bound<'_, PyAny>,
         depth: &str,
-        layers: u32,
+        #[pyo3(from_py_with = whole::layers)] layers: u32,
     ) -> PyResult<Self> {
         let (size, depth) = (self::size(size)?, self::depth(depth)?);
         let all = matrices(clip_from_world, "clip_from_world")?;
@@ -288,12 +288,12 @@ impl PyCameras {
     fn along(
         scene: &PyScene,
         path: &str,
-        count: usize,
+        #[pyo3(from_py_with = whole::count)] count: usize,
         size: Option<&Bound<'_, PyAny>>,
         fov_y: Option<f64>,
         near: Option<f64>,
         far: Option<f64>,
-        seed: u64,
+        #[pyo3(from_py_with = whole::seed)] seed: u64,
     ) -> PyResult<Self> {
         let size = size.map_or(Ok([1280, 720]), self::size)?;
         let spec: PathSpec = path.parse().map_err(value_error)?;
@@ -301,6 +301,12 @@ impl PyCameras {
         let overrides = Overrides { fov_degrees: fov_y, near, far, depth, seed };
         let views = cullet_scenes::paths::views(&scene.model, &spec, count, size, &overrides);
         Ok(Self { views: views.map_err(value_error)? })
+    }
+
+    /// One camera or many, as many.
+    #[staticmethod]
+    fn _of(camera: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self { views: views(camera)?.0 })
     }
 
     fn __len__(&self) -> usize {
@@ -315,14 +321,11 @@ impl PyCameras {
             let views = (0..range.slicelength).map(nth).collect();
             return Ok(Bound::new(py, Self { views })?.into_any());
         }
-        let at: isize = at
-            .extract()
-            .map_err(|_| PyTypeError::new_err("cameras are numbered by an integer or a slice"))?;
-        let view = usize::try_from(if at < 0 { at + len as isize } else { at });
-        let view = view.ok().and_then(|at| self.views.get(at)).ok_or_else(|| {
-            PyIndexError::new_err(format!("there is no camera {at}; there are {len}"))
-        })?;
-        Ok(Bound::new(py, PyCamera { view: view.clone() })?.into_any())
+        if whole::integer(at).is_err() {
+            return Err(PyTypeError::new_err("cameras are numbered by an integer or a slice"));
+        }
+        let view = self.views[whole::camera(at, len)?].clone();
+        Ok(Bound::new(py, PyCamera { view })?.into_any())
     }
 
     /// (n, 3): where they stand; NaN for parallel lines of sight.

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 
 use crate::result::{self, PyResultOne, PyResults};
 use crate::scene::PyScene;
-use crate::{camera, culler};
+use crate::{camera, culler, whole};
 
 #[pymethods]
 impl PyScene {
@@ -19,7 +19,7 @@ impl PyScene {
         py: Python<'py>,
         camera: &Bound<'py, PyAny>,
         culler: Option<&Bound<'py, PyAny>>,
-        threads: usize,
+        #[pyo3(from_py_with = whole::threads)] threads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (views, is_one) = camera::views(camera)?;
         let culler = culler::culler(culler)?;

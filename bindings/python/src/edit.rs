@@ -6,12 +6,12 @@ use cullet_io::Material;
 use engine::mesh::{Alpha, Part};
 use engine::{Instance, Mesh, MeshData, Transform};
 use numpy::{PyArray1, PyArrayDyn};
-use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays::{faces, ids, matrices, numbers, row, rows, shaped};
 use crate::scene::PyScene;
-use crate::value_error;
+use crate::{value_error, whole};
 
 /// Vertices and triangles.
 type Triangles<'py> = (Bound<'py, PyArrayDyn<f32>>, Bound<'py, PyArrayDyn<u32>>);
@@ -52,7 +52,7 @@ impl PyScene {
         opaque: bool,
     ) -> PyResult<(u32, [f64; 3])> {
         let (vertices, single) = rows::<3>(vertices, "vertices")?;
-        let indices = self::faces(faces, "faces")?;
+        let indices = self::faces(faces, "faces", vertices.len())?;
         let color = color.map(|c| row::<4>(c, "color")).transpose()?;
         let (mesh, moved) = py
             .detach(|| {
@@ -85,16 +85,11 @@ impl PyScene {
     fn add_instances<'py>(
         &mut self,
         py: Python<'py>,
-        mesh: u32,
+        mesh: &Bound<'py, PyAny>,
         transforms: Option<&Bound<'py, PyAny>>,
-        layers: u32,
+        #[pyo3(from_py_with = whole::layers)] layers: u32,
     ) -> PyResult<Bound<'py, PyArray1<u32>>> {
-        if mesh as usize >= self.model.scene.meshes().len() {
-            return Err(PyIndexError::new_err(format!(
-                "there is no mesh {mesh}; the scene has {}",
-                self.model.scene.meshes().len()
-            )));
-        }
+        let mesh = whole::mesh(mesh, self.model.scene.meshes().len())?;
         let transforms = transforms.map(|t| matrices(t, "transforms")).transpose()?;
         let transforms = transforms.unwrap_or_else(|| vec![Transform::IDENTITY.to_matrix()]);
         // All are looked at before any is added.
@@ -148,7 +143,11 @@ impl PyScene {
     }
 
     /// Puts instances into layers, a bit each; in none, an instance is never seen.
-    fn set_layers(&mut self, ids: &Bound<'_, PyAny>, layers: u32) -> PyResult<()> {
+    fn set_layers(
+        &mut self,
+        ids: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = whole::layers)] layers: u32,
+    ) -> PyResult<()> {
         let ids = self::ids(ids, "ids")?;
         let handles = ids.iter().map(|&id| self.handle(id)).collect::<PyResult<Vec<_>>>()?;
         for handle in handles {
@@ -188,14 +187,9 @@ impl PyScene {
     }
 
     /// Vertices (n, 3) and triangles (m, 3) of a mesh, in its own space.
-    fn mesh<'py>(&self, py: Python<'py>, number: usize) -> PyResult<Triangles<'py>> {
-        let meshes = self.model.scene.meshes();
-        let mesh = meshes.get(number).ok_or_else(|| {
-            PyIndexError::new_err(format!(
-                "there is no mesh {number}; the scene has {}",
-                meshes.len()
-            ))
-        })?;
+    fn mesh<'py>(&self, number: &Bound<'py, PyAny>) -> PyResult<Triangles<'py>> {
+        let (py, meshes) = (number.py(), self.model.scene.meshes());
+        let mesh = &meshes[whole::mesh(number, meshes.len())? as usize];
         let (positions, indices) = (mesh.positions(), mesh.original_indices());
         let triangles = indices.len() / 3;
         Ok((

@@ -16,10 +16,10 @@ impl PyScene {
         &self,
         py: Python<'_>,
         camera: PyRef<'_, camera::PyCamera>,
-        id: u32,
+        id: &Bound<'_, PyAny>,
         culler: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<(Option<&'static str>, Vec<Step>, Vec<u32>)> {
-        let (culler, handle) = (culler::culler(culler)?, self.handle(id)?);
+        let (culler, handle) = (culler::culler(culler)?, self.one(id)?);
         let view = camera.view.clone();
         let found = py
             .detach(|| self.model.in_cells().explain(&culler, &view, handle))

@@ -17,6 +17,7 @@ mod pvs;
 mod result;
 mod scene;
 mod verify;
+mod whole;
 mod work;
 
 use pyo3::create_exception;

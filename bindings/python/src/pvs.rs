@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 use crate::arrays::{ids, rows, rows_or_row, shaped};
 use crate::jobs::interruptible;
 use crate::scene::{NO_ID, PyScene};
-use crate::{FileError, value_error};
+use crate::{FileError, value_error, whole};
 
 /// Visible sets of some cells, which are boxes that an eye may be in.
 ///
@@ -160,10 +160,10 @@ impl PyScene {
         py: Python<'py>,
         cells: Option<&Bound<'py, PyAny>>,
         region: Option<&Bound<'py, PyAny>>,
-        rays: u64,
+        #[pyo3(from_py_with = whole::rays)] rays: u64,
         missing: f64,
-        seed: u64,
-        threads: usize,
+        #[pyo3(from_py_with = whole::seed)] seed: u64,
+        #[pyo3(from_py_with = whole::threads)] threads: usize,
     ) -> PyResult<PyPvs> {
         if self.scene().instance_count() == 0 {
             return Err(PyValueError::new_err(

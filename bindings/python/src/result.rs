@@ -5,14 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use bytemuck::{Pod, Zeroable};
 use engine::{Culler, Output, View, ViewState, Visible, funnel::FunnelRow};
 use numpy::{PyArray1, PyArrayMethods};
-use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::arrays::{mask_into, structured};
 use crate::jobs::{interruptible, on_threads};
 use crate::scene::PyScene;
-use crate::{StaleError, draw};
+use crate::{StaleError, draw, whole};
 
 /// Characters of names in a structured array.
 const NAME: usize = 10;
@@ -275,7 +274,7 @@ impl PyResultOne {
     fn pictures<'py>(
         &self,
         py: Python<'py>,
-        width: u32,
+        #[pyo3(from_py_with = whole::width)] width: u32,
     ) -> PyResult<[Bound<'py, pyo3::types::PyBytes>; 2]> {
         let this = self.scene.bind(py).borrow();
         if this.scene().change_version() != self.version {
@@ -372,13 +371,9 @@ impl PyResults {
         self.answers.len()
     }
 
-    fn __getitem__<'py>(&self, py: Python<'py>, at: isize) -> PyResult<Bound<'py, PyArray1<u32>>> {
-        let len = self.answers.len();
-        let place = usize::try_from(if at < 0 { at + len as isize } else { at });
-        let answer = place.ok().and_then(|at| self.answers.get(at)).ok_or_else(|| {
-            PyIndexError::new_err(format!("there is no camera {at}; there are {len}"))
-        })?;
-        Ok(PyArray1::from_slice(py, &answer.ids))
+    fn __getitem__<'py>(&self, at: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        let at_camera = whole::camera(at, self.answers.len())?;
+        Ok(PyArray1::from_slice(at.py(), &self.answers[at_camera].ids))
     }
 
     fn __repr__(&self) -> String {

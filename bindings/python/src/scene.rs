@@ -1,6 +1,7 @@
 //! The scene: opened and asked.
 
 use std::ffi::CString;
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
@@ -11,7 +12,7 @@ use pyo3::exceptions::{PyFileNotFoundError, PyIndexError, PyOSError, PyUserWarni
 use pyo3::prelude::*;
 
 use crate::arrays::{ids, shaped};
-use crate::{FileError, value_error};
+use crate::{FileError, value_error, whole};
 
 /// The id of no instance.
 pub(crate) const NO_ID: u32 = u32::MAX;
@@ -61,11 +62,21 @@ impl PyScene {
         match self.handles.get(id as usize) {
             Some(Some(handle)) => Ok(*handle),
             Some(None) => Err(PyIndexError::new_err(format!("instance {id} was removed"))),
-            None => Err(PyIndexError::new_err(format!(
-                "there is no instance {id}; ids of this scene are below {}",
-                self.handles.len()
-            ))),
+            None => Err(self.no_instance(id)),
         }
+    }
+
+    /// The handle of an id that was given as a number of any size.
+    pub(crate) fn one(&self, id: &Bound<'_, PyAny>) -> PyResult<Handle> {
+        let number = whole::named(id, "id")?.and_then(|number| u32::try_from(number).ok());
+        number.map_or_else(|| Err(self.no_instance(id)), |number| self.handle(number))
+    }
+
+    fn no_instance(&self, id: impl Display) -> PyErr {
+        PyIndexError::new_err(format!(
+            "there is no instance {id}; ids of this scene are at least 0 and below {}",
+            self.handles.len()
+        ))
     }
 
     /// The id of what is in a slot; none for what only stands for others.
@@ -268,8 +279,8 @@ impl PyScene {
     }
 
     /// The name of an instance: that of its node, or of its mesh with a number.
-    fn name(&self, id: u32) -> PyResult<String> {
-        Ok(self.model.instance_name(self.handle(id)?).into_owned())
+    fn name(&self, id: &Bound<'_, PyAny>) -> PyResult<String> {
+        Ok(self.model.instance_name(self.one(id)?).into_owned())
     }
 
     fn __len__(&self) -> usize {

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use crate::arrays::structured;
 use crate::jobs::{interruptible, on_threads};
 use crate::scene::{NO_ID, PyScene};
-use crate::{camera, culler};
+use crate::{camera, culler, whole};
 
 /// Visible triangle that was dropped, as `cullet._dtypes` describes it.
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -45,9 +45,9 @@ impl PyScene {
         py: Python<'py>,
         camera: &Bound<'py, PyAny>,
         culler: Option<&Bound<'py, PyAny>>,
-        samples: u32,
-        seed: u64,
-        threads: usize,
+        #[pyo3(from_py_with = whole::samples)] samples: u32,
+        #[pyo3(from_py_with = whole::seed)] seed: u64,
+        #[pyo3(from_py_with = whole::threads)] threads: usize,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let ((views, _), culler) = (camera::views(camera)?, culler::culler(culler)?);
         let options = VerifyOptions { samples, seed, ..VerifyOptions::default() };

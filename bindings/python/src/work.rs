@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::jobs::interruptible;
-use crate::{FileError, value_error};
+use crate::{FileError, value_error, whole};
 
 /// First item of a unit, and the one after its last.
 type Items = (u32, u32);
@@ -175,7 +175,12 @@ impl PyJob {
     /// Opens a plan with its scene at a place of this machine.
     #[new]
     #[pyo3(signature = (plan, scene, threads=1))]
-    fn new(py: Python<'_>, plan: &str, scene: &str, threads: usize) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        plan: &str,
+        scene: &str,
+        #[pyo3(from_py_with = whole::threads)] threads: usize,
+    ) -> PyResult<Self> {
         let job = interruptible(py, |_| Job::open(&Plan::parse(plan)?, scene, threads))?;
         Ok(Self(Mutex::new(Some(job.map_err(|e| raise(&e))?))))
     }
@@ -213,7 +218,12 @@ impl PyJob {
     }
 
     /// The units that the round lacks beside those that there are, so many at the most, the largest first.
-    fn missing(&self, py: Python<'_>, have: Vec<Items>, units: u32) -> PyResult<Vec<Items>> {
+    fn missing(
+        &self,
+        py: Python<'_>,
+        have: Vec<Items>,
+        #[pyo3(from_py_with = whole::units)] units: u32,
+    ) -> PyResult<Vec<Items>> {
         let missing = self.with(py, |job| Ok(job.missing(&ranges(&have), units)))?;
         Ok(missing.into_iter().map(|r| (r.start, r.end)).collect())
     }
@@ -236,7 +246,7 @@ impl PyJob {
         &self,
         py: Python<'py>,
         items: Items,
-        threads: usize,
+        #[pyo3(from_py_with = whole::threads)] threads: usize,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let finished = || PyValueError::new_err("the job is finished");
         let found = interruptible(py, |stop| {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,9 @@ VERTICES, FACES = QUAD
         (VERTICES, FACES.astype(bool), TypeError, "not bool; use numpy.flatnonzero"),
         (VERTICES, FACES[:, :2], ValueError, r"faces has the shape \(2, 2\)"),
         (VERTICES, FACES.astype(np.int64) - 1, ValueError, "faces has -1 at 0"),
-        (VERTICES, FACES + 2, ValueError, "index 2 is 4, but there are 4 vertices"),
+        (VERTICES, FACES + 2, ValueError, "faces has 4 in row 0, column 2, but there are 4 vertices"),
+        (VERTICES, FACES.astype(np.uint64) + 2**63, ValueError, "faces has 9223372036854775808 at 0"),
+        (VERTICES, [[0, 1, 2**70]], ValueError, "faces has a number beyond int64"),
         (VERTICES * np.nan, FACES, ValueError, "vertices has NaN in row 0, column 0; all numbers must be finite"),
         (VERTICES + np.inf, FACES, ValueError, "vertices has inf"),
         ([[0, 0, 0], [1, 0]], FACES, TypeError, "rows of one length"),
@@ -88,8 +91,15 @@ def test_masks_go_into_arrays_that_can_be_written(wall: cullet.Scene, ahead: cul
         result.mask(np.ones(8, bool)[::2])
     with pytest.raises(ValueError, match=r"out has the shape \(5,\)"):
         result.mask(np.ones(5, bool))
-    with pytest.raises(TypeError, match="array of bool, not float64"):
+    with pytest.raises(ValueError, match=r"out has the shape \(5,\); it must be \(4,\)"):
+        result.mask(np.ones(5, bool))
+    with pytest.raises(TypeError, match=r"array of bool of the shape \(4,\), not float64"):
         result.mask(np.ones(4))  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"array of bool of the shape \(4,\), not list"):
+        result.mask([True] * 4)  # type: ignore[arg-type]
+    many = wall.cull(cullet.Cameras.look_at(np.zeros((2, 3)), (0, 0, -1)))
+    with pytest.raises(ValueError, match=r"out has the shape \(4,\); it must be \(2, 4\)"):
+        many.mask(np.ones(4, bool))
     assert read_only.all()
 
 
@@ -159,12 +169,83 @@ def test_things_that_are_no_camera_culler_or_id_are_named(wall: cullet.Scene, ah
         cullet.Culler(without=["frustrum"])
     with pytest.raises(ValueError, match="min_pixels is -1"):
         cullet.Culler(min_pixels=-1)
-    with pytest.raises(ValueError, match="ids is -1; it must be from 0"):
+    with pytest.raises(IndexError, match="ids is -1; it must be from 0"):
         wall.remove(-1)
+    with pytest.raises(IndexError, match="ids has -1 at 1; it must be from 0"):
+        wall.remove(np.array([0, -1]))
     with pytest.raises(TypeError, match="ids must be of integers, not float64"):
         wall.remove(np.array([1.0]))
     with pytest.raises(IndexError, match="no mesh 7; the scene has 2"):
         wall.add_instances(7)
+
+
+@pytest.mark.parametrize("number", [-1, 4, 2**32, 2**64, -(10**40), 10**40])
+def test_numbers_that_name_nothing_are_named(wall: cullet.Scene, ahead: cullet.Camera, number: int) -> None:
+    cameras = cullet.Cameras.look_at(np.zeros((3, 3)), (0, 0, -1))
+    instance = rf"no instance {number}; ids of this scene are at least 0 and below 4"
+    mesh = rf"no mesh {number}; the scene has 2"
+    camera = rf"no camera {number}; there are 3"
+    calls: list[tuple[str, Callable[[], object]]] = [
+        (instance, lambda: wall.explain(ahead, number)),
+        (instance, lambda: wall.name(number)),
+        (mesh, lambda: wall.mesh(number)),
+        (mesh, lambda: wall.add_instances(number)),
+        (str(number), lambda: wall.remove(number)),
+        (str(number), lambda: wall.set_layers(number, 1)),
+        (str(number), lambda: wall.boxes(number)),
+    ]
+    if number != -1:
+        calls += [(camera, lambda: cameras[number]), (camera, lambda: wall.cull(cameras)[number])]
+    for message, call in calls:
+        with pytest.raises(IndexError, match=message):
+            call()
+    assert wall.instance_count == 4
+
+
+@pytest.mark.parametrize("number", [-1, 2**64, -(10**40), 10**40])
+def test_whole_numbers_that_are_out_of_range_are_named(
+    wall: cullet.Scene, ahead: cullet.Camera, number: int
+) -> None:
+    eye, target, eyes = (0, 0, 0), (0, 0, -1), np.zeros((2, 3))
+    words: dict[str, Any] = {"height": 1, "near": 0.1, "far": 9}
+    calls: list[tuple[str, Callable[[], object]]] = [
+        ("layers", lambda: cullet.Camera.look_at(eye, target, layers=number)),
+        ("layers", lambda: cullet.Camera.orthographic(eye, target, layers=number, **words)),
+        ("layers", lambda: cullet.Camera.from_matrix(np.eye(4), size=(64, 64), layers=number)),
+        ("layers", lambda: cullet.Cameras.look_at(eyes, target, layers=number)),
+        ("layers", lambda: cullet.Cameras.from_matrices(np.eye(4), size=(64, 64), layers=number)),
+        ("layers", lambda: wall.add(VERTICES, FACES, layers=number)),
+        ("layers", lambda: wall.add_instances(0, layers=number)),
+        ("layers", lambda: wall.set_layers(0, number)),
+        ("count", lambda: cullet.Cameras.along(wall, "walk", number)),
+        ("seed", lambda: cullet.Cameras.along(wall, "walk", 1, seed=number)),
+        ("threads", lambda: wall.cull(ahead, threads=number)),
+        ("samples", lambda: wall.verify(ahead, samples=number)),
+        ("seed", lambda: wall.verify(ahead, seed=number)),
+        ("threads", lambda: wall.verify(ahead, threads=number)),
+        ("samples", lambda: wall.report(ahead, samples=number)),
+        ("rays", lambda: wall.bake_pvs(rays=number)),
+        ("seed", lambda: wall.bake_pvs(seed=number)),
+        ("threads", lambda: wall.bake_pvs(threads=number)),
+        ("cells", lambda: wall.bake_pvs(number)),
+        ("width", lambda: wall.cull(ahead).pictures(number)),
+    ]
+    for name, call in calls:
+        with pytest.raises(ValueError, match=rf"{name} is {number}; it must be (from|a number)"):
+            call()
+
+
+def test_numbers_of_another_type_are_named(wall: cullet.Scene, ahead: cullet.Camera) -> None:
+    bad: Any = 1.0
+    with pytest.raises(TypeError, match="id must be an integer, not float"):
+        wall.explain(ahead, bad)
+    with pytest.raises(TypeError, match="mesh must be an integer, not float"):
+        wall.mesh(bad)
+    with pytest.raises(TypeError, match="'layers': 'float' object"):
+        wall.set_layers(0, bad)
+    with pytest.raises(TypeError, match="cullet.Camera or cullet.Cameras, not float"):
+        wall.report(bad)
+    assert wall.name(np.uint8(1)) == wall.name(1)  # type: ignore[arg-type]
 
 
 def test_what_is_done_to_an_array_afterwards_changes_nothing(ahead: cullet.Camera) -> None:

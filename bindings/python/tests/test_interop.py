@@ -50,6 +50,27 @@ def test_rays_of_trimesh_agree_with_the_reference_picture() -> None:
     assert same.mean() > 0.98 and (image.triangles >= 0).mean() > 0.3
 
 
+def test_sides_are_those_of_the_material_where_it_says_them(tmp_path: pathlib.Path) -> None:
+    corners, faces = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]
+    behind = cullet.Camera.look_at((0.2, 0.2, -5), (0.2, 0.2, 0))
+    for sides, drawn in ((False, []), (True, [0])):
+        material = trimesh.visual.material.PBRMaterial(doubleSided=sides)
+        visual = trimesh.visual.TextureVisuals(uv=np.zeros((3, 2)), material=material)
+        mesh = trimesh.Trimesh(corners, faces, visual=visual)
+        path = tmp_path / f"{sides}.glb"
+        mesh.export(path)
+        opened = cullet.Scene.open(path)
+        for scene in (opened, cullet.Scene.from_trimesh(trimesh.load(path)), cullet.Scene.from_trimesh(mesh)):
+            assert scene.cull(behind).visible.tolist() == drawn and scene.verify(behind)
+        other = cullet.Scene.from_trimesh(mesh, two_sided=not sides)
+        assert other.cull(behind).visible.tolist() == ([] if sides else [0])
+    # Without a material an open mesh shows both sides, and a solid its outside.
+    bare = cullet.Scene.from_trimesh(trimesh.Trimesh(corners, faces))
+    assert bare.cull(behind).visible.tolist() == [0]
+    inside = cullet.Camera.look_at((0, 0, 0), (0, 0, -1))
+    assert cullet.Scene.from_trimesh(trimesh.creation.box()).cull(inside, "exact").visible.tolist() == []
+
+
 def test_a_mesh_that_changes_behind_a_scene_is_noticed(ahead: cullet.Camera) -> None:
     mesh, sphere = trimesh.creation.box(), pyvista.Sphere()
     scene, other = cullet.Scene.from_trimesh(mesh), cullet.Scene.from_pyvista(sphere)
@@ -178,5 +199,8 @@ def test_a_report_adds_up(city: cullet.Scene, tmp_path: pathlib.Path) -> None:
     page = (tmp_path / "report.html").read_text()
     assert page.count("data:image/png") == 2 and "Nothing visible was lost" in page
     assert len(city.report().results) == 8
+    camera = cullet.Cameras.along(city, "walk", 4, size=(160, 100))[2]
+    one = city.report(camera)
+    assert len(one.results) == 1 and np.array_equal(one.results[0], city.cull(camera).visible)
     with pytest.raises(ValueError, match="no cameras"):
         city.report(cullet.Cameras.along(city, "walk", 4)[:0])

@@ -111,16 +111,18 @@ impl Host {
         run(command)
     }
 
-    /// Runs what a reader types first, as the README has it; and the other examples, one against
-    /// the static library.
+    /// Runs what a reader types first, as the README and the chapter have it; and the other
+    /// examples, one against the static library.
     fn examples(&self) -> Done {
         let read = |name: &str| {
             let path = self.source.join(name);
             fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))
         };
         let first = read("examples/first.c")?;
-        if !read("README.md")?.contains(&first) {
-            return Err("bindings/c/README.md does not have examples/first.c as it is".into());
+        for text in ["README.md", "../../docs/src/c.md"] {
+            if !read(text)?.contains(&first) {
+                return Err(format!("bindings/c/{text} does not have examples/first.c as it is"));
+            }
         }
         if first.lines().count() > 10 {
             return Err("examples/first.c has more than ten lines".into());
@@ -173,6 +175,21 @@ impl Host {
         self.run(&self.compile("gcc", "tests/border.c", &["-DALONE"])?, &[])
     }
 
+    /// Runs the commands that a text prints after the install, with the prefix of this tree.
+    fn printed(&self, text_of: &str) -> Done {
+        let path = self.source.join(text_of);
+        let lines = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let block = lines.split("```sh\n").nth(1).and_then(|rest| rest.split("```").next());
+        let commands = block.and_then(|b| b.split_once("\nexport ")).map(|(_, rest)| rest);
+        let commands = commands.ok_or_else(|| format!("{text_of} has no commands"))?;
+        let commands = commands.replace("$HOME/cullet", &text(&self.prefix));
+        run({
+            let mut shell = command("sh", &["-euc", &format!("export {commands}")]);
+            shell.current_dir(&self.work).env_remove("LD_LIBRARY_PATH");
+            shell
+        })
+    }
+
     /// `find_package` and `pkg-config`, from the install tree.
     fn packages(&self, has: &dyn Fn(&str) -> bool) -> Done {
         if has("cmake") {
@@ -188,6 +205,11 @@ impl Host {
             }
         }
         if has("pkg-config") {
+            let first = self.source.join("examples/first.c");
+            fs::copy(&first, self.work.join("first.c"))
+                .map_err(|e| format!("{}: {e}", first.display()))?;
+            self.printed("README.md")?;
+            self.printed("../../docs/src/c.md")?;
             let folder = text(&self.prefix.join("lib/pkgconfig"));
             let program = text(&self.work.join("frames_pkg_config"));
             let line = "exec gcc -std=c11 \"$1\" -o \"$2\" $(pkg-config --cflags --libs cullet)";

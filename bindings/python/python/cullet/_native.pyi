@@ -131,6 +131,8 @@ class Cameras:
         """Returns cameras like `Camera.from_matrix`, for matrices (n, 4, 4)."""
 
     @staticmethod
+    def _of(camera: Camera | Cameras) -> Cameras: ...
+    @staticmethod
     def along(
         scene: Scene,
         path: str = "orbit",

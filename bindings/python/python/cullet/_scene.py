@@ -41,7 +41,8 @@ class Scene(_native.Scene):
         """Opens a GLB, glTF, OBJ, PLY, STL or OFF file, an ``OCCSCN01``, or a map of Quake or Quake 3.
 
         What was baked into it comes along: levels, occluders, cells. ``up`` is the axis of the file that points up,
-        where the format does not say; ``two_sided`` overrides what the file says of sides.
+        where the format does not say; ``two_sided`` overrides the sides: in glTF those of each material (one-sided unless
+        ``doubleSided`` says otherwise), in other formats the rule of `from_arrays`.
 
         Raises `FileNotFoundError`, `OSError` where it cannot be read, and `FileError` where it is broken or of no
         known kind; the message names the item, its value and the limit.
@@ -84,6 +85,8 @@ class Scene(_native.Scene):
     def from_trimesh(cls, source: trimesh.Trimesh | trimesh.Scene, *, two_sided: bool | None = None) -> Scene:
         """A `trimesh.Trimesh`, or a `trimesh.Scene` with its instances in the order of its nodes.
 
+        Without ``two_sided``, a mesh has the sides that ``doubleSided`` of its material says; where the material says
+        nothing, or there is none, the rule of `from_arrays` holds.
         Geometry without triangles, as paths and points are, is left out. Raises `TypeError` for anything else.
         """
         import trimesh
@@ -184,6 +187,9 @@ class Scene(_native.Scene):
         self, name: str, mesh: trimesh.Trimesh, two_sided: bool | None
     ) -> tuple[int, npt.NDArray[np.float64]]:
         color, opaque = _trimesh_color(mesh)
+        if two_sided is None:
+            said = getattr(getattr(mesh.visual, "material", None), "doubleSided", None)
+            two_sided = said if isinstance(said, bool) else None
         self._note(name, mesh, hash(mesh))
         vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
         return self._add_moved(vertices, faces, two_sided, color, name, opaque)
@@ -279,7 +285,7 @@ class Scene(_native.Scene):
 
     def report(
         self,
-        cameras: _native.Cameras | None = None,
+        camera: _native.Camera | _native.Cameras | None = None,
         culler: Settings = "balanced",
         *,
         samples: int = 1,
@@ -287,10 +293,11 @@ class Scene(_native.Scene):
     ) -> Report:
         """What is drawn for nothing, which stage finds it, and the proof that nothing visible was lost.
 
-        Without ``cameras``, eight around the scene. Raises `ValueError` where there is none.
+        ``camera`` is one or many; without it, eight around the scene. Raises `ValueError` where there is none.
         """
-        if cameras is None:
-            cameras = _native.Cameras.along(self, "orbit", 8, size=(640, 400))
+        if camera is None:
+            camera = _native.Cameras.along(self, "orbit", 8, size=(640, 400))
+        cameras = _native.Cameras._of(camera)
         if len(cameras) == 0:
             raise ValueError("there are no cameras to report on")
         return report(self, cameras, culler, samples, threads)
