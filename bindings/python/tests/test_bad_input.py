@@ -245,7 +245,8 @@ def test_numbers_of_another_type_are_named(wall: cullet.Scene, ahead: cullet.Cam
         wall.set_layers(0, bad)
     with pytest.raises(TypeError, match="cullet.Camera or cullet.Cameras, not float"):
         wall.report(bad)
-    assert wall.name(np.uint8(1)) == wall.name(1)  # type: ignore[arg-type]
+    bad = np.uint8(1)
+    assert wall.name(bad) == wall.name(1)
 
 
 def test_what_is_done_to_an_array_afterwards_changes_nothing(ahead: cullet.Camera) -> None:
