@@ -258,7 +258,7 @@ static void scenes(void) {
     IS(CULLET_STATUS_TOO_SMALL, cullet_visible_slots(state, slots, 1, &count));
     THAT(count == 2);
     IS(CULLET_STATUS_NULL_POINTER, cullet_visible_slots(state, NULL, 3, &count));
-    says("slots is NULL, but its length is given as 3");
+    says("the array is NULL, but its length is given as 3");
     IS(CULLET_STATUS_NULL_POINTER, cullet_visible_slots(state, slots, 3, NULL));
     IS(CULLET_STATUS_OK, cullet_visible_slots(state, slots, 3, &count));
     THAT(count == 2);

@@ -241,7 +241,7 @@ def test_numbers_of_another_type_are_named(wall: cullet.Scene, ahead: cullet.Cam
         wall.explain(ahead, bad)
     with pytest.raises(TypeError, match="mesh must be an integer, not float"):
         wall.mesh(bad)
-    with pytest.raises(TypeError, match="'layers': 'float' object"):
+    with pytest.raises(TypeError, match="layers"):
         wall.set_layers(0, bad)
     with pytest.raises(TypeError, match="cullet.Camera or cullet.Cameras, not float"):
         wall.report(bad)
