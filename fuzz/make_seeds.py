@@ -286,8 +286,8 @@ def directory(head: bytes, lumps: list[bytes]) -> bytes:
     return head + places + body
 
 
-def quake(wide: bool, visibility: bytes, rows: tuple[int, int]) -> bytes:
-    """Version 29, or BSP2; walls belong to the world but for the last, which is a brush model."""
+def quake(wide: bool, visibility: bytes, rows: tuple[int, int], version: int = 29) -> bytes:
+    """Version 29, Half-Life's 30, or BSP2; walls belong to the world but for the last, which is a brush model."""
     word = (lambda *v: u32(*v)) if wide else (lambda *v: struct.pack(f"<{len(v)}H", *v))
     signed = (lambda *v: i32(*v)) if wide else (lambda *v: struct.pack(f"<{len(v)}h", *v))
     box = (lambda *v: f32(*v)) if wide else (lambda *v: struct.pack(f"<{len(v)}h", *v))
@@ -315,7 +315,27 @@ def quake(wide: bool, visibility: bytes, rows: tuple[int, int]) -> bytes:
     models = model(0, 2, 0, 5) + model(-1, 0, 5, 1)
     vertices = b"".join(f32(*c) for c in CORNERS)
     lumps = [ENTITIES, planes, textures, vertices, visibility, nodes, texinfo, faces, b"", b"", leafs_lump, marks, edges, surfedges, models]
-    return directory(b"BSP2" if wide else i32(29), lumps)
+    return directory(b"BSP2" if wide else i32(version), lumps)
+
+
+def quake2() -> bytes:
+    """The map of Quake with clusters: faces, planes and edges stay as they are."""
+    old = quake(False, b"", (-1, -1))
+    places = struct.unpack_from("<30i", old, 4)
+    entities, planes, _, vertices, _, nodes, texinfo, faces, _, _, leafs, marks, edges, surfedges, models = (
+        old[at : at + length] for at, length in zip(places[::2], places[1::2])
+    )
+    nodes = b"".join(i32(p, a, b) + nodes[24 * i + 8 : 24 * i + 24] for i, (p, a, b) in enumerate(NODES))
+    # Solid, open, water.
+    kinds = [(1, -1), (0, 0), (0x20, 1)]
+    leafs = b"".join(i32(c) + struct.pack("<hh", k, 0) + leafs[28 * i + 8 : 28 * i + 24] + bytes(4) for i, (c, k) in enumerate(kinds))
+    names = [(b"e1u1/wall", 0), (b"e1u1/glass", 0x10), (b"e1u1/*water", 8)]
+    texinfo = b"".join(texinfo[40 * i : 40 * i + 32] + i32(f, 0) + n.ljust(32, b"\0") + i32(-1) for i, (n, f) in enumerate(names))
+    models = b"".join(models[at : at + 40] + models[at + 56 : at + 64] for at in (0, 64))
+    # Rows of what is seen and of what is heard.
+    visibility = i32(2, 20, 21, 22, 23) + bytes((3, 3, 3, 3))
+    lumps = [entities, planes, vertices, visibility, nodes, texinfo, faces, b"", leafs, marks, b"", edges, surfedges, models]
+    return directory(b"IBSP" + i32(38), lumps + [b""] * 5)
 
 
 def quake3() -> bytes:
@@ -349,6 +369,8 @@ def bsp() -> None:
     put("bsp", "one-cell", quake(False, bytes((3,)), (0, 0)))
     put("bsp", "unbaked", quake(False, b"", (-1, -1)))
     put("bsp", "bsp2", quake(True, bytes((3, 3)), (0, 1)))
+    put("bsp", "halflife", quake(False, bytes((3, 3)), (0, 1), 30))
+    put("bsp", "quake2", quake2())
     put("bsp", "quake3", quake3())
 
 
