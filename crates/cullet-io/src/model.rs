@@ -32,6 +32,8 @@ pub struct Model {
     pub node_tree: NodeTree,
     /// Materials; [`cullet::mesh::Part::material`] is an index into these.
     pub materials: Vec<Material>,
+    /// How many textures the file has. They are not read, and so in no file that is written.
+    pub textures: u32,
     /// Cameras, fixed or moving.
     pub cameras: Vec<CameraNode>,
     /// Views that the file gives as matrices.

@@ -15,11 +15,13 @@ use crate::text::Cursor;
 pub(crate) struct MtlMaterial {
     pub(crate) color: [f32; 4],
     pub(crate) alpha: Alpha,
+    /// How many textures it names.
+    pub(crate) textures: u32,
 }
 
 impl Default for MtlMaterial {
     fn default() -> Self {
-        Self { color: Material::GREY, alpha: Alpha::Opaque }
+        Self { color: Material::GREY, alpha: Alpha::Opaque, textures: 0 }
     }
 }
 
@@ -71,6 +73,7 @@ pub(crate) fn parse(bytes: &[u8], library: &mut Library) {
             keep(current.take());
             current = Some((c.rest_of_line(), MtlMaterial::default()));
         } else if let Some((_, material)) = &mut current {
+            material.textures += u32::from(word.starts_with(b"map_"));
             match &word[..] {
                 b"Kd" => {
                     // "Kd spectral file" and "Kd xyz ..." are colours too, but not ours to read.
@@ -131,11 +134,11 @@ mod tests {
         let get = |name: &str| library[name.as_bytes()];
         assert_eq!(
             get("red paint"),
-            MtlMaterial { color: [1.0, 0.25, 0.0, 1.0], alpha: Alpha::Opaque }
+            MtlMaterial { color: [1.0, 0.25, 0.0, 1.0], ..MtlMaterial::default() }
         );
         assert_eq!(
             get("glass"),
-            MtlMaterial { color: [0.0, 0.0, 1.0, 0.5], alpha: Alpha::Blended }
+            MtlMaterial { color: [0.0, 0.0, 1.0, 0.5], alpha: Alpha::Blended, textures: 0 }
         );
         assert_eq!(get("fence").alpha, Alpha::Masked);
         assert_eq!((get("smoke").color[3], get("smoke").alpha), (0.25, Alpha::Blended));

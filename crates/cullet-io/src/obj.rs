@@ -432,6 +432,7 @@ impl<'a> Reader<'a> {
             };
             builder.material(shown, found.map_or(Material::GREY, |m| m.color));
             alphas.push(found.map_or(Alpha::Opaque, |m| m.alpha));
+            builder.model.textures += found.map_or(0, |m| m.textures);
         }
         // Each is shrunk while the others wait: what was made too large never adds up with copies.
         let (origin, mut positions) = self.positions.finish(builder);

@@ -190,4 +190,15 @@ fn what_a_format_has_no_place_for_is_named() {
         assert!(notes(name).contains("cells and portals"), "{name}: {}", notes(name));
     }
     assert!(!notes("a.glb").contains("cells and portals"), "{}", notes("a.glb"));
+    // Textures of glTF and OBJ are not read, and so not written.
+    let gltf =
+        r#"{"asset":{"version":"2.0"},"textures":[{"source":0}],"images":[{"uri":"a.png"}]}"#;
+    let _ = folder.file("a.mtl", "newmtl a\nmap_Kd a.png\n");
+    let obj = "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    for (name, text) in [("t.gltf", gltf), ("t.obj", obj)] {
+        let model = load(folder.file(name, text).as_ref(), &LoadOptions::default()).unwrap();
+        assert_eq!(model.textures, 1, "{name}");
+        let saved = save(&model, &folder.root().join("t.glb")).unwrap();
+        assert_eq!(saved.notes[0].to_string(), "model: left out: textures (not read)", "{name}");
+    }
 }

@@ -20,6 +20,7 @@ pub(super) type Items<'a> = Option<Vec<Json<'a>>>;
 /// The document.
 #[derive(Debug)]
 pub(super) struct Root<'a> {
+    pub(super) textures: Items<'a>,
     pub(super) scene: Option<Index>,
     pub(super) scenes: Items<'a>,
     pub(super) nodes: Items<'a>,
@@ -272,6 +273,8 @@ pub(super) fn parse(text: &[u8]) -> Result<Root<'_>, ErrorKind> {
         None => return Err(wrong("`asset` is missing: this is not glTF".into())),
     }
     Ok(Root {
+        // They are counted alone.
+        textures: all.get("textures").unwrap_or_default(),
         scene: member(&all, "scene")?,
         scenes: member(&all, "scenes")?,
         nodes: member(&all, "nodes")?,

@@ -105,18 +105,21 @@ impl Saved {
         let is_glb = format == SaveFormat::Glb;
         let has_levels =
             (0..model.scene.meshes().len() as u32).any(|mesh| !model.scene.levels(mesh).is_empty());
+        let (cameras, cells) = (!model.cameras.is_empty(), !model.cells.cells.is_empty());
+        let levels = has_levels && !(is_glb && model.baked.is_some());
         let lost = [
+            (model.textures > 0, "textures (not read)"),
             (model.motion.is_some(), "motions (it is written as it stands)"),
-            (!is_glb && !model.cameras.is_empty(), "cameras"),
             (!model.views.is_empty(), "views that are matrices"),
-            (!is_glb && !model.cells.cells.is_empty(), "cells and portals"),
             (model.cell_sets.is_some(), "visible sets of its cells"),
-            (has_levels && !(is_glb && model.baked.is_some()), "levels of detail"),
+            (levels, "levels of detail"),
+            (!is_glb && cameras, "cameras"),
+            (!is_glb && cells, "cells and portals"),
         ];
         let lost: Vec<&str> = lost.iter().filter(|l| l.0).map(|l| l.1).collect();
         if !lost.is_empty() {
-            let place = if is_glb { "" } else { "; a .glb has a place for most" };
-            self.say("model", format!("left out: {}{place}", lost.join(", ")));
+            let kept = if !is_glb && (cameras || cells) { "; a .glb keeps the last" } else { "" };
+            self.say("model", format!("left out: {}{kept}", lost.join(", ")));
         }
     }
 

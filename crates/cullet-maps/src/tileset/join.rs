@@ -119,6 +119,7 @@ impl<'a> Joint<'a> {
             self.model.baked = tile.baked;
         }
         self.model.materials.extend(tile.materials);
+        self.model.textures = self.model.textures.saturating_add(tile.textures);
         // Of many tiles with the same extensions each is named once.
         let is_unread = |w: &Warning| tile.unread.iter().any(|u| w.message.starts_with(&u.name));
         self.model.warnings.extend(

@@ -216,6 +216,7 @@ fn left_out(model: &Model) -> Vec<Warning> {
     }
     let has_pictures = |mesh| scene.levels(mesh).iter().any(|of| of.impostor.is_some());
     let lost = [
+        (model.textures > 0, "textures (not read)"),
         (model.motion.is_some(), "motions (it is written as it stands)"),
         (!model.cameras.is_empty(), "cameras"),
         (!model.views.is_empty(), "views that are matrices"),
@@ -224,7 +225,7 @@ fn left_out(model: &Model) -> Vec<Warning> {
     ];
     let lost: Vec<&str> = lost.iter().filter(|l| l.0).map(|l| l.1).collect();
     if !lost.is_empty() {
-        note("model".to_owned(), format!("left out, for tiles have none: {}", lost.join(", ")));
+        note("model".to_owned(), format!("left out: {}", lost.join(", ")));
     }
     notes
 }

@@ -117,6 +117,7 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
     let scene = &model.scene;
     let has_levels = (0..scene.meshes().len() as u32).any(|m| !scene.levels(m).is_empty());
     let lost = [
+        (model.textures > 0, "textures (not read)"),
         (model.motion.is_some(), "motions (it is cut as it stands)"),
         (!model.views.is_empty(), "views that are matrices"),
         (!model.cells.cells.is_empty(), "cells and portals"),
