@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::{SaveErrorKind, Written, world_indices};
 use crate::place::world;
@@ -38,8 +38,8 @@ pub(super) fn write(all: &mut Written<'_>, out: &mut impl Write) -> Result<(), S
             mesh.positions().iter().map(|&p| DVec3::from(world(transform, p)) - origin).collect();
         for t in world_indices(&model.scene, slot).chunks_exact(3) {
             let exact = [0, 1, 2].map(|i| exact[t[i] as usize]);
-            let corners = exact.map(|p| p.as_vec3());
-            let written = corners.map(|p| p.as_dvec3());
+            let corners = exact.map(DVec3::as_vec3);
+            let written = corners.map(Vec3::as_dvec3);
             let off = (0..3).map(|k| written[k].distance(exact[k])).fold(0.0, f64::max);
             saved.rounding = saved.rounding.max(off);
             let [normal, own] = [written, exact].map(|[a, b, c]| (b - a).cross(c - a));
