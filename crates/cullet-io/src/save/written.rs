@@ -19,8 +19,9 @@ pub struct Saved {
     /// The place in the world that the zero of the file stands for. Not zero only in an STL whose
     /// 32-bit numbers would be too coarse there; its header names the place too.
     pub origin: [f64; 3],
-    /// How far a vertex in the file is from its place at the most, in world units. 0 where the
-    /// format keeps places as exactly as the model has them.
+    /// How far a vertex of an STL is from its place at the most, in world units. 0 in other formats,
+    /// which keep places as exactly as the model has them, or round them far below what its
+    /// instances show.
     pub rounding: f64,
     /// What was left out or changed, and why.
     pub notes: Vec<Warning>,
