@@ -1,4 +1,4 @@
-//! What is written of a model, and what is left out and why.
+//! Instances of a model that a file has, and notes about what it does not have.
 
 use cullet::Handle;
 
@@ -23,7 +23,7 @@ pub struct Saved {
     /// which keep places as exactly as the model has them, or round them far below what its
     /// instances show.
     pub rounding: f64,
-    /// What was left out or changed, and why.
+    /// Notes about everything that was left out or changed, and why.
     pub notes: Vec<Warning>,
 }
 

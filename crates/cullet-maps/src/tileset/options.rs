@@ -93,6 +93,6 @@ pub struct TilesWritten {
     pub depth: u32,
     /// Bytes of all files.
     pub bytes: u64,
-    /// What was left out, and why.
+    /// Notes about everything that was left out, and why.
     pub notes: Vec<Warning>,
 }
