@@ -1,4 +1,4 @@
-//! What is far from zero, or nowhere, in files that are written.
+//! Models far from zero, or without a place, in files that are written.
 
 use cullet::mesh::MeshData;
 use cullet::{Instance, Mesh, Transform};

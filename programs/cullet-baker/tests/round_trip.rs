@@ -26,7 +26,7 @@ struct Facts {
 }
 
 impl Facts {
-    /// Those of all that has a place, by its vertices.
+    /// Facts about all instances that have a place, by their vertices.
     fn of(model: &Model) -> Self {
         let scene = &model.scene;
         let mut facts = Self {
@@ -50,7 +50,8 @@ impl Facts {
         facts
     }
 
-    /// What differs, if bounds may be off by a share of the size and a step at their place.
+    /// Returns the difference, if there is one. Bounds may be off by a share of the size and a step
+    /// at their place.
     fn differs(
         &self,
         other: &Self,

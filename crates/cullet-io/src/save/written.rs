@@ -3,7 +3,7 @@
 use cullet::Handle;
 
 use super::{SaveErrorKind, SaveFormat};
-use crate::{Model, Warning, place};
+use crate::{Model, Motion, Warning, place};
 
 /// How many instances a note names.
 const NAMED: usize = 3;
@@ -110,7 +110,10 @@ impl Saved {
         let levels = has_levels && !(is_glb && model.baked.is_some());
         let lost = [
             (model.textures > 0, "textures (not read)"),
-            (model.motion.is_some(), "motions (it is written as it stands)"),
+            (
+                model.motion.as_ref().is_some_and(Motion::moves),
+                "motions (it is written as it stands)",
+            ),
             (!model.views.is_empty(), "views that are matrices"),
             (model.cell_sets.is_some(), "visible sets of its cells"),
             (levels, "levels of detail"),

@@ -54,7 +54,7 @@ pub(super) fn plain() -> DMat4 {
 pub(super) struct Frame {
     /// From the space of the tileset to that of the scene.
     pub(super) frame: DMat4,
-    /// What was assumed, where the tileset does not say.
+    /// Assumption that was made, where the tileset does not say.
     pub(super) note: Option<String>,
 }
 

@@ -65,7 +65,7 @@ pub(super) struct Tree {
     pub(super) tiles: Vec<TileNode>,
     /// The file of its visible sets, where it is in the space of the scene.
     sight: Option<String>,
-    /// What a user should know of how it was read.
+    /// Notes for the user about how it was read.
     pub(super) notes: Vec<String>,
     /// Extensions that are not read.
     pub(super) unread: Vec<String>,

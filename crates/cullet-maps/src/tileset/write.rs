@@ -8,7 +8,7 @@ use super::options::{TileInput, TileStandIn, TilesWritten, WriteTiles};
 use super::part::part;
 use super::sight::{self, Numbered};
 use cullet::{Instance, Scene, Transform};
-use cullet_io::{Model, SaveError, SaveErrorKind, Saved, Warning, save};
+use cullet_io::{Model, Motion, SaveError, SaveErrorKind, Saved, Warning, save};
 
 /// Writes a model as a tileset: `tileset.json` in a folder, which is made where it is not there,
 /// and a GLB for each tile that shows something. Every instance is in one tile: in the smallest box
@@ -194,7 +194,7 @@ impl Writer<'_> {
     }
 }
 
-/// What tiles do not have of a model, and why.
+/// Notes about everything of a model that tiles do not have, and why.
 fn left_out(model: &Model) -> Vec<Warning> {
     let scene = &model.scene;
     let mut notes = Vec::new();
@@ -217,7 +217,7 @@ fn left_out(model: &Model) -> Vec<Warning> {
     let has_pictures = |mesh| scene.levels(mesh).iter().any(|of| of.impostor.is_some());
     let lost = [
         (model.textures > 0, "textures (not read)"),
-        (model.motion.is_some(), "motions (it is written as it stands)"),
+        (model.motion.as_ref().is_some_and(Motion::moves), "motions (it is written as it stands)"),
         (!model.cameras.is_empty(), "cameras"),
         (!model.views.is_empty(), "views that are matrices"),
         (!model.cells.cells.is_empty(), "cells and portals"),

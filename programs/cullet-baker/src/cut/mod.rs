@@ -18,7 +18,7 @@ use cullet_command::{inputs, parse};
 use cullet_cut::{
     CutModel, Keep, MAX_CUT_PLANES, ModelError, ModelOptions, ModelReport, box_planes, cut_model,
 };
-use cullet_io::{Model, SaveErrorKind, SaveFormat};
+use cullet_io::{Model, Motion, SaveErrorKind, SaveFormat};
 use serde::Serialize;
 
 use cullet_cli::SCHEMA;
@@ -118,7 +118,7 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
     let has_levels = (0..scene.meshes().len() as u32).any(|m| !scene.levels(m).is_empty());
     let lost = [
         (model.textures > 0, "textures (not read)"),
-        (model.motion.is_some(), "motions (it is cut as it stands)"),
+        (model.motion.as_ref().is_some_and(Motion::moves), "motions (it is cut as it stands)"),
         (!model.views.is_empty(), "views that are matrices"),
         (!model.cells.cells.is_empty(), "cells and portals"),
         (has_levels, "levels of detail"),
