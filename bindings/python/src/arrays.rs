@@ -81,7 +81,7 @@ pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers>
     }
 }
 
-/// A shape as NumPy prints it.
+/// A shape as arrays print it.
 fn shape_text(shape: &[usize]) -> String {
     let lengths: Vec<String> = shape.iter().map(ToString::to_string).collect();
     let comma = if lengths.len() == 1 { "," } else { "" };
