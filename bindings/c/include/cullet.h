@@ -995,8 +995,9 @@ cullet_status cullet_state_destroy(cullet_state state);
  * Culls a scene for a view; `cullet_visible_slots` and its like read the result. `settings` may be
  * NULL for `CULLET_PRESET_BALANCED`. Conservative: what the view sees is never culled, but for
  * lossy settings. The answer depends on scene, view and settings alone; `state` makes the next
- * frame faster. Allocates nothing once the state has grown to what the scene needs, and starts no
- * thread. Other threads may cull the same scene meanwhile, each with a state of its own.
+ * frame faster, and keeps the answer where none of the three has changed. Allocates nothing once
+ * the state has grown to what the scene needs, and starts no thread. Other threads may cull the
+ * same scene meanwhile, each with a state of its own.
  */
 cullet_status cullet_cull(cullet_scene scene,
                           const cullet_view *view,

@@ -49,7 +49,7 @@ pub enum Backfaces {
 /// Settings of culling. Filled by `cullet_settings_preset`; then any field may be changed. Switches
 /// are 0 or 1.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The size of this struct, by which one that was never filled is known.
     pub size: u32,

@@ -18,7 +18,7 @@ pub const CULLET_DEPTH_REVERSED: u32 = 1;
 /// A view: what a camera sees, and how. Filled by `cullet_view_from_matrix`,
 /// `cullet_view_from_camera` or `cullet_view_look_at`; then its last three fields may be changed.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// The size of this struct, by which one that was never filled is known.
     pub size: u32,
