@@ -33,7 +33,7 @@ pub(crate) struct Frame {
     pub(crate) triangles: bool,
 }
 
-/// What a result is the answer to.
+/// The question that a result answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Question {
     scene: u64,

@@ -156,7 +156,7 @@ pub struct MatrixView {
 pub struct Unread {
     /// Its name.
     pub name: String,
-    /// What it means, and what follows of not reading it.
+    /// Its meaning, and what follows of not reading it.
     pub meaning: String,
     /// Whether it may move or hide what is drawn, so that nobody can say that nothing moves.
     pub may_move: bool,

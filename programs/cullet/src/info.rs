@@ -42,7 +42,7 @@ struct InfoRecord<'a> {
     portals: usize,
     mirrored_instances: u64,
     non_finite_instances: u64,
-    /// Of finite transforms: those that every view keeps for want of bounds.
+    /// Instances of finite transforms that every view keeps for want of bounds.
     #[serde(skip_serializing_if = "is_zero")]
     unbounded_instances: u64,
     singular_instances: u64,

@@ -24,7 +24,7 @@ fn typed(line: &str, folder: &Folder) -> Output {
         .expect("a shell")
 }
 
-/// What a command prints.
+/// Output of a command, and its errors.
 fn said(output: &Output) -> String {
     String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
 }

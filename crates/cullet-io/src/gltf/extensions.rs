@@ -25,14 +25,14 @@ const READ: [&str; 11] = [
 /// Read as far as it moves nodes and weights.
 const POINTER: &str = "KHR_animation_pointer";
 
-/// What an extension may change of what is drawn.
+/// Part of the picture that an extension may change.
 #[derive(Clone, Copy, PartialEq)]
 enum Change {
     /// How surfaces look, or what things mean: neither which triangles there are nor where.
     Nothing,
     /// Where things are as time passes, or whether they are there.
     Motion,
-    /// Which triangles there are, or where.
+    /// The triangles that there are, or their places.
     Triangles,
 }
 
@@ -90,7 +90,7 @@ const KNOWN: [(&str, &str, Change); 44] = [
 const LOOKS: &str = "how surfaces look: no triangle is moved by it";
 const MEANING: &str = "what things mean: no triangle is moved by it";
 
-/// What is known of an extension.
+/// Knowledge of an extension.
 fn known(name: &str) -> Option<(&'static str, Change)> {
     let fits = |known: &str| match known.strip_prefix('_') {
         Some(known) => name.split_once('_').is_some_and(|(_, rest)| rest.starts_with(known)),
