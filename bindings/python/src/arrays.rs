@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyList, PyTuple};
 
-use crate::whole::integer;
+use crate::whole::{integer, type_name};
 
 /// A module that is imported once.
 pub(crate) fn numpy<'py>(py: Python<'py>) -> PyResult<&'py Bound<'py, PyAny>> {
@@ -91,10 +91,6 @@ fn shape_text(shape: &[usize]) -> String {
 fn shape_error(name: &str, found: &[usize], must: &str) -> PyErr {
     let found = shape_text(found);
     PyValueError::new_err(format!("{name} has the shape {found}; it must be {must}"))
-}
-
-pub(crate) fn type_name(value: &Bound<'_, PyAny>) -> String {
-    value.get_type().name().map_or_else(|_| "that".into(), |n| n.to_string())
 }
 
 /// Says which number is not finite.

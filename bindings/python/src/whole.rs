@@ -5,7 +5,9 @@ use std::fmt::Display;
 use pyo3::exceptions::{PyIndexError, PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::arrays::type_name;
+pub(crate) fn type_name(value: &Bound<'_, PyAny>) -> String {
+    value.get_type().name().map_or_else(|_| "that".into(), |n| n.to_string())
+}
 
 /// Returns an integer; none for one that is beyond every type here.
 pub(crate) fn integer(value: &Bound<'_, PyAny>) -> PyResult<Option<i128>> {
