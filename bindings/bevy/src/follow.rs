@@ -18,6 +18,7 @@ use bevy_mesh::skinning::SkinnedMesh;
 use bevy_transform::components::GlobalTransform;
 
 use crate::mirror::{CulletScene, Found};
+use crate::occluder::NoCulletOcclusion;
 use crate::seen::{OfMesh, Seen, SeenItem, world_box};
 use crate::ticks::{MANY, ROWS, RUN, Since};
 
@@ -35,6 +36,7 @@ pub(crate) struct Gone<'w, 's> {
     no_frustum_culling: RemovedComponents<'w, 's, NoFrustumCulling>,
     no_cpu_culling: RemovedComponents<'w, 's, NoCpuCulling>,
     range: RemovedComponents<'w, 's, VisibilityRange>,
+    shines: RemovedComponents<'w, 's, NoCulletOcclusion>,
 }
 
 impl Gone<'_, '_> {
@@ -43,7 +45,8 @@ impl Gone<'_, '_> {
         let all = all.chain(self.layers.read()).chain(self.inherited.read());
         let all = all.chain(self.view.read()).chain(self.class.read());
         let all = all.chain(self.transform.read()).chain(self.no_frustum_culling.read());
-        all.chain(self.no_cpu_culling.read()).chain(self.range.read())
+        let all = all.chain(self.no_cpu_culling.read()).chain(self.range.read());
+        all.chain(self.shines.read())
     }
 }
 
@@ -61,6 +64,7 @@ type Rows = (
         Option<Ref<'static, SkinnedMesh>>,
         Option<Ref<'static, MeshMorphWeights>>,
         Option<Ref<'static, MorphWeights>>,
+        Option<Ref<'static, NoCulletOcclusion>>,
     ),
 );
 
@@ -71,7 +75,7 @@ fn ask(
     since: Since,
     (entities, (transforms, boxes), others): <Rows as ContiguousQueryData>::Contiguous<'_, '_>,
 ) {
-    let (inherited, class, layers, sphere, culling, range, skin, morphs, weights) = others;
+    let (inherited, class, layers, sphere, culling, range, skin, morphs, weights, shines) = others;
     /// Returns the ticks of a component that an entity may lack.
     fn changed<'w, T>(of: &Option<ContiguousRef<'w, T>>) -> Option<&'w [Tick]> {
         of.as_ref().map(ContiguousRef::changed_ticks_slice)
@@ -91,6 +95,7 @@ fn ask(
         added(&skin),
         added(&morphs),
         added(&weights),
+        added(&shines),
     ]
     .into_iter()
     .flatten()

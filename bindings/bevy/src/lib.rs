@@ -26,6 +26,7 @@
 //! | [`CulletPlugin`] | the whole |
 //! | [`CulletOcclusion`] | a camera: what lies behind other meshes is not drawn |
 //! | [`CulletOccluder`], [`NoCulletOccluder`] | an entity: what hides, and what never does |
+//! | [`NoCulletOcclusion`] | an entity: what is never hidden |
 //! | [`CulletPrepare`] | when occluders are made |
 //! | [`CulletExplain`] | why an entity is drawn or not |
 //! | [`CulletDiagnosticsPlugin`] | the funnel as diagnostics |
@@ -66,7 +67,7 @@ use bevy_camera::visibility::check_visibility_cpu_culling;
 pub use diagnostics::CulletDiagnosticsPlugin;
 pub use explain::{CulletExplain, CulletReason};
 pub use mirror::CulletScene;
-pub use occluder::{CulletOccluder, CulletPrepare, NoCulletOccluder};
+pub use occluder::{CulletOccluder, CulletPrepare, NoCulletOccluder, NoCulletOcclusion};
 pub use occlusion::CulletOcclusion;
 #[cfg(feature = "gizmos")]
 pub use overlay::*;

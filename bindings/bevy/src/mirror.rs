@@ -234,7 +234,7 @@ impl CulletScene {
             self.len -= 1;
         }
         let (bounds, layers) = (seen.bounds(), seen.layers());
-        let always_visible = seen.no_frustum_culling || seen.is_deformed();
+        let always_visible = seen.no_frustum_culling || seen.is_never_hidden();
         let now = self.updates;
         let transform = if mesh == 0 { Transform::IDENTITY } else { seen.transform() };
         let bounds = if mesh == 0 { bounds } else { BoundsOverride::Mesh };

@@ -18,7 +18,7 @@ use crate::seen::{OfMesh, Seen};
 /// [`CulletOcclusion`](crate::CulletOcclusion).
 ///
 /// Put it where the whole mesh is drawn opaque and as its vertices lie: no alpha mask, no blending,
-/// no shader that moves vertices. With the feature `pbr` entities of opaque `StandardMaterial`s get
+/// no shader that moves vertices, no depth other than Bevy's. With the feature `pbr` entities of opaque `StandardMaterial`s get
 /// it by themselves. It does nothing for skinned and morphed meshes, for an entity with a
 /// `VisibilityRange`, with an `Aabb` other than its mesh's, or that is mirrored.
 #[derive(Clone, Copy, Component, Debug, Default, PartialEq)]
@@ -31,6 +31,15 @@ pub struct CulletOccluder {
 /// An entity that gets no [`CulletOccluder`] by itself.
 #[derive(Clone, Copy, Component, Debug, Default)]
 pub struct NoCulletOccluder;
+
+/// An entity that is listed whatever is in front of it, for cameras with
+/// [`CulletOcclusion`](crate::CulletOcclusion).
+///
+/// Put it where a material of yours draws through what is in front: by a `depth_compare` other than
+/// Bevy's, or a bias of depth. With the feature `pbr` a `StandardMaterial` with a `depth_bias` has
+/// this by itself.
+#[derive(Clone, Copy, Component, Debug, Default)]
+pub struct NoCulletOcclusion;
 
 /// When occluders are made of meshes: a resource.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Resource)]
@@ -76,6 +85,11 @@ fn data(mesh: &Mesh, double_sided: bool) -> Option<MeshData> {
         VertexAttributeValues::Float32x3(positions) => positions.clone(),
         _ => return None,
     };
+    // Bevy cuts attributes to the shortest, and may not draw a skin without joints.
+    let deforms = mesh.contains_attribute(Mesh::ATTRIBUTE_JOINT_INDEX) || mesh.has_morph_targets();
+    if deforms || mesh.count_vertices() != positions.len() {
+        return None;
+    }
     let indices = match mesh.try_indices_option().ok()? {
         Some(Indices::U16(indices)) => indices.iter().copied().map(u32::from).collect(),
         Some(Indices::U32(indices)) => indices.clone(),

@@ -95,7 +95,13 @@ pub(crate) fn view(
         return None;
     }
     let clip_from_world = camera.clip_from_view().as_dmat4() * at.to_matrix().as_dmat4().inverse();
-    let matrix = clip_from_world.to_cols_array();
+    let mut matrix = clip_from_world.to_cols_array();
+    // A pixel more on each side: `TemporalJitter` moves the picture by up to half of one.
+    for (row, size) in size.to_array().into_iter().enumerate() {
+        let scale = f64::from(size) / (f64::from(size) + 2.0);
+        matrix.iter_mut().skip(row).step_by(4).for_each(|v| *v *= scale);
+    }
+    let size = size + 2;
     // A matrix that shows no volume hides nothing.
     Some(View::from_matrix(matrix, Depth::Reversed, size.to_array()).ok()?.with_layers(layers))
 }

@@ -1,17 +1,25 @@
 //! Occluders by material: what is drawn with an opaque `StandardMaterial` hides what is behind it.
 
-use bevy_asset::{AssetEvent, AssetId, Assets};
+use bevy_asset::{AssetEvent, AssetId, Assets, VisitAssetDependencies};
+use bevy_core_pipeline::prepass::DeferredPrepass;
 use bevy_ecs::prelude::*;
-use bevy_material::AlphaMode;
+use bevy_ecs::system::SystemParam;
+use bevy_image::Image;
+use bevy_material::{AlphaMode, OpaqueRendererMethod};
 use bevy_mesh::Mesh3d;
-use bevy_pbr::{MeshMaterial3d, StandardMaterial};
+use bevy_pbr::{DefaultOpaqueRendererMethod, MeshMaterial3d, StandardMaterial};
+use bevy_reflect::tuple_struct::GetTupleStructField;
 use bevy_render::render_resource::Face;
 
-use crate::{CulletOccluder, CulletOcclusion, NoCulletOccluder};
+use crate::{CulletOccluder, CulletOcclusion, NoCulletOccluder, NoCulletOcclusion};
 
 /// Marker of entities that got their [`CulletOccluder`] here.
 #[derive(Component)]
 pub(crate) struct ByMaterial;
+
+/// Marker of entities that got their [`NoCulletOcclusion`] here.
+#[derive(Component)]
+pub(crate) struct ByBias;
 
 type Meshes<'w, 's, F> = Query<
     'w,
@@ -21,13 +29,71 @@ type Meshes<'w, 's, F> = Query<
         &'static MeshMaterial3d<StandardMaterial>,
         Option<&'static CulletOccluder>,
         Has<ByMaterial>,
+        Has<NoCulletOcclusion>,
+        Has<ByBias>,
+        Has<NoCulletOccluder>,
     ),
-    (With<Mesh3d>, Without<NoCulletOccluder>, F),
+    (With<Mesh3d>, F),
 >;
 
-/// How the mesh under a material hides what is behind it; `None` where it may not.
-fn occluder(material: &StandardMaterial) -> Option<CulletOccluder> {
-    let is_opaque = material.alpha_mode == AlphaMode::Opaque
+/// Renderer and assets, as far as they decide what is drawn.
+#[derive(SystemParam)]
+pub(crate) struct Drawn<'w, 's> {
+    images: Option<Res<'w, Assets<Image>>>,
+    default_method: Option<Res<'w, DefaultOpaqueRendererMethod>>,
+    views: Query<'w, 's, Has<DeferredPrepass>, With<CulletOcclusion>>,
+}
+
+impl Drawn<'_, '_> {
+    /// Whether opaque materials of a method are drawn in every view, `Forward` ones apart: a view
+    /// without `DeferredPrepass` leaves deferred ones out.
+    ///
+    /// `last` counts, since Bevy keeps the method of a material that is not changed when the default
+    /// is.
+    fn draws(&self, last: Option<Draws>) -> Draws {
+        let default = self.default_method.as_deref();
+        let method = default.and_then(|m| m.get_field::<OpaqueRendererMethod>(0)).copied();
+        Draws {
+            deferred: self.views.iter().all(|has_prepass| has_prepass),
+            auto_was_deferred: method == Some(OpaqueRendererMethod::Deferred)
+                || last.is_some_and(|last| last.auto_was_deferred),
+        }
+    }
+
+    /// Whether all images of a material are there. Until then Bevy does not draw it.
+    fn has_images(&self, material: &StandardMaterial) -> bool {
+        let mut all = true;
+        let mut find = |image: AssetId<Image>| {
+            all &= self.images.as_ref().is_some_and(|images| images.contains(image));
+        };
+        material.visit_dependencies(&mut |id| {
+            if let Ok(image) = id.try_typed() {
+                find(image);
+            }
+        });
+        material.depth_map.iter().for_each(|image| find(image.id()));
+        all
+    }
+}
+
+/// Methods of rendering by which every view draws.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Draws {
+    deferred: bool,
+    auto_was_deferred: bool,
+}
+
+/// How the mesh under a material hides what is behind it; `None` where it may not. Of the fields of
+/// a material the alpha mode, the transmissions, the bias of depth, the method and the culled face
+/// decide; the others change colours alone. An unknown method does not hide.
+fn occluder(material: &StandardMaterial, draws: Draws) -> Option<CulletOccluder> {
+    let is_drawn = match material.opaque_render_method {
+        OpaqueRendererMethod::Forward => true,
+        OpaqueRendererMethod::Deferred => draws.deferred,
+        OpaqueRendererMethod::Auto => draws.deferred || !draws.auto_was_deferred,
+    };
+    let is_opaque = is_drawn
+        && material.alpha_mode == AlphaMode::Opaque
         && material.depth_bias == 0.0
         && material.specular_transmission <= 0.0
         && material.diffuse_transmission <= 0.0;
@@ -43,11 +109,19 @@ pub(crate) fn by_material(
     mut commands: Commands,
     materials: Option<Res<Assets<StandardMaterial>>>,
     mut events: Option<MessageReader<AssetEvent<StandardMaterial>>>,
-    views: Query<(), With<CulletOcclusion>>,
+    mut of_images: Option<MessageReader<AssetEvent<Image>>>,
+    drawn: Drawn,
     changed: Meshes<Changed<MeshMaterial3d<StandardMaterial>>>,
     all: Meshes<()>,
-    vetoed: Query<Entity, (With<ByMaterial>, With<CulletOccluder>, With<NoCulletOccluder>)>,
-    mut is_on: Local<bool>,
+    vetoed: Query<
+        Entity,
+        (
+            With<ByMaterial>,
+            With<CulletOccluder>,
+            Or<(With<NoCulletOccluder>, Without<MeshMaterial3d<StandardMaterial>>)>,
+        ),
+    >,
+    mut last: Local<Option<Draws>>,
 ) {
     let touched: Vec<AssetId<StandardMaterial>> = events
         .iter_mut()
@@ -59,22 +133,47 @@ pub(crate) fn by_material(
             _ => None,
         })
         .collect();
+    // An image that is only changed, as a video's, is there before and after.
+    let images = of_images.iter_mut().flat_map(|events| events.read());
+    let images_came_or_went = images
+        .filter(|event| matches!(event, AssetEvent::Added { .. } | AssetEvent::Removed { .. }))
+        .count()
+        > 0;
     // Where no camera asks, no entity is moved to another table.
-    let Some(materials) = materials.filter(|_| *is_on || !views.is_empty()) else { return };
-    let is_new = !std::mem::replace(&mut *is_on, true);
+    let Some(materials) = materials.filter(|_| last.is_some() || !drawn.views.is_empty()) else {
+        return;
+    };
+    let draws = drawn.draws(*last);
+    let is_new = last.replace(draws) != Some(draws) || images_came_or_went;
     for entity in &vetoed {
         commands.entity(entity).remove::<(CulletOccluder, ByMaterial)>();
     }
-    let mut judge = |(entity, material, known, is_ours): (
+    let mut judge = |(entity, material, known, is_ours, shines, by_bias, is_vetoed): (
         Entity,
         &MeshMaterial3d<StandardMaterial>,
         Option<&CulletOccluder>,
         bool,
+        bool,
+        bool,
+        bool,
     )| {
-        if known.is_some() && !is_ours {
+        let material = materials.get(material.id());
+        // It is drawn nearer or farther than it lies.
+        let is_biased = material.is_some_and(|material| material.depth_bias != 0.0);
+        match (is_biased, shines, by_bias) {
+            (true, false, _) => {
+                commands.entity(entity).try_insert((NoCulletOcclusion, ByBias));
+            }
+            (false, _, true) => {
+                commands.entity(entity).try_remove::<(NoCulletOcclusion, ByBias)>();
+            }
+            _ => {}
+        }
+        if is_vetoed || known.is_some() && !is_ours {
             return;
         }
-        let wanted = materials.get(material.id()).and_then(occluder);
+        let wanted = material.filter(|material| drawn.has_images(material));
+        let wanted = wanted.and_then(|material| occluder(material, draws));
         match wanted {
             Some(wanted) if known != Some(&wanted) => {
                 commands.entity(entity).try_insert((wanted, ByMaterial));

@@ -16,6 +16,8 @@ use bevy_mesh::skinning::SkinnedMesh;
 use bevy_transform::components::GlobalTransform;
 use engine::{Transform, scene::BoundsOverride};
 
+use crate::occluder::NoCulletOcclusion;
+
 /// The layer of the engine that stands for all layers of Bevy from this one on.
 const LAST_LAYER: u32 = 31;
 
@@ -36,6 +38,7 @@ pub(crate) struct Seen {
     pub(crate) ranged: Has<VisibilityRange>,
     pub(crate) is_skinned: Has<SkinnedMesh>,
     has_dynamic_bounds: Has<DynamicSkinnedMeshBounds>,
+    shines_through: Has<NoCulletOcclusion>,
     is_morphed: Has<MeshMorphWeights>,
     has_weights: Has<MorphWeights>,
 }
@@ -55,10 +58,11 @@ impl SeenItem<'_, '_> {
         self.is_morphed || self.has_weights
     }
 
-    /// Whether its vertices may lie outside its `Aabb`, which is that of the pose in which it was
-    /// made: it is tested against the frustum, as Bevy does, but is never taken for hidden.
-    pub(crate) fn is_deformed(&self) -> bool {
-        self.has_morphs() || self.is_skinned && !self.has_dynamic_bounds
+    /// Whether it is tested against the frustum, as Bevy does, but never taken for hidden: it says
+    /// so, or its vertices may lie outside its `Aabb`, which is that of the pose in which it was
+    /// made.
+    pub(crate) fn is_never_hidden(&self) -> bool {
+        self.shines_through || self.has_morphs() || self.is_skinned && !self.has_dynamic_bounds
     }
 
     pub(crate) fn transform(&self) -> Transform {
