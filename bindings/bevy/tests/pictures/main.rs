@@ -178,6 +178,11 @@ fn transparent() {
 }
 
 #[test]
+fn walls_that_are_not_drawn() {
+    same(Scene::still(scenes::not_drawn), 1.0);
+}
+
+#[test]
 fn odd() {
     same(Scene::still(scenes::odd), 1.0);
 }

@@ -3,6 +3,7 @@
 use bevy::camera::visibility::{NoFrustumCulling, VisibilityRange};
 use bevy::camera::{CameraOutputMode, ScalingMode, Viewport};
 use bevy::light::NotShadowCaster;
+use bevy::material::OpaqueRendererMethod;
 use bevy::prelude::*;
 
 use crate::kit::{Dice, Kit};
@@ -125,6 +126,30 @@ pub(crate) fn transparent(kit: &mut Kit) {
         let glass = kit.material(StandardMaterial { base_color, alpha_mode, ..default() });
         kit.world.entity_mut(wall).insert(MeshMaterial3d(glass));
     }
+    kit.eye();
+}
+
+/// Walls that Bevy does not draw where an opaque one would be: without its texture, deferred without
+/// the prepass, glass, farther than it lies. A box behind them is drawn nearer than it lies.
+pub(crate) fn not_drawn(kit: &mut Kit) {
+    let walls = kit.yard();
+    kit.probe();
+    kit.daylight(false);
+    let image = kit.world.resource::<Assets<Image>>().reserve_handle();
+    let materials = [
+        StandardMaterial { base_color_texture: Some(image), ..default() },
+        StandardMaterial { opaque_render_method: OpaqueRendererMethod::Deferred, ..default() },
+        StandardMaterial { specular_transmission: 0.5, ..default() },
+        StandardMaterial { depth_bias: -1e6, ..default() },
+    ];
+    for (wall, material) in walls.into_iter().zip(materials) {
+        let material = kit.material(material);
+        kit.world.entity_mut(wall).insert(MeshMaterial3d(material));
+    }
+    kit.put(1, [4.0, 3.0, -6.0], [3.0, 4.0, 0.5]);
+    let near = kit.put(2, [4.0, 3.0, -7.0], [1.0, 1.0, 0.5]);
+    let near_paint = kit.material(StandardMaterial { depth_bias: 1e7, ..default() });
+    kit.world.entity_mut(near).insert(MeshMaterial3d(near_paint));
     kit.eye();
 }
 
