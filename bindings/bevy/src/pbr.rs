@@ -85,7 +85,7 @@ pub(crate) struct Draws {
 
 /// How the mesh under a material hides what is behind it; `None` where it may not. Of the fields of
 /// a material the alpha mode, the transmissions, the bias of depth, the method and the culled face
-/// decide; the others change colours alone. An unknown method does not hide.
+/// decide; the others change colours alone.
 fn occluder(material: &StandardMaterial, draws: Draws) -> Option<CulletOccluder> {
     let is_drawn = match material.opaque_render_method {
         OpaqueRendererMethod::Forward => true,
