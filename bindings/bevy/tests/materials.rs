@@ -1,4 +1,4 @@
-//! What keeps a wall from hiding what is behind it, one by one: set at first, and set later.
+//! Causes that keep a wall from hiding what is behind it, one by one: set at first, and set later.
 mod common;
 
 use bevy::camera::RenderTargetInfo;
