@@ -18,8 +18,7 @@ use bevy_mesh::skinning::SkinnedMesh;
 use bevy_transform::components::GlobalTransform;
 
 use crate::mirror::{CulletScene, Found};
-use crate::occluder::NoCulletOcclusion;
-use crate::seen::{OfMesh, Seen, SeenItem, world_box};
+use crate::seen::{NoCulletOcclusion, OfMesh, Seen, SeenItem, world_box};
 use crate::ticks::{MANY, ROWS, RUN, Since};
 
 /// Components whose going makes an entity another one for visibility.

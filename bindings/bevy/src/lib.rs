@@ -67,9 +67,10 @@ use bevy_camera::visibility::check_visibility_cpu_culling;
 pub use diagnostics::CulletDiagnosticsPlugin;
 pub use explain::{CulletExplain, CulletReason};
 pub use mirror::CulletScene;
-pub use occluder::{CulletOccluder, CulletPrepare, NoCulletOccluder, NoCulletOcclusion};
+pub use occluder::{CulletOccluder, CulletPrepare, NoCulletOccluder};
 pub use occlusion::CulletOcclusion;
 #[cfg(feature = "gizmos")]
 pub use overlay::*;
 pub use plugin::{CulletPlugin, CulletSystems};
+pub use seen::NoCulletOcclusion;
 pub use view::{CulletFunnel, CulletView};

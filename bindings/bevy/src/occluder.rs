@@ -32,15 +32,6 @@ pub struct CulletOccluder {
 #[derive(Clone, Copy, Component, Debug, Default)]
 pub struct NoCulletOccluder;
 
-/// An entity that is listed whatever is in front of it, for cameras with
-/// [`CulletOcclusion`](crate::CulletOcclusion).
-///
-/// Put it where a material of yours draws through what is in front: by a `depth_compare` other than
-/// Bevy's, or a bias of depth. With the feature `pbr` a `StandardMaterial` with a `depth_bias` has
-/// this by itself.
-#[derive(Clone, Copy, Component, Debug, Default)]
-pub struct NoCulletOcclusion;
-
 /// When occluders are made of meshes: a resource.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Resource)]
 pub enum CulletPrepare {

@@ -16,7 +16,14 @@ use bevy_mesh::skinning::SkinnedMesh;
 use bevy_transform::components::GlobalTransform;
 use engine::{Transform, scene::BoundsOverride};
 
-use crate::occluder::NoCulletOcclusion;
+/// An entity that is listed whatever is in front of it, for cameras with
+/// [`CulletOcclusion`](crate::CulletOcclusion).
+///
+/// Put it where a material of yours draws through what is in front: by a `depth_compare` other than
+/// Bevy's, or a bias of depth. With the feature `pbr` a `StandardMaterial` with a `depth_bias` has
+/// this by itself.
+#[derive(Clone, Copy, Component, Debug, Default)]
+pub struct NoCulletOcclusion;
 
 /// The layer of the engine that stands for all layers of Bevy from this one on.
 const LAST_LAYER: u32 = 31;
