@@ -11,20 +11,20 @@ pub enum UriSource {
     File(PathBuf),
 }
 
-/// Reads a URI. A file must lie in the model's folder or below, so that opening an unknown model
-/// reads nothing else on the machine.
+/// Reads a URI that the model itself names.
 ///
 /// # Errors
-/// Names the defect, and what to do instead.
+/// As [`read_in`].
 pub(crate) fn read(uri: &str) -> Result<UriSource, String> {
     read_in(Path::new(""), uri)
 }
 
-/// Reads a URI that a file in `folder` names, a path from the model's folder, as [`read`] does.
-/// The path that it gives is from the model's folder too, without `.` and `..`.
+/// Reads a URI that a file in `folder` names, a path from the model's folder. The path that it gives
+/// is from the model's folder too, without `.` and `..`. A file must lie in the model's folder or
+/// below, so that opening an unknown model reads nothing else on the machine.
 ///
 /// # Errors
-/// As [`read`].
+/// Names the defect, and what to do instead.
 pub fn read_in(folder: &Path, uri: &str) -> Result<UriSource, String> {
     if uri.len() >= 5 && uri.is_char_boundary(5) && uri[..5].eq_ignore_ascii_case("data:") {
         return embedded(&uri[5..]).map(UriSource::Embedded);
