@@ -3,9 +3,10 @@
 use std::collections::HashMap;
 
 use super::entities;
-use super::lumps::{Lump, Lumps, Records, Shared, floats, int, short, unsigned, unsigned_short};
-use super::map::{BrushModel, Bsp, Contents, Leaf, Texture};
+use super::lumps::{Lump, Lumps, Records, int, short, unsigned, unsigned_short};
+use super::map::{Bsp, Contents, Texture};
 use super::quake::{self, PLANE, text};
+use super::quake3::{RawLeaf, read_leafs, read_models};
 use super::surfaces::{Kind, Surfaces};
 use super::tree::{self, Child, Node, Tree};
 use super::visibility::Visibility;
@@ -42,7 +43,9 @@ pub(crate) fn parse(lumps: &Lumps<'_>) -> Result<Bsp, ErrorKind> {
     let nodes = lumps.lump("nodes").records(NODE)?;
     let leafs = lumps.lump("leafs").records(LEAF)?;
     let planes = tree::planes(lumps.lump("planes").records(PLANE)?)?;
-    let models = read_models(lumps.lump("models").records(MODEL)?, faces)?;
+    let models = read_models(lumps.lump("models").records(MODEL)?, faces, 40, |record| {
+        Child::of(i64::from(int(record, 36)))
+    })?;
     let node = |record: &[u8]| Node {
         plane: unsigned(record, 0),
         children: [4, 8].map(|at| Child::of(i64::from(int(record, at)))),
@@ -55,7 +58,7 @@ pub(crate) fn parse(lumps: &Lumps<'_>) -> Result<Bsp, ErrorKind> {
         face => Err(marks.invalid(number, format!("it names face {face}, of {faces}"))),
     };
     let listed = marks.iter().enumerate().map(mark).collect::<Result<Vec<u32>, _>>()?;
-    let (leafs, cell_count) = read_leafs(leafs, listed.len())?;
+    let (leafs, cell_count) = read_leafs(leafs, listed.len(), raw_leaf)?;
     Ok(Bsp {
         version: lumps.version,
         entities: entities::parse(lumps.lump("entities").bytes)?,
@@ -69,46 +72,15 @@ pub(crate) fn parse(lumps: &Lumps<'_>) -> Result<Bsp, ErrorKind> {
     })
 }
 
-fn read_models(records: Records<'_>, faces: usize) -> Result<Vec<BrushModel>, ErrorKind> {
-    let mut shared = Shared::new("faces", faces);
-    let model = |(number, record): (usize, &[u8])| {
-        let [root, first, count] = [36, 40, 44].map(|o| i64::from(int(record, o)));
-        let surfaces = shared.range(first, count, faces).map_err(|m| records.invalid(number, m))?;
-        let bounds = [0, 12].map(|o| floats(record, o).map(f64::from));
-        Ok(BrushModel { bounds, root: Child::of(root), surfaces })
+fn raw_leaf(record: &[u8]) -> RawLeaf {
+    let contents = match int(record, 0) {
+        c if c & contents::SOLID != 0 => Contents::Solid,
+        c if c & contents::LIQUID != 0 => Contents::Liquid,
+        _ => Contents::Open,
     };
-    let models = records.iter().enumerate().map(model).collect::<Result<Vec<_>, ErrorKind>>()?;
-    if models.is_empty() {
-        return Err(ErrorKind::invalid("lump models", "it has none, but the world is the first"));
-    }
-    Ok(models)
-}
-
-/// The leafs, and how many clusters there are. A cluster has a leaf of its own at least.
-fn read_leafs(records: Records<'_>, marks: usize) -> Result<(Vec<Leaf>, u32), ErrorKind> {
-    let mut shared = Shared::new("leaffaces", marks);
-    let mut clusters = 0;
-    let leaf = |(number, record): (usize, &[u8])| {
-        let at = |message| records.invalid(number, message);
-        let cluster = short(record, 4);
-        let cell = u32::try_from(cluster).ok();
-        if cluster < -1 || cell.is_some_and(|c| c as usize >= records.len()) {
-            let message = format!("it is in cluster {cluster}, of at most {}", records.len());
-            return Err(at(message));
-        }
-        clusters = clusters.max(cell.map_or(0, |c| c + 1));
-        let contents = match int(record, 0) {
-            c if cell.is_none() || c & contents::SOLID != 0 => Contents::Solid,
-            c if c & contents::LIQUID != 0 => Contents::Liquid,
-            _ => Contents::Open,
-        };
-        let corner = |at: usize| [0, 2, 4].map(|o| f64::from(short(record, at + o)));
-        let [first, count] = [20, 22].map(|o| i64::from(unsigned_short(record, o)));
-        let surfaces = shared.range(first, count, marks).map_err(at)?;
-        Ok(Leaf { contents, bounds: [corner(8), corner(14)], cell, surfaces })
-    };
-    let leafs = records.iter().enumerate().map(leaf).collect::<Result<Vec<_>, ErrorKind>>()?;
-    Ok((leafs, clusters))
+    let corner = |at: usize| [0, 2, 4].map(|o| f64::from(short(record, at + o)));
+    let listed = [20, 22].map(|o| i64::from(unsigned_short(record, o)));
+    (i32::from(short(record, 4)), contents, [corner(8), corner(14)], listed)
 }
 
 /// Textures by name and flags, and that of each texinfo.

@@ -47,7 +47,8 @@ pub(crate) fn parse(lumps: &Lumps<'_>) -> Result<Bsp, ErrorKind> {
     let leafs = lumps.lump("leafs").records(LEAF)?;
     let nodes = lumps.lump("nodes").records(NODE)?;
     let planes = tree::planes(lumps.lump("planes").records(PLANE)?)?;
-    let models = read_models(lumps.lump("models").records(MODEL)?, faces.len())?;
+    let models =
+        read_models(lumps.lump("models").records(MODEL)?, faces.len(), 24, |_| Child::Node(0))?;
 
     let node = |record: &[u8]| Node {
         plane: unsigned(record, 0),
@@ -62,7 +63,7 @@ pub(crate) fn parse(lumps: &Lumps<'_>) -> Result<Bsp, ErrorKind> {
         face => Err(marks.invalid(number, format!("it names face {face}, of {}", faces.len()))),
     };
     let listed = marks.iter().enumerate().map(mark).collect::<Result<Vec<u32>, _>>()?;
-    let (leafs, cell_count) = read_leafs(leafs, listed.len())?;
+    let (leafs, cell_count) = read_leafs(leafs, listed.len(), raw_leaf)?;
     let visibility = match lumps.lump("visibility").bytes {
         [] => None,
         bytes => Some(Visibility::rows(bytes, cell_count as usize)?),
@@ -84,13 +85,19 @@ pub(crate) fn parse(lumps: &Lumps<'_>) -> Result<Bsp, ErrorKind> {
     })
 }
 
-fn read_models(records: Records<'_>, faces: usize) -> Result<Vec<BrushModel>, ErrorKind> {
+/// The world and the brush models; a record has its faces, two numbers, at `at`.
+pub(crate) fn read_models(
+    records: Records<'_>,
+    faces: usize,
+    at: usize,
+    root: impl Fn(&[u8]) -> Child,
+) -> Result<Vec<BrushModel>, ErrorKind> {
     let mut shared = Shared::new("faces", faces);
     let model = |(number, record): (usize, &[u8])| {
-        let [first, count] = [24, 28].map(|o| i64::from(int(record, o)));
+        let [first, count] = [at, at + 4].map(|o| i64::from(int(record, o)));
         let surfaces = shared.range(first, count, faces).map_err(|m| records.invalid(number, m))?;
         let bounds = [0, 12].map(|o| floats(record, o).map(f64::from));
-        Ok(BrushModel { bounds, root: Child::Node(0), surfaces })
+        Ok(BrushModel { bounds, root: root(record), surfaces })
     };
     let models = records.iter().enumerate().map(model).collect::<Result<Vec<_>, ErrorKind>>()?;
     if models.is_empty() {
@@ -99,27 +106,39 @@ fn read_models(records: Records<'_>, faces: usize) -> Result<Vec<BrushModel>, Er
     Ok(models)
 }
 
+/// A leaf as a record has it: its cluster, or −1, its contents, its bounds, and the first and the
+/// number of its marks.
+pub(crate) type RawLeaf = (i32, Contents, [[f64; 3]; 2], [i64; 2]);
+
 /// The leafs, and how many clusters there are. A cluster has a leaf of its own at least.
-fn read_leafs(records: Records<'_>, marks: usize) -> Result<(Vec<Leaf>, u32), ErrorKind> {
+pub(crate) fn read_leafs(
+    records: Records<'_>,
+    marks: usize,
+    raw: impl Fn(&[u8]) -> RawLeaf,
+) -> Result<(Vec<Leaf>, u32), ErrorKind> {
     let mut shared = Shared::new("leaffaces", marks);
     let mut clusters = 0;
     let leaf = |(number, record): (usize, &[u8])| {
         let at = |message| records.invalid(number, message);
-        let cluster = int(record, 0);
+        let (cluster, contents, bounds, [first, count]) = raw(record);
         let cell = u32::try_from(cluster).ok();
         if cluster < -1 || cell.is_some_and(|c| c as usize >= records.len()) {
             let message = format!("it is in cluster {cluster}, of at most {}", records.len());
             return Err(at(message));
         }
         clusters = clusters.max(cell.map_or(0, |c| c + 1));
-        let [first, count] = [32, 36].map(|o| i64::from(int(record, o)));
         let surfaces = shared.range(first, count, marks).map_err(at)?;
-        let corner = |at: usize| [0, 4, 8].map(|o| f64::from(int(record, at + o)));
-        let contents = if cell.is_some() { Contents::Open } else { Contents::Solid };
-        Ok(Leaf { contents, bounds: [corner(8), corner(20)], cell, surfaces })
+        let contents = if cell.is_some() { contents } else { Contents::Solid };
+        Ok(Leaf { contents, bounds, cell, surfaces })
     };
     let leafs = records.iter().enumerate().map(leaf).collect::<Result<Vec<_>, ErrorKind>>()?;
     Ok((leafs, clusters))
+}
+
+fn raw_leaf(record: &[u8]) -> RawLeaf {
+    let corner = |at: usize| [0, 4, 8].map(|o| f64::from(int(record, at + o)));
+    let listed = [32, 36].map(|o| i64::from(int(record, o)));
+    (int(record, 0), Contents::Open, [corner(8), corner(20)], listed)
 }
 
 /// Faces of these types have triangles of their own; a patch is curved, a billboard is the glare of
