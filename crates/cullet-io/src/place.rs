@@ -109,7 +109,8 @@ mod tests {
         let of = |boxes: &[WorldBox]| origin_of(|| boxes.iter().copied());
         assert_eq!(of(&[]), [0.0; 3]);
         assert_eq!(of(&[cube(5.0, 1.0)]), [0.0; 3]);
-        assert_eq!(of(&[cube(3e8, 1.0)]), [3e8, 0.0, 0.0]);
+        // The middle, rounded to a whole number: half a metre rounds away from zero.
+        assert_eq!(of(&[cube(3e8, 1.0)]), [300_000_001.0, 0.0, 0.0]);
         // Far apart, no place is near both.
         assert_eq!(of(&[cube(3e8, 1.0), cube(-3e8, 1.0)]), [0.0; 3]);
         assert_eq!(of(&[cube(-1e6, 2e6)]), [0.0; 3]);
