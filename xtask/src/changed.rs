@@ -18,7 +18,6 @@ struct Inputs {
 
 const INPUTS: &[Inputs] = &[
     Inputs { step: "licences", packages: &[], files: &["deny.toml", "*Cargo.toml"] },
-    Inputs { step: "neon", packages: &["cullet"], files: &[] },
     Inputs { step: "packages", packages: &[], files: &["*.toml", "*.json", "*.md", "*/build.rs"] },
     Inputs { step: "oldest", packages: &["cullet"], files: &[] },
     Inputs { step: "readers", packages: &["cullet-baker"], files: &[] },
@@ -37,6 +36,7 @@ const INPUTS: &[Inputs] = &[
         packages: &["cullet-io", "cullet-baker"],
         files: &["bindings/bevy/"],
     },
+    Inputs { step: "platforms", packages: &["cullet-lab", "cullet-c"], files: &[] },
 ];
 
 /// Files that all steps depend on.

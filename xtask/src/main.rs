@@ -13,6 +13,7 @@ mod graphics;
 mod links;
 mod pictures;
 mod plain;
+mod platforms;
 mod readers;
 mod release;
 mod rooms;

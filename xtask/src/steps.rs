@@ -3,14 +3,14 @@
 use crate::bindings;
 use crate::book;
 use crate::checked::{self, MACHINES};
-use crate::compiler::{Compiler, words};
 use crate::graphics::{self, Machine};
 use crate::plain;
+use crate::platforms;
 use crate::readers;
 use crate::release;
 use crate::rooms;
 use crate::runner::{self, End, Ended, Skip, Step, all as all_of};
-use crate::tools::{Done, apart, cargo_install_words, cargo_program, command, has_program, run};
+use crate::tools::{Done, cargo_install_words, cargo_program, command, has_program, run};
 use crate::web;
 
 const STEPS: &[Step] = &[
@@ -18,7 +18,6 @@ const STEPS: &[Step] = &[
     Step { name: "rooms", run: rooms::check },
     Step { name: "book", run: book::test },
     Step { name: "licences", run: licences },
-    Step { name: "neon", run: neon },
     Step { name: "packages", run: release::packages },
     Step { name: "oldest", run: release::oldest_compiler },
     Step { name: "features", run: features },
@@ -41,7 +40,7 @@ const STEPS: &[Step] = &[
 
 /// All of them.
 pub(crate) fn all() -> Vec<Step> {
-    [STEPS, bindings::STEPS].concat()
+    [STEPS, bindings::STEPS, &[Step { name: "platforms", run: platforms::test }]].concat()
 }
 
 /// Runs the steps whose name contains `filter`.
@@ -82,16 +81,6 @@ fn features() -> Ended {
     let mut words = vec!["--lib", "--all-features"];
     words.extend(published.iter().map(String::as_str));
     all_of(check(&words))
-}
-
-/// The NEON code is compiled, never run: no machine of ours has it.
-fn neon() -> Ended {
-    const TARGET: &str = "aarch64-unknown-linux-gnu";
-    let Some(compiler) = Compiler::find(TARGET)? else {
-        return Ok(End::Skipped(Skip::new("the NEON code, compiled", words(TARGET))));
-    };
-    let check = ["check", "--package", "cullet"];
-    all_of(run(compiler.cargo(&check, TARGET, &apart("neon"))))
 }
 
 fn licences() -> Ended {

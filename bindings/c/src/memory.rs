@@ -166,7 +166,8 @@ pub(crate) unsafe fn vertices(
 ) -> Result {
     let Layout { stride, second, third } = layout;
     let end = (last as usize).checked_mul(stride);
-    let end = end.and_then(|end| end.checked_add(second.max(third)).filter(|e| *e < 1 << 62));
+    let end = end
+        .and_then(|end| end.checked_add(second.max(third)).filter(|e| *e <= isize::MAX as usize));
     if end.is_none() || [stride, second, third].iter().any(|v| v % align_of::<f32>() != 0) {
         let message = format!("{layout:?} of {what}: bytes must be multiples of 4");
         return Err(Error::value(message));

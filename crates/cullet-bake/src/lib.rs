@@ -13,6 +13,7 @@
 //! | [`sampled`] | what can be seen from the view cells of any scene, by sampled lines |
 //! | [`work`], [`job`] | units of long work, for threads, processes and machines |
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod clusters;
 mod corners;

@@ -1,6 +1,7 @@
 //! Helpers of clusters and hierarchies: view points, places along a curve, and merged numbers.
 
 use cullet::bounds::Aabb;
+use cullet::math;
 use glam::{DVec3, DVec4};
 
 /// Homogeneous view points in units of the mesh's radius, from its middle: directions on a
@@ -26,7 +27,7 @@ pub fn fibonacci(i: usize, n: usize) -> DVec3 {
     // The golden angle, as a share of a turn.
     const GOLDEN: f64 = 0.381_966_011_250_105_1;
     let z = 1.0 - (2 * i + 1) as f64 / n as f64;
-    let (sin, cos) = ((i as f64 * GOLDEN).fract() * std::f64::consts::TAU).sin_cos();
+    let (sin, cos) = math::sin_cos((i as f64 * GOLDEN).fract() * std::f64::consts::TAU);
     let r = (1.0 - z * z).max(0.0).sqrt();
     DVec3::new(r * cos, r * sin, z)
 }

@@ -3,7 +3,7 @@
 /// Returns the numbers of the bits that are set in `word`, ascending.
 pub(crate) fn ones(word: u64) -> impl Iterator<Item = usize> {
     let mut left = word;
-    std::iter::from_fn(move || {
+    core::iter::from_fn(move || {
         (left != 0).then(|| {
             let bit = left.trailing_zeros() as usize;
             left &= left - 1;

@@ -1,8 +1,10 @@
 //! Cells of a scene: which instances are in which.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use alloc::boxed::Box;
+use alloc::vec::Vec;
 
 use cullet::bounds::Aabb;
+use cullet::math;
 use cullet::{CullError, Scene, scene::SceneChange};
 
 use crate::bits;
@@ -62,7 +64,6 @@ impl Cells {
     /// pieces).
     #[must_use]
     pub fn new(scene: &mut Scene, graph: CellGraph, place: impl CellLocator + 'static) -> Self {
-        static NEXT: AtomicU64 = AtomicU64::new(1);
         scene.log_changes();
         let mut cells = Self {
             graph,
@@ -76,7 +77,7 @@ impl Cells {
             extents: Vec::new(),
             sets: None,
             changed: Vec::new(),
-            id: NEXT.fetch_add(1, Ordering::Relaxed),
+            id: math::unique(),
             version: 0,
             scene: scene.id(),
             order: 0,
@@ -269,7 +270,7 @@ impl Cells {
         self.of_slots.resize(count, [0; 2]);
         self.loose.resize(count.div_ceil(64), 0);
         self.close_gaps();
-        let lost = std::mem::take(&mut self.lost);
+        let lost = core::mem::take(&mut self.lost);
         // All of them leave before one comes in, for some may be where another was.
         lost.iter().for_each(|&slot| self.take_out(slot));
         for &slot in &lost {
@@ -280,7 +281,7 @@ impl Cells {
             let b = scene.bounds(slot);
             if !scene.is_removed(slot) && b.is_finite() && !b.is_empty() {
                 let in_world =
-                    |v: [f32; 3]| std::array::from_fn(|a| f64::from(v[a]) + scene.origin()[a]);
+                    |v: [f32; 3]| core::array::from_fn(|a| f64::from(v[a]) + scene.origin()[a]);
                 let [min, max] = [b.min, b.max].map(in_world);
                 self.place.cells_touching(min, max, &mut self.all);
                 self.all[first..].sort_unstable();
@@ -308,7 +309,7 @@ impl Cells {
 
     /// Takes a slot out of the lists of its cells.
     fn take_out(&mut self, slot: u32) {
-        let [first, count] = std::mem::take(&mut self.of_slots[slot as usize]);
+        let [first, count] = core::mem::take(&mut self.of_slots[slot as usize]);
         for at in first as usize..(first + count) as usize {
             let (cell, place) = (self.all[at], self.places[at]);
             let slots = &mut self.slots[cell as usize];

@@ -3,18 +3,10 @@
 //! Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*,
 //! 1997.
 
-/// a + b as a rounded sum and its rounding error.
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
-    let s = a + b;
-    let t = s - a;
-    (s, (a - (s - t)) + (b - t))
-}
+use alloc::vec;
+use alloc::vec::Vec;
 
-/// a · b as a rounded product and its rounding error.
-fn two_product(a: f64, b: f64) -> (f64, f64) {
-    let p = a * b;
-    (p, a.mul_add(b, -p))
-}
+use cullet::math::{two_product, two_sum};
 
 /// An exact number as a sum of f64, its parts of rising magnitude without zeros.
 #[derive(Clone, Debug)]

@@ -43,7 +43,12 @@
 //! # Ok(())
 //! # }
 //! ```
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
 #![forbid(unsafe_code)]
+#![warn(clippy::std_instead_of_core, clippy::std_instead_of_alloc, clippy::alloc_instead_of_core)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
+extern crate alloc;
 
 mod bits;
 pub mod cell;

@@ -52,6 +52,7 @@
 //! ends lie within [`CapOptions::heal`] of each other. Seams that do not quite meet are closed
 //! before the cut by [`CapOptions::weld`].
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod arrange;
 mod cap;

@@ -1,6 +1,7 @@
 //! Attributes of a vertex besides its position: normal, texture coordinates, colour.
 
 use cullet::Mesh;
+use cullet::math;
 use glam::Vec3;
 
 /// The attributes of a mesh's vertices, kept where
@@ -162,13 +163,14 @@ pub(crate) fn linear(v: f32) -> f32 {
     match v {
         v if !(0.0..=1.0).contains(&v) => v,
         v if v <= 0.040_45 => v / 12.92,
-        v => ((v + 0.055) / 1.055).powf(2.4),
+        v => math::pow((f64::from(v) + 0.055) / 1.055, 2.4) as f32,
     }
 }
 
 /// The byte in sRGB of a linear value; NaN is 0.
 pub(crate) fn srgb_byte(v: f32) -> u8 {
-    let s = if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    let v = f64::from(v);
+    let s = if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * math::pow(v, 1.0 / 2.4) - 0.055 };
     // A cast saturates.
     (s * 255.0).round() as u8
 }

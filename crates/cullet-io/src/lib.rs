@@ -5,6 +5,7 @@
 //! [`reader`] has the parts that readers of other formats are made of; `cullet-maps` and
 //! `cullet-scenes` are made of them.
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod attributes;
 pub mod baked;

@@ -5,6 +5,7 @@
 //! [`load()`] loads every file that the programs of `cullet` read: these, and those of
 //! [`cullet_io`].
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod bsp;
 mod load;

@@ -13,6 +13,7 @@
 //! # Ok::<(), cullet::mesh::MeshError>(())
 //! ```
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod impostor;
 mod masks;

@@ -1,5 +1,6 @@
 //! Building a scene: materials, meshes and instances, and where they are put.
 
+use cullet::math;
 use cullet::mesh::{Alpha, MeshData};
 use cullet::{Handle, Instance, Mesh, MeshId, SceneError, Transform};
 use glam::{DMat3, DVec3};
@@ -36,7 +37,7 @@ impl SceneBuilder {
     pub(super) fn material_alpha(&mut self, name: &str, srgb: u32, alpha: f32) -> u32 {
         let channel = |shift: u32| {
             let c = f64::from(srgb >> shift & 0xFF) / 255.0;
-            let linear = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
+            let linear = if c <= 0.04045 { c / 12.92 } else { math::pow((c + 0.055) / 1.055, 2.4) };
             linear as f32
         };
         let color = [channel(16), channel(8), channel(0), alpha];

@@ -13,6 +13,7 @@
 //! # Ok::<(), cullet_scenes::SceneSpecError>(())
 //! ```
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod adversaries;
 

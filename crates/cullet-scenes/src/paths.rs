@@ -21,6 +21,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use cullet::bounds::Boxes;
+use cullet::math;
 use cullet::view::ViewError;
 use cullet::{Camera, Depth, Projection, View};
 use glam::{DVec2, DVec3};
@@ -339,7 +340,7 @@ impl Lens {
 
     /// Half the picture's width and height at distance 1.
     fn tangents(&self, fov_y_radians: f64) -> DVec2 {
-        let t = (fov_y_radians * 0.5).tan();
+        let t = math::tan(fov_y_radians * 0.5);
         DVec2::new(t * self.aspect, t)
     }
 

@@ -61,6 +61,6 @@ mod tests {
             v * 2
         });
         assert_eq!((seen, doubled), (vec![5, 6, 7], [10, 12, 14]));
-        assert_eq!(from_fn::<usize, 16>(|i| i), std::array::from_fn::<usize, 16, _>(|i| i));
+        assert_eq!(from_fn::<usize, 16>(|i| i), core::array::from_fn::<usize, 16, _>(|i| i));
     }
 }

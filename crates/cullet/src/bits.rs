@@ -1,11 +1,11 @@
 //! Masks of one bit per item, in words of sixty-four.
 
-use std::ops::Range;
+use core::ops::Range;
 
 /// The numbers of the bits that are set in a word, ascending.
 pub(crate) fn ones(word: u64) -> impl Iterator<Item = usize> {
     let mut left = word;
-    std::iter::from_fn(move || {
+    core::iter::from_fn(move || {
         (left != 0).then(|| {
             let bit = left.trailing_zeros() as usize;
             left &= left - 1;
@@ -23,7 +23,7 @@ pub(crate) fn in_words(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
 /// Runs of set bits of a word, ascending.
 pub(crate) fn runs(word: u64) -> impl Iterator<Item = Range<usize>> {
     let mut left = word;
-    std::iter::from_fn(move || {
+    core::iter::from_fn(move || {
         (left != 0).then(|| {
             let start = left.trailing_zeros();
             let end = start + (left >> start).trailing_ones();

@@ -14,19 +14,7 @@
 //! falls below the smallest f64, which products of up to six f32 numbers cannot do.
 
 use crate::array::Each;
-
-/// a + b as a rounded sum and its rounding error.
-pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
-    let s = a + b;
-    let t = s - a;
-    (s, (a - (s - t)) + (b - t))
-}
-
-/// a · b as a rounded product and its rounding error.
-pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
-    let p = a * b;
-    (p, a.mul_add(b, -p))
-}
+use crate::math::{two_product, two_sum};
 
 /// An exact sum of at most `N` numbers.
 pub(crate) struct Sum<const N: usize> {

@@ -1,6 +1,7 @@
 //! Funnel of a cull: stages, reasons, and the counts in and out of each stage.
 
-use std::ops::{Add, AddAssign, Sub, SubAssign};
+use alloc::vec::Vec;
+use core::ops::{Add, AddAssign, Sub, SubAssign};
 
 use crate::cull::shadow::CasterReason;
 
@@ -185,7 +186,7 @@ impl SubAssign for Counts {
     }
 }
 
-impl std::iter::Sum for Counts {
+impl core::iter::Sum for Counts {
     fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
         all.fold(Self::default(), Self::add)
     }

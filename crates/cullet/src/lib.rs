@@ -57,12 +57,23 @@
 //! | feature | adds |
 //! |---|---|
 //! | `mint` | matrices of [`mint`](https://docs.rs/mint), and so of glam, nalgebra and cgmath, where a [`Matrix`] is expected |
+//! | `std` | on by default; without it the crate needs no more than `core` and `alloc`, and takes [`Simd::best`] as what the compiler was told that the target has |
 //! | `rayon` | [`Culler::cull`] takes its views, and [`Scene::prepare`] its meshes, side by side on rayon's pool |
 //! | `serde` | settings and results can be written and read; what is read is checked |
 //! | `force_support_fallback` | the scalar code beside that of the machine's SIMD levels, for tests |
 //!
 //! Without any, the crate opens no file, reads no clock and starts no thread.
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
 #![forbid(unsafe_code)]
+#![warn(clippy::std_instead_of_core, clippy::std_instead_of_alloc, clippy::alloc_instead_of_core)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
+#[cfg(target_endian = "big")]
+compile_error!(
+    "cullet needs a little-endian target: its SIMD code takes the bytes of words in that order"
+);
+
+extern crate alloc;
 
 mod array;
 mod bits;
@@ -74,6 +85,8 @@ pub mod exact;
 pub mod funnel;
 pub mod hierarchy;
 pub mod lod;
+#[doc(hidden)]
+pub mod math;
 mod matrix;
 pub mod mesh;
 pub mod prepared;

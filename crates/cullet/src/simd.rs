@@ -5,7 +5,8 @@
 //! everywhere (as fast as SSE2 in every kernel but the byte shuffles, which ask for it themselves)
 //! and AVX-512 in kernels that wait for memory or run once a frame.
 
-use std::fmt;
+use alloc::vec::Vec;
+use core::fmt;
 
 use fearless_simd::Level;
 
@@ -79,7 +80,11 @@ impl Simd {
     /// The best level of this machine.
     #[must_use]
     pub fn best() -> Self {
-        Self(without_sse4_2(Level::new()))
+        #[cfg(feature = "std")]
+        let level = Level::new();
+        #[cfg(not(feature = "std"))]
+        let level = Level::baseline();
+        Self(without_sse4_2(level))
     }
 
     /// Every level that this machine and this build have, best first.
@@ -156,6 +161,14 @@ impl Default for Simd {
         Self::best()
     }
 }
+
+impl PartialEq for Simd {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name()
+    }
+}
+
+impl Eq for Simd {}
 
 impl fmt::Debug for Simd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -4,6 +4,8 @@
 //! lines of LLVM IR, and the thirty of the engine were a seventh of its build. So what is sorted
 //! has a number for a key, and one sort of numbers serves all.
 
+use alloc::vec::Vec;
+
 /// Memory for sorting: nothing is allocated once it has held as many items.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sorter {

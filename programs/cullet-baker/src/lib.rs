@@ -3,6 +3,7 @@
 //! A command is a module: its arguments and its `run`. [`bakery()`] is what the commands of
 //! [`cullet_cli`] need of it.
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod args;
 mod auto_cells;

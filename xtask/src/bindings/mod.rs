@@ -3,7 +3,7 @@
 
 mod bevy;
 mod c;
-mod golden;
+pub(crate) mod golden;
 pub(crate) mod python;
 mod web;
 

@@ -62,7 +62,8 @@ impl ChainOptions<'_> {
 /// one level that it is.
 ///
 /// Each level but the original is one group, whose sphere is around the whole mesh. Vertices keep
-/// their numbers. The same on every run, on one target.
+/// their numbers. The same on every run and, where the
+/// compiler of C++ fuses no multiplication with an addition, on every target.
 ///
 /// # Errors
 /// If the mesh is invalid or extends too far, or an option is out of range.

@@ -5,6 +5,7 @@ use super::measure::{Carried, Measured, Task, measure};
 use super::options::{ErrorSource, HierarchyOptions};
 use super::simplifier::{Attributes, ClusterSize, Clusters, Target, cut_into_clusters, simplify};
 use super::sphere::{Ball, around};
+use cullet::math;
 use cullet_draw::surface::SurfaceTree;
 
 /// A group is given up where less than this share of its triangles would go.
@@ -178,6 +179,7 @@ pub(super) fn make(
 /// Returns what an attempt is worth: the share of triangles that it saves, over all octaves of
 /// distances from which it is drawn, up to where the whole group is as small as its error may be.
 fn worth(left: f64, error: f32, radius: f32) -> f64 {
-    let octaves = (f64::from(radius) / f64::from(error).max(f64::from(f32::MIN_POSITIVE))).log2();
+    let octaves =
+        math::log2(f64::from(radius) / f64::from(error).max(f64::from(f32::MIN_POSITIVE)));
     (1.0 - left) * octaves.clamp(1e-3, 100.0)
 }

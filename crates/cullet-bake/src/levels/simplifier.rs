@@ -56,7 +56,7 @@ pub struct Simplified {
 /// position).
 ///
 /// No triangles, and triangles that all lie in one point, come back as they are, with an error of
-/// 0. Deterministic on one target; O(n log n).
+/// 0. Deterministic; O(n log n).
 ///
 /// # Errors
 /// If an index is not below the number of positions, indices are not whole triangles, a position or

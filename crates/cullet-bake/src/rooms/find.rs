@@ -1,6 +1,7 @@
 //! Cells of a scene, from its triangles alone.
 
 use cullet::Scene;
+use cullet::math;
 use glam::DVec3;
 
 use super::basins::Basins;
@@ -130,6 +131,6 @@ fn default_voxel(
     let wanted = thin.map_or(extent, |[thick, _]| thick * 0.5);
     let room = if options.smallest > 0.0 { options.smallest / 3.0 } else { extent };
     let mut fits = ((high - low) + extent * 1e-3).element_product();
-    fits = (fits / FindOptions::AUTO_VOXELS as f64).cbrt() * 1.05;
+    fits = math::cbrt(fits / FindOptions::AUTO_VOXELS as f64) * 1.05;
     wanted.min(room).max(fits)
 }

@@ -4,6 +4,7 @@
 //! here. Along a line that no surface stops, which is drawn from its front at least, the surface of
 //! a wall is never wound more often: so who is outside of it never sees a place within.
 
+use cullet::math;
 use cullet::mesh::{Alpha, Mesh};
 use glam::{DVec3, IVec3};
 
@@ -50,7 +51,7 @@ impl Grid {
             let mut fits = size.max((high - low).max_element() * 1e-4);
             while counts_of(fits).element_product() > limit as f64 {
                 let over = counts_of(fits).element_product() / limit as f64;
-                fits *= over.cbrt().max(1.001);
+                fits *= math::cbrt(over).max(1.001);
             }
             let counts = counts.to_array().map(|n| n as u64);
             return Err(RoomsError::TooMany { voxel: size, counts, limit, fits });

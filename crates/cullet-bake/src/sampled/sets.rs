@@ -1,5 +1,6 @@
 //! The result: what can be seen from each cell.
 
+use cullet::math;
 use glam::DVec3;
 
 use super::SampledSettings;
@@ -111,7 +112,7 @@ impl ScenePvs {
 /// Keeps what could appear wider than an angle.
 fn keep_large(tree: &RayTree<'_>, cells: &ViewCells, angle: f64, visible: &mut BitRows) {
     // At π it is 1: only where an eye may be in the ball.
-    let sine = (angle * 0.5).sin();
+    let sine = math::sin(angle * 0.5);
     for body in tree.bodies() {
         let Some(range) = tree.targets().range(body.handle.index) else { continue };
         let b = tree.scene.bounds(body.slot);

@@ -1,5 +1,8 @@
 //! Cells joined by portals.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use super::error::{CellError, PortalProblem};
 use crate::bits;
 use cullet::bounds::Plane;

@@ -1,6 +1,7 @@
 //! Places of cells, as a scene needs to know them.
 
-use std::fmt::Debug;
+use alloc::vec::Vec;
+use core::fmt::Debug;
 
 /// Where cells are: which holds a point, and which a box touches. [`CellShapes`](super::CellShapes)
 /// know it by their pieces; who has something better for it, as the BSP tree of a map, gives that

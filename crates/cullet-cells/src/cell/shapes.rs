@@ -1,5 +1,7 @@
 //! Shapes of cells: convex pieces, checked, and found by a small tree.
 
+use alloc::vec::Vec;
+
 use glam::{DMat3, DVec3};
 
 use super::error::{CellError, PieceProblem, PortalProblem};

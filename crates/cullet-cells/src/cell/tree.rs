@@ -3,6 +3,9 @@
 //! Eight boxes a node, compared side by side: with two a node, whether each was met could not be
 //! predicted, and finding a point among 10,000 took three times as long.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 /// Boxes of a node.
 const WIDE: usize = 8;
 /// A child that is a piece.

@@ -1,9 +1,13 @@
 //! How far it is through open portals: what is heard from a place, and how loud.
 
-use std::cmp::{Ordering, Reverse};
-use std::collections::BinaryHeap;
+use alloc::collections::BinaryHeap;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::cmp::{Ordering, Reverse};
 
 use super::graph::CellGraph;
+#[cfg(not(feature = "std"))]
+use cullet::math::Float as _;
 
 /// A portal that was reached, by the length of the way; the nearest first, and of two as near that
 /// of the lower number.
@@ -60,7 +64,7 @@ impl CellGraph {
         go_on(cell, point, 0.0, &mut queue);
         while let Some(Reverse(Arrived { length, portal, cell })) = queue.pop() {
             let is_first = self.portals()[portal as usize].cells[0] == cell;
-            if std::mem::replace(&mut passed[portal as usize * 2 + usize::from(is_first)], true) {
+            if core::mem::replace(&mut passed[portal as usize * 2 + usize::from(is_first)], true) {
                 continue;
             }
             let shortest = &mut lengths[cell as usize];
@@ -74,7 +78,7 @@ impl CellGraph {
     fn middle(&self, portal: u32) -> [f64; 3] {
         let polygon = &self.portals()[portal as usize].polygon;
         let sum = |a: usize| polygon.iter().map(|corner| corner[a]).sum::<f64>();
-        std::array::from_fn(|a| sum(a) / polygon.len() as f64)
+        core::array::from_fn(|a| sum(a) / polygon.len() as f64)
     }
 }
 

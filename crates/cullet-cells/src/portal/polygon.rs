@@ -1,5 +1,7 @@
 //! Portals as an eye sees them: polygons relative to it, whose edges know which plane they lie on.
 
+use alloc::vec::Vec;
+
 use glam::DVec3;
 
 /// Share of the size of a polygon by which planes are moved out when it is cut: far more than
@@ -42,7 +44,7 @@ pub(super) fn cut(
             cut.push(Corner { p: crossing(), plane: a.plane });
         }
     }
-    std::mem::swap(polygon, cut);
+    core::mem::swap(polygon, cut);
     polygon.len() >= 3
 }
 

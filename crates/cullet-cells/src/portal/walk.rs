@@ -1,6 +1,7 @@
 //! The walk from the cell of an eye through its portals, and what it reaches.
 
-use std::ops::Range;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use glam::DVec3;
 
@@ -423,7 +424,7 @@ impl Reached {
         let in_mirror = self.visits.iter().any(|visit| visit.mirrors > 0);
         let planes = if in_mirror { 0..0 } else { planes.clone() };
         while let Some(cell) = self.queue.pop() {
-            if std::mem::replace(&mut self.flooded[cell as usize], true) {
+            if core::mem::replace(&mut self.flooded[cell as usize], true) {
                 continue;
             }
             self.visits.push(Visit {

@@ -1,6 +1,7 @@
 //! Sets as bytes, which may stay where they are.
 
-use std::borrow::Cow;
+use alloc::borrow::Cow;
+use alloc::vec::Vec;
 
 use thiserror::Error;
 
@@ -79,8 +80,8 @@ impl<'a> VisibleSets<'a> {
         let (header, rest) = bytes
             .split_first_chunk::<HEADER>()
             .ok_or(SetsError::Size { found, expected: HEADER as u64 })?;
-        let number = |k: usize| u32::from_le_bytes(std::array::from_fn(|i| header[k * 4 + i]));
-        let [kind, target_count, cells, count] = std::array::from_fn(number);
+        let number = |k: usize| u32::from_le_bytes(core::array::from_fn(|i| header[k * 4 + i]));
+        let [kind, target_count, cells, count] = core::array::from_fn(number);
         let starts_len = (u64::from(cells) * 4).next_multiple_of(8);
         let expected = HEADER as u64 + starts_len + u64::from(count) * 8;
         if found != expected {

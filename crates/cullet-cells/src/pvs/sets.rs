@@ -1,7 +1,9 @@
 //! Rows of bits, kept without the words that are zero.
 
-use std::borrow::Cow;
-use std::collections::HashMap;
+use alloc::borrow::Cow;
+use alloc::collections::BTreeMap;
+use alloc::vec;
+use alloc::vec::Vec;
 
 use super::Targets;
 use crate::bits;
@@ -43,7 +45,7 @@ impl VisibleSets<'static> {
     ) -> Self {
         let width = (target_count as usize).div_ceil(64);
         let (mut starts, mut words) = (Vec::new(), Vec::new());
-        let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
+        let mut known: BTreeMap<Vec<u64>, u32> = BTreeMap::new();
         for row in rows {
             let mut row = row[..row.len().min(width)].to_vec();
             if let Some(last) = row.get_mut(width.wrapping_sub(1)) {

@@ -10,6 +10,8 @@
 //! Everything is computed in f64, with bounds on what rounding does to it, and the bound that
 //! proves less is taken.
 
+use alloc::vec::Vec;
+
 use cullet::cull::occlusion::Convex;
 use cullet::{Transform, exact};
 use glam::DVec3;
@@ -33,7 +35,7 @@ impl Corners {
                 continue;
             }
             corners.all[corners.count] =
-                DVec3::from_array(std::array::from_fn(|a| if high[a] { max[a] } else { min[a] }));
+                DVec3::from_array(core::array::from_fn(|a| if high[a] { max[a] } else { min[a] }));
             corners.count += 1;
         }
         corners

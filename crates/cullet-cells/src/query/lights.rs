@@ -1,5 +1,7 @@
 //! Lights: which of many can change a picture, and which casters matter for those.
 
+use alloc::vec::Vec;
+
 use cullet::bounds::{Aabb, Side};
 use cullet::cull::Indices;
 use cullet::cull::detail::Detail;
@@ -7,6 +9,7 @@ use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::Cut;
 use cullet::cull::occlusion::{OcclusionBuffer, Visibility};
 use cullet::cull::shadow::{CasterRegion, Light};
+use cullet::math;
 use cullet::{Culler, Scene, ShadowView, Simd, View, ViewState, Visible, view::Frustum};
 use glam::DVec3;
 
@@ -219,10 +222,10 @@ fn find_receivers(
     visible: &Visible,
     answer: &mut LightAnswer,
 ) {
-    let mut seen = std::mem::take(&mut answer.seen);
+    let mut seen = core::mem::take(&mut answer.seen);
     let (mut cut, mut reached) =
-        (std::mem::take(&mut answer.cut), std::mem::take(&mut answer.reached));
-    let mut receivers = std::mem::take(&mut answer.receivers);
+        (core::mem::take(&mut answer.cut), core::mem::take(&mut answer.reached));
+    let mut receivers = core::mem::take(&mut answer.receivers);
     seen.clear();
     seen.resize((scene.slot_count() as usize).div_ceil(64), 0);
     for slot in visible.slots().filter(|&slot| slot < scene.slot_count()) {
@@ -292,12 +295,12 @@ fn reach_of(light: &Light) -> Aabb {
             return Aabb::EVERYTHING;
         }
         // A NaN is no cone.
-        if half_angle < std::f64::consts::FRAC_PI_2 {
+        if half_angle < core::f64::consts::FRAC_PI_2 {
             let axis = direction / length;
             for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
                 // The angle from the cone's axis to that of space, less what the cone spreads.
-                let share =
-                    |v: f64| ((v * sign).clamp(-1.0, 1.0).acos() - half_angle).max(0.0).cos();
+                let turned = |v: f64| math::acos((v * sign).clamp(-1.0, 1.0)) - half_angle;
+                let share = |v: f64| math::cos(turned(v).max(0.0));
                 shares[side] = DVec3::from(axis.to_array().map(share)).max(DVec3::ZERO);
             }
         }
@@ -324,7 +327,7 @@ mod tests {
             for _ in 0..200_000 {
                 let way = rng.direction();
                 let cosine: f64 = (0..3).map(|a| way[a] * direction[a]).sum();
-                if half_angle_radians >= std::f64::consts::FRAC_PI_2
+                if half_angle_radians >= core::f64::consts::FRAC_PI_2
                     || cosine >= half_angle_radians.cos()
                 {
                     for a in 0..3 {

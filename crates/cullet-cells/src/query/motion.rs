@@ -4,6 +4,10 @@
 //! by the motion's uncertainty. Each box is searched for what may be seen from it and was not found
 //! before.
 
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use cullet::math::Float as _;
 use cullet::{Handle, Scene};
 
 use super::region::{EyeBox, Outlook, RegionCuller, RegionError, RegionState, RegionWork};
@@ -33,7 +37,7 @@ impl<'a> Motion<'a> {
     /// units in each.
     #[must_use]
     pub fn straight(start: [f64; 3], velocity: [f64; 3], seconds: f64) -> [[f64; 3]; 2] {
-        [start, std::array::from_fn(|a| start[a] + velocity[a] * seconds)]
+        [start, core::array::from_fn(|a| start[a] + velocity[a] * seconds)]
     }
 }
 
@@ -196,7 +200,7 @@ impl Steps<'_> {
             whole if whole > 0.0 => self.along / whole,
             _ => 0.0,
         };
-        std::array::from_fn(|a| from[a] + (to[a] - from[a]) * share)
+        core::array::from_fn(|a| from[a] + (to[a] - from[a]) * share)
     }
 }
 

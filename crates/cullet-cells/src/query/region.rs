@@ -22,6 +22,8 @@ mod shrunk;
 
 pub use cells::EyeBox;
 
+use alloc::vec::Vec;
+
 use cullet::cull::frustum::batch::{Planes, mask_boxes};
 use cullet::cull::occlusion::OcclusionBuffer;
 use cullet::{
@@ -406,7 +408,7 @@ impl RegionState {
     pub(super) fn take_found(&mut self, mut each: impl FnMut(u32)) {
         bits::in_words(&self.found).for_each(|slot| each(slot as u32));
         for (sought, found) in self.sought.iter_mut().zip(&mut self.found) {
-            *sought &= !std::mem::take(found);
+            *sought &= !core::mem::take(found);
         }
     }
 
@@ -434,7 +436,7 @@ impl RegionState {
 
     /// Counts in and out of each stage.
     fn count(&self, scene: &Scene, has_frustum: bool, funnel: &mut Funnel) {
-        *funnel = Funnel { rows: std::mem::take(&mut funnel.rows), ..Funnel::default() };
+        *funnel = Funnel { rows: core::mem::take(&mut funnel.rows), ..Funnel::default() };
         funnel.rows.clear();
         let counts = |mask| counts_of(scene, bits::in_words(mask).map(|slot| slot as u32));
         let mut entered = counts_of(scene, scene.slots());

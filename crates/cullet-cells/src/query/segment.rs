@@ -56,7 +56,7 @@ impl Span {
                 far[lane] = if leave < far[lane] { leave } else { far[lane] };
             }
         }
-        std::array::from_fn(|lane| {
+        core::array::from_fn(|lane| {
             let meets = near[lane] <= far[lane] * (1.0 + SHARE_ROUNDING);
             if meets { near[lane] } else { f64::INFINITY }
         })
@@ -172,8 +172,8 @@ mod tests {
             let mut coordinate = || rng.below(65) as f64 - 32.0;
             let boxes: Vec<Aabb> = (0..count)
                 .map(|i| {
-                    let min: [f32; 3] = std::array::from_fn(|_| coordinate() as f32);
-                    let max = std::array::from_fn(|a| min[a] + ((i + a) % 3) as f32);
+                    let min: [f32; 3] = core::array::from_fn(|_| coordinate() as f32);
+                    let max = core::array::from_fn(|a| min[a] + ((i + a) % 3) as f32);
                     if i % 50 == 7 { Aabb::EMPTY } else { Aabb::new(min, max) }
                 })
                 .collect();
@@ -184,7 +184,7 @@ mod tests {
             for _ in 0..200 {
                 let (from, to): ([f64; 3], [f64; 3]) =
                     ([(); 3].map(|()| coordinate()), [(); 3].map(|()| coordinate()));
-                let along = std::array::from_fn(|a| to[a] - from[a]);
+                let along = core::array::from_fn(|a| to[a] - from[a]);
                 let found = met(&nodes, &batch, from, along);
                 for (i, b) in boxes.iter().enumerate() {
                     let touched = touches(b, from, along);

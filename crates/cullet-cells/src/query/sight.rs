@@ -1,6 +1,10 @@
 //! Line of sight: what stands between two points.
 
+use alloc::vec::Vec;
+
 use cullet::exact;
+#[cfg(not(feature = "std"))]
+use cullet::math::Float as _;
 use cullet::mesh::{Alpha, Cluster};
 use cullet::{Handle, Mesh, Scene};
 use glam::{DMat3, DVec3};

@@ -177,13 +177,14 @@ mod tests {
             let hub = [rng.signed() * 0.1, rng.signed() * 0.1, 1.0 + rng.signed() * 0.3];
             let rim: Vec<[f64; 3]> = (0..count)
                 .map(|i| {
-                    let turn = (i as f64 + rng.unit() * 0.5) / count as f64 * std::f64::consts::TAU;
+                    let turn =
+                        (i as f64 + rng.unit() * 0.5) / count as f64 * core::f64::consts::TAU;
                     [turn.cos(), turn.sin(), 1.0 + rng.signed() * 0.3]
                 })
                 .collect();
             // Through the hub, or a point of a spoke as near as f64 comes to it.
             let (spoke, at) = (rim[rng.index(count)], rng.unit() * rng.below(2) as f64 * 0.9);
-            let through: [f64; 3] = std::array::from_fn(|a| hub[a] + (spoke[a] - hub[a]) * at);
+            let through: [f64; 3] = core::array::from_fn(|a| hub[a] + (spoke[a] - hub[a]) * at);
             // Twice as far is the very line through it, since doubling rounds nothing.
             let beyond = 2.0 + rng.unit() * rng.below(2) as f64;
             let along = through.map(|v| v * beyond);

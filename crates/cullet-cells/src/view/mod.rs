@@ -4,7 +4,8 @@ mod portal;
 mod pvs;
 mod stand;
 
-use std::cell::{Ref, RefCell};
+use alloc::vec::Vec;
+use core::cell::{Ref, RefCell};
 
 use cullet::{
     CullError, Culler, Handle, Scene, Stage, View, ViewState, Visible,

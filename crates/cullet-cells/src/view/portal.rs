@@ -1,8 +1,13 @@
 //! Portal: what is in no cell that is seen through open portals, or beside the portals through
 //! which its cells are seen.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use cullet::bounds::Side;
 use cullet::cull::frustum::batch::Planes;
+#[cfg(not(feature = "std"))]
+use cullet::math::Float as _;
 use cullet::{
     Scene,
     candidates::Look,

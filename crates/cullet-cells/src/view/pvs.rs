@@ -1,5 +1,7 @@
 //! Potentially visible sets: what is not in the set of the eye's cell.
 
+use alloc::vec::Vec;
+
 use cullet::{
     Scene,
     candidates::Look,

@@ -1,5 +1,9 @@
 //! Where the eye of a view stands among cells: what portals and sets begin with.
 
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use cullet::math::Float as _;
 use cullet::{Reason, View, explain::Evidence};
 
 use crate::cells::Cells;

@@ -91,9 +91,6 @@ impl<B: AsRef<[u8]>> BakedFile<B> {
     /// # Errors
     /// As [`open`](BakedFile::open).
     pub fn of(bytes: B) -> Result<Self, BakedFileError> {
-        if cfg!(target_endian = "big") {
-            return Err(BakedFileError::BigEndian);
-        }
         let listed = gltf::list(bytes.as_ref()).map_err(|error| match error {
             gltf::ListError::File(kind) => BakedFileError::File(kind),
             gltf::ListError::Baked(error) => BakedFileError::Baked(error),

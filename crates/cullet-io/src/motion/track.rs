@@ -2,6 +2,7 @@
 
 use std::ops::{Add, Mul};
 
+use cullet::math;
 use glam::{DAffine3, DQuat, DVec3, DVec4};
 
 /// The transform of a node relative to its parent.
@@ -33,7 +34,7 @@ impl Local {
         let v = track.at(time);
         match track.property {
             Property::Translation => translation = v.truncate(),
-            Property::Rotation => rotation = unit(v),
+            Property::Rotation => rotation = DQuat::from_vec4(unit(v)),
             Property::Scale => scale = v.truncate(),
         }
         Self::Parts { translation, rotation, scale }
@@ -79,7 +80,7 @@ impl Track {
     /// The value at a time; before the first key and after the last it stays.
     pub(crate) fn at(&self, time: f64) -> DVec4 {
         let mix = |a: DVec4, b: DVec4, s: f64| match self.property {
-            Property::Rotation => DVec4::from_array(unit(a).slerp(unit(b), s).to_array()),
+            Property::Rotation => slerp(unit(a), unit(b), s),
             _ => a.lerp(b, s),
         };
         sample(self.interpolation, &self.times, time, |i| self.values[i], mix)
@@ -148,9 +149,23 @@ fn sample<V: Copy + Add<Output = V> + Mul<f64, Output = V>>(
     }
 }
 
-fn unit(v: DVec4) -> DQuat {
-    // A quaternion of zeros turns nothing.
-    v.try_normalize().map_or(DQuat::IDENTITY, |v| DQuat::from_array(v.to_array()))
+/// A turn of length one; of zeros, which turn nothing, the identity.
+fn unit(v: DVec4) -> DVec4 {
+    v.try_normalize().unwrap_or(DVec4::W)
+}
+
+/// The turn that is a share `s` of the way from one to another, along the shorter arc.
+///
+/// (Shoemake, *Animating Rotation with Quaternion Curves*, 1985.)
+fn slerp(a: DVec4, b: DVec4, s: f64) -> DVec4 {
+    let cosine = a.dot(b);
+    let (b, cosine) = if cosine < 0.0 { (-b, -cosine) } else { (b, cosine) };
+    // Of nearly the same turns the sine is lost, and the arc is straight.
+    if cosine > 1.0 - 1e-9 {
+        return a.lerp(b, s).normalize();
+    }
+    let angle = math::acos(cosine);
+    (a * math::sin((1.0 - s) * angle) + b * math::sin(s * angle)) / math::sin(angle)
 }
 
 #[cfg(test)]
@@ -198,7 +213,7 @@ mod tests {
             values: vec![DVec4::new(0.0, 0.0, 0.0, 1.0), DVec4::new(0.0, -half, 0.0, -half)],
             ..track(Interpolation::Linear, &[0.0, 1.0], &[])
         };
-        let turned = unit(rotation.at(0.5)) * DVec3::X;
+        let turned = DQuat::from_vec4(unit(rotation.at(0.5))) * DVec3::X;
         assert!(turned.abs_diff_eq(DVec3::new(half, 0.0, -half), 1e-12), "{turned}");
     }
 

@@ -1,5 +1,6 @@
 //! The entities of a map: a text of keys and values, and what it says of starts and lamps.
 
+use cullet::math;
 use cullet_io::ErrorKind;
 
 /// Intensity of a lamp that states none.
@@ -81,8 +82,9 @@ impl Entity {
     /// Direction of the view of [`angles`](Self::angles), in the map's axes.
     #[must_use]
     pub fn direction(&self) -> [f64; 3] {
-        let [pitch, yaw, _] = self.angles().map(f64::to_radians);
-        [pitch.cos() * yaw.cos(), pitch.cos() * yaw.sin(), -pitch.sin()]
+        let angles = self.angles().map(|degrees| math::sin_cos(degrees.to_radians()));
+        let [(up, ahead), (left, front), _] = angles;
+        [ahead * front, ahead * left, -up]
     }
 
     /// Number of the brush model that it places (`"model" "*3"`).

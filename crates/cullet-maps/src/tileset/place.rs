@@ -1,5 +1,6 @@
 //! Where tiles are: transforms, and the frame of a tileset on the globe.
 
+use cullet::math;
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use super::json::{GltfUp, TileJson, Volume};
@@ -195,9 +196,9 @@ fn middle(root: &TileJson<'_>) -> Result<DVec3, ErrorKind> {
 /// A place on the globe: longitude and latitude in radians, height in metres.
 pub(super) fn on_globe(longitude: f64, latitude: f64, height: f64) -> DVec3 {
     let squeezed = (POLE / EQUATOR) * (POLE / EQUATOR);
-    let (sin, cos) = latitude.sin_cos();
+    let (sin, cos) = math::sin_cos(latitude);
     let radius = EQUATOR / (1.0 - (1.0 - squeezed) * sin * sin).sqrt();
-    let (sin_long, cos_long) = longitude.sin_cos();
+    let (sin_long, cos_long) = math::sin_cos(longitude);
     DVec3::new(
         (radius + height) * cos * cos_long,
         (radius + height) * cos * sin_long,

@@ -91,6 +91,7 @@ impl Table {
     }
 }
 
+#[cfg(target_arch = "x86_64")]
 fearless_simd::kernel!(
     fn fill_avx512(
         avx512: Avx512,
@@ -114,6 +115,7 @@ fearless_simd::kernel!(
     }
 );
 
+#[cfg(target_arch = "x86_64")]
 fearless_simd::kernel!(
     fn fill_avx2(
         avx2: Avx2,

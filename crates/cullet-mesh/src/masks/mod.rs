@@ -16,6 +16,7 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use cullet::Simd;
 use cullet::bounds::Sphere;
+use cullet::math;
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::{DVec3, DVec4};
 
@@ -107,7 +108,7 @@ impl ViewCone {
     pub fn around(direction: [f64; 3], half_angle: f64) -> Option<Self> {
         let right = (0.0..std::f64::consts::FRAC_PI_2).contains(&half_angle);
         let axis = DVec3::from(direction).try_normalize().filter(|_| right)?;
-        Some(Self { axis: axis.into(), sine: half_angle.sin() })
+        Some(Self { axis: axis.into(), sine: math::sin(half_angle) })
     }
 
     /// Lines of sight from a homogeneous eye (as [`View::eye`](cullet::View::eye), in the space of

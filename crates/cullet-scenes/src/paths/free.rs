@@ -2,6 +2,7 @@
 //! how far one sees from it, and where there is ground.
 
 use cullet::bounds::Aabb;
+use cullet::math;
 use cullet::{Mesh, Scene, Transform};
 use glam::{DMat3, DVec3};
 
@@ -102,7 +103,7 @@ impl<'a> PlacedMesh<'a> {
                 [t[0], t[1], t[2]].map(|v| DVec3::from(positions[v as usize].map(f64::from)) - p);
             let (la, lb, lc) = (a.length(), b.length(), c.length());
             let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-            angle += 2.0 * a.dot(b.cross(c)).atan2(below);
+            angle += 2.0 * math::atan2(a.dot(b.cross(c)), below);
         }
         angle / (4.0 * std::f64::consts::PI)
     }

@@ -1,5 +1,6 @@
 //! Cameras of the model, and moving between keys.
 
+use cullet::math;
 use cullet::{Camera, Projection, Transform};
 use glam::DVec3;
 
@@ -34,12 +35,12 @@ impl Pose {
 /// speed, where they are nearly opposite or have no direction.
 fn arc(a: DVec3, b: DVec3, t: f64) -> DVec3 {
     let (a, b) = (a.normalize_or(a), b.normalize_or(b));
-    let angle = a.dot(b).clamp(-1.0, 1.0).acos();
-    let sin = angle.sin();
+    let angle = math::acos(a.dot(b).clamp(-1.0, 1.0));
+    let sin = math::sin(angle);
     if sin < 1e-6 {
         return a.lerp(b, t);
     }
-    (a * ((1.0 - t) * angle).sin() + b * (t * angle).sin()) / sin
+    (a * math::sin((1.0 - t) * angle) + b * math::sin(t * angle)) / sin
 }
 
 /// `count` times from the first to the last, evenly; and which keys each lies between, and how far

@@ -15,6 +15,8 @@
 //! therefore never below the exact sum of the box that was given, and what is culled is outside.
 //! The same growth serves the test for inside, whose sum takes the other corner.
 
+use alloc::vec::Vec;
+
 use crate::array::Each;
 use crate::simd::dispatch_256;
 use bytemuck::{Pod, Zeroable};

@@ -1,6 +1,7 @@
 //! Planes n·x = d and the side of them that a point, box or sphere is on.
 
 use crate::array::Each;
+use crate::math::{two_product, two_sum};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
@@ -177,26 +178,6 @@ pub(crate) fn dot2(a: [f64; 3], b: [f64; 3], c: f64) -> (f64, f64) {
     } else {
         (sum, size * ROUNDING)
     }
-}
-
-/// The rounded sum and its error (Knuth).
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
-    let s = a + b;
-    let z = s - a;
-    (s, (a - (s - z)) + (b - z))
-}
-
-/// The rounded product and its error (Dekker and Veltkamp; a fused multiply-add would be a call
-/// into software on machines without one).
-fn two_product(a: f64, b: f64) -> (f64, f64) {
-    let split = |v: f64| {
-        let t = v * 134_217_729.0; // 2^27 + 1
-        let high = t - (t - v);
-        (high, v - high)
-    };
-    let p = a * b;
-    let ((ah, al), (bh, bl)) = (split(a), split(b));
-    (p, ((ah * bh - p) + ah * bl + al * bh) + al * bl)
 }
 
 #[cfg(test)]

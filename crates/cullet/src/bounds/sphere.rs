@@ -1,5 +1,7 @@
 //! Spheres.
 
+use alloc::vec::Vec;
+
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
@@ -7,6 +9,8 @@ use super::aabb::round_up;
 use super::plane::ROUNDING;
 use super::{Aabb, Plane, Side};
 use crate::array::Each;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 
 /// A ball: all points no farther than `radius` from `center`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

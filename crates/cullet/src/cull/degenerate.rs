@@ -6,10 +6,12 @@
 //! a line; where it has rank 1 or 0, all do. Every answer here is exact: no tolerance, so no thin
 //! triangle is ever called degenerate.
 
-use std::ops::Range;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use crate::array::Each;
-use crate::exact::{dot_area_sign, is_collinear, two_sum};
+use crate::exact::{dot_area_sign, is_collinear};
+use crate::math::two_sum;
 use crate::transform::Transform;
 
 /// Whether a triangle has no area: its corners lie on one line. NaN coordinates count as area.

@@ -5,6 +5,7 @@ mod batch;
 
 pub(crate) use batch::SizeTest;
 
+use crate::math;
 use crate::view::ScreenRect;
 
 /// How the size of a screen rectangle is measured.
@@ -98,7 +99,7 @@ impl Detail {
             Measure::WidthAndHeight if w > h || w.is_nan() => w,
             Measure::WidthAndHeight => h,
             Measure::Area => w * h,
-            Measure::Diameter => w.hypot(h),
+            Measure::Diameter => math::hypot(w, h),
         }
     }
 

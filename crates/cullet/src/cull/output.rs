@@ -1,6 +1,7 @@
 //! From the mask to a list of indices.
 
-use std::ops::Deref;
+use alloc::vec::Vec;
+use core::ops::Deref;
 
 use crate::simd::dispatch_256;
 use fearless_simd::prelude::*;

@@ -20,6 +20,9 @@ pub use order::spatial_order;
 pub(crate) use slots::NO_SLOT;
 pub use slots::{Commit, Handle};
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use thiserror::Error;
 
 use crate::Simd;

@@ -1,6 +1,7 @@
 //! The nodes above a batch of boxes: sixteen children each, at places that need no pointers.
 
-use std::ops::Range;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use crate::array;
 use crate::simd::dispatch_256;
@@ -191,7 +192,7 @@ impl Nodes {
         let mut used = blocks.len();
         for at in 0..self.levels.len().max(1) {
             for i in 0..used {
-                let word = std::mem::take(&mut blocks[i]);
+                let word = core::mem::take(&mut blocks[i]);
                 if word == 0 {
                     continue;
                 }

@@ -1,5 +1,8 @@
 //! An order of boxes in which neighbours in the list are neighbours in space.
 
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+
 use crate::array::{self, Each};
 use crate::bounds::Aabb;
 
@@ -99,14 +102,14 @@ fn radix_sort(keys: &mut Vec<u64>, other: &mut Vec<u64>) {
         }
         let mut start = 0;
         for count in counts.iter_mut() {
-            start += std::mem::replace(count, start);
+            start += core::mem::replace(count, start);
         }
         for &key in &*keys {
             let to = &mut counts[digit(key, pass)];
             other[*to as usize] = key;
             *to += 1;
         }
-        std::mem::swap(keys, other);
+        core::mem::swap(keys, other);
     }
 }
 

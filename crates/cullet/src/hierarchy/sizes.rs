@@ -1,5 +1,7 @@
 //! How large the boxes below a node are, each by itself: a node of small boxes may be large.
 
+use alloc::vec::Vec;
+
 use fearless_simd::f32x4;
 use fearless_simd::prelude::*;
 
@@ -108,7 +110,7 @@ mod tests {
             if i % 31 == 7 {
                 return Aabb::EMPTY;
             }
-            Aabb::new(min, std::array::from_fn(|a| min[a] + size[a]))
+            Aabb::new(min, core::array::from_fn(|a| min[a] + size[a]))
         };
         let mut boxes = Boxes::from_slice(&(0..700).map(at).collect::<Vec<_>>());
         let level = crate::Simd::best();
@@ -120,7 +122,7 @@ mod tests {
                     for i in first..(first + width).min(boxes.len()) {
                         let b = boxes.get(i);
                         if !b.is_empty() {
-                            largest = std::array::from_fn(|a| largest[a].max(b.max[a] - b.min[a]));
+                            largest = core::array::from_fn(|a| largest[a].max(b.max[a] - b.min[a]));
                         }
                     }
                     assert_eq!(nodes.sizes_below(above)[node], largest, "{above} {node}");

@@ -1,5 +1,8 @@
 //! Stable handles for items that lie in dense slots.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use crate::bits;
 
 /// The caller's stable name for an item in a slot: an index, and a generation that tells a removed

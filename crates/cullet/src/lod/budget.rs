@@ -1,9 +1,13 @@
 //! A budget of triangles: the least threshold at which no more are drawn.
 
-use std::f64::consts::SQRT_2;
+use alloc::vec::Vec;
+use core::f64::consts::SQRT_2;
 
 use super::{LevelEye, Levels, NO_GROUP};
 use crate::array::{self, Each};
+use crate::math;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 
 /// How many thresholds are tried, each a quarter of an octave above the one before: up to 55,000
 /// times the first.
@@ -173,7 +177,7 @@ impl Budget {
     /// there is none.
     pub(crate) fn pixels(&self, most: u64) -> f64 {
         let step = self.all.iter().position(|&n| n <= most).unwrap_or(STEPS - 1);
-        self.finest * (step as f64 / STEPS_PER_OCTAVE as f64).exp2()
+        self.finest * math::exp2(step as f64 / STEPS_PER_OCTAVE as f64)
     }
 }
 

@@ -1,6 +1,7 @@
 //! The choice: which clusters of a mesh's levels are drawn for an eye.
 
-use std::ops::Range;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use crate::simd::dispatch_256;
 use fearless_simd::f32x8;
@@ -76,7 +77,7 @@ impl Selection {
         let runs = self.words.chunk_by(|a, b| a + 1 == *b);
         runs.flat_map(move |words| {
             let (mut at, end) = (words[0] * 64, (words[words.len() - 1] + 1) * 64);
-            std::iter::from_fn(move || {
+            core::iter::from_fn(move || {
                 let first = bits::next(&self.chosen, at, end, true);
                 at = bits::next(&self.chosen, first, end, false);
                 (first < at).then_some(first..at)
@@ -105,7 +106,7 @@ impl Levels {
                 return all;
             }
         }
-        let mut bits = std::mem::take(&mut selection.over);
+        let mut bits = core::mem::take(&mut selection.over);
         self.sweep(simd, eye, &mut bits);
         let over = |_: &Self, group: u32| bits::get(&bits, group as usize);
         let all = self.walk(over, usize::MAX, selection);

@@ -3,6 +3,9 @@
 use glam::{DMat3, DMat4, DVec3};
 
 use crate::array::{self, Each};
+use crate::math;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 use crate::transform::Transform;
 use crate::view::{EyeBall, View};
 
@@ -258,10 +261,10 @@ fn eigenvalues(g: DMat3) -> (f64, f64) {
     let mean = (g.x_axis.x + g.y_axis.y + g.z_axis.z) / 3.0;
     let b = g - DMat3::from_diagonal(DVec3::splat(mean));
     let spread = (b.to_cols_array().into_iter().map(|v| v * v).sum::<f64>() / 6.0).sqrt();
-    let angle = (b.determinant() / (2.0 * spread.powi(3))).clamp(-1.0, 1.0).acos() / 3.0;
-    let third = std::f64::consts::TAU / 3.0;
+    let angle = math::acos((b.determinant() / (2.0 * spread.powi(3))).clamp(-1.0, 1.0)) / 3.0;
+    let third = core::f64::consts::TAU / 3.0;
     let (largest, least) =
-        (mean + 2.0 * spread * angle.cos(), mean + 2.0 * spread * (angle + third).cos());
+        (mean + 2.0 * spread * math::cos(angle), mean + 2.0 * spread * math::cos(angle + third));
     let slack = largest * 1e-9;
     (least - slack, largest + slack)
 }

@@ -1,8 +1,16 @@
 //! Levels of a mesh: the groups that its clusters were simplified in.
 
+use alloc::borrow::ToOwned;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+
 use thiserror::Error;
 
 use crate::array::Each;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 use crate::mesh::Mesh;
 
 /// In place of the number of a group: there is none.

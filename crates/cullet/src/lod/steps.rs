@@ -1,5 +1,8 @@
 //! How often the triangles of each cluster were simplified: the number of its level.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use super::{Levels, NO_GROUP};
 
 impl Levels {

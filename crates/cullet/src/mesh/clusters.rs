@@ -1,5 +1,10 @@
 //! Clusters of a mesh's triangles, and the simple generator: triangles in spatial order.
 
+use alloc::format;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+
 use super::{Cluster, MeshData, MeshError, is_degenerate};
 use crate::array::{self, Each};
 use crate::sort::{Sorter, of_f32};

@@ -9,13 +9,16 @@ pub use clusters::{Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES};
 pub use regions::{Regions, connected_regions};
 pub use weld::weld;
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
 
 use thiserror::Error;
 
 use crate::array::Each;
 use crate::bounds::{Aabb, Boxes};
 use crate::hierarchy::Nodes;
+use crate::math;
 
 /// Alpha mode of a part's material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -79,7 +82,7 @@ pub struct Cluster {
 impl Cluster {
     /// The range of its triangles, in the mesh's order.
     #[must_use]
-    pub fn triangles(&self) -> std::ops::Range<u32> {
+    pub fn triangles(&self) -> core::ops::Range<u32> {
         self.first_triangle..self.first_triangle + self.triangle_count
     }
 }
@@ -94,7 +97,7 @@ pub(crate) struct PartRun {
 
 impl PartRun {
     /// The range of its clusters.
-    pub(crate) fn clusters(&self) -> std::ops::Range<u32> {
+    pub(crate) fn clusters(&self) -> core::ops::Range<u32> {
         self.first_cluster..self.first_cluster + self.cluster_count
     }
 }
@@ -175,12 +178,6 @@ pub struct Mesh {
     revision: u64,
 }
 
-/// A number that no mesh of the process had before.
-fn next_revision() -> u64 {
-    static NEXT: AtomicU64 = AtomicU64::new(1);
-    NEXT.fetch_add(1, Ordering::Relaxed)
-}
-
 impl Default for Mesh {
     /// A mesh without triangles.
     fn default() -> Self {
@@ -255,7 +252,7 @@ impl Mesh {
             cluster_boxes,
             bounds,
             deformable,
-            revision: next_revision(),
+            revision: math::unique(),
         }
     }
 
@@ -290,7 +287,7 @@ impl Mesh {
     }
 
     /// The degenerate triangles, in the mesh's order: they follow the last cluster.
-    pub(crate) fn degenerate_triangles(&self) -> std::ops::Range<u32> {
+    pub(crate) fn degenerate_triangles(&self) -> core::ops::Range<u32> {
         let count = self.triangle_count();
         count - self.degenerate..count
     }
@@ -367,7 +364,7 @@ impl Mesh {
     /// # Panics
     /// If there are not as many clusters.
     #[must_use]
-    pub fn index_range(&self, clusters: std::ops::Range<u32>) -> std::ops::Range<u32> {
+    pub fn index_range(&self, clusters: core::ops::Range<u32>) -> core::ops::Range<u32> {
         match &self.clusters[clusters.start as usize..clusters.end as usize] {
             [] => 0..0,
             [one] => one.first_triangle * 3..one.triangles().end * 3,
@@ -378,9 +375,9 @@ impl Mesh {
     /// Some clusters that follow each other as runs of one part each: parts and clusters.
     pub(crate) fn runs_of_parts(
         &self,
-        clusters: std::ops::Range<u32>,
-    ) -> impl Iterator<Item = (u32, std::ops::Range<u32>)> {
-        let std::ops::Range { start, end } = clusters;
+        clusters: core::ops::Range<u32>,
+    ) -> impl Iterator<Item = (u32, core::ops::Range<u32>)> {
+        let core::ops::Range { start, end } = clusters;
         let first = self.part_runs.partition_point(|run| run.clusters().end <= start);
         let runs = self.part_runs[first..].iter().take_while(move |run| run.first_cluster < end);
         runs.map(move |run| (run.part, run.first_cluster.max(start)..run.clusters().end.min(end)))
@@ -420,7 +417,7 @@ impl Mesh {
     pub fn set_two_sided(&mut self, two_sided: bool) {
         if self.parts.iter().any(|p| p.two_sided != two_sided) {
             self.parts.iter_mut().for_each(|p| p.two_sided = two_sided);
-            self.revision = next_revision();
+            self.revision = math::unique();
         }
     }
 

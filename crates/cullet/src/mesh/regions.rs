@@ -1,5 +1,8 @@
 //! Connected regions of a surface: which of some chosen triangles hang together.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use super::weld::weld;
 use crate::array::Each;
 
@@ -73,7 +76,7 @@ pub fn connected_regions(
     let mut rest = halves.as_mut_slice();
     let mut begin = 0;
     for end in place {
-        let (at_vertex, behind) = std::mem::take(&mut rest).split_at_mut((end - begin) as usize);
+        let (at_vertex, behind) = core::mem::take(&mut rest).split_at_mut((end - begin) as usize);
         at_vertex.sort_unstable();
         for pair in at_vertex.windows(2).filter(|pair| pair[0] >> 32 == pair[1] >> 32) {
             // Which way neighbours run does not matter here.

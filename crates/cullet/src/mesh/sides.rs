@@ -1,5 +1,8 @@
 //! Whether a mesh that names no parts is a body with an outside.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use glam::DVec3;
 
 use crate::array::Each;

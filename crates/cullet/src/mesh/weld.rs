@@ -1,5 +1,8 @@
 //! Welding: which vertices lie in the same place.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use crate::array::Each;
 
 /// For each vertex the first vertex at the same position (−0 equals 0; a NaN equals one with the

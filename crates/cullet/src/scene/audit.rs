@@ -1,6 +1,8 @@
 //! Bounds violations: instances that leave their bounds.
 
-use std::borrow::Cow;
+use alloc::borrow::Cow;
+use alloc::vec;
+use alloc::vec::Vec;
 
 use glam::DVec3;
 

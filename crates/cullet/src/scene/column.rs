@@ -1,6 +1,8 @@
 //! Columns: values by slot, and how they follow the slots of their instances.
 
-use std::ops::{Deref, DerefMut};
+use alloc::vec;
+use alloc::vec::Vec;
+use core::ops::{Deref, DerefMut};
 
 use crate::bits;
 use crate::transform::Transform;

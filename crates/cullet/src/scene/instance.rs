@@ -97,8 +97,8 @@ pub struct SceneVersion {
     pub meshes: u64,
 }
 
-impl std::fmt::Display for SceneVersion {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl core::fmt::Display for SceneVersion {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let Self { scene, order, meshes } = self;
         match scene {
             0 => f.write_str("no scene"),

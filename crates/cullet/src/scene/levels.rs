@@ -1,11 +1,15 @@
 //! Levels of detail of a scene's meshes.
 
-use std::any::Any;
-use std::sync::Arc;
+use alloc::sync::Arc;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::any::Any;
 
 use super::{MeshId, Scene};
 use crate::bounds::Aabb;
 use crate::lod::{Group, Levels, LevelsError, Lod, NO_GROUP};
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 use crate::mesh::Mesh;
 
 /// Levels of a mesh, and the mesh of the scene that holds their triangles.

@@ -1,5 +1,7 @@
 //! Log of what changed, so that what depends on a scene follows at the cost of what changed.
 
+use alloc::vec::Vec;
+
 use super::Scene;
 
 /// A change of a scene's instances, as [`Scene::changes_since`] tells it.

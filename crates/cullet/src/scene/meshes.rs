@@ -1,5 +1,8 @@
 //! The meshes of a scene, and what is prepared of them.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use super::{MeshId, Scene};
 use crate::cull::backface::Facing;
 use crate::cull::occlusion::Occluder;
@@ -96,7 +99,7 @@ impl Scene {
     /// mesh hides. Nothing if there is no such mesh.
     pub fn set_occluder(&mut self, mesh: MeshId, occluder: Occluder) {
         if let Some(own) = self.prepared.get_mut(mesh as usize) {
-            *own = std::mem::take(own).with_occluder(occluder);
+            *own = core::mem::take(own).with_occluder(occluder);
             self.change += 1;
         }
     }
@@ -130,7 +133,7 @@ impl Scene {
 
     fn edit_meshes_of(
         &mut self,
-        range: std::ops::Range<usize>,
+        range: core::ops::Range<usize>,
         edit: &mut dyn FnMut(MeshId, &mut Mesh),
     ) -> Vec<MeshId> {
         let mut lost = Vec::new();
@@ -179,7 +182,12 @@ impl Scene {
     /// make [`Prepared::of`] each mesh on them and hand it to
     /// [`add_prepared_mesh`](Self::add_prepared_mesh) with the mesh.
     pub fn prepare(&mut self, wanted: impl Into<Preparation>) {
-        add_all(&mut self.prepared, &self.meshes, wanted.into());
+        let wanted = wanted.into();
+        if self.prepared.iter().all(|prepared| prepared.made().and(wanted) == prepared.made()) {
+            return;
+        }
+        self.change += 1;
+        add_all(&mut self.prepared, &self.meshes, wanted);
         let meshes = self.meshes.iter().zip(&self.prepared);
         self.kinds = meshes.map(|(mesh, prepared)| MeshKind::of(mesh, prepared)).collect();
     }

@@ -1,9 +1,11 @@
 //! A scene: meshes, and instances of them in dense slots.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use alloc::boxed::Box;
+use alloc::vec::Vec;
 
 use crate::bounds::{Aabb, Boxes, LANES};
 use crate::hierarchy::{Handle, Hierarchy};
+use crate::math;
 use crate::mesh::Mesh;
 use crate::prepared::Prepared;
 use crate::transform::Transform;
@@ -93,9 +95,8 @@ impl Scene {
     /// A scene of nothing, with its origin at zero.
     #[must_use]
     pub fn new() -> Self {
-        static NEXT: AtomicU64 = AtomicU64::new(1);
         Self {
-            id: NEXT.fetch_add(1, Ordering::Relaxed),
+            id: math::unique(),
             origin: [0.0; 3],
             change: 0,
             mesh_version: 0,
@@ -141,7 +142,14 @@ impl Scene {
         SceneVersion { scene: self.id, order: self.order_version(), meshes: self.mesh_version }
     }
 
-    /// Rises with every change of any instance.
+    /// All that an answer depends on: with the same it is the same.
+    pub(crate) fn versions(&self) -> [u64; 4] {
+        // The nodes decide what is tested, so that counts of work depend on how they fit.
+        let nodes = self.hierarchy.change_version();
+        [self.id, self.mesh_version, self.change, nodes]
+    }
+
+    /// Rises with every change of any instance, and where more is prepared of a mesh.
     #[must_use]
     pub fn change_version(&self) -> u64 {
         self.change
@@ -255,7 +263,7 @@ impl Scene {
 
     /// The largest of the [weights](Self::size_weight) of some slots; infinite where one is never
     /// culled for its size.
-    pub(crate) fn largest_size_weight(&self, slots: std::ops::Range<usize>) -> f32 {
+    pub(crate) fn largest_size_weight(&self, slots: core::ops::Range<usize>) -> f32 {
         let Some(each) = self.size_weights.each() else { return 1.0 };
         let own = each.get(slots.start..slots.end.min(each.len())).unwrap_or_default();
         own.iter().fold(0.0, |most, &w| if w >= 0.0 { most.max(w) } else { f32::INFINITY })

@@ -1,5 +1,8 @@
 //! The order of the slots: commits, which sort them by place.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use super::Scene;
 use super::column::Permute;
 use crate::bits;

@@ -1,7 +1,8 @@
 //! Instances that stand for others: one mesh with levels of detail in place of many instances that
 //! are far away.
 
-use std::collections::HashSet;
+use alloc::collections::BTreeSet;
+use alloc::vec::Vec;
 
 use super::column::{Bits, Permute};
 use super::{Scene, SceneError};
@@ -128,7 +129,7 @@ impl Scene {
         if is_stand_in(own) || is_taken(own) {
             return Err(SceneError::Taken(stand_in));
         }
-        let (mut slots, mut below) = (HashSet::with_capacity(others.len()), HashSet::new());
+        let (mut slots, mut below) = (BTreeSet::new(), BTreeSet::new());
         for &other in others.iter().chain([&stand_in]) {
             let slot = self.slot(other)?;
             if !self.is_rigid(slot) || bits::get(&self.exempt, slot as usize) {

@@ -1,8 +1,9 @@
 //! How many clusters and triangles the instances of a scene have, kept so that culling can count
 //! without visiting every instance.
 
-use std::collections::HashMap;
-use std::ops::{Add, AddAssign, SubAssign};
+use alloc::collections::BTreeMap;
+use alloc::vec::Vec;
+use core::ops::{Add, AddAssign, SubAssign};
 
 use crate::bits;
 use crate::funnel::Counts;
@@ -63,7 +64,7 @@ pub(super) struct Tallies {
     /// The instances of each group of 64 words.
     by_group: Vec<Tally>,
     /// The instances of each mask of layers.
-    by_layers: HashMap<u32, Tally>,
+    by_layers: BTreeMap<u32, Tally>,
 }
 
 impl Tallies {
@@ -74,7 +75,7 @@ impl Tallies {
     /// Takes note of a mesh that was edited; whether it holds other numbers now.
     pub(super) fn set_mesh(&mut self, at: usize, mesh: &Mesh) -> bool {
         let tally = Tally::of_mesh(mesh);
-        std::mem::replace(&mut self.by_mesh[at], tally) != tally
+        core::mem::replace(&mut self.by_mesh[at], tally) != tally
     }
 
     pub(super) fn of_mesh(&self, mesh: u32) -> Tally {

@@ -4,6 +4,7 @@ use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use super::{Depth, Frustum, ViewError};
 use crate::bounds::{Plane, unit};
+use crate::math;
 
 /// A projection, in the units of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +60,7 @@ impl Projection {
     fn window(&self) -> ([f64; 4], f64, f64, bool) {
         match *self {
             Self::Perspective { fov_y_radians, aspect, near, far } => {
-                let h = near * (fov_y_radians * 0.5).tan();
+                let h = near * math::tan(fov_y_radians * 0.5);
                 ([-h * aspect, h * aspect, -h, h], near, far, true)
             }
             Self::OffCentre { left, right, bottom, top, near, far } => {
@@ -76,7 +77,7 @@ impl Projection {
             if ok { Ok(()) } else { Err(ViewError::Range { what, value, must }) }
         };
         if let Self::Perspective { fov_y_radians, aspect, .. } = *self {
-            let angle = fov_y_radians > 0.0 && fov_y_radians < std::f64::consts::PI;
+            let angle = fov_y_radians > 0.0 && fov_y_radians < core::f64::consts::PI;
             range("field of view", fov_y_radians, angle, "between 0 and pi radians")?;
             range("aspect", aspect, aspect > 0.0 && aspect.is_finite(), "positive and finite")?;
         }

@@ -1,6 +1,8 @@
 //! Balls of eyes.
 
 use crate::array;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 
 /// A ball of eyes that levels are chosen for at once: none of them sees an error above the
 /// threshold.

@@ -1,5 +1,7 @@
 //! Slices of a view by distance, such as the cascades of a shadow map.
 
+use alloc::vec::Vec;
+
 use glam::DVec4;
 
 use super::{Depth, View, ViewError};

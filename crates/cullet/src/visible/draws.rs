@@ -8,7 +8,8 @@
 //! class by material, then mesh. Blended parts want an order from back to front, which is the
 //! renderer's to make.
 
-use std::ops::Range;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use super::Visible;
 use crate::hierarchy::Handle;

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use crate::bake_args::BakeArgs;
+use cullet::math;
 use cullet::{Mesh, Scene};
 use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::Failure;
@@ -201,7 +202,7 @@ fn colors(model: &Model, mesh: u32) -> Vec<[u8; 3]> {
                     let s = if v <= 0.003_130_8 {
                         v * 12.92
                     } else {
-                        1.055 * v.powf(1.0 / 2.4) - 0.055
+                        1.055 * math::pow(v, 1.0 / 2.4) - 0.055
                     };
                     (s * 255.0).round() as u8
                 };

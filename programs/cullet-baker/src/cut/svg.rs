@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use cullet::bounds::Plane;
+use cullet::math;
 use cullet_cut::{Section, section_frame};
 use cullet_io::Model;
 use glam::DVec3;
@@ -97,7 +98,7 @@ fn color(model: &Model, material: u32) -> String {
         return PALE.into();
     }
     // A gamma of 2.2 is near enough for a drawing.
-    let byte = |v: f32| (v.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8;
+    let byte = |v: f32| (math::pow(f64::from(v.clamp(0.0, 1.0)), 1.0 / 2.2) * 255.0).round() as u8;
     let [r, g, b] = [0, 1, 2].map(|i| byte(m.color[i]));
     format!("#{r:02x}{g:02x}{b:02x}")
 }

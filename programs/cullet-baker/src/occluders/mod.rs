@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use crate::baked_occluders::of_meshes;
 use clap::Args;
+use cullet::math;
 use cullet::{Instance, Mesh, Scene, View};
 use cullet_bake::occluders::{OccluderOptions, Occluders, Validation, occluders, validate};
 use cullet_command::args::{PictureViewArgs, SceneArgs};
@@ -440,7 +441,7 @@ fn stand(model: &Model) -> [[f64; 3]; 2] {
     let origin = model.scene.origin();
     let radius = half.iter().map(|h| h * h).sum::<f64>().sqrt().max(1e-6);
     // The ball around a box is mostly air, and scenes are wider than high.
-    let away = 0.62 * radius / (FOV_DEGREES * 0.5).to_radians().sin();
+    let away = 0.62 * radius / math::sin((FOV_DEGREES * 0.5).to_radians());
     let target =
         [0, 1, 2].map(|a| if extent.is_empty() { origin[a] } else { middle[a] + origin[a] });
     // A direction of length 1, near enough.

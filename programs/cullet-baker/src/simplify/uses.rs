@@ -1,5 +1,6 @@
 //! Where the meshes of a scene are drawn, and how large.
 
+use cullet::math;
 use cullet::{Mesh, Scene};
 
 /// Drawn meshes of a scene, and how large they are drawn.
@@ -68,8 +69,8 @@ pub(super) fn largest_scale(columns: [[f32; 3]; 3]) -> f64 {
     });
     let minor = |a: usize, b: usize| t[1][a] * t[2][b] - t[1][b] * t[2][a];
     let det = t[0][0] * minor(1, 2) - t[0][1] * minor(0, 2) + t[0][2] * minor(0, 1);
-    let angle = (det / 2.0).clamp(-1.0, 1.0).acos() / 3.0;
-    (middle + 2.0 * spread * angle.cos()).max(0.0).sqrt()
+    let angle = math::acos((det / 2.0).clamp(-1.0, 1.0)) / 3.0;
+    (middle + 2.0 * spread * math::cos(angle)).max(0.0).sqrt()
 }
 
 fn area(mesh: &Mesh) -> f64 {

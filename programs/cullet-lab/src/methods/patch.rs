@@ -43,6 +43,7 @@
 //! ```
 
 use cullet::cull::backface::ClusterPlanes;
+use cullet::math;
 use glam::DVec3;
 use thiserror::Error;
 
@@ -258,8 +259,7 @@ fn is_exact(a: f64, b: f64) -> bool {
 /// A product and what its rounding leaves: equal pairs are equal products, for numbers that are
 /// differences of f32, whose products are far above the least that f64 holds.
 fn product(a: f64, b: f64) -> [f64; 2] {
-    let rounded = a * b;
-    [rounded, a.mul_add(b, -rounded)]
+    math::two_product(a, b).into()
 }
 
 fn pairs(first: usize, second: usize) -> impl Iterator<Item = (usize, usize)> {

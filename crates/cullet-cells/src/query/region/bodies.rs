@@ -1,6 +1,8 @@
 //! Bodies that hide: which of a scene are drawn for a box of eyes, made smaller by the extent of
 //! its cells.
 
+use alloc::vec::Vec;
+
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::{Planes, mask_boxes};
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Shape};

@@ -1,6 +1,8 @@
 //! Boxes of eyes, cut into cells that are looked at from one point each.
 
 use cullet::bounds::{Aabb, Boxes, Plane};
+#[cfg(not(feature = "std"))]
+use cullet::math::Float as _;
 use cullet::view::FrustumPlane;
 use cullet::{View, view::Frustum};
 
@@ -130,7 +132,7 @@ impl Cells {
 
     /// Half the sides of each.
     pub(super) fn half(&self) -> [f64; 3] {
-        std::array::from_fn(|a| {
+        core::array::from_fn(|a| {
             // They overlap by more than their centres round.
             self.all.half[a] / f64::from(self.counts[a])
                 + if self.counts[a] > 1 { self.all.center[a].abs() * 1e-15 } else { 0.0 }
@@ -142,7 +144,7 @@ impl Cells {
         let half = self.half();
         (0..z).flat_map(move |k| (0..y).flat_map(move |j| (0..x).map(move |i| [i, j, k]))).map(
             move |place| {
-                let center = std::array::from_fn(|a| {
+                let center = core::array::from_fn(|a| {
                     let share = (2.0 * f64::from(place[a]) + 1.0) / f64::from(self.counts[a]);
                     self.all.center[a] + self.all.half[a] * (share - 1.0)
                 });

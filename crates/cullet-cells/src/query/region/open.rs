@@ -1,5 +1,7 @@
 //! Tests of all boxes of a scene against a buffer, the nodes above them first.
 
+use alloc::vec::Vec;
+
 use cullet::Simd;
 use cullet::bounds::Boxes;
 use cullet::cull::occlusion::OcclusionBuffer;

@@ -9,9 +9,13 @@
 //! With AVX-512 a product of bytes takes one instruction; at the other levels 16-bit multiply-adds
 //! take two.
 
-use std::ops::Range;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use crate::array::Each;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 use crate::simd::dispatch_256;
 use fearless_simd::{Simd, i16x16, i32x8, prelude::*, u8x32, u16x16};
 use glam::{DVec3, DVec4};
@@ -279,6 +283,7 @@ impl Planes8 {
     }
 }
 
+#[cfg(target_arch = "x86_64")]
 fearless_simd::kernel!(
     fn test_avx512(
         avx512: Avx512,
@@ -340,10 +345,7 @@ fn test<S: Simd, const DOUBT: bool>(
 ) {
     let [x, y, z, w] = eye.each(|v| v as i16);
     let pairs = |a, b| i16x16::simd_from(simd, [a, b, a, b, a, b, a, b, a, b, a, b, a, b, a, b]);
-    let (mut low, mut high) = (pairs(x, z), pairs(y, w));
-    if cfg!(target_endian = "big") {
-        (low, high) = (high, low);
-    }
+    let (low, high) = (pairs(x, z), pairs(y, w));
     let low_byte = u16x16::splat(simd, 0xff);
     // Planes are biased by 128, which adds 128 times the sum of the eye to every product.
     let bias = 128 * eye.iter().sum::<i32>();

@@ -8,7 +8,8 @@
 //! triangles, far from the world's origin) is refused: its triangles want the test from their
 //! corners.
 
-use std::ops::Range;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use glam::DVec3;
 

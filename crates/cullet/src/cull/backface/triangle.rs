@@ -5,7 +5,8 @@
 //! with weight det(L) E.w, up to a positive factor once it is multiplied by the sign of det(L); so
 //! a mirrored instance needs nothing more, and no matrix is inverted.
 
-use std::ops::Range;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use glam::{DMat4, DVec3};
 

@@ -2,7 +2,8 @@
 //!
 //! A triangle is rejected if all its corners are proved outside one plane, and kept otherwise.
 
-use std::ops::Range;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use glam::DVec3;
 

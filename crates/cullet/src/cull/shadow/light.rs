@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::array;
 use crate::bounds::{Plane, ROUNDING, unit};
+use crate::math;
 
 /// A light that casts shadows, in the coordinates of the view's frustum and of the casters.
 ///
@@ -119,7 +120,7 @@ impl Light {
                 let reach = around(position, range);
                 let Reach::Lit(lit) = reach else { return reach };
                 let Some(axis) = unit(DVec3::from(direction)) else { return Reach::Unknown };
-                let cone = (half_angle_radians < std::f64::consts::FRAC_PI_2)
+                let cone = (half_angle_radians < core::f64::consts::FRAC_PI_2)
                     .then_some((axis, half_angle_radians));
                 Reach::Lit(Lit { cone, ..lit })
             }
@@ -144,10 +145,10 @@ impl Lit {
     pub(super) fn cone(&self) -> Option<[Plane; Light::CONE_SIDES]> {
         let (axis, half_angle) = self.cone?;
         let (tip, (u, v)) = (self.apex.point, axis.any_orthonormal_pair());
-        let (sine, cosine) = half_angle.sin_cos();
+        let (sine, cosine) = math::sin_cos(half_angle);
         Some(array::from_fn(|side| {
-            let turn = std::f64::consts::TAU * side as f64 / Light::CONE_SIDES as f64;
-            let across = u * turn.cos() + v * turn.sin();
+            let turn = core::f64::consts::TAU * side as f64 / Light::CONE_SIDES as f64;
+            let across = u * math::cos(turn) + v * math::sin(turn);
             let n = across * cosine - axis * sine;
             // The normal is off by some roundings, each per unit of distance: here for the tip's;
             // where the plane cuts a body, the body's slack is for its own.

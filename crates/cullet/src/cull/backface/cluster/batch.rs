@@ -4,6 +4,8 @@
 //! vector is wide. The arithmetic is that of [`EllipticCone::is_behind_eye`], product by product,
 //! so the answers are the same at every level.
 
+use alloc::vec::Vec;
+
 use crate::array::Each;
 use crate::simd::dispatch_256;
 use fearless_simd::{Simd, prelude::*};

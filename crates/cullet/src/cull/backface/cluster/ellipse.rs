@@ -1,5 +1,10 @@
 //! The ellipse around points of the plane that makes the largest elliptic cone.
 
+use alloc::vec::Vec;
+
+use crate::math;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 use glam::DVec2;
 
 /// An ellipse, as its centre and two half-axes, the longer first.
@@ -56,17 +61,18 @@ fn spread(points: &[DVec2]) -> (f64, f64) {
         let v = *p - mean;
         (a, b, d) = (a + v.x * v.x, b + v.x * v.y, d + v.y * v.y);
     }
-    let root = (0.5 * (a - d)).hypot(b);
+    let root = math::hypot(0.5 * (a - d), b);
     let (long, short) = (0.5 * (a + d) + root, (0.5 * (a + d) - root).max(0.0));
-    let ratio = if long > 0.0 { 0.5 * (long / short.max(long * 1e-6)).ln() } else { 0.0 };
-    (0.5 * (2.0 * b).atan2(a - d), ratio)
+    let ratio = if long > 0.0 { 0.5 * math::ln(long / short.max(long * 1e-6)) } else { 0.0 };
+    (0.5 * math::atan2(2.0 * b, a - d), ratio)
 }
 
 /// The smallest ellipse around the points with this angle and logarithm of its axes' ratio.
 fn squeezed(points: &[DVec2], [angle, ratio]: [f64; 2], flat: &mut Vec<DVec2>) -> Ellipse {
-    let along = DVec2::from_angle(angle);
+    let (sine, cosine) = math::sin_cos(angle);
+    let along = DVec2::new(cosine, sine);
     let across = along.perp();
-    let squeeze = ratio.exp();
+    let squeeze = math::exp(ratio);
     flat.clear();
     flat.extend(points.iter().map(|p| DVec2::new(p.dot(along), p.dot(across) * squeeze)));
     let (centre, radius) = smallest_circle(flat);
@@ -141,7 +147,7 @@ const DIRECTIONS: [[f64; 2]; 16] = [
     [0.980_785_280_403_230_4, 0.195_090_322_016_128_25],
     [0.923_879_532_511_286_7, 0.382_683_432_365_089_8],
     [0.831_469_612_302_545_2, 0.555_570_233_019_602_2],
-    [std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2],
+    [core::f64::consts::FRAC_1_SQRT_2, core::f64::consts::FRAC_1_SQRT_2],
     [0.555_570_233_019_602_2, 0.831_469_612_302_545_2],
     [0.382_683_432_365_089_8, 0.923_879_532_511_286_7],
     [0.195_090_322_016_128_25, 0.980_785_280_403_230_4],
@@ -149,7 +155,7 @@ const DIRECTIONS: [[f64; 2]; 16] = [
     [-0.195_090_322_016_128_25, 0.980_785_280_403_230_4],
     [-0.382_683_432_365_089_8, 0.923_879_532_511_286_7],
     [-0.555_570_233_019_602_2, 0.831_469_612_302_545_2],
-    [-std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2],
+    [-core::f64::consts::FRAC_1_SQRT_2, core::f64::consts::FRAC_1_SQRT_2],
     [-0.831_469_612_302_545_2, 0.555_570_233_019_602_2],
     [-0.923_879_532_511_286_7, 0.382_683_432_365_089_8],
     [-0.980_785_280_403_230_4, 0.195_090_322_016_128_25],

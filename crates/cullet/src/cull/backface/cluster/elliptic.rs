@@ -1,10 +1,15 @@
 //! The elliptic cone: the default bound of a cluster.
 
+use alloc::vec::Vec;
+
 use glam::{DMat3, DVec2, DVec3};
 
 use super::ellipse::best_ellipse;
 use super::{Apex, ClusterEye, ClusterPlanes};
 use crate::array::Each;
+use crate::math;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 
 /// The region {e : z < 0 and z² > (s·w)² + (t·w)²} with w = e − apex and z = axis·w: no square
 /// root, 48 bytes.
@@ -82,7 +87,7 @@ impl EllipticCone {
         let keep = 1.0 - ROUNDING * norm * (axis.length() + s.length() + t.length());
         let inside = |p: &[f64; 2]| {
             let c = inverse * DVec3::from(fit.lift(*p));
-            c.x > 0.0 && c.y.hypot(c.z) <= c.x * keep
+            c.x > 0.0 && math::hypot(c.y, c.z) <= c.x * keep
         };
         // Written so that the NaN of vectors in a plane is refused.
         keep > 0.0 && fit.hull.iter().all(inside)

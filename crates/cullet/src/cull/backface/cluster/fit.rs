@@ -1,9 +1,13 @@
 //! Common parts of the apex bounds: an axis, an apex, and the normals projected along the axis.
 
+use alloc::vec::Vec;
+
 use glam::{DVec2, DVec3};
 
 use crate::array::Each;
 use crate::exact::is_collinear;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 use crate::sort::{of_f64, sort_by_key};
 
 /// The planes of a cluster's triangles. Triangles without area, and slivers whose normal is not
@@ -224,8 +228,7 @@ impl ClusterPlanes {
             .collect();
         let highest = highest_behind(self, axis, self.radius * APEX_REACH)?;
         // Along the axis a step of 1 is one of n·axis along a normal.
-        let longest =
-            points.iter().map(|p| p.length_squared()).fold(0.0, f64::max).sqrt().hypot(1.0);
+        let longest = (points.iter().map(|p| p.length_squared()).fold(0.0, f64::max) + 1.0).sqrt();
         let slack =
             self.slack(highest.into()) + doubt * (self.radius + highest.distance(self.centre));
         let point = highest - axis * (slack * longest);

@@ -31,6 +31,8 @@
 
 mod walk;
 
+use alloc::vec::Vec;
+
 use super::batch::planes::BoxPlane;
 use super::batch::{Planes, classify_boxes};
 use crate::Simd;
@@ -76,7 +78,7 @@ impl Cut {
     pub fn cull(&mut self, simd: Simd, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
         self.made_from = None;
         self.begin(simd, planes, nodes, boxes);
-        let mut fronts = std::mem::take(&mut self.fronts);
+        let mut fronts = core::mem::take(&mut self.fronts);
         let mut target = self.target(nodes.len());
         let walked = Walk { simd, planes, nodes, boxes }.run(&mut fronts, &mut target);
         self.counts = target.counts;
@@ -216,7 +218,7 @@ impl Cut {
     /// Empties the masks, for `len` boxes: only what was set is cleared.
     fn clear(&mut self, len: usize) {
         for (index, touched) in self.touched.iter_mut().enumerate() {
-            for run in bits::runs(std::mem::take(touched)) {
+            for run in bits::runs(core::mem::take(touched)) {
                 let words = index * 64 + run.start..index * 64 + run.end;
                 self.visible[words.clone()].fill(0);
                 self.inside[words].fill(0);

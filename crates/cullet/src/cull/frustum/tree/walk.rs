@@ -4,7 +4,8 @@
 //! branches of the one before: their loads overlap. What is found is written to masks, whose order
 //! is given, so the order of the walk does not matter.
 
-use std::ops::Range;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use crate::simd::dispatch;
 use fearless_simd::prelude::*;
@@ -133,7 +134,7 @@ impl Walk<'_> {
             let unit = LANES.pow(at as u32);
             next.reserve((front.len * LANES).min(below.len()));
             dispatch!(self.simd, simd => inner(simd, planes, below, unit, front, next, target));
-            std::mem::swap(front, next);
+            core::mem::swap(front, next);
         }
     }
 

@@ -2,7 +2,9 @@
 
 mod draw;
 
-use std::collections::HashMap;
+use alloc::collections::BTreeMap;
+use alloc::vec;
+use alloc::vec::Vec;
 
 use super::super::OcclusionError;
 use super::super::raster::reach;
@@ -99,7 +101,7 @@ impl Convex {
     #[must_use]
     pub fn from_mesh(positions: &[[f32; 3]], indices: &[u32]) -> Option<Self> {
         // The positions may be those of much more.
-        let mut number = HashMap::new();
+        let mut number = BTreeMap::new();
         let mut used = Vec::new();
         let mut local = Vec::with_capacity(indices.len());
         for &v in indices {
@@ -116,7 +118,7 @@ impl Convex {
             return None;
         }
         let corners = |t: usize| triangles[t].each(|v| positions[v as usize]);
-        let mut half_edges = HashMap::with_capacity(triangles.len() * 3);
+        let mut half_edges = BTreeMap::new();
         for (t, v) in triangles.iter().enumerate() {
             for k in 0..3 {
                 if half_edges.insert((v[k], v[(k + 1) % 3]), t).is_some() {
@@ -167,7 +169,7 @@ impl Convex {
             }
         }
         // A vertex where fewer than three faces meet lies within a face or an edge.
-        let mut around: HashMap<u32, Vec<usize>> = HashMap::new();
+        let mut around: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for (t, v) in triangles.iter().enumerate() {
             for &v in v {
                 let faces = around.entry(v).or_default();
@@ -176,7 +178,7 @@ impl Convex {
                 }
             }
         }
-        let mut number = HashMap::new();
+        let mut number = BTreeMap::new();
         let mut vertices = Vec::new();
         for &v in used.iter().filter(|v| around[v].len() >= 3) {
             number.insert(v, vertices.len() as u32);
@@ -184,7 +186,7 @@ impl Convex {
         }
         let mut loops = Vec::with_capacity(faces.len());
         for members in &faces {
-            let rim: HashMap<u32, u32> = members
+            let rim: BTreeMap<u32, u32> = members
                 .iter()
                 .flat_map(|&t| (0..3).map(move |k| (t, k)))
                 .map(|(t, k)| (triangles[t][k], triangles[t][(k + 1) % 3]))
@@ -217,7 +219,7 @@ impl Convex {
         if vertices.len() > Self::MAX_VERTICES {
             return Err(OcclusionError::TooManyVertices(vertices.len(), Self::MAX_VERTICES));
         }
-        let mut half_edges = HashMap::new();
+        let mut half_edges = BTreeMap::new();
         for (f, corners) in loops.iter().enumerate() {
             for k in 0..corners.len() {
                 half_edges.insert((corners[k], corners[(k + 1) % corners.len()]), f as u32);

@@ -1,6 +1,8 @@
 //! Cost of drawing shapes, by the model of [`OccluderCosts`].
 
 use crate::costs::{DrawingCosts, OccluderCosts};
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 
 /// Edges of a shape, on which the cost of drawing it depends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,7 @@
 //! Greatest nearness of tiles: what is before everything that was drawn.
 
+use alloc::vec::Vec;
+
 use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 

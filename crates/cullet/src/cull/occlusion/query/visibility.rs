@@ -3,6 +3,8 @@
 use super::super::raster::{OcclusionBuffer, ScreenBounds};
 use crate::array::{self, Each};
 use crate::bounds::Aabb;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 
 /// Result of a test against a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,6 +6,8 @@
 //! register. Planes kept in the place of pixels were exact to a pixel and took a third more of the
 //! time of a city.
 
+use alloc::vec::Vec;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, mask16x8, mask16x32, u16x8, u16x32, u32x8};
 

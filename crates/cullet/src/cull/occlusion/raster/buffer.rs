@@ -1,5 +1,8 @@
 //! The buffer: blocks of pixels, each with the nearness of what is proved to cover all of it.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use super::super::OcclusionError;
 use super::blocks::{BLOCK, Block, Blocks, BlocksMut, Pixels};
 use super::canvas::{Canvas, Pen};

@@ -1,5 +1,7 @@
 //! The canvas: all that drawing into a buffer needs, borrowed from it.
 
+use alloc::vec::Vec;
+
 use crate::simd::dispatch_256;
 
 use super::blocks::BlocksMut;

@@ -1,5 +1,7 @@
 //! Clipping of polygons by the near plane.
 
+use alloc::vec::Vec;
+
 use super::screen::Clip;
 
 /// Clips a polygon by the near plane.
@@ -26,5 +28,5 @@ fn clip(polygon: &mut Vec<Clip>, other: &mut Vec<Clip>) {
             (false, false) => {}
         }
     }
-    std::mem::swap(polygon, other);
+    core::mem::swap(polygon, other);
 }

@@ -1,5 +1,7 @@
 //! A patch of a surface, laid out for drawing: its facets in groups of eight, and their edges.
 
+use alloc::vec::Vec;
+
 use crate::bounds::Aabb;
 
 /// Facets, vertices or edges that are drawn together.
@@ -63,6 +65,20 @@ impl Default for Connected {
 }
 
 impl Connected {
+    /// How many facets are its own.
+    pub(crate) fn own_facets(&self) -> usize {
+        let (mut rest, mut count) = (&self.corners[..], 0);
+        for kind in 0..2 {
+            let (own, more) = rest.split_at(corners_of(kind) * usize::from(self.groups[kind]));
+            let is_facet = |rows: &[[u16; LANES]], lane: usize| rows[0][lane] != rows[1][lane];
+            let of_group =
+                |rows: &[[u16; LANES]]| (0..LANES).filter(|&lane| is_facet(rows, lane)).count();
+            count += own.chunks_exact(corners_of(kind)).map(of_group).sum::<usize>();
+            rest = more;
+        }
+        count
+    }
+
     /// Puts its vertices, those of its own facets first, where they are among some positions.
     pub(crate) fn place(&mut self, positions: &[[f32; 3]], vertices: &[u32]) {
         let padded = vertices.len().next_multiple_of(LANES);

@@ -1,5 +1,7 @@
 //! Filling convex outlines: only pixels that lie wholly within all edges.
 
+use alloc::vec::Vec;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, mask32x8, u32x8};
 
@@ -9,6 +11,8 @@ use super::screen::Spot;
 use super::span::{ROWS, Span};
 use crate::array::Each;
 use crate::bits;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 
 /// Pixels by which every edge moves inward beyond what is exact: more than anything here is off by.
 const SLACK: f64 = 1.0 / 1024.0;

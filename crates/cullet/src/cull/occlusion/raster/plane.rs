@@ -2,6 +2,8 @@
 
 use super::screen::{Doubt, Spot};
 use crate::array::Each;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 
 /// An affine lower bound of nearness: over the whole pixel in column x and row y, a face that
 /// covers the pixel is at least as near as `at(x, y)`.

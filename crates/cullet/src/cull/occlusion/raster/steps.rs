@@ -5,6 +5,9 @@
 //! in 65,536 equal steps. Step 0 is nothing: neither what is farther than all steps nor what is
 //! open is told from it.
 
+use crate::math;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, u16x8, u32x8};
 
@@ -24,7 +27,7 @@ impl Scale {
     /// Returns the scale of a view whose lines of sight meet. Its near plane is at about `w`.
     pub(super) fn perspective(w: f64) -> Self {
         let w = if w > 1e-6 && w < 1e12 { w } else { 1e-3 };
-        let top = (1.0 / w).log2().floor() as i32 + 1;
+        let top = math::exponent(1.0 / w) + 1;
         Self { shift: 12, first: ((top - 32 + 127) as u32) << 11, offset: 0.0, rounding: 0.0 }
     }
 

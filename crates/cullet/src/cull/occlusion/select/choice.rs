@@ -1,5 +1,7 @@
 //! Choice of the candidates that cover most for their cost, within a budget.
 
+use alloc::vec::Vec;
+
 use super::super::raster::ScreenBounds;
 use crate::sort::{Sorter, of_f32, pair};
 

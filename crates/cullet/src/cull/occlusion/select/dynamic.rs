@@ -1,6 +1,8 @@
 //! Occluders of a frame: triangles that the caller has only now, because they deform, or are made
 //! on the fly.
 
+use alloc::vec::Vec;
+
 use super::super::OcclusionError;
 use super::super::occluder::{Chunks, Patch, check_finite};
 use super::super::query::BoxProjector;
@@ -102,7 +104,7 @@ impl DynamicSurface {
             }));
         }
         self.order.sort_unstable();
-        let order = std::mem::take(&mut self.order);
+        let order = core::mem::take(&mut self.order);
         for some in order.chunks(LANES) {
             let mut numbers = [0; LANES];
             numbers.iter_mut().zip(some).for_each(|(to, &key)| *to = key as u32);

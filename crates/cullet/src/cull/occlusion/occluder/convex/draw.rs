@@ -1,7 +1,11 @@
 //! Drawing convex bodies: one that lies wholly in front of the near plane by its silhouette, eight
 //! corners, and eight edges, at a time; any other face by face.
 
+use alloc::vec::Vec;
+
 use crate::array::Each;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 use crate::simd::dispatch_256;
 use fearless_simd::prelude::*;
 use glam::DVec4;
@@ -34,7 +38,7 @@ impl Convex {
         if dispatch_256!(simd, simd => self.outline(simd, &screen, canvas)) {
             return canvas.fill(simd);
         }
-        let mut clips = std::mem::take(&mut canvas.pen.clips);
+        let mut clips = core::mem::take(&mut canvas.pen.clips);
         clips.clear();
         clips.extend(self.vertices.iter().map(|&p| screen.clip(p)));
         let is_known = |c: &Clip| c.is_finite() && (!c.is_in_front() || c.spot().is_finite());
@@ -48,7 +52,7 @@ impl Convex {
     /// or a number is not finite.
     #[inline(always)]
     fn outline<S: Simd>(&self, simd: S, screen: &ObjectScreen, canvas: &mut Canvas<'_>) -> bool {
-        let mut places = std::mem::take(&mut canvas.pen.places);
+        let mut places = core::mem::take(&mut canvas.pen.places);
         let extent = place(simd, screen, self, &mut places);
         canvas.pen.outline.clear();
         if let Some(extent) = &extent {

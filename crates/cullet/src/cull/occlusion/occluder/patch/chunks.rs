@@ -6,6 +6,8 @@
 //! few others, when it is laid out. So what is never drawn is not laid out, and no facet is listed
 //! by its vertices.
 
+use alloc::vec::Vec;
+
 use super::super::super::OcclusionError;
 use super::super::super::raster::{Connected, MOST_VERTICES};
 use super::curve::Curve;
@@ -216,7 +218,7 @@ impl Chunks {
                 node = before as usize;
             }
         }
-        let mut rim = std::mem::take(&mut self.rim);
+        let mut rim = core::mem::take(&mut self.rim);
         rim.clear();
         for &other in &self.around {
             let touches =

@@ -1,5 +1,7 @@
 //! Sorting facets by place, fast enough to be done in a frame: one pass of counting.
 
+use alloc::vec::Vec;
+
 use super::facet::Facet;
 use crate::array::Each;
 use crate::bounds::Aabb;

@@ -1,6 +1,11 @@
 //! Facets: triangles of a surface, and pairs of them that make a convex quad.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use crate::array::Each;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 use crate::sort::{Sorter, of_f64, pair};
 use glam::{DVec3, Vec3};
 

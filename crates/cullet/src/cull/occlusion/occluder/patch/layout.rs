@@ -1,10 +1,15 @@
 //! The layout of patches: facets and edges in groups of eight, with numbers of sixteen bits.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use glam::DVec3;
 
 use super::super::super::raster::{Connected, FACETS as LANES, MOST_VERTICES, NEVER};
 use super::facet::{Facet, normal};
 use crate::array::Each;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 
 /// The end of a list of half-edges.
 const END: u16 = u16::MAX;
@@ -134,7 +139,7 @@ impl Layout {
         if lane == 0 {
             // What fills up a group has one corner throughout.
             let first = self.number(corners[0]);
-            rows.extend(std::iter::repeat_n([first; LANES], corners.len()));
+            rows.extend(core::iter::repeat_n([first; LANES], corners.len()));
         }
         let group = rows.len() - corners.len();
         for (k, &v) in corners.iter().enumerate() {

@@ -13,7 +13,9 @@ mod facet;
 mod layout;
 mod split;
 
+use alloc::vec::Vec;
 pub(crate) use chunks::Chunks;
+
 use facet::{Facet, paired};
 use layout::{Layout, cone};
 use split::Split;
@@ -229,7 +231,7 @@ mod tests {
     fn a_fan_of_too_many_keeps_no_facets_around() {
         let count = 9000;
         let point = |i: u32| {
-            let angle = i as f32 / count as f32 * std::f32::consts::TAU;
+            let angle = i as f32 / count as f32 * core::f32::consts::TAU;
             [angle.cos(), angle.sin(), 0.0]
         };
         let positions: Vec<_> = (0..count).map(point).chain([[0.0; 3]]).collect();

@@ -80,7 +80,7 @@ impl Surface {
     ) {
         let rows = (window.high[1] as usize / 8) - window.block[1] + 1;
         for row in 0..rows {
-            let mut columns = std::mem::take(&mut self.used[row]);
+            let mut columns = core::mem::take(&mut self.used[row]);
             while columns != 0 {
                 let column = columns.trailing_zeros() as usize;
                 columns &= columns - 1;

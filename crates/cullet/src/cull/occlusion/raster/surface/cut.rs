@@ -5,6 +5,8 @@
 //! alike. Only along the near plane does that make new silhouette edges: the guard band is beyond
 //! the screen.
 
+use alloc::vec::Vec;
+
 use super::super::connected::{Connected, MOST_VERTICES, NUMBERS};
 use super::super::screen::{Clip, ObjectScreen};
 use super::Surface;
@@ -204,7 +206,7 @@ impl Surface {
             triangle.into_iter().for_each(|corner| polygon.push(corner, false));
             for plane in bits::ones(u64::from(some)) {
                 projection.cut(&polygon, plane, &mut other);
-                std::mem::swap(&mut polygon, &mut other);
+                core::mem::swap(&mut polygon, &mut other);
             }
             if polygon.count < 3 {
                 continue;
@@ -297,7 +299,7 @@ impl Surface {
             let number = usize::from(self.cut.sides[side].facets[i]) % NUMBERS;
             self.drawn[number] = u32::MAX;
         }
-        let triangles = std::mem::take(&mut self.cut.sides[side].triangles);
+        let triangles = core::mem::take(&mut self.cut.sides[side].triangles);
         self.draw_triangles(simd, window, &triangles, target);
         self.cut.sides[side].triangles = triangles;
     }

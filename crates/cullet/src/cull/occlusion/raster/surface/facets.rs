@@ -335,7 +335,7 @@ impl Surface {
         window: &Window,
         target: &mut BlocksMut<'_>,
     ) {
-        let halves = std::mem::take(&mut self.halves);
+        let halves = core::mem::take(&mut self.halves);
         self.draw_triangles(simd, window, &halves, target);
         self.halves = halves;
     }

@@ -23,6 +23,10 @@ mod facets;
 mod projection;
 mod silhouettes;
 
+use alloc::boxed::Box;
+use alloc::vec;
+use alloc::vec::Vec;
+
 use fearless_simd::prelude::*;
 
 use super::blocks::BlocksMut;
@@ -170,6 +174,6 @@ impl Surface {
     }
 }
 
-fn numbers<T: Copy + std::fmt::Debug>(of: T) -> Numbers<T> {
+fn numbers<T: Copy + core::fmt::Debug>(of: T) -> Numbers<T> {
     vec![of; NUMBERS].into_boxed_slice().try_into().expect("as many as there are numbers")
 }

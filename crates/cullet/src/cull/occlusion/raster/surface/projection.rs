@@ -17,6 +17,8 @@ use super::super::screen::ObjectScreen;
 use super::{Surface, Window};
 use crate::array::Each;
 use crate::bounds::Aabb;
+#[cfg(not(feature = "std"))]
+use crate::math::Float as _;
 
 /// Pixels beyond each edge of the screen up to which vertices keep their digits; what reaches
 /// farther is clipped.

@@ -29,7 +29,7 @@ impl Surface {
         window: &Window,
         back: bool,
     ) -> bool {
-        let mut found = std::mem::take(&mut self.silhouettes);
+        let mut found = core::mem::take(&mut self.silhouettes);
         found.clear();
         for [f, g, a, b] in &patch.edges {
             for lane in 0..LANES {
@@ -48,7 +48,7 @@ impl Surface {
     /// Removes what they touch.
     #[inline(always)]
     pub(super) fn draw_silhouettes<S: Simd>(&mut self, simd: S, window: &Window) {
-        let all = std::mem::take(&mut self.silhouettes);
+        let all = core::mem::take(&mut self.silhouettes);
         for eight in all.chunks(LANES) {
             let mut ends = [eight[0]; LANES];
             ends[..eight.len()].copy_from_slice(eight);

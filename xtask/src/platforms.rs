@@ -1,0 +1,236 @@
+//! The same answers on other machines: built for each, run under emulation where this machine is
+//! none, and held against its own.
+
+mod targets;
+mod windows;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::bindings::golden;
+use crate::compiler::{Compiler, words};
+use crate::runner::{End, Ended, Skip};
+use crate::tools::{
+    Done, apart, command, install, install_words, is_ci, is_set, output, root, run,
+};
+use targets::{Target, WITHOUT_FMA};
+
+/// Built light: most of it runs once, some of it emulated.
+const PROFILE: &str = "light";
+/// The program whose lines must be the same.
+const PROGRAM: &str = "everywhere";
+
+/// The step: all that there are compilers and emulators for.
+pub(crate) fn test() -> Ended {
+    if !cfg!(all(target_arch = "x86_64", target_os = "linux", target_env = "gnu")) {
+        let what = "the answers of other machines beside this one's";
+        return Ok(End::Skipped(Skip::new(what, "they are held against those of x86-64 Linux")));
+    }
+    let mut skips = Vec::new();
+    let own = everywhere(&targets::HOST)?;
+    let lines = printed(own.command(&[]))?;
+    println!("{} answers of this machine", lines.len());
+    let mut without = own.command(&[]);
+    without.env("GLIBC_TUNABLES", WITHOUT_FMA);
+    compare("without fused multiply-add", &lines, &printed(without)?)?;
+    for target in targets::OTHERS {
+        if !is_there(target, &mut skips)? {
+            continue;
+        }
+        (target.before)()?;
+        let program = everywhere(target)?;
+        compare(target.name, &lines, &printed(program.command(&[]))?)?;
+        if target.c_compiler.is_some() {
+            c_library(target)?;
+        }
+        (target.also)(target)?;
+    }
+    for target in targets::CHECKED {
+        match Compiler::find(target.name)? {
+            Some(compiler) => run(compiler.cargo(target.check, target.name, &folder()))?,
+            None => {
+                skips.push(Skip::new(format!("a check for {}", target.name), words(target.name)))
+            }
+        }
+    }
+    Ok(if skips.is_empty() { End::Passed } else { End::Partly(skips) })
+}
+
+fn folder() -> PathBuf {
+    apart("platforms")
+}
+
+/// Whether a target's compilers and emulator are there, once CI has installed them.
+fn is_there(target: &Target, skips: &mut Vec<Skip>) -> Result<bool, String> {
+    let what = || format!("answers on {}", target.name);
+    if Compiler::find(target.triple)?.is_none() {
+        skips.push(Skip::new(what(), words(target.triple)));
+        return Ok(false);
+    }
+    let has = || output("sh", &["-c", target.probe]).is_some();
+    if !has() && is_ci() {
+        install(target.packages)?;
+        if !has() {
+            return Err(format!(
+                "{} were installed, but cannot be run",
+                target.packages.join(", ")
+            ));
+        }
+    }
+    if !has() {
+        skips.push(Skip::new(what(), install_words(target.packages)));
+        return Ok(false);
+    }
+    Ok(true)
+}
+
+/// A program of a target, and what runs it.
+struct Built<'a> {
+    target: &'a Target,
+    program: PathBuf,
+}
+
+impl Built<'_> {
+    fn command(&self, args: &[&str]) -> Command {
+        let mut command = command(self.target.runner[0], &self.target.runner[1..]);
+        command.arg(&self.program).args(args).envs(self.target.environment.iter().copied());
+        if self.target.runner == ["wine"] {
+            command.env("WINEPATH", windows::path(self.target));
+        }
+        command
+    }
+}
+
+/// A command of cargo for a target, by the compiler that was found to be there.
+fn cargo(target: &Target, args: &[&str]) -> Command {
+    let compiler = Compiler::installed(target.triple).unwrap_or(Compiler::Rustup);
+    let mut cargo = compiler.cargo(args, target.triple, &folder());
+    cargo.args(["--profile", PROFILE]).envs(target.environment.iter().copied());
+    cargo
+}
+
+/// Where cargo leaves what it builds for a target.
+fn built(target: &Target, file: &str) -> PathBuf {
+    folder().join(target.triple).join(PROFILE).join(file)
+}
+
+/// Builds the program of answers.
+fn everywhere(target: &Target) -> Result<Built<'_>, String> {
+    let words = ["build", "--package", "cullet-lab", "--bin", PROGRAM, "--no-default-features"];
+    let mut features = vec![if target.has_cpp { "levels" } else { PROGRAM }];
+    // Of x86 the scalar level is the host's.
+    features.extend(target.has_scalar.then_some("force_support_fallback"));
+    let mut build = cargo(target, &words);
+    build.args(["--features", &features.join(",")]);
+    run(build)?;
+    let program = built(target, &format!("{PROGRAM}{}", target.ending));
+    Ok(Built { target, program })
+}
+
+/// The lines that a program prints, by their names.
+fn printed(mut command: Command) -> Result<BTreeMap<String, String>, String> {
+    println!("$ {command:?}");
+    let out = command.output().map_err(|e| format!("{command:?}: {e}"))?;
+    let said = String::from_utf8_lossy(&out.stderr);
+    print!("{said}");
+    if !out.status.success() {
+        return Err(format!("{command:?}: {}", out.status));
+    }
+    let text = String::from_utf8_lossy(&out.stdout).into_owned();
+    let pair = |line: &str| line.split_once('\t').map(|(a, b)| (a.to_owned(), b.to_owned()));
+    Ok(text.lines().filter_map(pair).collect())
+}
+
+/// Holds the lines of another machine against this one's. It may lack levels of detail alone, whose
+/// simplifier is in C++.
+fn compare(
+    name: &str,
+    expected: &BTreeMap<String, String>,
+    found: &BTreeMap<String, String>,
+) -> Done {
+    let differs = |(line, hash): &(&String, &String)| match found.get(*line) {
+        Some(other) => other != *hash,
+        None => !line.ends_with(": levels"),
+    };
+    let wrong: Vec<_> = expected.iter().filter(differs).map(|(line, _)| line.as_str()).collect();
+    let too_many = found.keys().filter(|line| !expected.contains_key(*line)).count();
+    if wrong.is_empty() && too_many == 0 && !found.is_empty() {
+        println!("{name}: {} answers, all equal", found.len());
+        return Ok(());
+    }
+    let others =
+        if wrong.len() > 8 { format!(" and {} more", wrong.len() - 8) } else { String::new() };
+    Err(format!("{name} answers otherwise: {}{others}", wrong[..wrong.len().min(8)].join("; ")))
+}
+
+/// The C library and two of its tests, the golden answers among them.
+fn c_library(target: &Target) -> Done {
+    let Some(compiler) = target.c_compiler else { return Ok(()) };
+    run(cargo(target, &["build", "--package", "cullet-c"]))?;
+    let source = root().join("bindings/c");
+    let work = folder().join(target.triple).join("c");
+    fs::create_dir_all(&work).map_err(|e| format!("{}: {e}", work.display()))?;
+    let golden = text(&golden::folder());
+    for (test, args) in [("mistakes", &[][..]), ("golden", &[golden.as_str()][..])] {
+        let program = work.join(format!("{test}{}", target.ending));
+        let mut compile = command(compiler[0], &compiler[1..]);
+        compile.args(["-std=c11", "-O1"]).arg(source.join(format!("tests/{test}.c")));
+        compile.arg("-I").arg(source.join("include")).arg("-o").arg(&program);
+        compile.arg(built(target, target.c_library)).args(target.c_flags);
+        run(compile)?;
+        run(Built { target, program }.command(args))?;
+    }
+    Ok(())
+}
+
+/// The engine's tests by themselves, some of their cases; with `CULLET_ALL=1` all tests.
+fn engine_tests(target: &Target) -> Done {
+    let scalar = "cullet/force_support_fallback";
+    let mut units =
+        cargo(target, &["test", "--lib", "--package", "cullet", "--package", "cullet-cells"]);
+    units.args(["--features", scalar]).env("CULLET_CASES", "20");
+    run(units)?;
+    let mut programs = vec!["test", "--package", "cullet-testkit", "--test", "cullet"];
+    let all = is_set("CULLET_ALL", "1");
+    if all {
+        programs.extend(["--test", "cells", "--test", "cullet_lod", "--test", "cullet_stand_ins"]);
+    }
+    let mut programs = cargo(target, &programs);
+    programs.args(["--features", "cullet-testkit/force_support_fallback"]);
+    if !all {
+        programs.env("CULLET_CASES", "4").args(["--", "simd_levels", "occlusion::", "hierarchy"]);
+    }
+    run(programs)
+}
+
+fn text(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(of: &[(&str, &str)]) -> BTreeMap<String, String> {
+        of.iter().map(|&(a, b)| (a.to_owned(), b.to_owned())).collect()
+    }
+
+    #[test]
+    fn answers_are_equal_or_named_and_only_levels_may_be_missing() {
+        let own = lines(&[("city: views", "1"), ("city: levels", "2"), ("sin", "3")]);
+        assert_eq!(compare("x", &own, &own), Ok(()));
+        assert_eq!(compare("x", &own, &lines(&[("city: views", "1"), ("sin", "3")])), Ok(()));
+        for (other, named) in [
+            (lines(&[("city: views", "1"), ("city: levels", "2"), ("sin", "4")]), "sin"),
+            (lines(&[("city: views", "1"), ("city: levels", "2")]), "sin"),
+            (lines(&[("city: views", "1"), ("city: levels", "9"), ("sin", "3")]), "city: levels"),
+            (lines(&[("city: views", "1"), ("sin", "3"), ("cos", "3")]), "x answers otherwise"),
+            (lines(&[]), "city: views"),
+        ] {
+            let why = compare("x", &own, &other).expect_err(named);
+            assert!(why.contains(named), "{why}");
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! The machines.
+
+use super::{engine_tests, windows};
+use crate::tools::Done;
+
+/// A machine that answers are compared with.
+pub(super) struct Target {
+    pub(super) name: &'static str,
+    /// As Rust calls it.
+    pub(super) triple: &'static str,
+    /// Words before a program that run it.
+    pub(super) runner: &'static [&'static str],
+    pub(super) environment: &'static [(&'static str, &'static str)],
+    /// Whether there is a compiler of C++ for it.
+    pub(super) has_cpp: bool,
+    /// Whether the scalar level is held against the others.
+    pub(super) has_scalar: bool,
+    /// The compiler that its C library is tested by, if it is.
+    pub(super) c_compiler: Option<&'static [&'static str]>,
+    pub(super) c_library: &'static str,
+    pub(super) c_flags: &'static [&'static str],
+    /// What the names of programs end in.
+    pub(super) ending: &'static str,
+    /// A line of the shell that succeeds where its compilers and its emulator are there, and the
+    /// packages of Debian that have them.
+    pub(super) probe: &'static str,
+    pub(super) packages: &'static [&'static str],
+    /// What is done first.
+    pub(super) before: fn() -> Done,
+    /// What is tested besides.
+    pub(super) also: fn(&Target) -> Done,
+}
+
+/// This one.
+pub(super) const HOST: Target = Target {
+    name: "this machine",
+    triple: "x86_64-unknown-linux-gnu",
+    runner: &["env"],
+    environment: &[],
+    has_cpp: true,
+    has_scalar: true,
+    c_compiler: None,
+    c_library: "libcullet.a",
+    c_flags: &[],
+    ending: "",
+    probe: "true",
+    packages: &[],
+    before: || Ok(()),
+    also: |_| Ok(()),
+};
+
+/// Tells glibc that the processor has no fused multiply-add, as those before 2013.
+pub(super) const WITHOUT_FMA: &str =
+    "glibc.cpu.hwcaps=-AVX2_Usable,-FMA_Usable,-AVX2,-FMA,-FMA4,-AVX512F";
+
+const ARM_RUNNER: &str = "qemu-aarch64 -L /usr/aarch64-linux-gnu";
+
+pub(super) const OTHERS: &[Target] = &[
+    Target {
+        name: "x86-64 with musl",
+        triple: "x86_64-unknown-linux-musl",
+        has_cpp: false,
+        has_scalar: false,
+        ..HOST
+    },
+    Target {
+        name: "32-bit x86",
+        triple: "i686-unknown-linux-gnu",
+        has_scalar: false,
+        c_compiler: Some(&["gcc", "-m32"]),
+        c_flags: &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl"],
+        // (Debian's g++-multilib conflicts with its compilers for ARM, that of a version does not.)
+        probe: "echo 'int main() { return 0; }' | g++ -m32 -x c++ - -o /dev/null",
+        packages: &["gcc-12-multilib", "g++-12-multilib"],
+        ..HOST
+    },
+    Target {
+        name: "64-bit ARM",
+        triple: "aarch64-unknown-linux-gnu",
+        runner: &["qemu-aarch64", "-L", "/usr/aarch64-linux-gnu"],
+        environment: &[
+            ("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER", "aarch64-linux-gnu-gcc"),
+            ("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER", ARM_RUNNER),
+        ],
+        c_compiler: Some(&["aarch64-linux-gnu-gcc"]),
+        c_flags: &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl"],
+        probe: "command -v aarch64-linux-gnu-g++ && command -v qemu-aarch64",
+        packages: &["g++-aarch64-linux-gnu", "libc6-dev-arm64-cross", "qemu-user"],
+        also: engine_tests,
+        ..HOST
+    },
+    Target {
+        name: "WebAssembly with SIMD",
+        triple: "wasm32-wasip1",
+        runner: &["node", "--no-warnings", "xtask/src/platforms/wasi.mjs"],
+        environment: &[("CARGO_TARGET_WASM32_WASIP1_RUSTFLAGS", "-Ctarget-feature=+simd128")],
+        has_cpp: false,
+        has_scalar: false,
+        ending: ".wasm",
+        probe: "command -v node",
+        packages: &["nodejs"],
+        ..HOST
+    },
+    Target {
+        name: "64-bit Windows",
+        triple: "x86_64-pc-windows-gnu",
+        has_scalar: false,
+        runner: &["wine"],
+        environment: &[
+            ("CARGO_TARGET_X86_64_PC_WINDOWS_GNU_LINKER", "x86_64-w64-mingw32-gcc"),
+            ("CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER", "wine"),
+            ("WINEDEBUG", "-all"),
+        ],
+        c_compiler: Some(&["x86_64-w64-mingw32-gcc"]),
+        c_library: "cullet.dll",
+        ending: ".exe",
+        probe: "command -v x86_64-w64-mingw32-g++ && command -v wine",
+        packages: &["gcc-mingw-w64-x86-64", "g++-mingw-w64-x86-64", "wine", "wine64"],
+        before: windows::prepare,
+        also: windows::test,
+        ..HOST
+    },
+];
+
+/// A machine that the engine is compiled for, never run on.
+pub(super) struct Checked {
+    pub(super) name: &'static str,
+    pub(super) check: &'static [&'static str],
+}
+
+const LIBRARIES: &[&str] =
+    &["check", "--package", "cullet", "--package", "cullet-cells", "--package", "cullet-mesh"];
+
+const WITHOUT_STD: &[&str] = &["check", "--package", "cullet-cells", "--no-default-features"];
+
+pub(super) const CHECKED: &[Checked] = &[
+    Checked { name: "aarch64-linux-android", check: LIBRARIES },
+    Checked { name: "aarch64-apple-darwin", check: LIBRARIES },
+    Checked { name: "aarch64-apple-ios", check: LIBRARIES },
+    Checked { name: "x86_64-pc-windows-msvc", check: LIBRARIES },
+    Checked { name: "aarch64-unknown-none", check: WITHOUT_STD },
+    // It has no atomics of 64 bits either.
+    Checked { name: "thumbv7em-none-eabihf", check: WITHOUT_STD },
+];
