@@ -1,24 +1,21 @@
 //! The same answers on other machines: built for each, run under emulation where this machine is
 //! none, and held against its own.
 
+mod built;
 mod targets;
 mod windows;
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::bindings::golden;
 use crate::compiler::{Compiler, words};
 use crate::runner::{End, Ended, Skip};
-use crate::tools::{
-    Done, apart, command, install, install_words, is_ci, is_set, output, root, run,
-};
-use targets::{Target, WITHOUT_FMA};
+use crate::tools::{Done, command, install, install_words, is_ci, is_set, output, root, run};
+use built::{Built, built, cargo, folder, text};
+use targets::{Further, Target, WITHOUT_FMA};
 
-/// Built light: most of it runs once, some of it emulated.
-const PROFILE: &str = "light";
 /// The program whose lines must be the same.
 const PROGRAM: &str = "everywhere";
 
@@ -39,27 +36,29 @@ pub(crate) fn test() -> Ended {
         if !is_there(target, &mut skips)? {
             continue;
         }
-        (target.before)()?;
+        if target.further == Further::Programs {
+            windows::prepare()?;
+        }
         let program = everywhere(target)?;
         compare(target.name, &lines, &printed(program.command(&[]))?)?;
         if target.c_compiler.is_some() {
             c_library(target)?;
         }
-        (target.also)(target)?;
+        match target.further {
+            Further::None => {}
+            Further::Engine => engine_tests(target)?,
+            Further::Programs => windows::test(target)?,
+        }
     }
     for target in targets::CHECKED {
         match Compiler::find(target.name)? {
             Some(compiler) => run(compiler.cargo(target.check, target.name, &folder()))?,
             None => {
-                skips.push(Skip::new(format!("a check for {}", target.name), words(target.name)))
+                skips.push(Skip::new(format!("a check for {}", target.name), words(target.name)));
             }
         }
     }
     Ok(if skips.is_empty() { End::Passed } else { End::Partly(skips) })
-}
-
-fn folder() -> PathBuf {
-    apart("platforms")
 }
 
 /// Whether a target's compilers and emulator are there, once CI has installed them.
@@ -84,36 +83,6 @@ fn is_there(target: &Target, skips: &mut Vec<Skip>) -> Result<bool, String> {
         return Ok(false);
     }
     Ok(true)
-}
-
-/// A program of a target, and what runs it.
-struct Built<'a> {
-    target: &'a Target,
-    program: PathBuf,
-}
-
-impl Built<'_> {
-    fn command(&self, args: &[&str]) -> Command {
-        let mut command = command(self.target.runner[0], &self.target.runner[1..]);
-        command.arg(&self.program).args(args).envs(self.target.environment.iter().copied());
-        if self.target.runner == ["wine"] {
-            command.env("WINEPATH", windows::path(self.target));
-        }
-        command
-    }
-}
-
-/// A command of cargo for a target, by the compiler that was found to be there.
-fn cargo(target: &Target, args: &[&str]) -> Command {
-    let compiler = Compiler::installed(target.triple).unwrap_or(Compiler::Rustup);
-    let mut cargo = compiler.cargo(args, target.triple, &folder());
-    cargo.args(["--profile", PROFILE]).envs(target.environment.iter().copied());
-    cargo
-}
-
-/// Where cargo leaves what it builds for a target.
-fn built(target: &Target, file: &str) -> PathBuf {
-    folder().join(target.triple).join(PROFILE).join(file)
 }
 
 /// Builds the program of answers.
@@ -203,10 +172,6 @@ fn engine_tests(target: &Target) -> Done {
         programs.env("CULLET_CASES", "4").args(["--", "simd_levels", "occlusion::", "hierarchy"]);
     }
     run(programs)
-}
-
-fn text(path: &Path) -> String {
-    path.to_string_lossy().into_owned()
 }
 
 #[cfg(test)]

@@ -27,6 +27,7 @@ mod shadow;
 mod shadow_view;
 mod sides;
 mod simd_levels;
+mod standing;
 mod stereo;
 mod view;
 mod view_project;

@@ -61,10 +61,19 @@ fn steady_state_allocates_nothing() {
         .with_reasons(true);
     let (mut state, mut result) = (ViewState::default(), Visible::default());
     let view = looking_down_z();
-    culler.cull_one(&solids, &view, &mut state, &mut result);
-    assert!(result.funnel.occlusion.drawn > 10, "{:?}", result.funnel.occlusion);
-    let again = || culler.cull_one(&solids, &view, &mut state, &mut result);
-    assert_eq!(allocations_of(again).1, 0, "occlusion");
+    let mut beside = view.clone();
+    beside.layers = 3;
+    let mut frames = |views: &[&View]| {
+        for view in views {
+            culler.cull_one(&solids, view, &mut state, &mut result);
+            assert!(result.funnel.occlusion.drawn > 10, "{:?}", result.funnel.occlusion);
+        }
+    };
+    frames(&[&view, &beside, &view, &beside]);
+    assert_eq!(allocations_of(|| frames(&[&view, &beside])).1, 0, "occlusion");
+    // A view that stands keeps its answer, once.
+    frames(&[&view, &view]);
+    assert_eq!(allocations_of(|| frames(&[&view, &view, &beside, &view])).1, 0, "standing");
 
     // A surface that deforms, and one whose triangles are others each time.
     let ball = meshes::ball(64);

@@ -65,7 +65,8 @@ fn patches_that_are_passed_over_change_no_bit() {
         order.iter().for_each(|&i| draw(&mut buffer, i));
         let all = pixels(&buffer);
         buffer.begin(&view, [0.0; 3]);
-        passed_over += patches.len() - buffer.draw_unless_hidden(level, &boxes, &order, draw);
+        passed_over +=
+            patches.len() - buffer.draw_unless_hidden(level, (&boxes, &[]), &order, draw);
         assert!(pixels(&buffer) == all);
         covered += all.iter().filter(|n| **n != 0).count();
     }

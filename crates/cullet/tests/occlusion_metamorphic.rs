@@ -206,7 +206,7 @@ proptest! {
         at_every_level!(|level| {
             let mut some = buffer(&view, size, level, []);
             let draw = |b: &mut OcclusionBuffer, i: u32| drawn[i as usize].draw_in(level, b);
-            let count = some.draw_unless_hidden(level, &boxes, &order, draw);
+            let count = some.draw_unless_hidden(level, (&boxes, &[]), &order, draw);
             prop_assert!(count <= drawn.len() && all(&some, &occludees) == straight);
         });
     }
@@ -319,17 +319,18 @@ fn what_is_behind_or_beside_is_not_drawn() {
     let wall = |z: f32, x: f32| Aabb { min: [x - 2.0, -2.0, z - 0.2], max: [x + 2.0, 2.0, z] };
     // Near, behind it, beyond the edge, across the near plane.
     let boxes = [wall(-4.0, 0.0), wall(-9.0, 0.0), wall(-4.0, 90.0), wall(0.0, 0.0)];
-    let mut order = Vec::new();
-    let mut buffer = buffer(&view, [160, 90], Simd::best(), []);
-    let count = buffer.draw_unless_hidden(
-        Simd::best(),
-        &Boxes::from_slice(&boxes),
-        &[0, 1, 2, 3],
-        |b, i| {
+    let all = Boxes::from_slice(&boxes);
+    // What crosses the near plane has no size, and is drawn.
+    for (least, expected) in [(&[][..], vec![0, 3]), (&[1e4; 4], vec![3]), (&[1.0; 4], vec![0, 3])]
+    {
+        let mut order = Vec::new();
+        let mut buffer = buffer(&view, [160, 90], Simd::best(), []);
+        let numbers = [0, 1, 2, 3];
+        let count = buffer.draw_unless_hidden(Simd::best(), (&all, least), &numbers, |b, i| {
             order.push(i);
             let convex = Convex::from_box(&boxes[i as usize]).unwrap();
             convex.draw(Simd::best(), b, &Transform::IDENTITY);
-        },
-    );
-    assert_eq!((count, order), (2, vec![0, 3]));
+        });
+        assert_eq!((count, order), (expected.len(), expected));
+    }
 }

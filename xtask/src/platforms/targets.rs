@@ -1,12 +1,9 @@
 //! The machines.
 
-use super::{engine_tests, windows};
-use crate::tools::Done;
-
 /// A machine that answers are compared with.
 pub(super) struct Target {
     pub(super) name: &'static str,
-    /// As Rust calls it.
+    /// Rust's name for it.
     pub(super) triple: &'static str,
     /// Words before a program that run it.
     pub(super) runner: &'static [&'static str],
@@ -19,16 +16,23 @@ pub(super) struct Target {
     pub(super) c_compiler: Option<&'static [&'static str]>,
     pub(super) c_library: &'static str,
     pub(super) c_flags: &'static [&'static str],
-    /// What the names of programs end in.
+    /// End of the names of programs.
     pub(super) ending: &'static str,
     /// A line of the shell that succeeds where its compilers and its emulator are there, and the
     /// packages of Debian that have them.
     pub(super) probe: &'static str,
     pub(super) packages: &'static [&'static str],
-    /// What is done first.
-    pub(super) before: fn() -> Done,
-    /// What is tested besides.
-    pub(super) also: fn(&Target) -> Done,
+    pub(super) further: Further,
+}
+
+/// Tests besides the answers and the C library.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Further {
+    None,
+    /// Tests of the engine.
+    Engine,
+    /// Programs under Wine.
+    Programs,
 }
 
 /// This one.
@@ -45,8 +49,7 @@ pub(super) const HOST: Target = Target {
     ending: "",
     probe: "true",
     packages: &[],
-    before: || Ok(()),
-    also: |_| Ok(()),
+    further: Further::None,
 };
 
 /// Tells glibc that the processor has no fused multiply-add, as those before 2013.
@@ -86,7 +89,7 @@ pub(super) const OTHERS: &[Target] = &[
         c_flags: &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl"],
         probe: "command -v aarch64-linux-gnu-g++ && command -v qemu-aarch64",
         packages: &["g++-aarch64-linux-gnu", "libc6-dev-arm64-cross", "qemu-user"],
-        also: engine_tests,
+        further: Further::Engine,
         ..HOST
     },
     Target {
@@ -116,8 +119,7 @@ pub(super) const OTHERS: &[Target] = &[
         ending: ".exe",
         probe: "command -v x86_64-w64-mingw32-g++ && command -v wine",
         packages: &["gcc-mingw-w64-x86-64", "g++-mingw-w64-x86-64", "wine", "wine64"],
-        before: windows::prepare,
-        also: windows::test,
+        further: Further::Programs,
         ..HOST
     },
 ];

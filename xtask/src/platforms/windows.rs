@@ -4,9 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::{Built, built, cargo, folder, targets::Target, text};
+use super::built::{Built, built, cargo, folder, text};
+use super::targets::Target;
 use crate::plain;
-use crate::tools::{Done, command, output, run};
+use crate::tools::{Done, command, run};
 
 /// Wine 8 lacks this library of Windows, from which Rust takes the seeds of its maps.
 const SEEDS: &str = "\
@@ -17,18 +18,6 @@ BOOL WINAPI ProcessPrng(PBYTE at, SIZE_T count) { return RtlGenRandom(at, (ULONG
 
 /// A cube's corner, with ends of lines as Windows' editors write them.
 const MODEL: &str = "v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nv 0 0 1\r\nf 1 3 2\r\nf 1 2 4\r\nf 1 4 3\r\n";
-
-/// Where programs find libraries: that of seeds, the C library, and those of the compiler of C++.
-pub(super) fn path(target: &Target) -> String {
-    let mut folders = vec![folder().join("wine"), built(target, "")];
-    for library in ["libstdc++-6.dll", "libgcc_s_seh-1.dll", "libwinpthread-1.dll"] {
-        let found = output("x86_64-w64-mingw32-g++", &[&format!("-print-file-name={library}")]);
-        let file = found.map(|file| PathBuf::from(file.trim()));
-        folders.extend(file.and_then(|file| Some(file.parent()?.to_owned())));
-    }
-    let names: Vec<_> = folders.iter().map(|path| format!("Z:{}", text(path))).collect();
-    names.join(";").replace('/', "\\")
-}
 
 /// Makes the library of seeds.
 pub(super) fn prepare() -> Done {
@@ -52,39 +41,42 @@ pub(super) fn test(target: &Target) -> Done {
         target,
         &["build", "--package", "cullet-cli", "--package", "cullet-baker", "--bins"],
     ))?;
-    let here = |name: &str| plain::program(name);
+    let own = plain::program("cullet")?;
+    let here = |name: &str| command(&text(&own.with_file_name(name)), &[]);
     let there = |name: &str| Built { target, program: built(target, &format!("{name}.exe")) };
     let base = folder().join("wine/files");
     let _ = fs::remove_dir_all(&base);
-    let long = format!("{}/{}", "lång".repeat(30), "längre".repeat(25));
-    let folders = ["plain", "Räume und Türen 測試", &long].map(|name| base.join(name));
-    for folder in &folders {
-        fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-        fs::write(folder.join("a b é.obj"), MODEL).map_err(|e| e.to_string())?;
+    for name in ["plain", "Räume und Türen 測試"] {
+        let folder = written(&base.join(name))?;
         let both = |name: &str, args: &[&str], file: Option<&str>| {
-            let mut own = command(&text(&here(name)?), args);
-            let mut other = there(name).command(args);
-            own.current_dir(folder);
-            other.current_dir(folder);
+            let (mut own, mut other) = (here(name), there(name).command(args));
+            own.args(args).current_dir(&folder);
+            other.current_dir(&folder);
             same(own, other, file.map(|file| folder.join(file)))
         };
         both("cullet", &["info", "a b é.obj"], None)?;
-        both("cullet", &["picture", "a b é.obj", "-o", "ü.png"], Some("ü.png"))?;
-        both(
-            "cullet-baker",
-            &["cut", "a b é.obj", "--plane", "1,1,1,0.4", "-o", "ß.glb"],
-            Some("ß.glb"),
-        )?;
         both("cullet", &["info", "nicht da.obj"], None)?;
+        both("cullet", &["picture", "shaded", "a b é.obj", "--out", "ü.png"], Some("ü.png"))?;
+        let cut = ["cut", "a b é.obj", "--plane", "1,1,1,0.4", "-o", "ß.glb"];
+        both("cullet-baker", &cut, Some("ß.glb"))?;
     }
-    let report = there("cullet").command(&["report", "city:cells=4,objects=60", "-o", "bericht 1"]);
-    run({
-        let mut report = report;
-        report.current_dir(&base);
-        report
-    })?;
+    // More letters than a path of Windows has as a rule.
+    let long = written(&base.join("lång".repeat(30)).join("längre".repeat(25)))?;
+    let file = format!("Z:{}", text(&long.join("a b é.obj"))).replace('/', "\\");
+    run(there("cullet").command(&["info", &file]))?;
+    let mut report = there("cullet").command(&["report", "city:cells=4,objects=60"]);
+    report.args(["--out", "bericht 1"]).current_dir(&base);
+    run(report)?;
     let page = base.join("bericht 1/index.html");
     if page.is_file() { Ok(()) } else { Err(format!("{} was not written", page.display())) }
+}
+
+/// Makes a folder with a model in it.
+fn written(folder: &Path) -> Result<PathBuf, String> {
+    let fail = |e: std::io::Error| format!("{}: {e}", folder.display());
+    fs::create_dir_all(folder).map_err(fail)?;
+    fs::write(folder.join("a b é.obj"), MODEL).map_err(fail)?;
+    Ok(folder.to_owned())
 }
 
 /// Runs the program here and there: exit code, what it prints but for how paths are written, and

@@ -1,5 +1,7 @@
 //! The answer: from what is left in the working sets to [`Visible`].
 
+use alloc::vec::Vec;
+
 use super::Output;
 use super::frame::Frame;
 use super::log::Work;

@@ -1,5 +1,7 @@
 //! Candidates: instances that may be visible, as the caller knows from elsewhere.
 
+use alloc::vec::Vec;
+
 use super::{CullError, Culler, Evidence};
 use crate::funnel::Stage;
 use crate::scene::Scene;

@@ -1,5 +1,7 @@
 //! Numbers behind an explanation: what a stage held against what.
 
+use alloc::vec::Vec;
+
 use crate::cull::shadow::CasterReason;
 
 /// Numbers of a stage's test of one instance, as the stage had them. Lengths are in units of the

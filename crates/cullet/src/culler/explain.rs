@@ -1,5 +1,8 @@
 //! Why one instance is drawn or not, with the numbers of every stage that it came to.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use super::candidates::Candidates;
 use super::evidence::Evidence;
 use super::frame::{Alone, Frame, Viewer};

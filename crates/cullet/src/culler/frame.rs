@@ -1,6 +1,6 @@
 //! The frame: everything that the stages derive from a view, derived once.
 
-use std::borrow::Cow;
+use alloc::borrow::Cow;
 
 use super::candidates::{Candidates, Look};
 use super::shadow::ShadowView;

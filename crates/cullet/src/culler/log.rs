@@ -3,7 +3,8 @@
 //! Every stage counts what it takes where it takes it; what it leaves is what the next one
 //! receives.
 
-use std::ops::Range;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use super::frame::Frame;
 use super::run::{Run, triangles_of};

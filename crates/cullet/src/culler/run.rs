@@ -1,6 +1,6 @@
 //! Runs of clusters: what the stages after those of instances pass on.
 
-use std::ops::Range;
+use core::ops::Range;
 
 use crate::mesh::Mesh;
 use crate::scene::MeshId;

@@ -1,5 +1,7 @@
 //! A light as a kind of view: whose shadows on what a camera sees are wanted.
 
+use alloc::vec::Vec;
+
 use crate::bounds::{Aabb, Side};
 use crate::cull::frustum::batch::Planes;
 use crate::cull::shadow::Light;

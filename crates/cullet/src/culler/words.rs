@@ -1,6 +1,10 @@
 //! Words: the steps of an explanation as English sentences.
 
-use std::fmt::{Display, Formatter, Result};
+use alloc::format;
+use alloc::string::String;
+use alloc::string::ToString;
+use alloc::vec::Vec;
+use core::fmt::{Display, Formatter, Result};
 
 use super::evidence::{CellTest, CoverTest, Evidence, PlaneTest, Sight};
 use super::explain::Step;

@@ -6,6 +6,8 @@ mod eyes;
 
 pub use draws::{Draw, DrawCommand, DrawKey, DrawList, DrawState, InstanceNumbers, MeshPlace};
 
+use alloc::vec::Vec;
+
 use crate::funnel::{Funnel, Reason, Stage, Unit};
 use crate::scene::{Scene, SceneError, SceneVersion};
 
@@ -75,7 +77,7 @@ pub struct DroppedRange {
 ///
 /// Two results are equal if they list and count the same, whichever [`version`](Self::version) they
 /// are of, and whatever work and time it took.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Visible {
     /// Versions of the scene that was culled. Only while they are [its own](Scene::version) do
@@ -108,6 +110,31 @@ pub struct Visible {
     /// Where [levels of detail](crate::Culler::lod) were chosen: by how many pixels what is drawn
     /// may be off, which a budget may have raised.
     pub lod_pixels: Option<f64>,
+}
+
+impl Clone for Visible {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Allocates nothing where there is room.
+    fn clone_from(&mut self, source: &Self) {
+        self.version = source.version;
+        self.whole.clone_from(&source.whole);
+        self.partial.clone_from(&source.partial);
+        self.triangle_ranges.clone_from(&source.triangle_ranges);
+        self.triangles.clone_from(&source.triangles);
+        self.reasons.clone_from(&source.reasons);
+        self.dropped.clone_from(&source.dropped);
+        self.funnel.rows.clone_from(&source.funnel.rows);
+        self.funnel.frustum = source.funnel.frustum;
+        self.funnel.occlusion = source.funnel.occlusion;
+        self.triangle_count = source.triangle_count;
+        self.instance_count = source.instance_count;
+        self.lod_pixels = source.lod_pixels;
+    }
 }
 
 impl PartialEq for Visible {
@@ -173,7 +200,7 @@ impl Visible {
         let partial = self.partial.chunk_by(|a, b| a.slot == b.slot);
         let mut partial = partial.map(|ranges| ranges[0].slot).peekable();
         // No slot is in both.
-        std::iter::from_fn(move || match (whole.peek(), partial.peek()) {
+        core::iter::from_fn(move || match (whole.peek(), partial.peek()) {
             (Some(a), Some(b)) if b < a => partial.next(),
             (Some(_), _) => whole.next(),
             (None, _) => partial.next(),

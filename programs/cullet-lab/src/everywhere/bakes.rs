@@ -1,4 +1,4 @@
-//! What is baked: clusters, occluders, levels, rooms and sets.
+//! Baked data: clusters, occluders, levels, rooms and sets.
 
 use cullet::MeshData;
 use cullet_bake::clusters;
@@ -10,8 +10,8 @@ use cullet_io::Model;
 
 use crate::hash::line;
 
-/// What is simplified is often the same where C++ fuses a multiplication with an addition; that of
-/// this many triangles is not.
+/// Size of a ball whose levels differ where C++ fuses a multiplication with an addition; those of
+/// small meshes are often the same.
 #[cfg(feature = "levels")]
 const BALL: u16 = 30;
 

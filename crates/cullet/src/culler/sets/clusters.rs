@@ -1,6 +1,8 @@
 //! The working set of clusters: runs of them, and the instances of which no cluster can go by
 //! itself.
 
+use alloc::vec::Vec;
+
 use super::super::log::Log;
 use super::super::run::Run;
 use crate::bits;
@@ -56,7 +58,7 @@ impl Clusters {
                 log.drop_slot(slot, Reason { stage, detail: 0 });
             }
         }
-        std::mem::swap(runs, kept);
+        core::mem::swap(runs, kept);
         log.row(stage, Unit::Clusters, entered);
     }
 }

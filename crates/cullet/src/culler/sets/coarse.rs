@@ -1,6 +1,7 @@
 //! The instances of which levels of detail are drawn, and which clusters of those.
 
-use std::ops::Range;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use super::super::run::Run;
 use crate::bits;
@@ -125,7 +126,7 @@ impl Coarse {
     ) -> impl Iterator<Item = Range<u32>> + 'a {
         self.ranges[cut.ranges.clone()].iter().flat_map(move |range| {
             let (mut at, end) = (range.start, range.end);
-            std::iter::from_fn(move || {
+            core::iter::from_fn(move || {
                 let first = bits::next(wanted, at, end, true);
                 at = bits::next(wanted, first, end, false);
                 (first < at).then_some(first..at)

@@ -1,5 +1,7 @@
 //! The working set of instances: bits in words of 64 slots.
 
+use alloc::vec::Vec;
+
 use super::super::frame::Frame;
 use super::super::log::Log;
 use crate::bits;
@@ -161,7 +163,7 @@ pub(in super::super) const GROUP: usize = LANES * LANES * LANES / 64;
 /// The live words of each group that has any.
 pub(in super::super) fn groups(live: &[u32]) -> impl Iterator<Item = &[u32]> {
     let mut rest = live;
-    std::iter::from_fn(move || {
+    core::iter::from_fn(move || {
         let group = rest.first()? / GROUP as u32;
         let most = &rest[..rest.len().min(GROUP)];
         // Of what is wide in view most groups are whole, which takes one look.

@@ -1,5 +1,7 @@
 //! The working set of triangles: a list that each stage shortens in place.
 
+use alloc::vec::Vec;
+
 use super::super::log::Log;
 use super::super::run::Run;
 use crate::funnel::{Counts, Reason, Stage, Unit};
@@ -23,8 +25,8 @@ impl Triangles {
 
     /// Changes lists with an answer, whose memory is to be used.
     pub(in super::super) fn swap_with(&mut self, result: &mut Visible) {
-        std::mem::swap(&mut self.ranges, &mut result.triangle_ranges);
-        std::mem::swap(&mut self.list, &mut result.triangles);
+        core::mem::swap(&mut self.ranges, &mut result.triangle_ranges);
+        core::mem::swap(&mut self.list, &mut result.triangles);
     }
 
     /// Runs a stage over every range in place. The closure appends what it keeps, or returns

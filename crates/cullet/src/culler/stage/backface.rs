@@ -1,5 +1,7 @@
 //! Back faces: whole clusters by their cones, then triangles by their planes.
 
+use alloc::vec::Vec;
+
 use super::super::Backface;
 use super::super::frame::Frame;
 use super::super::log::Log;

@@ -1,6 +1,8 @@
 //! Candidates of the caller: what is none of them goes, and of those that are seen in part, the
 //! clusters beside that.
 
+use alloc::vec::Vec;
+
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::run::is_parted;

@@ -48,7 +48,7 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
 /// are in no answer.
 pub(in super::super) fn of_the_rest(frame: &Frame<'_>, sets: &Sets, log: &mut Log<'_>) {
     let entered = log.left.counts;
-    log.left.counts.triangles -= std::mem::take(&mut log.left.degenerate);
+    log.left.counts.triangles -= core::mem::take(&mut log.left.degenerate);
     log.row(Stage::Degenerate, Unit::Triangles, entered);
     if !log.lists_dropped() || entered == log.left.counts {
         return;

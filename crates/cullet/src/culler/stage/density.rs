@@ -5,6 +5,8 @@
 //! not how many pixels it covers, but how many instances may be behind them, of those that are
 //! [sampled](super::samples).
 
+use alloc::vec::Vec;
+
 use crate::array::Each;
 use crate::cull::occlusion::{BoxTests, ScreenBounds};
 use crate::scene::Scene;

@@ -1,6 +1,8 @@
 //! Frustum: what is outside of the view's half-spaces. Each of its steps makes a set of what is
 //! left of the one before.
 
+use alloc::vec::Vec;
+
 use super::super::Output;
 use super::super::evidence::{Evidence, PlaneTest};
 use super::super::frame::Frame;
@@ -49,7 +51,7 @@ pub(in super::super) fn instances(
         None => (0..words).for_each(|word| set.take(frame, word, u64::MAX, u64::MAX, all_in)),
     }
     if frame.culler.frustum {
-        let entered = std::mem::replace(&mut log.left, set.tally(scene));
+        let entered = core::mem::replace(&mut log.left, set.tally(scene));
         log.row(Stage::Frustum, Unit::Instances, entered.counts);
     }
 }

@@ -154,7 +154,7 @@ fn replace(
             && counts.clusters <= whole.counts.clusters
         {
             (least, found) = (counts, Some((number, levels.mesh)));
-            std::mem::swap(&mut cache.selection, &mut cache.best);
+            core::mem::swap(&mut cache.selection, &mut cache.best);
         }
     }
     if let Some((level, mesh)) = found {

@@ -7,8 +7,8 @@
 //! unseen: of ten million instances a budget is enough for some hundred. The choice is that of
 //! looking at everything.
 
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use alloc::collections::BinaryHeap;
+use core::cmp::Ordering;
 
 use super::super::sets::{Coarse, GROUP, groups};
 use super::density::Density;

@@ -8,7 +8,8 @@
 //! much of the budget is left, so that an order remembered from the last frame could choose others,
 //! and prove something else. What is remembered is memory.
 
-use std::collections::BinaryHeap;
+use alloc::collections::BinaryHeap;
+use alloc::vec::Vec;
 
 use super::super::evidence::{CoverTest, Evidence};
 use super::super::frame::{Alone, Frame};
@@ -228,7 +229,7 @@ fn choose_and_draw(
         let is_short = next < cache.ranked.len() || !is_all;
         let mut more = unspent - cost;
         if stake.is_limited() {
-            let before = std::mem::replace(&mut hidden, cache.samples.hidden_share(frame, buffer));
+            let before = core::mem::replace(&mut hidden, cache.samples.hidden_share(frame, buffer));
             // As long as what it finds is worth it.
             more = if stake.saved(hidden - before) > cost {
                 more.max(stake.budget(hidden) - spent)

@@ -3,6 +3,8 @@
 //! They are picked by handles, and summed in the order of these, so that neither the order of slots
 //! nor the nodes have a say in what is decided by them.
 
+use alloc::vec::Vec;
+
 use super::super::Output;
 use super::super::frame::Frame;
 use super::super::run::is_parted;

@@ -4,6 +4,8 @@
 //! cut of its own levels and of what would be drawn of those below it: found from above, where one
 //! that is surely less than anything below spares the rest, and then from below.
 
+use alloc::vec::Vec;
+
 use super::super::evidence::Evidence;
 use super::super::frame::Frame;
 use super::super::log::Log;

@@ -74,6 +74,8 @@ pub(super) fn bounds(shapes: &[Shape]) -> Vec<Aabb> {
 pub(super) struct Engine<'a> {
     prepared: &'a Prepared,
     shapes: &'a [Shape],
+    /// The least pixels that each is drawn with; none where all are.
+    least: Vec<f32>,
     simd: Simd,
     buffer: OcclusionBuffer,
     planes: Option<Planes>,
@@ -94,6 +96,7 @@ impl<'a> Engine<'a> {
         Ok(Self {
             prepared,
             shapes,
+            least: Vec::new(),
             simd,
             buffer: OcclusionBuffer::new(size).map_err(Failure::usage)?,
             planes: None,
@@ -101,6 +104,13 @@ impl<'a> Engine<'a> {
             visible: Vec::new(),
             hidden: Vec::new(),
         })
+    }
+}
+
+impl Engine<'_> {
+    /// The same, which passes over shapes of too few pixels.
+    pub(super) fn thrifty(self) -> Self {
+        Self { least: self.shapes.iter().map(Shape::worth_pixels).collect(), ..self }
     }
 }
 
@@ -118,9 +128,13 @@ impl Rasteriser for Engine<'_> {
 
     fn draw_unless_hidden(&mut self, pieces: &[u32]) -> usize {
         let (level, shapes, boxes) = (self.simd, self.shapes, &self.prepared.pieces.boxes);
-        self.buffer.draw_unless_hidden(level, boxes, pieces, |buffer, i| {
+        self.buffer.draw_unless_hidden(level, (boxes, &self.least), pieces, |buffer, i| {
             draw(&shapes[i as usize], level, buffer);
         })
+    }
+
+    fn is_thrifty(&self) -> bool {
+        !self.least.is_empty()
     }
 
     fn test(&mut self, boxes: &Boxes, answers: &mut [u8]) {

@@ -156,10 +156,9 @@ pub(super) fn measure(
             m.triangles += triangles as f64;
             m.pieces += pieces as f64;
         };
-        fill(0, rasteriser, &mut scratch);
-        fill(2, rasteriser, &mut scratch);
-        // Last, for the tests are held against it.
-        fill(1, rasteriser, &mut scratch);
+        // The tests are held against the last.
+        let modes = if rasteriser.is_thrifty() { [0, 1, 2] } else { [0, 2, 1] };
+        modes.into_iter().for_each(|mode| fill(mode, rasteriser, &mut scratch));
 
         let first = found.answers.len();
         found.answers.resize(first + prepared.objects.len(), VISIBLE);

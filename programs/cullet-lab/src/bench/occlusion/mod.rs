@@ -58,6 +58,10 @@ pub struct OcclusionArgs {
     /// Let triangles hide from their fronts alone; in the reference they hide from both sides
     #[arg(long, requires = "scene")]
     one_sided: bool,
+    /// Pass over patches of fewer than 16 pixels a facet too, where hidden ones are passed over, and
+    /// hold the answers against what is drawn then
+    #[arg(long, requires = "scene")]
+    thrifty: bool,
     /// The SIMD level, such as avx2 [default: the best of this machine]
     #[arg(long, value_name = "NAME", requires = "scene", value_parser = level)]
     level: Option<(&'static str, Simd)>,
@@ -107,6 +111,9 @@ pub(super) fn run_scene(o: &OcclusionArgs, json: Option<&Path>, console: &Consol
     let prepared = prepared.in_pieces(engine::bounds(&shapes));
     let mut engine =
         Engine::new(&prepared, &shapes, level.1, o.resolution).map_err(|e| fail(e.message))?;
+    if o.thrifty {
+        engine = engine.thrifty();
+    }
     let mut bar = console.progress("measuring", views as u64);
     let found = measure(&prepared, level.1, &mut engine, passes, &mut || {
         bar.step();

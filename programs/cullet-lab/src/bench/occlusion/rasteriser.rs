@@ -22,6 +22,11 @@ pub(super) trait Rasteriser {
     /// how many it drew.
     fn draw_unless_hidden(&mut self, pieces: &[u32]) -> usize;
 
+    /// Whether that passes over more than what is hidden, so that tests are held against it.
+    fn is_thrifty(&self) -> bool {
+        false
+    }
+
     /// Says of each box whether it is outside, visible or hidden, by what is drawn.
     fn test(&mut self, boxes: &Boxes, answers: &mut [u8]);
 }

