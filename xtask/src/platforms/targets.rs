@@ -116,6 +116,7 @@ pub(super) const OTHERS: &[Target] = &[
         ],
         c_compiler: Some(&["x86_64-w64-mingw32-gcc"]),
         c_library: "cullet.dll",
+        c_flags: &["-lpthread"],
         ending: ".exe",
         probe: "command -v x86_64-w64-mingw32-g++ && command -v wine",
         packages: &["gcc-mingw-w64-x86-64", "g++-mingw-w64-x86-64", "wine", "wine64"],
