@@ -30,11 +30,11 @@ mod raster;
 mod select;
 
 pub use occluder::{Convex, Occluder, Patch, Shape};
-pub(crate) use occluder::{CostModel, LeastCost};
+pub(crate) use occluder::{CostModel, LeastCost, cross, dot};
 pub use query::Visibility;
 pub(crate) use query::{BoxTests, Nearest};
 pub use raster::{OcclusionBuffer, ScreenBounds, TILE};
-pub(crate) use select::{Candidate, Choice};
+pub(crate) use select::Candidate;
 pub use select::{DynamicSurface, Occlusion};
 
 use thiserror::Error;

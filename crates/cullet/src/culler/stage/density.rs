@@ -29,6 +29,7 @@ pub(super) struct Density {
     weights: Vec<u32>,
     scale: f32,
     densest: f32,
+    thinnest: f32,
     all: f32,
 }
 
@@ -76,6 +77,7 @@ impl Density {
         self.scale = pixels / total as f32;
         // A pixel of a cell has its weight times CELL² over as many pixels.
         self.densest = most as f32 * self.scale;
+        self.thinnest = count.max(1) as f32 * self.scale;
         self.all = self.of([0; 2], size.each(|s| s - 1));
     }
 
@@ -94,8 +96,17 @@ impl Density {
         bounds.map_or(self.all, |f| self.of(f.min, f.max))
     }
 
+    /// Most weight of `pixels` pixels of some bounds.
+    pub(super) fn most_of(&self, bounds: Option<ScreenBounds>, pixels: f32) -> f32 {
+        let Some(f) = bounds else { return self.all };
+        // Raised by more than its rounding.
+        let most = pixels * self.densest_of(f.min, f.max) * (1.0 + 1e-5);
+        // Where the bounds have more than that by the weight that all pixels have, it is the less.
+        if f.pixels() * self.thinnest > most { most } else { self.of(f.min, f.max).min(most) }
+    }
+
     /// Most weight of a pixel of some, or of all, where they lie in many cells.
-    pub(super) fn densest_of(&self, min: [u32; 2], max: [u32; 2]) -> f32 {
+    fn densest_of(&self, min: [u32; 2], max: [u32; 2]) -> f32 {
         let [x0, y0] = min.each(|v| v as usize / CELL as usize);
         let [x1, y1] = max.each(|v| v as usize / CELL as usize);
         if (x1 - x0 + 1) * (y1 - y0 + 1) > FEW_CELLS {

@@ -2,13 +2,16 @@
 //!
 //! The score of a shape is what may be behind its [pixels](super::density) for what drawing it
 //! costs, so no shape below a node has a higher score than the cheapest of the scene would have
-//! over all of the node's pixels. Nodes are looked into from the best bound on, those of 4,096
-//! slots first, and as soon as the budget is used up what cannot be among the chosen is passed over
-//! unseen: of ten million instances a budget is enough for some hundred. The choice is that of
-//! looking at everything.
+//! over all of the node's pixels. What was found waits on a heap, nodes by such a bound and shapes by
+//! their score. The best is taken: a node is opened, an instance gives its shapes, and a shape is
+//! the best of all, since everything else has a lower bound. So of ten million instances only those
+//! are looked at that lie around the some hundred that are drawn.
+//!
+//! What is taken is drawn in batches. Each hides some of what waits, which is found when it comes to
+//! the top.
 
 use alloc::collections::BinaryHeap;
-use core::cmp::Ordering;
+use alloc::vec::Vec;
 
 use super::super::sets::{Coarse, GROUP, groups};
 use super::density::Density;
@@ -17,11 +20,13 @@ use crate::bits;
 use crate::bounds::{Aabb, Block, BoxBlock, LANES};
 use crate::cull::detail::Detail;
 use crate::cull::occlusion::{
-    BoxTests, Candidate, Choice, CostModel, LeastCost, Occluder, OcclusionBuffer, ScreenBounds,
-    Shape,
+    BoxTests, Candidate, CostModel, LeastCost, Occluder, OcclusionBuffer, ScreenBounds, Shape,
+    cross, dot,
 };
 use crate::prepared::Prepared;
 use crate::scene::Scene;
+use crate::sort::of_f32;
+use crate::transform::Transform;
 use crate::view::View;
 
 /// Smaller ones hide next to nothing.
@@ -41,6 +46,8 @@ pub(super) struct Search<'a> {
     pub(super) buffer: &'a OcclusionBuffer,
     pub(super) tests: BoxTests<'a>,
     pub(super) costs: CostModel,
+    /// Least cost of a shape of the scene.
+    pub(super) least_cost: LeastCost,
     /// Whether the fronts of one-sided shapes hide anything.
     pub(super) fronts_are_drawn: bool,
     /// Around where the view begins; see [`is_within`].
@@ -50,9 +57,6 @@ pub(super) struct Search<'a> {
     pub(super) live: &'a [u32],
     /// Instances that are drawn by levels. They hide nothing: the shapes are of the mesh in full.
     pub(super) coarse: &'a Coarse,
-    /// The slots and shapes that the buffer has by now, ascending. What is hidden behind them is
-    /// passed over.
-    pub(super) drawn: &'a [(u32, u32)],
     /// Value of pixels.
     pub(super) density: &'a Density,
     pub(super) view: &'a View,
@@ -61,236 +65,190 @@ pub(super) struct Search<'a> {
     pub(super) fade: Option<Detail>,
 }
 
-/// A node, and the highest score that a shape in it may have: the greater the better.
+/// Nodes, instances and shapes that were found and not taken yet. Memory that is used again.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Frontier {
+    open: BinaryHeap<Entry>,
+    found: Vec<Found>,
+    /// Batches that were drawn since the search began.
+    drawn: u32,
+    considered: u64,
+}
+
+/// An entry by its score, the highest first; of one score, nodes first, then the lower slot, then
+/// what was found first. With it the complement of its place among what was found.
+type Entry = (u64, u32);
+
+/// What an entry stands for.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Group {
-    score: f32,
-    /// Level of the node in the hierarchy, 0 to 2: it holds 16, 256 or 4,096 slots.
-    level: usize,
-    number: u32,
+struct Found {
+    what: What,
+    bounds: Option<ScreenBounds>,
+    /// Batches that had been drawn when it was found not to be hidden.
+    drawn: u32,
 }
 
-impl Ord for Group {
-    fn cmp(&self, other: &Self) -> Ordering {
-        let ties = || (other.level, other.number).cmp(&(self.level, self.number));
-        self.score.total_cmp(&other.score).then_with(ties)
-    }
-}
-
-impl PartialOrd for Group {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Group {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Group {}
-
-/// Limits that refuse a node without looking into it.
 #[derive(Clone, Copy, Debug)]
-struct Limits {
-    /// Least cost of a shape of the scene.
-    least_cost: LeastCost,
-    /// Least value worth looking at. A shape with less has a lower score than any that may be
-    /// taken.
-    least_value: f32,
+enum What {
+    /// A node of `level` 0 to 2, which holds 16, 256 or 4,096 slots.
+    Node {
+        level: u32,
+        number: u32,
+    },
+    Instance {
+        slot: u32,
+    },
+    Shape {
+        slot: u32,
+        shape: u32,
+        cost: f32,
+    },
+}
+
+impl Frontier {
+    /// Forgets everything but the memory.
+    fn clear(&mut self) {
+        self.open.clear();
+        self.found.clear();
+        (self.drawn, self.considered) = (0, 0);
+    }
+
+    /// Notes that what was taken is drawn, so that what waits may be hidden.
+    pub(super) fn note_drawn(&mut self) {
+        self.drawn += 1;
+    }
+
+    /// Number of shapes that were looked at.
+    pub(super) fn considered(&self) -> u64 {
+        self.considered
+    }
+
+    fn push(&mut self, score: f32, what: What, bounds: Option<ScreenBounds>) {
+        let ties = match what {
+            What::Node { .. } => u32::MAX,
+            What::Instance { slot } | What::Shape { slot, .. } => !slot,
+        };
+        let key = u64::from(of_f32(score)) << 32 | u64::from(ties);
+        self.open.push((key, !(self.found.len() as u32)));
+        self.found.push(Found { what, bounds, drawn: self.drawn });
+    }
 }
 
 impl Search<'_> {
-    /// Fills `choice`; `open` is memory.
-    pub(super) fn run(&self, open: &mut BinaryHeap<Group>, choice: &mut Choice) {
-        let mut limits = Limits { least_cost: self.least_cost(), least_value: 0.0 };
-        open.clear();
-        self.list_highest(limits, open);
-        let mut least_score = 0.0;
-        while let Some(group) = open.pop() {
-            if !choice.may_take(group.score) {
-                break;
-            }
-            if choice.least_score() != least_score {
-                least_score = choice.least_score();
-                let (costs, densest) = (&self.costs, self.density.densest());
-                limits.least_value = costs.least_value(limits.least_cost, least_score, densest);
-            }
-            if group.level == 2 {
-                self.open(group.number as usize, limits, open);
-            } else {
-                self.look_into(group.number as usize, limits, choice);
-            }
-        }
-    }
-
-    /// Least cost of a shape of the scene.
-    fn least_cost(&self) -> LeastCost {
-        let prepared = self.scene.prepared();
-        if prepared.len() > MOST_MESHES {
-            return LeastCost::ANY;
-        }
-        let of = prepared.iter().filter_map(Prepared::occluder).map(Occluder::least_cost);
-        of.fold(LeastCost::default(), LeastCost::or)
-    }
-
-    /// Value of screen bounds of `pixels` at most, of which each has no more than `densest`; all of
-    /// the screen where it crosses the near plane. `None` is for less than `least`.
-    fn value(
-        &self,
-        bounds: Option<ScreenBounds>,
-        pixels: f32,
-        densest: f32,
-        least: f32,
-    ) -> Option<f32> {
-        // A product, before the more expensive sums; raised by more than its rounding.
-        let most = pixels * densest * (1.0 + 1e-5);
-        if most < least {
-            return None;
-        }
-        let value = self.density.of_bounds(bounds).min(most);
-        (value >= least).then_some(value)
-    }
-
-    /// Returns the [`value`](Self::value) of an instance or a shape itself, by its `bounds`. `None`
-    /// is for less than `least`.
-    fn value_of(&self, bounds: Option<ScreenBounds>, least: f32) -> Option<f32> {
-        let pixels = bounds.map_or(f32::INFINITY, |f| f.pixels());
-        self.value(bounds, pixels, self.density.densest(), least)
-    }
-
-    /// Returns an upper bound of the [`value`](Self::value) of every shape below `node` of `level`,
-    /// 0 to 2. A shape's pixels are limited by the largest box below the node, since a large node
-    /// may hold only small boxes. `None` is for less than `least`, and for fewer pixels than
-    /// [`LEAST_PIXELS`].
-    fn value_below(
-        &self,
-        bounds: Option<ScreenBounds>,
-        level: usize,
-        node: usize,
-        least: f32,
-    ) -> Option<f32> {
-        let Some(f) = bounds else { return self.value_of(None, least) };
-        let sizes = self.scene.hierarchy().nodes().largest_below(level, node);
-        let pixels = self.tests.most_pixels(&f, sizes);
-        if pixels < LEAST_PIXELS {
-            return None;
-        }
-        self.value(bounds, pixels, self.density.densest_of(f.min, f.max), least)
-    }
-
-    /// Lists the nodes of 4,096 slots.
-    fn list_highest(&self, limits: Limits, open: &mut BinaryHeap<Group>) {
+    /// Begins the search: lists the nodes of 4,096 slots.
+    pub(super) fn begin(&self, frontier: &mut Frontier) {
+        frontier.clear();
         let mut live = groups(self.live).map(|live| live[0] as usize / GROUP).peekable();
         while let Some(first) = live.next() {
             let (block, mut wanted) = (first / LANES, 1 << (first % LANES));
             while let Some(next) = live.next_if(|group| group / LANES == block) {
                 wanted |= 1 << (next % LANES);
             }
-            self.bounds_of_nodes((2, block), wanted, |number, bounds| {
-                open.extend(self.group(2, number, bounds, limits));
-            });
+            self.list_nodes((2, block), wanted, frontier);
         }
     }
 
-    /// Lists the nodes of 256 below one of 4,096.
-    fn open(&self, group: usize, limits: Limits, open: &mut BinaryHeap<Group>) {
-        let words = self.alive[group * GROUP..].chunks(GROUP / LANES).take(LANES);
-        let wanted = words.enumerate().fold(0_u64, |wanted, (n, words)| {
-            wanted | u64::from(words.iter().any(|&word| word != 0)) << n
-        });
-        self.bounds_of_nodes((1, group), wanted, |number, bounds| {
-            open.extend(self.group(1, number, bounds, limits));
-        });
+    /// Takes the best shapes that are not hidden, until they cost `enough` or the next one would
+    /// cost more than `most` with them. Returns whether something is left to take.
+    pub(super) fn take(
+        &self,
+        frontier: &mut Frontier,
+        [enough, most]: [f32; 2],
+        chosen: &mut Vec<Candidate>,
+    ) -> bool {
+        let mut sum = 0.0;
+        chosen.clear();
+        while let Some(&(_, place)) = frontier.open.peek() {
+            let Found { what, bounds, drawn } = frontier.found[!place as usize];
+            let is_hidden = drawn != frontier.drawn && self.is_hidden(bounds, frontier);
+            if let (What::Shape { cost, .. }, false) = (what, is_hidden)
+                && sum + cost > most
+            {
+                return true;
+            }
+            frontier.open.pop();
+            match what {
+                _ if is_hidden => {}
+                What::Node { level, number } => self.open(level, number as usize, frontier),
+                What::Instance { slot } => self.list_shapes(slot, bounds, frontier),
+                What::Shape { slot, shape, cost } => {
+                    let nearness = bounds.map_or(f32::INFINITY, |f| f.nearness);
+                    chosen.push(Candidate { nearness, slot, shape, cost, bounds });
+                    sum += cost;
+                    if sum >= enough {
+                        return true;
+                    }
+                }
+            }
+        }
+        false
     }
 
-    /// Calls back with the number and the screen bounds of the nodes of a block of a level that are
-    /// wanted, but for those with too few pixels and those outside; `None` is for one that has no
-    /// bounds, since it crosses the near plane or was not made for all instances that are there
-    /// now.
-    fn bounds_of_nodes(
-        &self,
-        (level, block): (usize, usize),
-        wanted: u64,
-        mut each: impl FnMut(usize, Option<ScreenBounds>),
-    ) {
+    /// Lists what is below a node of `level`.
+    fn open(&self, level: u32, node: usize, frontier: &mut Frontier) {
+        let alive = |slots: usize, n: usize| {
+            let first = (node * LANES + n) * slots;
+            let words = first / 64..(first + slots).div_ceil(64).min(self.alive.len());
+            let word = self.alive.get(words).unwrap_or(&[]).iter().fold(0, |any, word| any | word);
+            word >> (first % 64) & u64::MAX >> (64 - slots.min(64)) != 0
+        };
+        let wanted = |slots: usize| {
+            (0..LANES).fold(0_u64, |wanted, n| wanted | u64::from(alive(slots, n)) << n)
+        };
+        match level {
+            0 => self.list_instances(node, frontier),
+            1 => self.list_nodes((0, node), wanted(LANES), frontier),
+            _ => self.list_nodes((1, node), wanted(LANES * LANES), frontier),
+        }
+    }
+
+    /// Lists the `wanted` nodes of a block of a level, but for those with too few pixels and those
+    /// that are hidden or outside. A node without bounds crosses the near plane or was not made for
+    /// all instances that are there now.
+    fn list_nodes(&self, (level, block): (usize, usize), wanted: u64, frontier: &mut Frontier) {
         let nodes = self.scene.hierarchy().nodes();
         let of_level = nodes.levels().get(level).and_then(|l| l.blocks().get(block));
         let whole = (nodes.len() / LANES.pow(level as u32 + 1)).saturating_sub(block * LANES);
         let known = wanted & of_level.map_or(0, |_| (1 << whole.min(LANES)) - 1);
-        bits::ones(wanted & !known).for_each(|n| each(block * LANES + n, None));
+        let mut list = |n: usize, bounds: Option<ScreenBounds>| {
+            let number = block * LANES + n;
+            // A node may be large and hold only small boxes.
+            let largest = || nodes.largest_below(level, number);
+            let pixels = bounds.map_or(f32::INFINITY, |f| self.tests.most_pixels(&f, largest()));
+            if pixels < LEAST_PIXELS || self.is_hidden(bounds, frontier) {
+                return;
+            }
+            let value = self.density.most_of(bounds, pixels);
+            let score = self.costs.score(self.least_cost, value, self.density.densest());
+            let what = What::Node { level: level as u32, number: number as u32 };
+            frontier.push(score, what, bounds);
+        };
+        bits::ones(wanted & !known).for_each(|n| list(n, None));
         if let Some(of_level) = of_level.filter(|_| known != 0) {
-            self.tests.bounds_of_nodes(of_level, known, LEAST_PIXELS, |n, bounds| {
-                each(block * LANES + n, bounds);
-            });
+            self.tests.bounds_of_nodes(of_level, known, LEAST_PIXELS, list);
         }
-    }
-
-    /// A node that may hold what may be taken.
-    fn group(
-        &self,
-        level: usize,
-        number: usize,
-        bounds: Option<ScreenBounds>,
-        limits: Limits,
-    ) -> Option<Group> {
-        let value = self.value_below(bounds, level, number, limits.least_value)?;
-        let score = self.costs.score(limits.least_cost, value, self.density.densest());
-        (!self.is_hidden(bounds)).then_some(Group { score, level, number: number as u32 })
     }
 
     /// Whether what was drawn hides all of some screen bounds. Where a node's are hidden, so are
     /// those of all that is below it, so that what is considered does not depend on the nodes.
-    fn is_hidden(&self, bounds: Option<ScreenBounds>) -> bool {
+    fn is_hidden(&self, bounds: Option<ScreenBounds>, frontier: &Frontier) -> bool {
         let covers = |b| self.buffer.covers(self.tests.simd(), &b);
-        !self.drawn.is_empty() && bounds.is_some_and(covers)
+        frontier.drawn > 0 && bounds.is_some_and(covers)
     }
 
-    /// Looks into the sixteen blocks of a node of 256 slots.
-    fn look_into(&self, group: usize, limits: Limits, choice: &mut Choice) {
-        let alive = |n: usize| {
-            let word = self.alive.get(group * 4 + n / 4).copied().unwrap_or(0);
-            word >> (n % 4 * LANES) & 0xffff != 0
-        };
-        let wanted = (0..LANES).fold(0_u64, |wanted, n| wanted | u64::from(alive(n)) << n);
-        let none = Group { score: 0.0, level: 0, number: 0 };
-        let (mut blocks, mut count) = ([none; LANES], 0);
-        // The best first: what they hold rules out the others.
-        self.bounds_of_nodes((0, group), wanted, |number, bounds| {
-            if let Some(block) = self.group(0, number, bounds, limits) {
-                let mut at = count;
-                while at > 0 && blocks[at - 1] < block {
-                    blocks[at] = blocks[at - 1];
-                    at -= 1;
-                }
-                blocks[at] = block;
-                count += 1;
-            }
-        });
-        for block in &blocks[..count] {
-            if choice.may_take(block.score) {
-                self.look_at(block.number as usize, limits.least_value, choice);
-            }
-        }
-    }
-
-    /// Looks at sixteen instances.
-    fn look_at(&self, block: usize, least_value: f32, choice: &mut Choice) {
+    /// Lists sixteen instances, of those that may hide something.
+    fn list_instances(&self, block: usize, frontier: &mut Frontier) {
         let alive = self.alive[block / 4] >> (block % 4 * LANES) & 0xffff;
         let boxes = &self.scene.boxes().blocks()[block];
         self.tests.bounds_of(boxes, alive, LEAST_PIXELS, |lane, bounds| {
             let slot = (block * LANES + lane) as u32;
-            if let Some(value) = self.value_of(bounds, least_value)
-                && let Some(occluder) = occluder_of(self.scene, self.coarse, slot)
+            if let Some(occluder) = occluder_of(self.scene, self.coarse, slot)
                 && !self.fades(slot)
+                && !self.is_hidden(bounds, frontier)
             {
-                let least_cost = occluder.least_cost();
-                if choice.may_take(self.costs.score(least_cost, value, self.density.densest()))
-                    && !self.is_hidden(bounds)
-                {
-                    self.consider(slot, occluder, bounds, value, least_value, choice);
-                }
+                let (least, densest) = (occluder.least_cost(), self.density.densest());
+                let score = self.costs.score(least, self.density.of_bounds(bounds), densest);
+                frontier.push(score, What::Instance { slot }, bounds);
             }
         });
     }
@@ -319,84 +277,95 @@ impl Search<'_> {
         Some([min, max].each(|p| array::from_fn(|a| pixel(p[a], a))))
     }
 
-    /// Considers the shapes of an instance that are for a view which begins within what it seals
-    /// off, or does not.
-    fn consider(
-        &self,
-        slot: u32,
-        occluder: &Occluder,
-        bounds: Option<ScreenBounds>,
-        most: f32,
-        least_value: f32,
-        choice: &mut Choice,
-    ) {
+    /// Lists the shapes of an instance that are for a view which begins within what it seals off,
+    /// or does not.
+    fn list_shapes(&self, slot: u32, of: Option<ScreenBounds>, frontier: &mut Frontier) {
         let Self { scene, tests, .. } = self;
+        let Some(occluder) = scene.prepared_of(slot).occluder() else { return };
         let within = is_within(scene, slot, occluder, &self.near);
-        let mut consider = |number: usize, bounds: Option<ScreenBounds>| {
-            let pixels = bounds.map_or(f32::INFINITY, |f| f.pixels());
-            let Some(value) = self.value_of(bounds, least_value) else { return };
-            let cost = |pixels: f32| self.costs.cost(occluder.edges()[number], pixels);
-            // No more than the instance, by whose pixels it was sought. The shape itself is looked
-            // at last: of some instances there are thousands.
-            if bounds.is_some() && !choice.may_take(value.min(most) / cost(pixels)) {
-                return;
-            }
+        type Area<'a> = &'a dyn Fn() -> Option<[f32; 3]>;
+        let mut list = |number: usize, bounds: Option<ScreenBounds>, area: Area<'_>| {
             let shape = &occluder.shapes()[number];
-            if !(self.fronts_are_drawn || shape.is_two_sided()) || !occluder.is_for(number, within)
+            if !(self.fronts_are_drawn || shape.is_two_sided())
+                || !occluder.is_for(number, within)
+                || self.is_hidden(bounds, frontier)
             {
                 return;
             }
             // Bounds that cross the near plane have no screen bounds; those of the part beyond
             // estimate them.
-            let (pixels, value) = match bounds {
-                Some(_) => (pixels, value),
+            let (min, max) = match bounds {
+                Some(f) => (f.min, f.max),
                 None => match self.seen_part(slot, shape) {
-                    Some([min, max]) => (
-                        ScreenBounds { min, max, nearness: 0.0 }.pixels(),
-                        self.density.of(min, max),
-                    ),
+                    Some([min, max]) => (min, max),
                     None => return,
                 },
             };
-            let cost = cost(pixels);
-            let candidate = Candidate {
-                score: value.min(most) / cost,
-                nearness: bounds.map_or(f32::INFINITY, |f| f.nearness),
-                slot,
-                shape: number as u32,
-                cost,
-                bounds,
-            };
-            // The most expensive test comes last.
-            if choice.may_take(candidate.score)
-                && self.drawn.binary_search(&(slot, number as u32)).is_err()
-                && !self.is_hidden(bounds)
-            {
-                choice.consider(candidate);
+            let pixels = ScreenBounds { min, max, nearness: 0.0 }.pixels();
+            // Of a patch, those that it covers; a body covers most of its box.
+            let facing = occluder.facing()[number].as_ref().filter(|_| bounds.is_some());
+            let covered = facing.and_then(|facing| Some(facing.pixels(area()?).min(pixels)));
+            let covered = covered.unwrap_or(pixels);
+            if covered < LEAST_PIXELS {
+                return;
             }
+            let cost = self.costs.cost(occluder.edges()[number], pixels);
+            let score = self.density.of(min, max) * (covered / pixels) / cost;
+            frontier.considered += 1;
+            frontier.push(score, What::Shape { slot, shape: number as u32, cost }, bounds);
+        };
+        let transform = scene.transform(slot);
+        let of_box = |b: &Aabb| {
+            let v = tests.pixels_of_area([0, 1, 2].map(|a| (b.min[a] + b.max[a]) * 0.5))?;
+            Some(in_object(transform, v))
         };
         if let [_] = occluder.shapes() {
-            consider(0, bounds);
+            list(0, of, &|| of_box(&scene.bounds(slot)));
             return;
         }
         if occluder.shapes().len() <= FEW_SHAPES {
             // A projection of its own costs more than what it tells.
             let mut block = BoxBlock([[0.0; LANES]; 6]);
-            let transform = scene.transform(slot);
+            let mut boxes = [Aabb::EMPTY; FEW_SHAPES];
             for (lane, shape) in occluder.shapes().iter().enumerate() {
-                block.set(lane, &transform.transform_box(&shape.bounds(), scene.origin()));
+                boxes[lane] = transform.transform_box(&shape.bounds(), scene.origin());
+                block.set(lane, &boxes[lane]);
             }
             let wanted = (1 << occluder.shapes().len()) - 1;
-            tests.bounds_of(&block, wanted, LEAST_PIXELS, consider);
+            tests.bounds_of(&block, wanted, LEAST_PIXELS, |lane, b| {
+                list(lane, b, &|| of_box(&boxes[lane]));
+            });
             return;
         }
-        let tests = tests.for_object(scene.transform(slot));
+        let tests = tests.for_object(transform);
         for (at, block) in occluder.boxes().blocks().iter().enumerate() {
             let count = occluder.shapes().len().saturating_sub(at * LANES).min(LANES);
             let wanted = (1 << count) - 1;
-            tests.bounds_of(block, wanted, LEAST_PIXELS, |lane, b| consider(at * LANES + lane, b));
+            tests.bounds_of(block, wanted, LEAST_PIXELS, |lane, b| {
+                let middle = |a: usize| (block.0[a + 3][lane] - block.0[a][lane]) * 0.5;
+                list(at * LANES + lane, b, &|| tests.pixels_of_area([0, 1, 2].map(middle)));
+            });
         }
     }
+}
+
+/// Vector of area in the space of an object for one in the space of the scene: the products with
+/// area vectors are the same, and as they would be without a mirror.
+fn in_object(transform: &Transform, v: [f32; 3]) -> [f32; 3] {
+    let [x, y, z] = transform.linear;
+    let columns = [cross(y, z), cross(z, x), cross(x, y)];
+    let side = if dot(columns[0], x) < 0.0 { -1.0 } else { 1.0 };
+    columns.map(|column| dot(column, v) * side)
+}
+
+/// Returns the least cost of a shape of a scene.
+pub(super) fn least_cost(scene: &Scene) -> LeastCost {
+    let prepared = scene.prepared();
+    if prepared.len() > MOST_MESHES {
+        return LeastCost::ANY;
+    }
+    let of = prepared.iter().filter_map(Prepared::occluder).map(Occluder::least_cost);
+    of.fold(LeastCost::default(), LeastCost::or)
 }
 
 /// The occluder of an instance that may hide something.

@@ -8,7 +8,6 @@
 //! much of the budget is left, so that an order remembered from the last frame could choose others,
 //! and prove something else. What is remembered is memory.
 
-use alloc::collections::BinaryHeap;
 use alloc::vec::Vec;
 
 use super::super::evidence::{CoverTest, Evidence};
@@ -17,26 +16,25 @@ use super::super::log::Log;
 use super::super::run::{Run, is_parted};
 use super::super::sets::{Clusters, Coarse, GROUP, Instances, groups, slots};
 use super::density::Density;
-use super::occluders::{Group, Search};
+use super::occluders::{Frontier, Search, least_cost};
 use super::samples::Samples;
 use super::stake::Stake;
 use crate::bits;
 use crate::bounds::Aabb;
 use crate::cull::occlusion::{
-    BoxTests, Candidate, Choice, CostModel, Nearest, Occlusion, OcclusionBuffer, ScreenBounds,
+    BoxTests, Candidate, CostModel, LeastCost, Nearest, Occlusion, OcclusionBuffer, ScreenBounds,
     Visibility,
 };
 use crate::funnel::{OcclusionTimes, OcclusionWork, Reason, Stage};
 use crate::scene::{MeshId, Scene, Tally};
-use crate::sort::{Sorter, pair};
+use crate::sort::Sorter;
 use crate::view::View;
 
-/// How often occluders are chosen at the most.
+/// How often at the most it is looked whether more may be spent than the stake.
 const ROUNDS: u32 = 4;
 
-/// So many times what is spent in a round is ranked in a search, for the next one: searching for
-/// more takes longer.
-const FORESIGHT: f32 = 2.0;
+/// Share of the budget that is drawn before what waits is tested against it.
+const BATCH: f32 = 0.125;
 
 /// A view's occlusion buffer, and memory.
 #[derive(Clone, Debug, Default)]
@@ -44,21 +42,17 @@ pub(in super::super) struct Cache {
     buffer: Option<OcclusionBuffer>,
     /// The last cull found that occlusion would not pay: the buffer is of another.
     is_left_out: bool,
-    choice: Choice,
-    /// The best that a search found, and those of them that are drawn next.
-    ranked: Vec<Candidate>,
+    frontier: Frontier,
+    /// What is drawn next.
     chosen: Vec<Candidate>,
     samples: Samples,
     density: Density,
-    open: BinaryHeap<Group>,
     nearest: Nearest,
     /// One bit a slot, of those words that were alive: no part of it can be hidden. See
     /// [`BoxTests::group`].
     whole: Vec<u64>,
     /// Slots and shapes that were drawn.
     pub(in super::super) drawn: Vec<(u32, u32)>,
-    /// The same ascending, as of the last round.
-    sorted: Vec<(u32, u32)>,
     sorter: Sorter,
 }
 
@@ -181,14 +175,9 @@ fn test_all(
     dropped
 }
 
-/// Chooses what to draw and draws it. What is hidden by then is not drawn, nor does it take of the
-/// budget; where more than half of that is left, it goes to what is not hidden by then: in a street
-/// the first rows of houses hide most of what was chosen. Its answer is what that took, and the
-/// share that is likely to be hidden; 1 where that does not matter.
-///
-/// A fourth of the budget first, then the rest, took a fourth less time in the street of a city,
-/// but a third more in a forest, of which it left 3 % less, and half more where all is seen from
-/// above, for the same.
+/// Chooses what to draw and draws it, batch by batch, until the budget is used up or nothing is left
+/// to choose. What is hidden by then is neither drawn nor does it take of the budget. Its answer is
+/// what that took, and the share that is likely to be hidden; 1 where that does not matter.
 fn choose_and_draw(
     frame: &Frame<'_>,
     cache: &mut Cache,
@@ -199,105 +188,81 @@ fn choose_and_draw(
 ) -> (OcclusionWork, f32) {
     let (mut work, mut times) = (OcclusionWork::default(), OcclusionTimes::default());
     cache.drawn.clear();
-    if stake.budget(0.0) > 0.0 {
-        let begin = log.now();
-        let tests = BoxTests::new(buffer, frame.culler.simd);
-        cache.density.sample(frame.scene, &tests, buffer.size(), cache.samples.slots());
-        times.choosing = log.now().saturating_sub(begin);
-    }
-    let (mut unspent, mut spent, mut rounds) = (stake.budget(0.0), 0.0, ROUNDS);
-    let (mut next, mut is_all) = (0, false);
     let mut hidden = if stake.is_limited() { 0.0 } else { 1.0 };
-    cache.ranked.clear();
-    // Nor is a NaN a budget.
-    while unspent > 0.0 && rounds > 0 {
-        let begin = log.now();
-        if next == cache.ranked.len() && !is_all {
-            search(frame, cache, left, buffer, (unspent * FORESIGHT).min(stake.limit()));
-            cache.ranked.clear();
-            cache.ranked.extend_from_slice(cache.choice.ranked());
-            (next, is_all) = (0, !cache.choice.is_short());
-            work.considered += cache.choice.considered();
-        }
-        next = choose(frame, cache, buffer, next, unspent);
-        let chose = log.now();
-        let cost = draw_chosen(frame, cache, buffer);
-        work.chosen += cache.chosen.len() as u64;
-        spent += cost;
-        times.choosing += chose.saturating_sub(begin);
-        times.drawing += log.now().saturating_sub(chose);
-        let is_short = next < cache.ranked.len() || !is_all;
-        let mut more = unspent - cost;
-        if stake.is_limited() {
-            let before = core::mem::replace(&mut hidden, cache.samples.hidden_share(frame, buffer));
-            // As long as what it finds is worth it.
-            more = if stake.saved(hidden - before) > cost {
-                more.max(stake.budget(hidden) - spent)
-            } else {
-                0.0
-            };
-        }
-        rounds = if is_short && more > unspent * 0.5 { rounds - 1 } else { 0 };
-        unspent = more;
+    let mut budget = stake.budget(0.0);
+    // A budget of NaN draws nothing.
+    if !(budget > 0.0) {
+        return (work, hidden);
     }
+    let mut begin = log.now();
+    let simd = frame.culler.simd;
+    cache.density.sample(
+        frame.scene,
+        &BoxTests::new(buffer, simd),
+        buffer.size(),
+        cache.samples.slots(),
+    );
+    let least_cost = least_cost(frame.scene);
+    search(frame, &cache.density, left, buffer, least_cost).begin(&mut cache.frontier);
+    let (mut spent, mut since, mut rounds) = (0.0, 0.0, ROUNDS);
+    loop {
+        let Cache { density, frontier, chosen, .. } = cache;
+        let [batch, most] = [budget * BATCH, budget - spent];
+        let is_more =
+            search(frame, density, left, buffer, least_cost).take(frontier, [batch, most], chosen);
+        work.chosen += chosen.len() as u64;
+        let chose = log.now();
+        spent += draw_chosen(frame, cache, buffer);
+        let drew = log.now();
+        times.choosing += chose.saturating_sub(begin);
+        times.drawing += drew.saturating_sub(chose);
+        begin = drew;
+        if is_more && !cache.chosen.is_empty() {
+            cache.frontier.note_drawn();
+            continue;
+        }
+        if !stake.is_limited() {
+            break;
+        }
+        let before = core::mem::replace(&mut hidden, cache.samples.hidden_share(frame, buffer));
+        rounds -= 1;
+        let raised = stake.budget(hidden);
+        // As long as what it finds is worth it.
+        let pays = stake.saved(hidden - before) > spent - since;
+        if !(is_more && pays && raised > budget) || rounds == 0 {
+            break;
+        }
+        (budget, since) = (raised, spent);
+    }
+    work.considered = cache.frontier.considered();
     work.drawn = cache.drawn.len() as u64;
     work.times = log.has_clock().then_some(times);
     (work, hidden)
 }
 
-/// Ranks what is neither drawn nor hidden, as far as a budget goes.
-fn search(
-    frame: &Frame<'_>,
-    cache: &mut Cache,
-    (set, coarse): (&Instances, &Coarse),
-    buffer: &OcclusionBuffer,
-    budget: f32,
-) {
-    cache.choice.begin(budget);
-    cache.sorted.clear();
-    cache.sorted.extend_from_slice(&cache.drawn);
-    cache.sorter.sort(&mut cache.sorted, |&(slot, shape)| pair(slot, shape));
-    let search = Search {
+/// Search of a frame for occluders that `buffer` does not hide.
+fn search<'a>(
+    frame: &'a Frame<'_>,
+    density: &'a Density,
+    (set, coarse): (&'a Instances, &'a Coarse),
+    buffer: &'a OcclusionBuffer,
+    least_cost: LeastCost,
+) -> Search<'a> {
+    Search {
         scene: frame.scene,
         buffer,
         tests: BoxTests::new(buffer, frame.culler.simd),
         costs: CostModel::new(&frame.culler.costs.occluders),
+        least_cost,
         fronts_are_drawn: frame.view.draws_fronts(),
         near: near_box(frame.view, frame.scene.origin()),
         alive: &set.alive,
         live: &set.live,
         coarse,
-        drawn: &cache.sorted,
-        density: &cache.density,
+        density,
         view: frame.view,
         fade: frame.culler.detail.filter(|detail| detail.fade > 0.0),
-    };
-    search.run(&mut cache.open, &mut cache.choice);
-}
-
-/// Takes the best from number `next` on that are not hidden by now, as far as a budget goes; the
-/// number of the first that it leaves.
-fn choose(
-    frame: &Frame<'_>,
-    cache: &mut Cache,
-    buffer: &OcclusionBuffer,
-    next: usize,
-    budget: f32,
-) -> usize {
-    let Cache { ranked, chosen, drawn, .. } = cache;
-    chosen.clear();
-    let (simd, mut sum) = (frame.culler.simd, 0.0);
-    for (number, c) in ranked.iter().enumerate().skip(next) {
-        if !drawn.is_empty() && c.bounds.is_some_and(|b| buffer.covers(simd, &b)) {
-            continue;
-        }
-        sum += c.cost;
-        if sum > budget {
-            return number;
-        }
-        chosen.push(*c);
     }
-    ranked.len()
 }
 
 /// Draws the chosen, front to back; one that is hidden by then adds nothing. Its answer is what

@@ -45,11 +45,6 @@ impl Stake {
         !self.is_limited() || self.saved(hidden) > self.tests
     }
 
-    /// The most that may be spent.
-    pub(super) fn limit(&self) -> f32 {
-        self.limit
-    }
-
     /// Returns what hiding the share `hidden` saves, in microseconds.
     pub(super) fn saved(&self, hidden: f32) -> f32 {
         self.draw * hidden

@@ -67,22 +67,6 @@ impl CostModel {
         let patch = least.patch.map_or(0.0, |edges| of(EdgeCount::Patch(edges)));
         convex.max(patch) * (1.0 + 1e-5)
     }
-
-    /// Value below which all have a lower score than `least_score`: a little less than the least
-    /// that has not, so that most can be refused without a root and a division.
-    pub(crate) fn least_value(&self, least: LeastCost, least_score: f32, densest: f32) -> f32 {
-        let (mut low, mut high) = (0.0, 1e12);
-        // Half a step of a thousandth in 12 + 3 decades.
-        while high > low * 1.001 + 1e-3 {
-            let middle = (low + high) * 0.5;
-            if self.score(least, middle, densest) < least_score {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        low
-    }
 }
 
 /// The fewest edges of some shapes of each kind: none of them costs less than such a shape over as
@@ -141,14 +125,6 @@ mod tests {
                 }
             }
         }
-        let least = LeastCost { convex: Some(12), patch: Some(90) };
-        for least_score in [0.0, 1e-3, 7.0, 900.0] {
-            let value = model.least_value(least, least_score, 3.0);
-            assert!(value == 0.0 || model.score(least, value, 3.0) < least_score);
-            assert!(model.score(least, value * 1.01 + 0.01, 3.0) >= least_score);
-        }
-        // A score that nothing has, a value without end does not have either.
-        assert!(model.least_value(least, 1e9, 3.0) > 1e11);
         assert_eq!(model.score(LeastCost::default(), 1e6, 1.0), 0.0);
     }
 

@@ -2,12 +2,14 @@
 
 mod convex;
 mod cost;
+mod facing;
 mod patch;
 #[cfg(feature = "serde")]
 mod plain;
 
 pub use convex::Convex;
 pub(crate) use cost::{CostModel, EdgeCount, LeastCost};
+pub(crate) use facing::{Facing, cross, dot};
 pub use patch::Patch;
 pub(crate) use patch::{Chunks, check_finite};
 
@@ -89,9 +91,11 @@ pub struct Occluder {
     /// How many of the shapes, the last, are for views that begin within `sealed`.
     near: usize,
     sealed: Vec<Aabb>,
-    /// Derived from the shapes: their boxes, their edges, and the least cost of any.
+    /// Derived from the shapes: their boxes, their edges, what faces an eye, and the least cost of
+    /// any.
     boxes: Boxes,
     edges: Vec<EdgeCount>,
+    facing: Vec<Option<Facing>>,
     least_cost: LeastCost,
 }
 
@@ -107,9 +111,14 @@ impl Occluder {
     pub fn new(shapes: Vec<Shape>) -> Self {
         let boxes: Vec<Aabb> = shapes.iter().map(Shape::bounds).collect();
         let edges: Vec<EdgeCount> = shapes.iter().map(Shape::edges).collect();
+        let facing = shapes.iter().map(|shape| match shape {
+            Shape::Convex(_) => None,
+            Shape::Patch(patch) => Some(Facing::of(&patch.mesh)),
+        });
+        let facing = facing.collect();
         let least_cost = LeastCost::of(&edges);
         let boxes = Boxes::from_slice(&boxes);
-        Self { shapes, near: 0, sealed: Vec::new(), boxes, edges, least_cost }
+        Self { shapes, near: 0, sealed: Vec::new(), boxes, edges, facing, least_cost }
     }
 
     /// The mesh itself: one body where it is convex, closed and opaque; else a body for each of its
@@ -197,6 +206,11 @@ impl Occluder {
     /// The edges of each of its shapes, on which its cost depends.
     pub(crate) fn edges(&self) -> &[EdgeCount] {
         &self.edges
+    }
+
+    /// Area that each of its patches shows to an eye; `None` for a body.
+    pub(crate) fn facing(&self) -> &[Option<Facing>] {
+        &self.facing
     }
 
     /// The boxes of its shapes, in the space of the mesh.

@@ -215,6 +215,12 @@ impl<'a> BoxTests<'a> {
             .map_or(f32::INFINITY, |projector| projector.most_pixels(node, sizes))
     }
 
+    /// Vector whose product with the area vector of a triangle around `p` is about its number of
+    /// pixels, more than 0 where it faces the eye; see [`BoxProjector::pixels_of_area`].
+    pub(crate) fn pixels_of_area(&self, p: [f32; 3]) -> Option<[f32; 3]> {
+        self.projector.as_ref().map(|projector| projector.pixels_of_area(p))
+    }
+
     fn bounds_with(
         &self,
         slack: f32,

@@ -8,6 +8,7 @@
 
 use fearless_simd::prelude::*;
 
+use super::super::occluder::{cross, dot};
 use super::super::raster::{ObjectScreen, Rectangles, Row, Screen, ScreenBounds, meet};
 use crate::array::Each;
 use crate::bounds::{BoxBlock, Boxes, LANES};
@@ -26,6 +27,8 @@ pub(crate) struct BoxProjector {
     rows: [Row; 4],
     size: [f32; 2],
     perspective: bool,
+    /// Whether outward windings look clockwise where they face the eye.
+    mirrored: bool,
 }
 
 impl BoxProjector {
@@ -33,15 +36,21 @@ impl BoxProjector {
     /// f32: then all boxes are visible.
     pub(crate) fn new(screen: &Screen) -> Option<Self> {
         let rows = screen.rows();
-        Self::of_rows(screen, rows, rows.each(|r| r.each(f64::abs)))
+        Self::of_rows(screen, rows, rows.each(|r| r.each(f64::abs)), screen.mirrored)
     }
 
     /// For boxes in the space of an object.
     pub(crate) fn of_object(screen: &Screen, object: &ObjectScreen) -> Option<Self> {
-        Self::of_rows(screen, object.rows().each(Into::into), object.sizes.each(Into::into))
+        let rows = object.rows().each(Into::into);
+        Self::of_rows(screen, rows, object.sizes.each(Into::into), object.mirrored)
     }
 
-    fn of_rows(screen: &Screen, rows: [[f64; 4]; 5], sizes: [[f64; 4]; 5]) -> Option<Self> {
+    fn of_rows(
+        screen: &Screen,
+        rows: [[f64; 4]; 5],
+        sizes: [[f64; 4]; 5],
+        mirrored: bool,
+    ) -> Option<Self> {
         let perspective = screen.perspective;
         if !perspective && rows[4] != [0.0, 0.0, 0.0, 1.0] {
             return None;
@@ -52,7 +61,8 @@ impl BoxProjector {
         let apart = screen.apart();
         let row = |i: usize| Row::new(rows[order[i]], sizes[order[i]], base, apart[order[i]]);
         let rows = [row(0)?, row(1)?, row(2)?, row(3)?];
-        Some(Self { base, rows, size: screen.size.each(|s| s as f32), perspective })
+        let size = screen.size.each(|s| s as f32);
+        Some(Self { base, rows, size, perspective, mirrored })
     }
 
     /// No box has more pixels that lies within a box of such screen bounds, and is no larger than
@@ -74,6 +84,22 @@ impl BoxProjector {
             pixels *= (length * inverse * 1.001 + 3.0).min(end - first);
         }
         pixels
+    }
+
+    /// Vector v with which a triangle around the point `p`, whose area vector is a (half the cross
+    /// product of its edges), has about a·v pixels; more than 0 where it faces the eye.
+    ///
+    /// The rows take the corners to X, Y and W, and the determinant of those is twice the area on
+    /// the screen times the three W. It is also 2 a · (X kʸ×kʷ + Y kʷ×kˣ + W kˣ×kʸ), with X, Y and W
+    /// those of any point of the triangle's plane.
+    pub(super) fn pixels_of_area(&self, p: [f32; 3]) -> [f32; 3] {
+        let [x, y, third, _] = &self.rows;
+        let p = [0, 1, 2].each(|a| p[a] - self.base[a]);
+        let value = |row: &Row| dot(row.k, p) + row.c;
+        let (k, w) = if self.perspective { (third.k, value(third)) } else { ([0.0; 3], 1.0) };
+        let terms = [(cross(y.k, k), value(x)), (cross(k, x.k), value(y)), (cross(x.k, y.k), w)];
+        let scale = if self.mirrored { 1.0 } else { -1.0 } / (w * w * w);
+        [0, 1, 2].each(|a| terms.iter().map(|(k, v)| k[a] * v).sum::<f32>() * scale)
     }
 
     /// Projects a block, with `slack` times the doubt.

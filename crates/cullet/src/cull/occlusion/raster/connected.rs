@@ -79,6 +79,22 @@ impl Connected {
         count
     }
 
+    /// Position of a vertex.
+    pub(crate) fn place_of(&self, vertex: u16) -> [f32; 3] {
+        [0, 1, 2].map(|a: usize| self.places[a][usize::from(vertex)])
+    }
+
+    /// Calls back with the number of each facet, whether it is its own, and its corners.
+    pub(crate) fn for_facets(&self, mut each: impl FnMut(u16, bool, &[[f32; 3]])) {
+        self.for_groups(|kind, number, rows| {
+            for lane in (0..LANES).filter(|&lane| rows[0][lane] != rows[1][lane]) {
+                let corners =
+                    [0, 1, 2, 3].map(|k: usize| self.place_of(rows[k.min(rows.len() - 1)][lane]));
+                each((number + lane) as u16, kind < 2, &corners[..corners_of(kind)]);
+            }
+        });
+    }
+
     /// Puts its vertices, those of its own facets first, where they are among some positions.
     pub(crate) fn place(&mut self, positions: &[[f32; 3]], vertices: &[u32]) {
         let padded = vertices.len().next_multiple_of(LANES);

@@ -1,10 +1,10 @@
 //! Choosing: the occluders that are drawn, within a budget, or from a list.
 
-mod choice;
+mod candidate;
 mod dynamic;
 mod list;
 
-pub(crate) use choice::{Candidate, Choice};
+pub(crate) use candidate::Candidate;
 pub use dynamic::DynamicSurface;
 
 use super::raster::OcclusionBuffer;
