@@ -115,3 +115,90 @@ pub(crate) fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 pub(crate) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::{Occluder, Patch, Shape};
+    use super::*;
+    use crate::cull::occlusion::{BoxTests, OcclusionBuffer};
+    use crate::{Camera, Depth, Projection, Simd, Transform, View};
+
+    fn facing(positions: &[[f32; 3]], indices: &[u32], two_sided: bool) -> Facing {
+        let patch = Patch::cut(positions, indices, Patch::FACETS, two_sided).unwrap().remove(0);
+        Facing::of(&patch.mesh)
+    }
+
+    proptest! {
+        #[test]
+        fn what_faces_an_eye_is_never_more_than_estimated(
+            corners in prop::collection::vec([-1.0..1.0_f32, -1.0..1.0, -1.0..1.0], 4..9),
+            v in [-1.0..1.0_f32, -1.0..1.0, -1.0..1.0],
+        ) {
+            // A fan: no edge has three triangles.
+            let indices: Vec<u32> = (2..corners.len() as u32).flat_map(|i| [0, i - 1, i]).collect();
+            let all = facing(&corners, &indices, false);
+            let exact: f32 = indices
+                .chunks(3)
+                .map(|t| {
+                    let [p, q, r] = [t[0], t[1], t[2]].map(|i| corners[i as usize]);
+                    let [u, w] = [q, r].map(|c| [0, 1, 2].map(|a: usize| c[a] - p[a]));
+                    (dot(cross(u, w), v) * 0.5).max(0.0)
+                })
+                .sum();
+            prop_assert!(all.towards(v) >= exact - 1e-4, "{} of {exact}", all.towards(v));
+            prop_assert!(all.pixels(v) <= all.towards(v));
+        }
+    }
+
+    #[test]
+    fn a_flat_patch_shows_its_front_alone_and_thin_pieces_next_to_nothing() {
+        let square = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let of = |two_sided, v| facing(&square, &[0, 1, 2, 0, 2, 3], two_sided).towards(v);
+        assert!((of(false, [0.6, 0.0, 0.8]) - 0.8).abs() < 1e-5);
+        assert!(of(false, [0.6, 0.0, -0.8]) < 1e-5);
+        assert!((of(true, [0.6, 0.0, -0.8]) - 0.8).abs() < 1e-5);
+        let thin = square.map(|[x, y, z]| [x, y * 0.001, z]);
+        // At 100 pixels a unit the square has 10,000, less half of its outline; the strip is a
+        // tenth of a pixel wide.
+        let of = |positions: &[[f32; 3]]| {
+            facing(positions, &[0, 1, 2, 0, 2, 3], false).pixels([0.0, 0.0, 1e4])
+        };
+        assert!((of(&square) - 9800.0).abs() < 1.0, "{}", of(&square));
+        assert_eq!(of(&thin), 0.0);
+    }
+
+    #[test]
+    fn pixels_of_a_patch_are_about_those_that_it_is_drawn_over() {
+        let square = [[-1.0, -1.0, 0.3], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.3]];
+        let patch = Patch::cut(&square, &[0, 1, 2, 0, 2, 3], Patch::FACETS, false).unwrap();
+        let occluder = Occluder::new(patch.into_iter().map(Shape::Patch).collect());
+        let (near, far) = (0.1, 100.0);
+        let projections = [
+            Projection::Perspective { fov_y_radians: 1.0, aspect: 1.6, near, far },
+            Projection::Orthographic { left: -4.0, right: 4.0, bottom: -2.5, top: 2.5, near, far },
+        ];
+        for projection in projections {
+            for (eye, is_seen) in [([1.0, 0.5, 5.0], true), ([1.0, 0.5, -5.0], false)] {
+                for mirror in [1.0, -1.0] {
+                    let camera = Camera::look_at(eye, [0.0; 3], projection);
+                    let view = View::new(&camera, Depth::Reversed, [640, 400]).unwrap();
+                    let mut buffer = OcclusionBuffer::new([640, 400]).unwrap();
+                    buffer.begin(&view, [0.0; 3]);
+                    let linear = [[mirror, 0.0, 0.0], [0.0, 0.8, 0.0], [0.0, 0.0, 1.0]];
+                    let at = Transform { linear, translation: [0.1, 0.0, 0.0] };
+                    occluder.shapes()[0].draw(Simd::best(), &mut buffer, &at);
+                    let places = (0..400).flat_map(|y| (0..640).map(move |x| [x, y]));
+                    let drawn = places.filter(|&[x, y]| buffer.nearness(x, y) > 0.0).count() as f32;
+                    let tests = BoxTests::new(&buffer, Simd::best()).for_object(&at);
+                    let v = tests.pixels_of_area([0.0, 0.0, 0.15]).unwrap();
+                    let pixels = occluder.facing()[0].as_ref().unwrap().pixels(v);
+                    assert_eq!(drawn > 0.0, is_seen, "{projection:?} from {eye:?}");
+                    let is_near = (pixels - drawn).abs() <= drawn * 0.1;
+                    assert!(is_near, "{pixels} of {drawn}, {projection:?} from {eye:?}, {mirror}");
+                }
+            }
+        }
+    }
+}
