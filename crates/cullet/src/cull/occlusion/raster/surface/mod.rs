@@ -29,9 +29,10 @@ use alloc::vec::Vec;
 
 use fearless_simd::prelude::*;
 
-use super::blocks::BlocksMut;
+use super::blocks::{BLOCK, BlocksMut};
 use super::connected::{Connected, LANES, NUMBERS, corners_of};
 use super::screen::ObjectScreen;
+use crate::array::Each;
 use coverage::BlockCoverage;
 use cut::Cut;
 pub(crate) use projection::Projection;
@@ -47,7 +48,9 @@ pub(super) struct Surface {
     columns: usize,
     /// Blocks of the window of the patch that is drawn, and which of each row have any coverage.
     blocks: Vec<BlockCoverage>,
-    used: Vec<u128>,
+    used: Vec<u64>,
+    /// Blocks of each row of the window that are not yet as near as the patch comes.
+    open: Vec<u64>,
     x: Numbers<f32>,
     y: Numbers<f32>,
     n: Numbers<f32>,
@@ -85,6 +88,29 @@ struct Window {
     is_clipped: bool,
 }
 
+impl Window {
+    /// Rows of blocks.
+    fn rows(&self) -> usize {
+        self.high[1] as usize / BLOCK[1] - self.block[1] + 1
+    }
+
+    /// Parts of a window so narrow that a word has a bit for each block of a row.
+    fn parts(self) -> impl Iterator<Item = Self> {
+        const MOST: usize = u64::BITS as usize;
+        (0..self.across).step_by(MOST).map(move |first| {
+            let (column, across) = (self.block[0] + first, MOST.min(self.across - first));
+            let [left, right] = [column, column + across].each(|c| (c * BLOCK[0]) as f32);
+            Self {
+                low: [self.low[0].max(left), self.low[1]],
+                high: [self.high[0].min(right), self.high[1]],
+                block: [column, self.block[1]],
+                across,
+                ..self
+            }
+        })
+    }
+}
+
 impl Surface {
     /// For a buffer of so many columns and rows of blocks.
     pub(super) fn new(columns: usize, rows: usize) -> Self {
@@ -92,6 +118,7 @@ impl Surface {
             columns,
             blocks: vec![BlockCoverage::NONE; columns * rows],
             used: vec![0; rows],
+            open: vec![0; rows],
             x: numbers(0.0),
             y: numbers(0.0),
             n: numbers(0.0),
@@ -121,11 +148,15 @@ impl Surface {
             return;
         }
         let Some(window) = self.project(simd, screen, projection, patch) else { return };
-        for (back, is_away) in away.into_iter().enumerate() {
-            if !is_away {
-                let turned = projection.is_mirrored() ^ (back == 1);
-                let both = (screen, projection);
-                self.draw_side(simd, patch, both, &window, [back == 1, turned], target);
+        // What is drawn does not depend on where a window ends.
+        for window in window.parts() {
+            let Some(window) = self.opened(simd, window, target) else { continue };
+            for (back, is_away) in away.into_iter().enumerate() {
+                if !is_away {
+                    let turned = projection.is_mirrored() ^ (back == 1);
+                    let both = (screen, projection);
+                    self.draw_side(simd, patch, both, &window, [back == 1, turned], target);
+                }
             }
         }
     }
@@ -161,7 +192,7 @@ impl Surface {
             self.draw_cut(simd, window, back, target);
         }
         // Every facet shows its other side, or what it covers went to the buffer at once.
-        if self.used.iter().all(|columns| *columns == 0) {
+        if self.used[..window.rows()].iter().all(|columns| *columns == 0) {
             return;
         }
         if self.find_silhouettes(screen, patch, window, back) {
