@@ -7,9 +7,9 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, mask32x8, u32x8};
 
 use super::super::blocks::{BLOCK, BlocksMut};
-use super::super::connected::{LANES, NUMBERS};
+use super::super::connected::LANES;
 use super::super::span::{ROWS, Span, blocks};
-use super::{Numbers, Surface, Window};
+use super::{Surface, Window};
 use crate::array::Each;
 use crate::bits;
 
@@ -162,15 +162,6 @@ fn pixels(block: usize, axis: usize) -> f32 {
 }
 
 #[inline(always)]
-fn gather<S: Simd>(simd: S, from: &Numbers<f32>, at: &[u16; LANES]) -> f32x8<S> {
-    let mut of = [0.0; LANES];
-    for lane in 0..LANES {
-        of[lane] = from[usize::from(at[lane]) % NUMBERS];
-    }
-    f32x8::simd_from(simd, of)
-}
-
-#[inline(always)]
 fn least<S: Simd, const N: usize>(v: &[f32x8<S>; N]) -> f32x8<S> {
     let least = v[0].min(v[1]).min(v[2]);
     if N == 4 { least.min(v[N - 1]) } else { least }
@@ -213,12 +204,11 @@ impl Surface {
     ) {
         let splat = |v: f32| f32x8::splat(simd, v);
         let zero = splat(0.0);
-        let (mut x, mut y, mut rows) = ([zero; N], [zero; N], *corners);
+        let (mut x, mut y, mut n, mut rows) = ([zero; N], [zero; N], [zero; N], *corners);
         for k in 0..N {
             // A diagonal stays between the first corner and the third.
             rows[k] = corners[if turned && k > 0 { N - k } else { k }];
-            x[k] = gather(simd, &self.x, &rows[k]);
-            y[k] = gather(simd, &self.y, &rows[k]);
+            [x[k], y[k], n[k]] = self.spots.gather(simd, &rows[k]);
         }
         let (low, high) = ([least(&x), least(&y)], [most(&x), most(&y)]);
         let mut lanes;
@@ -233,8 +223,7 @@ impl Surface {
                 drawn &= turn(&x, &y, [0, 2, N - 1]).simd_gt(slack);
             }
             lanes = drawn.to_bitmask();
-            let (all, none) = (u32x8::splat(simd, u32::MAX), u32x8::splat(simd, 0));
-            drawn.select(all, none).store_slice(&mut self.drawn[number..number + LANES]);
+            self.drawn[number..number + LANES].copy_from_slice(&bytes(lanes));
             if N == 4 && lanes != 0 {
                 // Both triangles show, and together they are a quad on the screen.
                 let convex = turn(&x, &y, [N - 1, 0, 1]).simd_gt(slack)
@@ -252,7 +241,7 @@ impl Surface {
             lanes = !turn(&x, &y, [0, 1, 2]).simd_eq(zero).to_bitmask() & 0xff;
         }
         if lanes != 0 {
-            self.cover_group(simd, window, &rows, (&x, &y), (low, high), lanes, target);
+            self.cover_group(simd, window, (&x, &y, &n), (low, high), lanes, target);
         }
     }
 
@@ -263,8 +252,7 @@ impl Surface {
         &mut self,
         simd: S,
         window: &Window,
-        rows: &[[u16; LANES]; N],
-        (x, y): (&[f32x8<S>; N], &[f32x8<S>; N]),
+        (x, y, n): (&[f32x8<S>; N], &[f32x8<S>; N], &[f32x8<S>; N]),
         (low, high): ([f32x8<S>; 2], [f32x8<S>; 2]),
         mut lanes: u64,
         target: &mut BlocksMut<'_>,
@@ -285,10 +273,6 @@ impl Surface {
         lanes &= (low[0].simd_lt(high[0]) & low[1].simd_le(high[1])).to_bitmask();
         if lanes == 0 {
             return;
-        }
-        let mut n = [zero; N];
-        for k in 0..N {
-            n[k] = gather(simd, &self.n, &rows[k]);
         }
         let mut made = Facets::<N> {
             slope: [[0.0; LANES]; N],
@@ -317,7 +301,7 @@ impl Surface {
             (sign * NOWHERE).store_slice(&mut made.cap[k]);
         }
         // A plane of any gradient that is nowhere nearer than a corner is behind all of the facet.
-        let (far, near) = (least(&n), most(&n));
+        let (far, near) = (least(n), most(n));
         let (c, d) = if N == 4 { ([0, 2], [1, N - 1]) } else { ([0, 1], [0, 2]) };
         let (ux, uy, un) = (x[c[1]] - x[c[0]], y[c[1]] - y[c[0]], n[c[1]] - n[c[0]]);
         let (tx, ty, tn) = (x[d[1]] - x[d[0]], y[d[1]] - y[d[0]], n[d[1]] - n[d[0]]);
@@ -470,6 +454,14 @@ impl Surface {
             self.group::<S, 3>(simd, window, &rows, false, None, target);
         }
     }
+}
+
+/// A byte for each of eight bits, 255 where it is set.
+fn bytes(bits: u64) -> [u8; LANES] {
+    let apart = (bits & 0xff) * 0x0101_0101_0101_0101 & 0x8040_2010_0804_0201;
+    // A byte that is not zero reaches its highest bit.
+    let ones = (apart + 0x7f7f_7f7f_7f7f_7f7f) >> 7 & 0x0101_0101_0101_0101;
+    (ones * 0xff).to_le_bytes()
 }
 
 /// Twice the area of triangles of some corners: above 0 where these run counter-clockwise, y

@@ -22,6 +22,7 @@ mod cut;
 mod facets;
 mod projection;
 mod silhouettes;
+mod spots;
 
 use alloc::boxed::Box;
 use alloc::vec;
@@ -36,6 +37,7 @@ use crate::array::Each;
 use coverage::BlockCoverage;
 use cut::Cut;
 pub(crate) use projection::Projection;
+use spots::Spots;
 
 /// A number for each vertex of a patch, or facet: as many as there can be, so that none needs a
 /// check.
@@ -51,13 +53,11 @@ pub(super) struct Surface {
     used: Vec<u64>,
     /// Blocks of each row of the window that are not yet as near as the patch comes.
     open: Vec<u64>,
-    x: Numbers<f32>,
-    y: Numbers<f32>,
-    n: Numbers<f32>,
+    spots: Spots,
     /// Codes of the vertices: bits of the planes beyond which each lies; see [`cut`].
     codes: Numbers<i32>,
     /// All bits for a facet that is drawn, else none.
-    drawn: Numbers<u32>,
+    drawn: Numbers<u8>,
     silhouettes: Vec<[u16; 2]>,
     /// Quads of which both triangles are drawn, but not as one.
     halves: Vec<[u16; 3]>,
@@ -119,9 +119,7 @@ impl Surface {
             blocks: vec![BlockCoverage::NONE; columns * rows],
             used: vec![0; rows],
             open: vec![0; rows],
-            x: numbers(0.0),
-            y: numbers(0.0),
-            n: numbers(0.0),
+            spots: Spots::new(),
             codes: numbers(0),
             drawn: numbers(0),
             silhouettes: Vec::new(),

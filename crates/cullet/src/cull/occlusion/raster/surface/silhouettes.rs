@@ -8,17 +8,9 @@ use super::super::blocks::BLOCK;
 use super::super::connected::{Connected, LANES, NUMBERS};
 use super::super::screen::ObjectScreen;
 use super::super::span::{ROWS, Span, blocks};
-use super::{Numbers, Projection, Surface, Window};
+use super::{Projection, Surface, Window};
+use crate::array::Each;
 use crate::bits;
-
-#[inline(always)]
-fn gather<S: Simd>(simd: S, from: &Numbers<f32>, ends: &[[u16; 2]; LANES], end: usize) -> f32x8<S> {
-    let mut of = [0.0; LANES];
-    for lane in 0..LANES {
-        of[lane] = from[usize::from(ends[lane][end]) % NUMBERS];
-    }
-    f32x8::simd_from(simd, of)
-}
 
 impl Surface {
     /// Lists them; `false` where clipping them takes more corners than there are numbers.
@@ -73,8 +65,8 @@ impl Surface {
     ) {
         let splat = |v: f32| f32x8::splat(simd, v);
         let margin = splat(3.0 * window.margin);
-        let (ax, ay) = (gather(simd, &self.x, ends, 0), gather(simd, &self.y, ends, 0));
-        let (bx, by) = (gather(simd, &self.x, ends, 1), gather(simd, &self.y, ends, 1));
+        let [ax, ay, _] = self.spots.gather(simd, &ends.each(|[a, _]| a));
+        let [bx, by, _] = self.spots.gather(simd, &ends.each(|[_, b]| b));
         let upward = ay.simd_gt(by);
         let (top_x, end_x) = (upward.select(bx, ax), upward.select(ax, bx));
         let (top_y, end_y) = (ay.min(by), ay.max(by));
