@@ -241,18 +241,17 @@ impl Surface {
             lanes = !turn(&x, &y, [0, 1, 2]).simd_eq(zero).to_bitmask() & 0xff;
         }
         if lanes != 0 {
-            self.cover_group(simd, window, (&x, &y, &n), (low, high), lanes, target);
+            self.cover_group(simd, window, [&x, &y, &n], (low, high), lanes, target);
         }
     }
 
     /// Covers what some of eight facets touch.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "all of it is in registers")]
     fn cover_group<S: Simd, const N: usize>(
         &mut self,
         simd: S,
         window: &Window,
-        (x, y, n): (&[f32x8<S>; N], &[f32x8<S>; N], &[f32x8<S>; N]),
+        [x, y, n]: [&[f32x8<S>; N]; 3],
         (low, high): ([f32x8<S>; 2], [f32x8<S>; 2]),
         mut lanes: u64,
         target: &mut BlocksMut<'_>,
@@ -458,7 +457,7 @@ impl Surface {
 
 /// A byte for each of eight bits, 255 where it is set.
 fn bytes(bits: u64) -> [u8; LANES] {
-    let apart = (bits & 0xff) * 0x0101_0101_0101_0101 & 0x8040_2010_0804_0201;
+    let apart = ((bits & 0xff) * 0x0101_0101_0101_0101) & 0x8040_2010_0804_0201;
     // A byte that is not zero reaches its highest bit.
     let ones = (apart + 0x7f7f_7f7f_7f7f_7f7f) >> 7 & 0x0101_0101_0101_0101;
     (ones * 0xff).to_le_bytes()

@@ -3,6 +3,7 @@
 //! ```text
 //! project    vertices, eight at a time; margin: how far one may be off, in pixels
 //! cut        facets that reach before the near plane or far off the screen, in f64
+//! open       blocks in which the patch may come nearer than what was drawn before: no others are looked at
 //! facets     eight at a time: which show the side that is drawn, for certain
 //!            each covers the pixels that it touches, widened by the margin; their least nearness is kept beside
 //! silhouettes    eight edges at a time: those with a drawn facet on one side alone
