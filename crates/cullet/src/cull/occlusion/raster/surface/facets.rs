@@ -258,15 +258,15 @@ impl Surface {
     ) {
         let splat = |v: f32| f32x8::splat(simd, v);
         let (zero, margin) = (splat(0.0), splat(window.margin));
-        // By all of it: what is drawn must not depend on where the window ends.
-        let large = (high[0] - low[0]).simd_ge(splat(LARGE[0]))
-            & (high[1] - low[1]).simd_ge(splat(LARGE[1]));
-        let low = [
-            (low[0] - margin).floor().max(splat(window.low[0])),
-            (low[1] - margin).floor().max(splat(window.low[1])),
-        ];
+        let left = (low[0] - margin).floor().max(splat(window.columns[0]));
+        let right = ((high[0] + margin).floor() + 1.0).min(splat(window.columns[1]));
+        // What is drawn must not depend on how far the window was narrowed.
+        let large =
+            (right - left).simd_ge(splat(LARGE[0])) & (high[1] - low[1]).simd_ge(splat(LARGE[1]));
+        let low =
+            [left.max(splat(window.low[0])), (low[1] - margin).floor().max(splat(window.low[1]))];
         let high = [
-            ((high[0] + margin).floor() + 1.0).min(splat(window.high[0])),
+            right.min(splat(window.high[0])),
             (high[1] + margin).floor().min(splat(window.high[1])),
         ];
         lanes &= (low[0].simd_lt(high[0]) & low[1].simd_le(high[1])).to_bitmask();

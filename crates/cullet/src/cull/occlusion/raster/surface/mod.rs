@@ -72,6 +72,8 @@ struct Window {
     low: [f32; 2],
     /// One beyond the last column; the last row.
     high: [f32; 2],
+    /// First column, and one beyond the last, before the window was narrowed.
+    columns: [f32; 2],
     /// First block, and blocks across.
     block: [usize; 2],
     across: usize,

@@ -295,6 +295,7 @@ impl Surface {
         Some(Window {
             low,
             high,
+            columns: [low[0], high[0]],
             block,
             across,
             margin,

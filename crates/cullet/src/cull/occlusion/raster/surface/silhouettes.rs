@@ -96,7 +96,8 @@ impl Surface {
         let high: [[f32; LANES]; 2] = [high[0].into(), high[1].into()];
         for lane in bits::ones(lanes) {
             let [x0, x1, y0, y1] = [low[0][lane], high[0][lane], low[1][lane], high[1][lane]];
-            let [first, last] = [columns[0][lane] as u32 as usize, columns[1][lane] as u32 as usize];
+            let [first, last] =
+                [columns[0][lane] as u32 as usize, columns[1][lane] as u32 as usize];
             let all = window.run([first, last]);
             for row in rows[0][lane] as u32 as usize..rows[1][lane] as u32 as usize + 1 {
                 if self.used[row - window.block[1]] & all == 0 {
