@@ -236,6 +236,19 @@ impl BlocksMut<'_> {
         }
     }
 
+    /// Whether a tile of a block has a pixel that something as near as `nearness` would raise.
+    #[inline(always)]
+    pub(super) fn is_open<S: Simd>(
+        &self,
+        simd: S,
+        [column, row]: [usize; 2],
+        nearness: f32,
+    ) -> bool {
+        let least = u16x8::from_slice(simd, &self.blocks[row * self.columns + column].least);
+        let steps = u16x8::splat(simd, self.scale.of_drawn(nearness));
+        steps.simd_gt(least).to_bitmask() != 0
+    }
+
     /// Raises the covered pixels of a block of the buffer: `covered` has the 32 of each tile, row
     /// by row, `nearness` one for each tile, none NaN. Pixels beyond the edge of the buffer may be
     /// covered or not.
@@ -259,9 +272,9 @@ impl BlocksMut<'_> {
         }
         let whole = covered.simd_eq(u32x8::splat(simd, u32::MAX)).to_bitmask() as u8;
         let at_once = active & whole & !self.parted[block];
-        let mut raised = [0; TILES];
         let chosen = mask16x8::from_bitmask(simd, u64::from(at_once));
-        chosen.select(steps, least).store_slice(&mut raised);
+        let raised = &mut self.blocks[block].least;
+        chosen.select(steps, least).store_slice(raised);
         let (steps, covered): ([u16; TILES], [u32; TILES]) = (steps.into(), covered.into());
         for tile in bits::ones(u64::from(active & !at_once)) {
             let pixels = &mut self.pixels[block * TILES + tile];
@@ -276,7 +289,6 @@ impl BlocksMut<'_> {
             raised[tile] = held.reduce_min();
             self.parted[block] |= 1 << tile;
         }
-        self.blocks[block].least = raised;
     }
 
     /// Returns a bit for each steep tile of a block. A tile is steep where one of its pixels is

@@ -16,6 +16,7 @@ pub struct ScreenBounds {
 
 impl ScreenBounds {
     /// How many pixels it has.
+    #[inline(always)]
     pub(crate) fn pixels(&self) -> f32 {
         (0..2).map(|a| (self.max[a] - self.min[a] + 1) as f32).product()
     }

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use crate::simd::dispatch_256;
+use crate::simd::dispatch;
 
 use super::blocks::BlocksMut;
 use super::connected::Connected;
@@ -62,31 +62,37 @@ impl Pen {
 impl Canvas<'_> {
     /// The screen of an object; `None` where the buffer has none yet.
     pub(crate) fn object_screen(&mut self, transform: &Transform) -> Option<ObjectScreen> {
-        if let Some((last, screen)) = &self.pen.object
-            && last == transform
-        {
-            return Some(screen.clone());
+        self.turn_to(transform)?;
+        self.pen.object.as_ref().map(|(_, screen)| screen.clone())
+    }
+
+    /// Has the pen keep the screen of an object; `None` where the buffer has none yet.
+    fn turn_to(&mut self, transform: &Transform) -> Option<()> {
+        if !matches!(&self.pen.object, Some((last, _)) if last == transform) {
+            let screen = self.screen?.of_object(transform, self.origin);
+            self.pen.object = Some((*transform, screen));
+            self.pen.projection = None;
         }
-        let screen = self.screen?.of_object(transform, self.origin);
-        self.pen.object = Some((*transform, screen.clone()));
-        self.pen.projection = None;
-        Some(screen)
+        Some(())
     }
 
     /// Draws a patch.
     pub(crate) fn draw_connected(&mut self, simd: crate::Simd, patch: &Connected, at: &Transform) {
-        let Some(screen) = self.object_screen(at) else { return };
+        if self.turn_to(at).is_none() {
+            return;
+        }
         let size = self.target.size;
-        let Pen { surface, projection, blocks: [columns, rows], .. } = &mut *self.pen;
-        let projection = projection.get_or_insert_with(|| Projection::new(&screen, size));
+        let Pen { surface, object, projection, blocks: [columns, rows], .. } = &mut *self.pen;
+        let Some((_, screen)) = object else { return };
+        let projection = projection.get_or_insert_with(|| Projection::new(screen, size));
         let Some(projection) = projection else { return };
         let surface = surface.get_or_insert_with(|| Surface::new(*columns, *rows));
         let target = &mut self.target;
-        dispatch_256!(simd, simd => surface.draw(simd, patch, &screen, projection, target));
+        dispatch!(simd, simd => surface.draw(simd, patch, screen, projection, target));
     }
 
     /// Covers what lies wholly within the outline of its pen.
     pub(crate) fn fill(&mut self, simd: crate::Simd) {
-        dispatch_256!(simd, simd => self.pen.outline.fill(simd, &mut self.target));
+        dispatch!(simd, simd => self.pen.outline.fill(simd, &mut self.target));
     }
 }

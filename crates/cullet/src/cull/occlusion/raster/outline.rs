@@ -44,6 +44,8 @@ pub(crate) struct Outline {
     size: [i32; 2],
     /// Planes of what fills it: at each pixel it is as near as the farthest of these.
     planes: Vec<TilePlane>,
+    /// No pixel is covered by what is nearer.
+    nearest: f32,
     /// The pixels that an edge moves inward by, because its ends are off by that much.
     doubt: f64,
 }
@@ -62,11 +64,18 @@ impl Outline {
         self.clear();
         self.size = size.each(|s| s as i32);
         self.doubt = doubt + SLACK;
+        self.nearest = f32::INFINITY;
         let first = |v: f64| (v + self.doubt).ceil().max(0.0) as i32;
         // Where a corner is off by more than an i32 holds, no pixel is certain.
         let last = |v: f64, size: i32| ((v - self.doubt).floor() as i32).clamp(0, size) - 1;
         self.columns = [first(min[0]), last(max[0], self.size[0])];
         self.rows = [first(min[1]), last(max[1], self.size[1])];
+    }
+
+    /// Says that what fills the outline is no nearer than `nearest`. Blocks that are at least so
+    /// near are passed over.
+    pub(crate) fn come_no_nearer(&mut self, nearest: f32) {
+        self.nearest = nearest;
     }
 
     /// Adds the edge from `p` to `q`, whose inner side is `side` (1 or −1) times the left of it,
@@ -268,6 +277,9 @@ fn fill<S: Simd>(simd: S, target: &mut BlocksMut<'_>, outline: &Outline) {
         let Some((from, to)) = span.blocks(simd, first, last) else { continue };
         let tile_y = down + y0;
         for column in from..=to {
+            if !target.is_open(simd, [column, row], outline.nearest) {
+                continue;
+            }
             let tile_x = across + (column * BLOCK[0]) as f32;
             let (mut far, mut near) = (splat(f32::INFINITY), splat(f32::INFINITY));
             for plane in &outline.planes {

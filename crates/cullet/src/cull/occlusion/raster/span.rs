@@ -9,6 +9,13 @@ use super::blocks::BLOCK;
 /// The rows of a block.
 pub(super) const ROWS: [f32; 8] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
+/// The blocks, across or down, that eight pixels are of.
+#[inline(always)]
+pub(super) fn blocks<S: Simd>(pixels: f32x8<S>, axis: usize) -> [i32; 8] {
+    let whole: i32x8<S> = pixels.to_int();
+    (whole >> BLOCK[axis].ilog2()).into()
+}
+
 /// From which column to which each of eight rows is touched.
 pub(super) struct Span<S: Simd> {
     left: i32x8<S>,
@@ -44,9 +51,12 @@ impl<S: Simd> Span<S> {
     pub(super) fn tiles(&self, simd: S, column: usize) -> u32x8<S> {
         let start = i32x8::splat(simd, (column * BLOCK[0]) as i32);
         let (zero, all) = (i32x8::splat(simd, 0), i32x8::splat(simd, BLOCK[0] as i32));
-        let from: u32x8<S> = (self.left - start).max(zero).min(all).bitcast();
-        let to: u32x8<S> = (self.right - start).max(zero).min(all).bitcast();
-        let rows = ones(simd, from) & !ones(simd, to);
+        let (from, to) = ((self.left - start).max(zero), (self.right - start).min(all));
+        // Only rows that are touched are shifted by less than 32; what others give differs by level.
+        let is_touched = from.simd_lt(to);
+        let (from, beyond): (u32x8<S>, u32x8<S>) = (from.bitcast(), (all - to).bitcast());
+        let ones = u32x8::splat(simd, u32::MAX);
+        let rows = is_touched.select((ones << from) & (ones >> beyond), u32x8::splat(simd, 0));
         // Bytes of four rows to bytes of four tiles.
         const ORDER: [u8; 32] = {
             let mut order = [0; 32];
@@ -60,12 +70,4 @@ impl<S: Simd> Span<S> {
         let bytes: u8x32<S> = rows.bitcast();
         bytes.swizzle_dyn_within_blocks(u8x32::simd_from(simd, ORDER)).bitcast()
     }
-}
-
-/// Bits from n on; none for 32, which is beyond what a shift takes.
-#[inline(always)]
-fn ones<S: Simd>(simd: S, n: u32x8<S>) -> u32x8<S> {
-    let beyond = n.simd_ge(u32x8::splat(simd, 32));
-    let shifted = u32x8::splat(simd, u32::MAX) << n.min(u32x8::splat(simd, 31));
-    beyond.select(u32x8::splat(simd, 0), shifted)
 }

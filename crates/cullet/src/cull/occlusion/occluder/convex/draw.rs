@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use crate::array::Each;
 #[cfg(not(feature = "std"))]
 use crate::math::Float as _;
-use crate::simd::dispatch_256;
+use crate::simd::dispatch;
 use fearless_simd::prelude::*;
 use glam::DVec4;
 
@@ -35,7 +35,7 @@ impl Convex {
     pub fn draw(&self, simd: crate::Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
         let canvas = &mut buffer.canvas();
         let Some(screen) = canvas.object_screen(transform) else { return };
-        if dispatch_256!(simd, simd => self.outline(simd, &screen, canvas)) {
+        if dispatch!(simd, simd => self.outline(simd, &screen, canvas)) {
             return canvas.fill(simd);
         }
         let mut clips = core::mem::take(&mut canvas.pen.clips);
@@ -91,6 +91,7 @@ impl Convex {
         }
         let outline = &mut canvas.pen.outline;
         outline.begin(size, min, max, doubt.pixels);
+        outline.come_no_nearer(nearest);
         if outline.is_thin() {
             return;
         }

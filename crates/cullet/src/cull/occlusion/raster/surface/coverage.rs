@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, u32x8};
 
-use super::super::blocks::BlocksMut;
+use super::super::blocks::{BLOCK, BlocksMut};
 use super::super::span::Span;
 use super::{Surface, Window};
 
@@ -45,7 +45,7 @@ impl Surface {
         span: &Span<S>,
     ) {
         let row = row - window.block[1];
-        let mut columns = self.used[row] & run(from - window.block[0], to - from);
+        let mut columns = self.used[row] & window.run([from, to]);
         while columns != 0 {
             let column = columns.trailing_zeros() as usize;
             columns &= columns - 1;
@@ -56,17 +56,37 @@ impl Surface {
         }
     }
 
-    /// The coverage of a block, which counts as used from now on.
+    /// Lists the blocks of a window in which the patch may come nearer than what was drawn before,
+    /// and narrows the window to those. `None` where there is none.
     #[inline(always)]
-    pub(super) fn block(
+    pub(super) fn opened<S: Simd>(
         &mut self,
-        window: &Window,
-        column: usize,
-        row: usize,
-    ) -> &mut BlockCoverage {
-        let (column, row) = (column - window.block[0], row - window.block[1]);
-        self.used[row] |= 1 << column;
-        &mut self.blocks[row * window.across + column]
+        simd: S,
+        mut window: Window,
+        target: &BlocksMut<'_>,
+    ) -> Option<Window> {
+        let (mut columns, mut first, mut last) = (0, usize::MAX, 0);
+        for row in 0..window.rows() {
+            let mut open = 0;
+            for column in 0..window.across {
+                let at = [column + window.block[0], row + window.block[1]];
+                open |= u64::from(target.is_open(simd, at, window.cap)) << column;
+            }
+            self.open[row] = open;
+            if open != 0 {
+                (columns, first, last) = (columns | open, first.min(row), row);
+            }
+        }
+        if columns == 0 {
+            return None;
+        }
+        let edge = |block: usize, a: usize| ((block + window.block[a]) * BLOCK[a]) as f32;
+        let left = columns.trailing_zeros() as usize;
+        let right = 64 - columns.leading_zeros() as usize;
+        window.low = [window.low[0].max(edge(left, 0)), window.low[1].max(edge(first, 1))];
+        window.high =
+            [window.high[0].min(edge(right, 0)), window.high[1].min(edge(last + 1, 1) - 1.0)];
+        Some(window)
     }
 
     /// Takes what is covered and not removed into the buffer, where there is one, and blanks all
@@ -78,8 +98,7 @@ impl Surface {
         window: &Window,
         mut target: Option<&mut BlocksMut<'_>>,
     ) {
-        let rows = (window.high[1] as usize / 8) - window.block[1] + 1;
-        for row in 0..rows {
+        for row in 0..window.rows() {
             let mut columns = core::mem::take(&mut self.used[row]);
             while columns != 0 {
                 let column = columns.trailing_zeros() as usize;
@@ -97,8 +116,11 @@ impl Surface {
     }
 }
 
-/// `more` + 1 bits from `first` on.
-#[inline(always)]
-fn run(first: usize, more: usize) -> u128 {
-    (u128::MAX >> (127 - more)) << first
+impl Window {
+    /// Bits of the columns of blocks of the buffer from one to another.
+    #[inline(always)]
+    pub(super) fn run(&self, [from, to]: [usize; 2]) -> u64 {
+        // A shift by more than 63 would be of columns that the window has not.
+        (u64::MAX >> ((63 + from - to) & 63)) << ((from - self.block[0]) & 63)
+    }
 }

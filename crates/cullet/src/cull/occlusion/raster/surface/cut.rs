@@ -244,8 +244,8 @@ impl Surface {
                 side.near_edges.push([vertices[i], vertices[(i + 1) % vertices.len()]]);
             }
             if let Some([low, high]) = &mut bounds {
-                for v in vertices.iter().map(|&v| usize::from(v) % NUMBERS) {
-                    for (a, at) in [self.x[v], self.y[v]].into_iter().enumerate() {
+                for &v in vertices {
+                    for (a, at) in self.spots.place(v).into_iter().enumerate() {
                         (low[a], high[a]) = (low[a].min(at), high[a].max(at));
                     }
                 }
@@ -256,10 +256,7 @@ impl Surface {
     /// Whether a polygon runs clockwise on the screen, y upward; `None` where that is not certain.
     /// Corners are off by less than a twentieth of a pixel.
     fn side_of(&self, vertices: &[u16]) -> Option<bool> {
-        let place = |i: usize| {
-            let v = usize::from(vertices[i % vertices.len()]) % NUMBERS;
-            [self.x[v], self.y[v]].each(f64::from)
-        };
+        let place = |i: usize| self.spots.place(vertices[i % vertices.len()]).each(f64::from);
         let (mut area, mut around) = (0.0, 0.0);
         let [ox, oy] = place(0);
         for i in 0..vertices.len() {
@@ -280,7 +277,7 @@ impl Surface {
             self.cut.is_full = true;
             return None;
         }
-        (self.x[v], self.y[v], self.n[v]) = (spot.x as f32, spot.y as f32, spot.nearness as f32);
+        self.spots.put(v, spot.x as f32, spot.y as f32, spot.nearness as f32);
         self.cut.vertices += 1;
         Some(v as u16)
     }
@@ -297,7 +294,7 @@ impl Surface {
         let side = usize::from(back);
         for i in 0..self.cut.sides[side].facets.len() {
             let number = usize::from(self.cut.sides[side].facets[i]) % NUMBERS;
-            self.drawn[number] = u32::MAX;
+            self.drawn[number] = u8::MAX;
         }
         let triangles = core::mem::take(&mut self.cut.sides[side].triangles);
         self.draw_triangles(simd, window, &triangles, target);
@@ -315,7 +312,7 @@ impl Surface {
         edges: &mut Vec<[u16; 2]>,
     ) -> bool {
         edges.retain_mut(|ends| {
-            if ends.iter().all(|&v| !self.x[usize::from(v) % NUMBERS].is_nan()) {
+            if ends.iter().all(|&v| !self.spots.place(v)[0].is_nan()) {
                 return true;
             }
             let clips = ends.each(|v| clip(screen, patch, v));

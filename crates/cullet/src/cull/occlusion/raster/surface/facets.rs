@@ -1,13 +1,15 @@
 //! Facets: which of eight show the side that is drawn, where their sides bound rows of pixels, how
 //! near they are, and what each covers.
 
+use core::ops::Range;
+
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, u32x8};
+use fearless_simd::{f32x8, mask32x8, u32x8};
 
 use super::super::blocks::{BLOCK, BlocksMut};
-use super::super::connected::{LANES, NUMBERS};
-use super::super::span::{ROWS, Span};
-use super::{Numbers, Surface, Window};
+use super::super::connected::LANES;
+use super::super::span::{ROWS, Span, blocks};
+use super::{Surface, Window};
 use crate::array::Each;
 use crate::bits;
 
@@ -31,6 +33,9 @@ struct Facets<const N: usize> {
     /// First column and row; one beyond the last column, and the last row.
     low: [[f32; LANES]; 2],
     high: [[f32; LANES]; 2],
+    /// First and last column of blocks; first and last row.
+    columns: [[i32; LANES]; 2],
+    rows: [[i32; LANES]; 2],
     /// No nearer than the facet anywhere within a tile: base + gradient · (its first column and
     /// row), but at least `least`.
     base: [f32; LANES],
@@ -38,6 +43,78 @@ struct Facets<const N: usize> {
     least: [f32; LANES],
     /// One bit a facet: large enough to have tiles wholly within.
     large: u64,
+}
+
+/// A facet as it is covered: its numbers in all lanes.
+struct Facet<S: Simd, const N: usize> {
+    sides: Sides<S, N>,
+    /// First column of pixels, and one beyond the last; the first and the last row.
+    low: f32x8<S>,
+    high: f32x8<S>,
+    top: f32x8<S>,
+    bottom: f32x8<S>,
+    /// The first and the last column of blocks, the bits of those between in the window, and the
+    /// rows of blocks.
+    first: usize,
+    last: usize,
+    columns: u64,
+    rows: Range<usize>,
+    /// Nearness of the tiles of the block at the buffer's first column and row, and by what it
+    /// grows for each pixel.
+    base: f32x8<S>,
+    gradient: [f32; 2],
+    least: f32x8<S>,
+    cap: f32x8<S>,
+}
+
+impl<S: Simd, const N: usize> Facet<S, N> {
+    #[inline(always)]
+    fn new(simd: S, of: &Facets<N>, lane: usize, window: &Window) -> Self {
+        let splat = |v: f32| f32x8::splat(simd, v);
+        let [x0, x1] = [of.low[0][lane], of.high[0][lane]];
+        let [y0, y1] = [of.low[1][lane], of.high[1][lane]];
+        let [first, last] = of.columns.each(|all| all[lane] as u32 as usize);
+        let [top, bottom] = of.rows.each(|all| all[lane] as u32 as usize);
+        let (low, high) = (splat(x0), splat(x1));
+        let mut sides = Sides { slope: [low; N], start: [low; N], cap: [low; N] };
+        for k in 0..N {
+            sides.slope[k] = splat(of.slope[k][lane]);
+            sides.start[k] = splat(of.start[k][lane]);
+            sides.cap[k] = splat(of.cap[k][lane]);
+        }
+        let gradient = [of.gradient[0][lane], of.gradient[1][lane]];
+        let across = f32x8::simd_from(simd, [0.0, 8.0, 16.0, 24.0, 0.0, 8.0, 16.0, 24.0]);
+        let down = f32x8::simd_from(simd, [0.0, 0.0, 0.0, 0.0, 4.0, 4.0, 4.0, 4.0]);
+        Self {
+            sides,
+            low,
+            high,
+            top: splat(y0),
+            bottom: splat(y1),
+            first,
+            last,
+            columns: window.run([first, last]),
+            rows: top..bottom + 1,
+            base: across * gradient[0] + (down * gradient[1] + of.base[lane]),
+            gradient,
+            least: splat(of.least[lane]),
+            cap: splat(window.cap),
+        }
+    }
+
+    /// The rows of pixels of a row of blocks, and which of them the facet may touch.
+    #[inline(always)]
+    fn row(&self, simd: S, row: usize) -> (f32x8<S>, mask32x8<S>) {
+        let y = f32x8::simd_from(simd, ROWS) + pixels(row, 1);
+        (y, y.simd_ge(self.top) & y.simd_le(self.bottom))
+    }
+
+    /// Nearness of the tiles of a block of a row whose first block has `of_row`.
+    #[inline(always)]
+    fn nearness(&self, of_row: f32x8<S>, column: usize) -> f32x8<S> {
+        let along = self.gradient[0] * pixels(column, 0);
+        (of_row + along).max(self.least).min(self.cap)
+    }
 }
 
 /// A facet as it is covered: its sides in all lanes.
@@ -77,13 +154,11 @@ impl<S: Simd, const N: usize> Sides<S, N> {
     }
 }
 
+/// Pixels before a column of blocks, or before a row.
 #[inline(always)]
-fn gather<S: Simd>(simd: S, from: &Numbers<f32>, at: &[u16; LANES]) -> f32x8<S> {
-    let mut of = [0.0; LANES];
-    for lane in 0..LANES {
-        of[lane] = from[usize::from(at[lane]) % NUMBERS];
-    }
-    f32x8::simd_from(simd, of)
+fn pixels(block: usize, axis: usize) -> f32 {
+    // A conversion from 32 bits is a single instruction.
+    (block * BLOCK[axis]) as i32 as f32
 }
 
 #[inline(always)]
@@ -129,12 +204,11 @@ impl Surface {
     ) {
         let splat = |v: f32| f32x8::splat(simd, v);
         let zero = splat(0.0);
-        let (mut x, mut y, mut rows) = ([zero; N], [zero; N], *corners);
+        let (mut x, mut y, mut n, mut rows) = ([zero; N], [zero; N], [zero; N], *corners);
         for k in 0..N {
             // A diagonal stays between the first corner and the third.
             rows[k] = corners[if turned && k > 0 { N - k } else { k }];
-            x[k] = gather(simd, &self.x, &rows[k]);
-            y[k] = gather(simd, &self.y, &rows[k]);
+            [x[k], y[k], n[k]] = self.spots.gather(simd, &rows[k]);
         }
         let (low, high) = ([least(&x), least(&y)], [most(&x), most(&y)]);
         let mut lanes;
@@ -149,11 +223,7 @@ impl Surface {
                 drawn &= turn(&x, &y, [0, 2, N - 1]).simd_gt(slack);
             }
             lanes = drawn.to_bitmask();
-            let mut words = [0; LANES];
-            for (lane, word) in words.iter_mut().enumerate() {
-                *word = 0_u32.wrapping_sub((lanes >> lane & 1) as u32);
-            }
-            self.drawn[number..number + LANES].copy_from_slice(&words);
+            self.drawn[number..number + LANES].copy_from_slice(&bytes(lanes));
             if N == 4 && lanes != 0 {
                 // Both triangles show, and together they are a quad on the screen.
                 let convex = turn(&x, &y, [N - 1, 0, 1]).simd_gt(slack)
@@ -171,42 +241,37 @@ impl Surface {
             lanes = !turn(&x, &y, [0, 1, 2]).simd_eq(zero).to_bitmask() & 0xff;
         }
         if lanes != 0 {
-            self.cover_group(simd, window, &rows, (&x, &y), (low, high), lanes, target);
+            self.cover_group(simd, window, [&x, &y, &n], (low, high), lanes, target);
         }
     }
 
     /// Covers what some of eight facets touch.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "all of it is in registers")]
     fn cover_group<S: Simd, const N: usize>(
         &mut self,
         simd: S,
         window: &Window,
-        rows: &[[u16; LANES]; N],
-        (x, y): (&[f32x8<S>; N], &[f32x8<S>; N]),
+        [x, y, n]: [&[f32x8<S>; N]; 3],
         (low, high): ([f32x8<S>; 2], [f32x8<S>; 2]),
         mut lanes: u64,
         target: &mut BlocksMut<'_>,
     ) {
         let splat = |v: f32| f32x8::splat(simd, v);
         let (zero, margin) = (splat(0.0), splat(window.margin));
-        // By all of its height: what is drawn must not depend on where a band ends.
-        let height = high[1] - low[1];
-        let low = [
-            (low[0] - margin).floor().max(splat(window.low[0])),
-            (low[1] - margin).floor().max(splat(window.low[1])),
-        ];
+        let left = (low[0] - margin).floor().max(splat(window.columns[0]));
+        let right = ((high[0] + margin).floor() + 1.0).min(splat(window.columns[1]));
+        // What is drawn must not depend on how far the window was narrowed.
+        let large =
+            (right - left).simd_ge(splat(LARGE[0])) & (high[1] - low[1]).simd_ge(splat(LARGE[1]));
+        let low =
+            [left.max(splat(window.low[0])), (low[1] - margin).floor().max(splat(window.low[1]))];
         let high = [
-            ((high[0] + margin).floor() + 1.0).min(splat(window.high[0])),
+            right.min(splat(window.high[0])),
             (high[1] + margin).floor().min(splat(window.high[1])),
         ];
         lanes &= (low[0].simd_lt(high[0]) & low[1].simd_le(high[1])).to_bitmask();
         if lanes == 0 {
             return;
-        }
-        let mut n = [zero; N];
-        for k in 0..N {
-            n[k] = gather(simd, &self.n, &rows[k]);
         }
         let mut made = Facets::<N> {
             slope: [[0.0; LANES]; N],
@@ -214,11 +279,12 @@ impl Surface {
             cap: [[0.0; LANES]; N],
             low: [low[0].into(), low[1].into()],
             high: [high[0].into(), high[1].into()],
+            columns: [blocks(low[0], 0), blocks(high[0] - 1.0, 0)],
+            rows: [blocks(low[1], 1), blocks(high[1], 1)],
             base: [0.0; LANES],
             gradient: [[0.0; LANES]; 2],
             least: [0.0; LANES],
-            large: ((high[0] - low[0]).simd_ge(splat(LARGE[0])) & height.simd_ge(splat(LARGE[1])))
-                .to_bitmask(),
+            large: large.to_bitmask(),
         };
         for k in 0..N {
             let next = (k + 1) % N;
@@ -234,7 +300,7 @@ impl Surface {
             (sign * NOWHERE).store_slice(&mut made.cap[k]);
         }
         // A plane of any gradient that is nowhere nearer than a corner is behind all of the facet.
-        let (far, near) = (least(&n), most(&n));
+        let (far, near) = (least(n), most(n));
         let (c, d) = if N == 4 { ([0, 2], [1, N - 1]) } else { ([0, 1], [0, 2]) };
         let (ux, uy, un) = (x[c[1]] - x[c[0]], y[c[1]] - y[c[0]], n[c[1]] - n[c[0]]);
         let (tx, ty, tn) = (x[d[1]] - x[d[0]], y[d[1]] - y[d[0]], n[d[1]] - n[d[0]]);
@@ -256,13 +322,18 @@ impl Surface {
         gx.store_slice(&mut made.gradient[0]);
         gy.store_slice(&mut made.gradient[1]);
         far.store_slice(&mut made.least);
-        for lane in bits::ones(lanes) {
-            self.cover_facet::<S, N>(simd, window, &made, lane, target);
+        for lane in bits::ones(lanes & !made.large) {
+            self.cover_facet::<S, N>(simd, window, &made, lane);
+        }
+        for lane in bits::ones(lanes & made.large) {
+            simd.vectorize(
+                #[inline(always)]
+                || self.cover_large::<S, N>(simd, window, &made, lane, target),
+            );
         }
     }
 
-    /// Covers what a facet touches: tiles that lie wholly within a large one at once, whatever else
-    /// touches them.
+    /// Covers what a facet touches.
     #[inline(always)]
     fn cover_facet<S: Simd, const N: usize>(
         &mut self,
@@ -270,59 +341,81 @@ impl Surface {
         window: &Window,
         of: &Facets<N>,
         lane: usize,
-        target: &mut BlocksMut<'_>,
     ) {
-        let splat = |v: f32| f32x8::splat(simd, v);
-        let [x0, x1] = [of.low[0][lane], of.high[0][lane]];
-        let [y0, y1] = [of.low[1][lane], of.high[1][lane]];
-        let is_large = of.large >> lane & 1 == 1;
-        let (first, last) = (x0 as usize / BLOCK[0], (x1 as usize - 1) / BLOCK[0]);
-        let (low, high) = (splat(x0), splat(x1));
-        let mut sides = Sides { slope: [low; N], start: [low; N], cap: [low; N] };
-        let mut inset = [low; N];
-        for k in 0..N {
-            sides.slope[k] = splat(of.slope[k][lane]);
-            sides.start[k] = splat(of.start[k][lane]);
-            sides.cap[k] = splat(of.cap[k][lane]);
-            inset[k] = splat((of.slope[k][lane].abs() + 1.0) * (1.0 + 4.0 * window.margin));
-        }
-        let (gx, gy) = (of.gradient[0][lane], of.gradient[1][lane]);
-        let (least, cap) = (splat(of.least[lane]), splat(window.cap));
-        let across = f32x8::simd_from(simd, [0.0, 8.0, 16.0, 24.0, 0.0, 8.0, 16.0, 24.0]);
-        let down = f32x8::simd_from(simd, [0.0, 0.0, 0.0, 0.0, 4.0, 4.0, 4.0, 4.0]);
-        let base = across * gx + (down * gy + of.base[lane]);
-        for row in y0 as usize / BLOCK[1]..=y1 as usize / BLOCK[1] {
-            let top = (row * BLOCK[1]) as f32;
-            let y = f32x8::simd_from(simd, ROWS) + top;
-            let inside = y.simd_ge(splat(y0)) & y.simd_le(splat(y1));
-            let [left, right] = sides.columns(y, low, high);
-            let span = Span::new(simd, left.min(high), right, inside);
-            let Some((from, to)) = span.blocks(simd, first, last) else { continue };
-            let nearness = base + gy * top;
-            if is_large {
-                let [left, right] = sides.inner_columns(y, &inset, low, high);
-                let inner = Span::new(simd, left.min(high), right, inside);
-                for column in from..=to {
-                    let n = (nearness + gx * (column * BLOCK[0]) as f32).max(least).min(cap);
-                    let mut pixels = span.tiles(simd, column);
-                    let all = u32x8::splat(simd, u32::MAX);
-                    let whole = inner.tiles(simd, column).simd_eq(all);
-                    // (`any_true` of a sum of masks is what LLVM 22 cannot select for WebAssembly.)
-                    if whole.to_bitmask() != 0 {
-                        let whole = whole.select(all, u32x8::splat(simd, 0));
-                        target.raise(simd, [column, row], whole, n);
-                        pixels &= !whole;
-                    }
-                    if pixels.simd_ne(u32x8::splat(simd, 0)).to_bitmask() != 0 {
-                        self.block(window, column, row).cover(simd, pixels, n);
-                    }
-                }
+        let facet = Facet::new(simd, of, lane, window);
+        for row in facet.rows.clone() {
+            let at = row - window.block[1];
+            let open = self.open[at] & facet.columns;
+            if open == 0 {
                 continue;
             }
-            for column in from..=to {
-                let n = (nearness + gx * (column * BLOCK[0]) as f32).max(least).min(cap);
-                let pixels = span.tiles(simd, column);
-                self.block(window, column, row).cover(simd, pixels, n);
+            let (y, inside) = facet.row(simd, row);
+            let [left, right] = facet.sides.columns(y, facet.low, facet.high);
+            let span = Span::new(simd, left.min(facet.high), right, inside);
+            let Some((from, to)) = span.blocks(simd, facet.first, facet.last) else { continue };
+            let mut columns = open & window.run([from, to]);
+            self.used[at] |= columns;
+            let covers = &mut self.blocks[at * window.across..][..window.across];
+            let nearness = facet.base + facet.gradient[1] * pixels(row, 1);
+            while columns != 0 {
+                let column = columns.trailing_zeros() as usize;
+                columns &= columns - 1;
+                let nearness = facet.nearness(nearness, column + window.block[0]);
+                let touched = span.tiles(simd, column + window.block[0]);
+                covers[column].cover(simd, touched, nearness);
+            }
+        }
+    }
+
+    /// Covers what a large facet touches: tiles that lie wholly within it at once, whatever else
+    /// touches them.
+    #[inline(always)]
+    fn cover_large<S: Simd, const N: usize>(
+        &mut self,
+        simd: S,
+        window: &Window,
+        of: &Facets<N>,
+        lane: usize,
+        target: &mut BlocksMut<'_>,
+    ) {
+        let facet = Facet::new(simd, of, lane, window);
+        let mut inset = [facet.low; N];
+        for k in 0..N {
+            let by = (of.slope[k][lane].abs() + 1.0) * (1.0 + 4.0 * window.margin);
+            inset[k] = f32x8::splat(simd, by);
+        }
+        let (all, none) = (u32x8::splat(simd, u32::MAX), u32x8::splat(simd, 0));
+        for row in facet.rows.clone() {
+            let at = row - window.block[1];
+            let open = self.open[at] & facet.columns;
+            if open == 0 {
+                continue;
+            }
+            let (y, inside) = facet.row(simd, row);
+            let [left, right] = facet.sides.columns(y, facet.low, facet.high);
+            let span = Span::new(simd, left.min(facet.high), right, inside);
+            let Some((from, to)) = span.blocks(simd, facet.first, facet.last) else { continue };
+            let [left, right] = facet.sides.inner_columns(y, &inset, facet.low, facet.high);
+            let inner = Span::new(simd, left.min(facet.high), right, inside);
+            let mut columns = open & window.run([from, to]);
+            let nearness = facet.base + facet.gradient[1] * pixels(row, 1);
+            while columns != 0 {
+                let column = columns.trailing_zeros() as usize;
+                columns &= columns - 1;
+                let at_buffer = column + window.block[0];
+                let nearness = facet.nearness(nearness, at_buffer);
+                let mut touched = span.tiles(simd, at_buffer);
+                let whole = inner.tiles(simd, at_buffer).simd_eq(all);
+                // (`any_true` of a sum of masks is what LLVM 22 cannot select for WebAssembly.)
+                if whole.to_bitmask() != 0 {
+                    let whole = whole.select(all, none);
+                    target.raise(simd, [at_buffer, row], whole, nearness);
+                    touched &= !whole;
+                }
+                if touched.simd_ne(none).to_bitmask() != 0 {
+                    self.used[at] |= 1 << column;
+                    self.blocks[at * window.across + column].cover(simd, touched, nearness);
+                }
             }
         }
     }
@@ -360,6 +453,14 @@ impl Surface {
             self.group::<S, 3>(simd, window, &rows, false, None, target);
         }
     }
+}
+
+/// A byte for each of eight bits, 255 where it is set.
+fn bytes(bits: u64) -> [u8; LANES] {
+    let apart = ((bits & 0xff) * 0x0101_0101_0101_0101) & 0x8040_2010_0804_0201;
+    // A byte that is not zero reaches its highest bit.
+    let ones = (apart + 0x7f7f_7f7f_7f7f_7f7f) >> 7 & 0x0101_0101_0101_0101;
+    (ones * 0xff).to_le_bytes()
 }
 
 /// Twice the area of triangles of some corners: above 0 where these run counter-clockwise, y

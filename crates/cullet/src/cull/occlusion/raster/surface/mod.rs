@@ -3,6 +3,7 @@
 //! ```text
 //! project    vertices, eight at a time; margin: how far one may be off, in pixels
 //! cut        facets that reach before the near plane or far off the screen, in f64
+//! open       blocks in which the patch may come nearer than what was drawn before: no others are looked at
 //! facets     eight at a time: which show the side that is drawn, for certain
 //!            each covers the pixels that it touches, widened by the margin; their least nearness is kept beside
 //! silhouettes    eight edges at a time: those with a drawn facet on one side alone
@@ -22,6 +23,7 @@ mod cut;
 mod facets;
 mod projection;
 mod silhouettes;
+mod spots;
 
 use alloc::boxed::Box;
 use alloc::vec;
@@ -29,12 +31,14 @@ use alloc::vec::Vec;
 
 use fearless_simd::prelude::*;
 
-use super::blocks::BlocksMut;
+use super::blocks::{BLOCK, BlocksMut};
 use super::connected::{Connected, LANES, NUMBERS, corners_of};
 use super::screen::ObjectScreen;
+use crate::array::Each;
 use coverage::BlockCoverage;
 use cut::Cut;
 pub(crate) use projection::Projection;
+use spots::Spots;
 
 /// A number for each vertex of a patch, or facet: as many as there can be, so that none needs a
 /// check.
@@ -47,14 +51,14 @@ pub(super) struct Surface {
     columns: usize,
     /// Blocks of the window of the patch that is drawn, and which of each row have any coverage.
     blocks: Vec<BlockCoverage>,
-    used: Vec<u128>,
-    x: Numbers<f32>,
-    y: Numbers<f32>,
-    n: Numbers<f32>,
+    used: Vec<u64>,
+    /// Blocks of each row of the window that are not yet as near as the patch comes.
+    open: Vec<u64>,
+    spots: Spots,
     /// Codes of the vertices: bits of the planes beyond which each lies; see [`cut`].
     codes: Numbers<i32>,
     /// All bits for a facet that is drawn, else none.
-    drawn: Numbers<u32>,
+    drawn: Numbers<u8>,
     silhouettes: Vec<[u16; 2]>,
     /// Quads of which both triangles are drawn, but not as one.
     halves: Vec<[u16; 3]>,
@@ -68,6 +72,8 @@ struct Window {
     low: [f32; 2],
     /// One beyond the last column; the last row.
     high: [f32; 2],
+    /// First column, and one beyond the last, before the window was narrowed.
+    columns: [f32; 2],
     /// First block, and blocks across.
     block: [usize; 2],
     across: usize,
@@ -85,6 +91,29 @@ struct Window {
     is_clipped: bool,
 }
 
+impl Window {
+    /// Rows of blocks.
+    fn rows(&self) -> usize {
+        self.high[1] as usize / BLOCK[1] - self.block[1] + 1
+    }
+
+    /// Parts of a window so narrow that a word has a bit for each block of a row.
+    fn parts(self) -> impl Iterator<Item = Self> {
+        const MOST: usize = u64::BITS as usize;
+        (0..self.across).step_by(MOST).map(move |first| {
+            let (column, across) = (self.block[0] + first, MOST.min(self.across - first));
+            let [left, right] = [column, column + across].each(|c| (c * BLOCK[0]) as f32);
+            Self {
+                low: [self.low[0].max(left), self.low[1]],
+                high: [self.high[0].min(right), self.high[1]],
+                block: [column, self.block[1]],
+                across,
+                ..self
+            }
+        })
+    }
+}
+
 impl Surface {
     /// For a buffer of so many columns and rows of blocks.
     pub(super) fn new(columns: usize, rows: usize) -> Self {
@@ -92,9 +121,8 @@ impl Surface {
             columns,
             blocks: vec![BlockCoverage::NONE; columns * rows],
             used: vec![0; rows],
-            x: numbers(0.0),
-            y: numbers(0.0),
-            n: numbers(0.0),
+            open: vec![0; rows],
+            spots: Spots::new(),
             codes: numbers(0),
             drawn: numbers(0),
             silhouettes: Vec::new(),
@@ -121,11 +149,15 @@ impl Surface {
             return;
         }
         let Some(window) = self.project(simd, screen, projection, patch) else { return };
-        for (back, is_away) in away.into_iter().enumerate() {
-            if !is_away {
-                let turned = projection.is_mirrored() ^ (back == 1);
-                let both = (screen, projection);
-                self.draw_side(simd, patch, both, &window, [back == 1, turned], target);
+        // What is drawn does not depend on where a window ends.
+        for window in window.parts() {
+            let Some(window) = self.opened(simd, window, target) else { continue };
+            for (back, is_away) in away.into_iter().enumerate() {
+                if !is_away {
+                    let turned = projection.is_mirrored() ^ (back == 1);
+                    let both = (screen, projection);
+                    self.draw_side(simd, patch, both, &window, [back == 1, turned], target);
+                }
             }
         }
     }
@@ -161,7 +193,7 @@ impl Surface {
             self.draw_cut(simd, window, back, target);
         }
         // Every facet shows its other side, or what it covers went to the buffer at once.
-        if self.used.iter().all(|columns| *columns == 0) {
+        if self.used[..window.rows()].iter().all(|columns| *columns == 0) {
             return;
         }
         if self.find_silhouettes(screen, patch, window, back) {

@@ -235,9 +235,7 @@ impl Surface {
             let before = (low, high);
             (low, high) = grown(before, [x, y]);
             smallest_w = (usable & third.simd_lt(smallest_w)).select(third, smallest_w);
-            x.store_slice(&mut self.x[i..i + LANES]);
-            y.store_slice(&mut self.y[i..i + LANES]);
-            n.store_slice(&mut self.n[i..i + LANES]);
+            self.spots.set(simd, i, [x, y, n]);
             if i < patch.own_vertices {
                 // The last of its own share their eight with some around.
                 let is_own = lanes.simd_lt(splat((patch.own_vertices - i) as f32));
@@ -297,6 +295,7 @@ impl Surface {
         Some(Window {
             low,
             high,
+            columns: [low[0], high[0]],
             block,
             across,
             margin,

@@ -7,21 +7,14 @@ use fearless_simd::prelude::*;
 use super::super::blocks::BLOCK;
 use super::super::connected::{Connected, LANES, NUMBERS};
 use super::super::screen::ObjectScreen;
-use super::super::span::{ROWS, Span};
-use super::{Numbers, Projection, Surface, Window};
+use super::super::span::{ROWS, Span, blocks};
+use super::{Projection, Surface, Window};
+use crate::array::Each;
 use crate::bits;
-
-#[inline(always)]
-fn gather<S: Simd>(simd: S, from: &Numbers<f32>, ends: &[[u16; 2]; LANES], end: usize) -> f32x8<S> {
-    let mut of = [0.0; LANES];
-    for lane in 0..LANES {
-        of[lane] = from[usize::from(ends[lane][end]) % NUMBERS];
-    }
-    f32x8::simd_from(simd, of)
-}
 
 impl Surface {
     /// Lists them; `false` where clipping them takes more corners than there are numbers.
+    #[inline(always)]
     pub(super) fn find_silhouettes(
         &mut self,
         (screen, projection): (&ObjectScreen, &Projection),
@@ -32,11 +25,13 @@ impl Surface {
         let mut found = core::mem::take(&mut self.silhouettes);
         found.clear();
         for [f, g, a, b] in &patch.edges {
+            let mut differ = 0;
             for lane in 0..LANES {
-                let drawn = |of: &[u16; LANES]| self.drawn[usize::from(of[lane]) % NUMBERS];
-                if drawn(f) != drawn(g) {
-                    found.push([a[lane], b[lane]]);
-                }
+                let [f, g] = [usize::from(f[lane]) % NUMBERS, usize::from(g[lane]) % NUMBERS];
+                differ |= (self.drawn[f] ^ self.drawn[g]) & (1 << lane);
+            }
+            for lane in bits::ones(u64::from(differ)) {
+                found.push([a[lane % LANES], b[lane % LANES]]);
             }
         }
         let fits =
@@ -70,8 +65,8 @@ impl Surface {
     ) {
         let splat = |v: f32| f32x8::splat(simd, v);
         let margin = splat(3.0 * window.margin);
-        let (ax, ay) = (gather(simd, &self.x, ends, 0), gather(simd, &self.y, ends, 0));
-        let (bx, by) = (gather(simd, &self.x, ends, 1), gather(simd, &self.y, ends, 1));
+        let [ax, ay, _] = self.spots.gather(simd, &ends.each(|[a, _]| a));
+        let [bx, by, _] = self.spots.gather(simd, &ends.each(|[_, b]| b));
         let upward = ay.simd_gt(by);
         let (top_x, end_x) = (upward.select(bx, ax), upward.select(ax, bx));
         let (top_y, end_y) = (ay.min(by), ay.max(by));
@@ -95,13 +90,20 @@ impl Surface {
         let start: [f32; LANES] = (through - wide).into();
         let end: [f32; LANES] = (through + wide + 1.0).into();
         let slope: [f32; LANES] = slope.into();
+        let columns: [[i32; LANES]; 2] = [blocks(low[0], 0), blocks(high[0] - 1.0, 0)];
+        let rows: [[i32; LANES]; 2] = [blocks(low[1], 1), blocks(high[1], 1)];
         let low: [[f32; LANES]; 2] = [low[0].into(), low[1].into()];
         let high: [[f32; LANES]; 2] = [high[0].into(), high[1].into()];
         for lane in bits::ones(lanes) {
             let [x0, x1, y0, y1] = [low[0][lane], high[0][lane], low[1][lane], high[1][lane]];
-            let (first, last) = (x0 as usize / BLOCK[0], (x1 as usize - 1) / BLOCK[0]);
-            for row in y0 as usize / BLOCK[1]..=y1 as usize / BLOCK[1] {
-                let y = f32x8::simd_from(simd, ROWS) + (row * BLOCK[1]) as f32;
+            let [first, last] =
+                [columns[0][lane] as u32 as usize, columns[1][lane] as u32 as usize];
+            let all = window.run([first, last]);
+            for row in rows[0][lane] as u32 as usize..rows[1][lane] as u32 as usize + 1 {
+                if self.used[row - window.block[1]] & all == 0 {
+                    continue;
+                }
+                let y = f32x8::simd_from(simd, ROWS) + (row * BLOCK[1]) as i32 as f32;
                 let at = y * slope[lane];
                 let left = (at + start[lane]).max(splat(x0)).min(splat(x1));
                 let right = (at + end[lane]).min(splat(x1));
