@@ -3,7 +3,7 @@
 
 mod batch;
 
-pub(crate) use batch::SizeTest;
+pub(crate) use batch::{Decided, SizeTest};
 
 use crate::math;
 use crate::view::ScreenRect;

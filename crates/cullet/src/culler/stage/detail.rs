@@ -9,24 +9,28 @@ use super::occlusion;
 use crate::array;
 use crate::bits;
 use crate::bounds::LANES;
-use crate::cull::detail::{Detail, SizeTest};
+use crate::cull::detail::{Decided, Detail, SizeTest};
 use crate::funnel::Stage;
 use crate::transform::Transform;
 
-/// Drops instances whose projected box is below the threshold: whole nodes of the hierarchy at
-/// once, where no box below them can be as large.
+/// Drops instances whose projected box is below the threshold. Whole nodes of the hierarchy go or
+/// stay at once, where no box below them can be as large, or as small.
 pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>) {
     let Some(detail) = frame.culler.detail else { return };
     let sizes = Sizes { frame, test: of_world(frame, &detail) };
     // The nodes above a word, sixteen at once: words ascend.
-    let (mut number, mut small_nodes) = (usize::MAX, 0);
+    let (mut number, mut nodes) = (usize::MAX, Decided::default());
     let dropped = set.filter(frame.scene, Stage::Detail, log, |word, tested| {
         // Four words below a node over 256 slots.
         if number != word / 64 {
-            (number, small_nodes) = (word / 64, sizes.small_nodes(word / 64));
+            (number, nodes) = (word / 64, sizes.decide_nodes(word / 64));
         }
-        if small_nodes >> (word / 4 % LANES) & 1 != 0 {
+        let node = word / 4 % LANES;
+        if nodes.small >> node & 1 != 0 {
             return tested;
+        }
+        if nodes.kept >> node & 1 != 0 {
+            return 0;
         }
         let wanted = (0..4).fold(0, |wanted, part| {
             let own = tested >> (part * LANES) & 0xffff;
@@ -54,14 +58,14 @@ struct Sizes<'a> {
 }
 
 impl Sizes<'_> {
-    /// One bit for each of sixteen nodes below which all are small.
-    fn small_nodes(&self, number: usize) -> u16 {
+    /// Decides sixteen nodes.
+    fn decide_nodes(&self, number: usize) -> Decided {
         let scene = self.frame.scene;
         let nodes = scene.hierarchy().nodes();
         let block = nodes.levels().get(LEVEL).and_then(|boxes| boxes.blocks().get(number));
-        let Some(block) = block else { return 0 };
+        let Some(block) = block else { return Decided::default() };
         let first = number * LANES;
-        let largest = nodes.sizes_below(LEVEL).get(first..).unwrap_or_default();
+        let spans = nodes.spans_below(LEVEL).get(first..).unwrap_or_default();
         let slots = LANES.pow(LEVEL as u32 + 1);
         // Slots that came since the nodes were made are below none.
         let covered = (nodes.len() / slots).saturating_sub(first).min(LANES);
@@ -72,8 +76,9 @@ impl Sizes<'_> {
             })
         });
         let simd = self.frame.culler.simd;
-        self.test.small_nodes(simd, block, largest, weights.as_ref())
-            & ((1_u32 << covered) - 1) as u16
+        let Decided { small, kept } = self.test.decide_nodes(simd, block, spans, weights.as_ref());
+        let known = ((1_u32 << covered) - 1) as u16;
+        Decided { small: small & known, kept: kept & known }
     }
 
     /// One bit for each slot of some of the four blocks of a word that is small.
