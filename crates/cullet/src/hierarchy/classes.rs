@@ -121,8 +121,7 @@ fn split(counts: &[u32], least: u64) -> Option<usize> {
             // The variance between the two, as a fraction whose denominator is common to all
             // splits but for n·m: d² n m, with d the difference of the means.
             let (n, m) = (u128::from(below), u128::from(above));
-            let cross =
-                (u128::from(all_sum - below_sum) * n).abs_diff(u128::from(below_sum) * m);
+            let cross = (u128::from(all_sum - below_sum) * n).abs_diff(u128::from(below_sum) * m);
             let is_apart = cross >= n * m * u128::from(APART);
             let between = cross / n * (cross / m);
             if is_apart && best.is_none_or(|(most, _)| between > most) {

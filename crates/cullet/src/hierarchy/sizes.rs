@@ -114,11 +114,7 @@ fn span_of<S: Simd>(simd: S, BoxBlock(rows): &BoxBlock) -> Span {
 
 /// The smallest and largest sums of sixteen of −min and max, in four parts.
 #[inline(always)]
-fn between<S: Simd>(
-    simd: S,
-    low: &[f32; LANES],
-    high: &[f32; LANES],
-) -> (f32x4<S>, f32x4<S>) {
+fn between<S: Simd>(simd: S, low: &[f32; LANES], high: &[f32; LANES]) -> (f32x4<S>, f32x4<S>) {
     let size = |at: usize| {
         f32x4::from_slice(simd, &low[at..at + 4]) + f32x4::from_slice(simd, &high[at..at + 4])
     };
