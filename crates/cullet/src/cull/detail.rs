@@ -2,8 +2,10 @@
 //! is smaller than the threshold, in pixels, and no more than that is promised.
 
 mod batch;
+mod nodes;
 
 pub(crate) use batch::SizeTest;
+pub(crate) use nodes::NodeSizes;
 
 use crate::math;
 use crate::view::ScreenRect;

@@ -10,6 +10,7 @@
 //! everything anew, [`Hierarchy::commit_slice`] a little of it, so that a world in motion never
 //! waits for a commit.
 
+mod classes;
 mod nodes;
 mod order;
 mod sizes;
@@ -17,6 +18,7 @@ mod slots;
 
 pub use nodes::{NodeStatistics, Nodes, NodesError};
 pub use order::spatial_order;
+pub(crate) use sizes::Span;
 pub(crate) use slots::NO_SLOT;
 pub use slots::{Commit, Handle};
 

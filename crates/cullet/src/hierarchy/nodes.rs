@@ -9,7 +9,7 @@ use fearless_simd::f32x4;
 use fearless_simd::prelude::*;
 use thiserror::Error;
 
-use super::sizes::{Sizes, largest_of};
+use super::sizes::{Sizes, Span, largest_of};
 use crate::bits;
 use crate::bounds::{Aabb, Boxes, LANES};
 
@@ -18,8 +18,8 @@ use crate::bounds::{Aabb, Boxes, LANES};
 /// Node i of level 0 bounds the boxes 16 i to 16 i + 15, node i of the next level the nodes 16 i to
 /// 16 i + 15, and so on up to a level of at most sixteen. The boxes stay where they are: a flat
 /// sweep and a walk of the tree read the same array. All sixteen children of a node are one block,
-/// tested at once. A tenth of the boxes' memory, with the size of the largest box below each node
-/// of the lowest two levels.
+/// tested at once. An eighth of the boxes' memory, with the sizes of the largest and the smallest
+/// box below each node of the lowest two levels.
 ///
 /// Boxes that are appended later lie under no node until nodes are made [anew](Self::over): a walk
 /// takes them one by one.
@@ -240,11 +240,11 @@ impl Nodes {
             let below = self.sizes.of(1).get(node * LANES..).filter(|below| !below.is_empty());
             return below.map_or([f32::INFINITY; 3], |all| largest_of(all.iter().take(LANES)));
         }
-        self.sizes.of(level).get(node).copied().unwrap_or([f32::INFINITY; 3])
+        self.sizes.of(level).get(node).map_or([f32::INFINITY; 3], |span| span.most)
     }
 
-    /// The largest sizes of the boxes below the nodes of a level, 0 or 1; none of others.
-    pub(crate) fn sizes_below(&self, level: usize) -> &[[f32; 3]] {
+    /// Returns the spans of sizes of the boxes below the nodes of a level, 0 or 1; none of others.
+    pub(crate) fn spans_below(&self, level: usize) -> &[Span] {
         self.sizes.of(level)
     }
 

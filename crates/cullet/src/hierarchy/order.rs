@@ -3,6 +3,7 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
+use super::classes::{Classes, Counts};
 use crate::array::{self, Each};
 use crate::bounds::Aabb;
 
@@ -18,6 +19,10 @@ const PASSES: usize = KEY_BITS.div_ceil(DIGITS.ilog2() as usize);
 /// through their centres, each bit of which halves what is then the longest side of a cell. Boxes
 /// that are empty or not finite come last, so that they share their nodes with each other only;
 /// equal keys keep their order. O(n).
+///
+/// Where many boxes are some times as large as many others, each kind is sorted by itself, so that
+/// nodes are of like boxes: a node of grass alone is too small to be seen, or hidden, where one
+/// that has a tree in it would have to be opened.
 ///
 /// A curve with cells as cubic as they can be matters where worlds are flat: with ten bits for each
 /// axis, a million trees on a plane share a thousand cells each way.
@@ -49,8 +54,13 @@ impl Orderer {
         order: &mut Vec<u32>,
     ) {
         let mut extent = Extent::default();
-        (0..len).for_each(|i| extent.add(&bounds(i)));
-        self.curve = Curve::new(&extent);
+        let mut counts = Counts::default();
+        for i in 0..len {
+            let bounds = bounds(i);
+            extent.add(&bounds);
+            counts.add(&bounds);
+        }
+        self.curve = Curve::new(&extent, Classes::of(&counts));
         self.order_again(len, bounds, order);
     }
 
@@ -158,6 +168,7 @@ struct Curve {
     low: [f32; 3],
     scale: [f32; 3],
     last: [f32; 3],
+    classes: Classes,
     /// Spread bits of a coordinate: one table per axis, for its lower and then its upper byte, by
     /// the value of that byte.
     spread: Box<[[[u32; 256]; 2]; 3]>,
@@ -165,19 +176,20 @@ struct Curve {
 
 impl Default for Curve {
     fn default() -> Self {
-        Self::new(&Extent::default())
+        Self::new(&Extent::default(), Classes::default())
     }
 }
 
 impl Curve {
-    fn new(extent: &Extent) -> Self {
+    fn new(extent: &Extent, classes: Classes) -> Self {
+        let first = classes.bits();
         let mut side: [f64; 3] =
             array::from_fn(|a| (f64::from(extent.high[a]) - f64::from(extent.low[a])).max(0.0));
         let full = side;
         let mut bits = [0; 3];
         // From the top: which axis each bit of the key halves.
         let mut halved = [None; KEY_BITS];
-        for at in &mut halved {
+        for at in &mut halved[first..] {
             let free = (0..3).filter(|&a| bits[a] < AXIS_BITS && side[a] > 0.0);
             let Some(axis) = free.max_by(|&a, &b| side[a].total_cmp(&side[b])) else { break };
             *at = Some(axis);
@@ -186,7 +198,7 @@ impl Curve {
         }
         let mut spread = Box::new([[[0; 256]; 2]; 3]);
         let mut left = bits;
-        for (i, axis) in halved.iter().enumerate() {
+        for (i, axis) in halved.iter().enumerate().skip(first) {
             let Some(axis) = *axis else { break };
             left[axis] -= 1;
             let (byte, bit) = (left[axis] as usize / 8, left[axis] % 8);
@@ -198,7 +210,7 @@ impl Curve {
         let scale = array::from_fn(|a| {
             if full[a] > 0.0 { (cells[a] / full[a]).min(f64::from(f32::MAX)) as f32 } else { 0.0 }
         });
-        Self { low: extent.low, scale, last: cells.each(|c| c as f32 - 1.0), spread }
+        Self { low: extent.low, scale, last: cells.each(|c| c as f32 - 1.0), classes, spread }
     }
 
     #[inline(always)]
@@ -207,7 +219,7 @@ impl Curve {
         if !somewhere {
             return u32::MAX;
         }
-        let mut key = 0;
+        let mut key = self.classes.key(b);
         for a in 0..3 {
             let cell = (c[a] - self.low[a]) * self.scale[a];
             // A NaN (infinity by zero, in spans beyond f32) becomes the last cell; any order is

@@ -5,9 +5,6 @@
 //! being the sum of |g| times half the box, and w the least of the box. For a box that is small for
 //! its distance the bound is hardly wider than the picture. Tried: projecting the corners of boxes
 //! just above the threshold changed no answer in some hundreds.
-//!
-//! A node decides all its boxes at once, sixteen nodes at a time: q is then known only as a range,
-//! which widens |g|, and the box is taken as large as the largest below the node.
 
 use crate::array::Each;
 use crate::simd::dispatch_256;
@@ -20,17 +17,17 @@ use crate::simd::Simd;
 
 /// 2⁻¹⁹: more than stored boxes are [wider](crate::bounds::Boxes) than what they are of, and f32
 /// rounds.
-const STEP: f32 = 1.0 / (1 << 19) as f32;
+pub(super) const STEP: f32 = 1.0 / (1 << 19) as f32;
 
 /// Test of the sizes of boxes in one view against the threshold of detail culling.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SizeTest {
     /// Rows of x, y, depth beyond the near plane, and w.
-    rows: [[f32; 4]; 4],
+    pub(super) rows: [[f32; 4]; 4],
     /// Size of the viewport, in pixels.
-    size: [f32; 2],
+    pub(super) size: [f32; 2],
     measure: Measure,
-    threshold: f32,
+    pub(super) threshold: f32,
 }
 
 impl SizeTest {
@@ -65,7 +62,7 @@ impl SizeTest {
     // Plain functions and loops all through: a closure that is not inlined has no vector
     // instructions, and made this six times as slow.
     #[inline(always)]
-    fn small_blocks<S: fearless_simd::Simd>(
+    pub(super) fn small_blocks<S: fearless_simd::Simd>(
         &self,
         simd: S,
         blocks: &[BoxBlock],
@@ -78,35 +75,11 @@ impl SizeTest {
             rest &= rest - 1;
             let Some(block) = blocks.get(part) else { break };
             let lanes = Lanes::new(simd, block);
-            let bounds = self.bounds(&lanes, &lanes.reach, false);
+            let bounds = self.bounds(&lanes);
             let own = weights.map(|weights| &weights[part]);
             small |= u64::from(self.below(&bounds, own)) << (part * LANES);
         }
         small
-    }
-
-    /// Returns one bit for each node of a block below which all boxes are surely small. `largest`
-    /// are the sizes that no box below each exceeds along any axis, and `weights` those of the
-    /// heaviest.
-    pub(crate) fn small_nodes(
-        &self,
-        simd: Simd,
-        block: &BoxBlock,
-        largest: &[[f32; 3]],
-        weights: Option<&[f32; LANES]>,
-    ) -> u16 {
-        let mut halves = [[0.0; LANES]; 3];
-        for (lane, own) in largest.iter().take(LANES).enumerate() {
-            (0..3).for_each(|a| halves[a][lane] = own[a] * 0.5);
-        }
-        dispatch_256!(simd, simd => {
-            let lanes = Lanes::new(simd, block);
-            let mut own = lanes.reach;
-            for a in 0..3 {
-                own[a] = f32x16::from_slice(simd, &halves[a]);
-            }
-            self.below(&self.bounds(&lanes, &own, true), weights)
-        })
     }
 
     /// Returns the bounds of width and height in pixels of one box; `None` where there are none.
@@ -116,7 +89,7 @@ impl SizeTest {
         let (mut known, mut sizes) = (0, [[0.0; LANES]; 2]);
         dispatch_256!(simd, simd => {
             let lanes = Lanes::new(simd, &block);
-            let bounds = self.bounds(&lanes, &lanes.reach, false);
+            let bounds = self.bounds(&lanes);
             known = bounds.known.to_bitmask();
             bounds.width.store_slice(&mut sizes[0]);
             bounds.height.store_slice(&mut sizes[1]);
@@ -124,16 +97,28 @@ impl SizeTest {
         (known & 1 == 1).then(|| sizes.each(|of| f64::from(of[0])))
     }
 
-    /// Bounds sixteen lanes: boxes with these halves, which are the lanes or, where `within`, lie
-    /// in them.
+    /// Bounds sixteen boxes.
     #[inline(always)]
-    fn bounds<S: fearless_simd::Simd>(
+    pub(super) fn bounds<S: fearless_simd::Simd>(&self, lanes: &Lanes<S>) -> Bounds<S> {
+        let [row_x, row_y, ..] = &self.rows;
+        let (deep, known) = self.deep(lanes, false);
+        Bounds {
+            simd: lanes.simd,
+            known,
+            width: lanes.side(row_x, &deep, self.size[0]),
+            height: lanes.side(row_y, &deep, self.size[1]),
+        }
+    }
+
+    /// Returns what w is in sixteen lanes, at their middles or all `within` them, and which of them
+    /// are all beyond the near plane.
+    #[inline(always)]
+    pub(super) fn deep<S: fearless_simd::Simd>(
         &self,
         lanes: &Lanes<S>,
-        halves: &[f32x16<S>; 3],
         within: bool,
-    ) -> Bounds<S> {
-        let [row_x, row_y, row_z, row_w] = &self.rows;
+    ) -> (Deep<'_, S>, mask32x16<S>) {
+        let [_, _, row_z, row_w] = &self.rows;
         let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
         let (w, w_off, w_half) = (lanes.at(row_w), lanes.off(row_w), lanes.half(row_w));
         let nearest = w - w_half - w_off;
@@ -144,18 +129,28 @@ impl SizeTest {
             per_w: one / w,
             spread: if within { w_half + w_off } else { w_off },
             per_nearest: one / nearest,
+            farthest: w + w_half + w_off + w_off,
         };
-        Bounds {
-            simd: lanes.simd,
-            known: nearest.simd_gt(zero) & depth.simd_ge(zero),
-            width: lanes.side(row_x, &deep, halves, within, self.size[0]),
-            height: lanes.side(row_y, &deep, halves, within, self.size[1]),
+        (deep, nearest.simd_gt(zero) & depth.simd_ge(zero))
+    }
+
+    /// Returns what is compared with the threshold.
+    #[inline(always)]
+    pub(super) fn measured<S: fearless_simd::Simd>(
+        &self,
+        width: f32x16<S>,
+        height: f32x16<S>,
+    ) -> f32x16<S> {
+        match self.measure {
+            Measure::WidthAndHeight => width.max(height),
+            Measure::Area => width * height,
+            Measure::Diameter => width * width + height * height,
         }
     }
 
     /// The bits of lanes whose bounds are below the threshold.
     #[inline(always)]
-    fn below<S: fearless_simd::Simd>(
+    pub(super) fn below<S: fearless_simd::Simd>(
         &self,
         bounds: &Bounds<S>,
         weights: Option<&[f32; LANES]>,
@@ -168,11 +163,7 @@ impl SizeTest {
                 & weight.simd_lt(f32x16::splat(simd, f32::INFINITY));
             (width, height) = (width * weight, height * weight);
         }
-        let most = match self.measure {
-            Measure::WidthAndHeight => width.max(height),
-            Measure::Area => width * height,
-            Measure::Diameter => width * width + height * height,
-        };
+        let most = self.measured(width, height);
         let margin = f32x16::splat(simd, self.threshold.abs() * (4.0 * STEP));
         let small = (most + margin).simd_lt(f32x16::splat(simd, self.threshold));
         (known & small).to_bitmask() as u16
@@ -182,33 +173,34 @@ impl SizeTest {
 /// Widths and heights in pixels that the pictures of sixteen boxes do not exceed, where they are
 /// known.
 #[derive(Clone, Copy)]
-struct Bounds<S: fearless_simd::Simd> {
-    simd: S,
-    known: mask32x16<S>,
-    width: f32x16<S>,
-    height: f32x16<S>,
+pub(super) struct Bounds<S: fearless_simd::Simd> {
+    pub(super) simd: S,
+    pub(super) known: mask32x16<S>,
+    pub(super) width: f32x16<S>,
+    pub(super) height: f32x16<S>,
 }
 
 /// Sixteen boxes: middles, halves, and the largest coordinates along each axis.
-struct Lanes<S: fearless_simd::Simd> {
+pub(super) struct Lanes<S: fearless_simd::Simd> {
     simd: S,
     middle: [f32x16<S>; 3],
-    reach: [f32x16<S>; 3],
-    most: [f32x16<S>; 3],
+    pub(super) reach: [f32x16<S>; 3],
+    pub(super) most: [f32x16<S>; 3],
 }
 
 /// Row of w, and what it is of sixteen boxes: one over that of their middles, by how much it may be
-/// off of the middle of a box, and one over the least there is of it.
-struct Deep<'a, S: fearless_simd::Simd> {
-    row: &'a [f32; 4],
+/// off of the middle of a box, one over the least there is of it, and the most.
+pub(super) struct Deep<'a, S: fearless_simd::Simd> {
+    pub(super) row: &'a [f32; 4],
     per_w: f32x16<S>,
     spread: f32x16<S>,
-    per_nearest: f32x16<S>,
+    pub(super) per_nearest: f32x16<S>,
+    pub(super) farthest: f32x16<S>,
 }
 
 impl<S: fearless_simd::Simd> Lanes<S> {
     #[inline(always)]
-    fn new(simd: S, BoxBlock(rows): &BoxBlock) -> Self {
+    pub(super) fn new(simd: S, BoxBlock(rows): &BoxBlock) -> Self {
         let (x, p) = (f32x16::from_slice(simd, &rows[0]), f32x16::from_slice(simd, &rows[3]));
         let (y, q) = (f32x16::from_slice(simd, &rows[1]), f32x16::from_slice(simd, &rows[4]));
         let (z, r) = (f32x16::from_slice(simd, &rows[2]), f32x16::from_slice(simd, &rows[5]));
@@ -223,8 +215,25 @@ impl<S: fearless_simd::Simd> Lanes<S> {
     }
 
     #[inline(always)]
-    fn splat(&self, v: f32) -> f32x16<S> {
+    pub(super) fn splat(&self, v: f32) -> f32x16<S> {
         f32x16::splat(self.simd, v)
+    }
+
+    #[inline(always)]
+    pub(super) fn load(&self, v: &[f32; LANES]) -> f32x16<S> {
+        f32x16::from_slice(self.simd, v)
+    }
+
+    #[inline(always)]
+    pub(super) fn mask(&self, bits: u16) -> mask32x16<S> {
+        mask32x16::from_bitmask(self.simd, bits.into())
+    }
+
+    /// The bits of boxes that are not empty.
+    #[inline(always)]
+    pub(super) fn not_empty(&self) -> u16 {
+        let [x, y, z] = self.reach;
+        x.min(y).min(z).simd_ge(self.splat(0.0)).to_bitmask() as u16
     }
 
     /// A row at the middles.
@@ -251,35 +260,52 @@ impl<S: fearless_simd::Simd> Lanes<S> {
         sum * self.splat(STEP)
     }
 
-    /// Bounds how wide boxes with these halves look along one axis of a screen with so many pixels.
+    /// Bounds how wide the boxes look along one axis of a screen with so many pixels.
     #[inline(always)]
-    fn side(
+    fn side(&self, row: &[f32; 4], deep: &Deep<'_, S>, pixels: f32) -> f32x16<S> {
+        let (q, q_off) = self.quotient(row, deep, false);
+        let mut most = self.splat(0.0);
+        for a in 0..3 {
+            let (g, g_off) = self.gradient(row[a], deep.row[a], q, q_off);
+            most += (g + g_off) * (self.reach[a] + self.most[a] * self.splat(STEP));
+        }
+        // What x/w itself is rounded by where corners are projected is far below this. Twice half
+        // the box, times half of the viewport.
+        let slack = (q.abs() + self.splat(1.0)) * self.splat(1e-9 * pixels);
+        most * deep.per_nearest * self.splat(pixels * (1.0 + 8.0 * STEP)) + slack
+    }
+
+    /// Returns `row` over w at the middle, and by how much that of a box may be off.
+    #[inline(always)]
+    pub(super) fn quotient(
         &self,
         row: &[f32; 4],
         deep: &Deep<'_, S>,
-        halves: &[f32x16<S>; 3],
         within: bool,
-        pixels: f32,
-    ) -> f32x16<S> {
-        let step = self.splat(STEP);
-        let Deep { row: row_w, per_w, spread, per_nearest } = *deep;
-        let q = self.at(row) * per_w;
+    ) -> (f32x16<S>, f32x16<S>) {
+        let q = self.at(row) * deep.per_w;
         let steep = q.abs();
         let mut off = self.off(row);
         if within {
             off += self.half(row);
         }
-        let q_off = (off + steep * spread) * per_nearest + (steep + self.splat(1.0)) * step;
-        let mut most = self.splat(0.0);
-        for a in 0..3 {
-            let (of_row, of_w) = (self.splat(row[a].abs()), self.splat(row_w[a].abs()));
-            let g = (self.splat(row[a]) - q * self.splat(row_w[a])).abs();
-            let g_off = of_w * q_off + (of_row + steep * of_w) * step;
-            most += (g + g_off) * (halves[a] + self.most[a] * step);
-        }
-        // What x/w itself is rounded by where corners are projected is far below this. Twice half
-        // the box, times half of the viewport.
-        let slack = (steep + self.splat(1.0)) * self.splat(1e-9 * pixels);
-        most * per_nearest * self.splat(pixels * (1.0 + 8.0 * STEP)) + slack
+        let rounded = (steep + self.splat(1.0)) * self.splat(STEP);
+        (q, (off + steep * deep.spread) * deep.per_nearest + rounded)
+    }
+
+    /// Returns how much the picture moves along an axis whose numbers in the two rows are these,
+    /// and by how much that may be off.
+    #[inline(always)]
+    pub(super) fn gradient(
+        &self,
+        of_row: f32,
+        of_w: f32,
+        q: f32x16<S>,
+        q_off: f32x16<S>,
+    ) -> (f32x16<S>, f32x16<S>) {
+        let (most_row, most_w) = (self.splat(of_row.abs()), self.splat(of_w.abs()));
+        let g = (self.splat(of_row) - q * self.splat(of_w)).abs();
+        let g_off = most_w * q_off + (most_row + q.abs() * most_w) * self.splat(STEP);
+        (g, g_off)
     }
 }

@@ -132,16 +132,31 @@ impl Instances {
         log: &mut Log<'_>,
         mut drops: impl FnMut(usize, u64) -> u64,
     ) -> Tally {
-        let mut sum = Tally::default();
+        let (mut sum, mut emptied) = (Tally::default(), false);
         for &word in &self.live {
             let word = word as usize;
             let tested = self.alive[word] & !scene.exempt()[word];
             let dropped = drops(word, tested);
+            if dropped == 0 {
+                continue;
+            }
             self.alive[word] &= !dropped;
+            emptied |= self.alive[word] == 0;
             sum += scene.tally_of_bits(word, dropped);
             if log.wants_reasons() {
                 slots(word, dropped).for_each(|s| log.drop_slot(s, Reason { stage, detail: 0 }));
             }
+        }
+        if emptied {
+            let (alive, inside) = (&self.alive, &mut self.inside);
+            self.live.retain(|&word| {
+                let keeps = alive[word as usize] != 0;
+                if !keeps {
+                    // Words that are not live are zero.
+                    inside[word as usize] = 0;
+                }
+                keeps
+            });
         }
         sum
     }

@@ -9,30 +9,30 @@ use super::occlusion;
 use crate::array;
 use crate::bits;
 use crate::bounds::LANES;
-use crate::cull::detail::{Detail, SizeTest};
+use crate::cull::detail::{Detail, NodeSizes, SizeTest};
 use crate::funnel::Stage;
 use crate::transform::Transform;
 
-/// Drops instances whose projected box is below the threshold: whole nodes of the hierarchy at
-/// once, where no box below them can be as large.
+/// Drops instances whose projected box is below the threshold. Whole nodes of the hierarchy go or
+/// stay at once, where no box below them can be as large, or as small.
 pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>) {
     let Some(detail) = frame.culler.detail else { return };
     let sizes = Sizes { frame, test: of_world(frame, &detail) };
     // The nodes above a word, sixteen at once: words ascend.
-    let (mut number, mut small_nodes) = (usize::MAX, 0);
+    let (mut number, mut nodes) = (usize::MAX, NodeSizes::default());
     let dropped = set.filter(frame.scene, Stage::Detail, log, |word, tested| {
         // Four words below a node over 256 slots.
         if number != word / 64 {
-            (number, small_nodes) = (word / 64, sizes.small_nodes(word / 64));
+            (number, nodes) = (word / 64, sizes.of_nodes(word / 64));
         }
-        if small_nodes >> (word / 4 % LANES) & 1 != 0 {
+        let node = word / 4 % LANES;
+        if nodes.small >> node & 1 != 0 {
             return tested;
         }
-        let wanted = (0..4).fold(0, |wanted, part| {
-            let own = tested >> (part * LANES) & 0xffff;
-            wanted | u8::from(own != 0) << part
-        });
-        if wanted == 0 { 0 } else { tested & sizes.small(word, wanted) }
+        if nodes.kept >> node & 1 != 0 {
+            return 0;
+        }
+        sizes.small((&nodes, node), word, tested)
     });
     log.instance_row(Stage::Detail, dropped);
 }
@@ -54,14 +54,14 @@ struct Sizes<'a> {
 }
 
 impl Sizes<'_> {
-    /// One bit for each of sixteen nodes below which all are small.
-    fn small_nodes(&self, number: usize) -> u16 {
+    /// Returns what sixteen nodes say of the boxes below them.
+    fn of_nodes(&self, number: usize) -> NodeSizes {
         let scene = self.frame.scene;
         let nodes = scene.hierarchy().nodes();
         let block = nodes.levels().get(LEVEL).and_then(|boxes| boxes.blocks().get(number));
-        let Some(block) = block else { return 0 };
+        let Some(block) = block else { return NodeSizes::default() };
         let first = number * LANES;
-        let largest = nodes.sizes_below(LEVEL).get(first..).unwrap_or_default();
+        let spans = nodes.spans_below(LEVEL).get(first..).unwrap_or_default();
         let slots = LANES.pow(LEVEL as u32 + 1);
         // Slots that came since the nodes were made are below none.
         let covered = (nodes.len() / slots).saturating_sub(first).min(LANES);
@@ -72,15 +72,24 @@ impl Sizes<'_> {
             })
         });
         let simd = self.frame.culler.simd;
-        self.test.small_nodes(simd, block, largest, weights.as_ref())
-            & ((1_u32 << covered) - 1) as u16
+        let found = self.test.of_nodes(simd, block, spans, weights.as_ref());
+        found.only(((1_u32 << covered) - 1) as u16)
     }
 
-    /// One bit for each slot of some of the four blocks of a word that is small.
-    fn small(&self, word: usize, wanted: u8) -> u64 {
+    /// Returns which of the slots of a word that are `tested` are small, by the node above it where
+    /// that knows.
+    fn small(&self, node: (&NodeSizes, usize), word: usize, tested: u64) -> u64 {
         let scene = self.frame.scene;
+        let simd = self.frame.culler.simd;
         let blocks = scene.boxes().blocks();
         let blocks = &blocks[word * 4..(word * 4 + 4).min(blocks.len())];
+        if let Some(small) = self.test.small_below(simd, node, blocks, tested) {
+            return small;
+        }
+        let wanted = (0..4).fold(0, |wanted, part| {
+            let own = tested >> (part * LANES) & 0xffff;
+            wanted | u8::from(own != 0) << part
+        });
         let weights = scene.size_weights(0).map(|_| {
             let mut weights = [[1.0; LANES]; 4];
             for (part, weights) in weights.iter_mut().enumerate() {
@@ -89,7 +98,7 @@ impl Sizes<'_> {
             }
             weights
         });
-        self.test.small(self.frame.culler.simd, blocks, wanted, weights.as_ref())
+        tested & self.test.small(simd, blocks, wanted, weights.as_ref())
     }
 }
 
