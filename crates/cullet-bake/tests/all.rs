@@ -11,4 +11,5 @@ mod pvs;
 mod room_volumes;
 mod rooms;
 mod sampled;
+mod sampled_edit;
 mod stand_in;

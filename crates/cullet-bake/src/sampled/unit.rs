@@ -12,6 +12,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::cells::ViewCells;
+use super::edit::Edit;
 use super::line::{Finder, Sighting, Tracer};
 use super::near::NearTargets;
 use super::split::direction;
@@ -74,6 +75,8 @@ pub(super) struct Known<'a> {
     pub(super) near: &'a NearTargets,
     pub(super) visible: &'a BitRows,
     pub(super) open: &'a [bool],
+    /// Lines keep to what it changed.
+    pub(super) edit: Option<&'a Edit>,
 }
 
 /// Findings of a unit.
@@ -155,7 +158,7 @@ impl Known<'_> {
         match work {
             Work::Free => {
                 for _ in 0..LINES {
-                    let cell = random.below(self.cells.len());
+                    let Some(cell) = self.eye(random) else { break };
                     if lines.both(self.point_in(cell, random), direction(random))
                         && !self.open[cell as usize]
                     {
@@ -165,7 +168,10 @@ impl Known<'_> {
             }
             Work::Aimed => {
                 for k in 0..LINES {
-                    let target = random.below(self.tree.targets().count());
+                    let target = match self.edit {
+                        Some(edit) => edit.targets[random.below(edit.targets.len() as u32) as usize],
+                        None => random.below(self.tree.targets().count()),
+                    };
                     let Some(at) = self.tree.point_of(target, random) else { continue };
                     if k % 2 == 0 {
                         let cell = random.below(self.cells.len());
@@ -179,8 +185,7 @@ impl Known<'_> {
             }
             Work::Around => {
                 for _ in 0..LINES {
-                    let cell = random.below(self.cells.len());
-                    self.around(cell, random, &mut lines);
+                    self.around(random, &mut lines);
                 }
             }
             Work::Follow(list) => {
@@ -204,8 +209,28 @@ impl Known<'_> {
         Findings { open, looks, ..found }
     }
 
-    fn around(&self, cell: u32, random: &mut Random, lines: &mut Lines<'_, '_>) {
-        let (eye, way) = (self.point_in(cell, random), direction(random));
+    /// A cell by lot; after an edit one that sees what changed.
+    fn eye(&self, random: &mut Random) -> Option<u32> {
+        let Some(edit) = self.edit else { return Some(random.below(self.cells.len())) };
+        let eyes = edit.eyes();
+        (!eyes.is_empty()).then(|| eyes[random.below(eyes.len() as u32) as usize])
+    }
+
+    fn around(&self, random: &mut Random, lines: &mut Lines<'_, '_>) {
+        let (cell, eye, way) = match self.edit {
+            Some(edit) if edit.view_count() == 0 => return,
+            // Through where something changed.
+            Some(edit) => {
+                let (cell, [low, high]) = edit.view(random.below(edit.view_count()));
+                let eye = self.point_in(cell, random);
+                let through = low + (high - low) * DVec3::from(random.three());
+                (cell, eye, (through - eye).normalize_or_zero())
+            }
+            None => {
+                let cell = random.below(self.cells.len());
+                (cell, self.point_in(cell, random), direction(random))
+            }
+        };
         let (_, far) = lines.trace(eye, way, false);
         if far == f64::INFINITY {
             return;
@@ -247,6 +272,9 @@ impl Known<'_> {
         let first = random.below(beside.len().max(1) as u32) as usize;
         let without = (0..beside.len()).map(|k| beside[(first + k) % beside.len()]);
         let without = without.filter(|&n| !has(self.visible.row(n), target));
+        // What stands as it stood is no news to a cell that sees nothing of an edit.
+        let news = |n: u32| self.edit.is_none_or(|edit| edit.touches(n) || edit.changed(target));
+        let without = without.filter(|&n| news(n));
         for (k, other) in without.take(TRIED_CELLS).enumerate() {
             let to = if k % 2 == 0 { Some(at) } else { self.tree.point_of(target, random) };
             let from = self.point_in(other, random);
@@ -266,6 +294,9 @@ impl Known<'_> {
             self.near.of(target).for_each(|n| set(&mut border, n));
         }
         border.iter_mut().zip(row).for_each(|(b, known)| *b &= !known);
+        if let Some(edit) = self.edit {
+            border.iter_mut().zip(edit.swept()).for_each(|(b, swept)| *b &= swept);
+        }
         border
     }
 
