@@ -19,10 +19,13 @@ use cullet_draw::Random;
 use cullet_io::baked::{SceneSets, hash, scene_hash};
 
 /// Changed whenever results change, so that units of another version are not taken for this one's.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Bytes that rows may take.
 const MOST_BYTES: u64 = 8 << 30;
+
+/// Discoveries that are kept to be tried from the cells beside. They take three quarters of a GiB.
+const WITNESSES: usize = 3 << 23;
 
 /// A bake under way.
 ///
@@ -36,6 +39,9 @@ pub struct SampledBake<'a> {
     beside: Vec<Vec<u32>>,
     near: NearTargets,
     visible: BitRows,
+    /// The discoveries of each cell, the first of them as far as there is room.
+    witnesses: Vec<Vec<Discovery>>,
+    witness_count: usize,
     looks: Vec<Looks>,
     open: Vec<bool>,
     sweeps: Vec<Sweep>,
@@ -134,6 +140,8 @@ impl<'a> SampledBake<'a> {
             beside,
             near: NearTargets::new(tree),
             visible: BitRows::new(count, targets),
+            witnesses: vec![Vec::new(); count as usize],
+            witness_count: 0,
             looks: vec![Looks::default(); count as usize],
             open: vec![false; count as usize],
             sweeps: vec![Sweep::default(); count as usize],
@@ -278,6 +286,7 @@ impl<'a> SampledBake<'a> {
             beside: &self.beside,
             near: &self.near,
             visible: &self.visible,
+            witnesses: &self.witnesses,
             open: &self.open,
             edit: self.edit.as_ref(),
         }
@@ -297,6 +306,10 @@ impl<'a> SampledBake<'a> {
                 continue;
             }
             self.visible.set(cell, target);
+            if self.witness_count < WITNESSES {
+                self.witness_count += 1;
+                self.witnesses[cell as usize].push(discovery);
+            }
             let of_this = self.known().weight(cell, target);
             weight += of_this;
             self.waiting.push(discovery, of_this);

@@ -9,7 +9,7 @@ use super::unit::{Discovery, LINES, Work};
 pub(super) const FOLLOWED: usize = 64;
 
 /// Rays that following one up takes, about; and those of a sweep of a cell that was never swept.
-const RAYS_FOLLOWED: u64 = 14;
+const RAYS_FOLLOWED: u64 = 18;
 pub(super) const RAYS_SWEPT: u64 = 256;
 /// Rays of a line around which is looked, where nothing is known: its own, and one to each target
 /// beside what it meets.

@@ -27,7 +27,7 @@ pub(super) const LINES: u32 = 512;
 const BORDER_LINES: u32 = 4;
 
 /// Cells beside the one from where it was found, and targets beside it, that are tried.
-const TRIED_CELLS: usize = 6;
+const TRIED_CELLS: usize = 12;
 const TRIED_TARGETS: usize = 6;
 
 /// The solid angle from which on all things matter alike: a fifth of a pixel of the pictures that
@@ -74,6 +74,8 @@ pub(super) struct Known<'a> {
     pub(super) beside: &'a [Vec<u32>],
     pub(super) near: &'a NearTargets,
     pub(super) visible: &'a BitRows,
+    /// How each cell came to see what it sees, as far as that is kept.
+    pub(super) witnesses: &'a [Vec<Discovery>],
     pub(super) open: &'a [bool],
     /// Lines keep to what it changed.
     pub(super) edit: Option<&'a Edit>,
@@ -194,9 +196,22 @@ impl Known<'_> {
                 }
             }
             Work::Sweep(cell) => {
-                for target in ones(&self.border(*cell)) {
-                    // Small ones now and then.
-                    if random.unit() > self.weight(*cell, target).max(LEAST_WEIGHT) {
+                let border = self.border(*cell);
+                // Small ones now and then.
+                let is_due = |target: u32, random: &mut Random| {
+                    random.unit() <= self.weight(*cell, target).max(LEAST_WEIGHT)
+                };
+                // Where a cell beside sees something, this one sees it most likely from near there.
+                for &other in &self.beside[*cell as usize] {
+                    for witness in &self.witnesses[other as usize] {
+                        if has(&border, witness.target) && is_due(witness.target, random) {
+                            let (at, eye) = self.ends(witness);
+                            lines.aim(self.point_near(*cell, eye, random), at);
+                        }
+                    }
+                }
+                for target in ones(&border) {
+                    if !is_due(target, random) {
                         continue;
                     }
                     let Some(at) = self.tree.point_of(target, random) else { continue };
@@ -276,8 +291,8 @@ impl Known<'_> {
         let news = |n: u32| self.edit.is_none_or(|edit| edit.touches(n) || edit.changed(target));
         let without = without.filter(|&n| news(n));
         for (k, other) in without.take(TRIED_CELLS).enumerate() {
-            let to = if k % 2 == 0 { Some(at) } else { self.tree.point_of(target, random) };
-            let from = self.point_in(other, random);
+            let to = if k % 4 < 3 { Some(at) } else { self.tree.point_of(target, random) };
+            let from = self.point_near(other, eye, random);
             lines.aim(from, to.unwrap_or(at));
         }
     }
@@ -332,6 +347,13 @@ impl Known<'_> {
             .ball(of.target)
             .map_or(eye, |ball| ball.center + DVec3::from(of.at.map(f64::from)) * ball.radius);
         (at, eye)
+    }
+
+    /// A point of a cell, most likely near another point.
+    fn point_near(&self, cell: u32, near: DVec3, random: &mut Random) -> DVec3 {
+        let [low, high] = self.cells.boxes()[cell as usize];
+        let (nearest, any, away) = (near.clamp(low, high), self.point_in(cell, random), random.unit());
+        nearest + (any - nearest) * (away * away)
     }
 
     fn point_in(&self, cell: u32, random: &mut Random) -> DVec3 {
