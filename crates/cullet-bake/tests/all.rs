@@ -3,6 +3,7 @@
 mod clusters;
 mod hierarchy;
 mod jobs;
+mod joined;
 mod level_chain;
 
 mod merged;

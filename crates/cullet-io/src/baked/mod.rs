@@ -14,6 +14,7 @@ mod impostor;
 mod occluder_bytes;
 mod occluder_shapes;
 mod occluders;
+mod scene_join;
 mod scene_sets;
 mod stand_ins;
 mod tables;

@@ -70,6 +70,20 @@ pub enum SceneSetsError {
     /// They contradict themselves.
     #[error("{0}: written by another program?")]
     Odd(&'static str),
+    /// Sets to be joined that do not say of which instances they are.
+    #[error("tile {tile} does not say of which instances it is; bake it again")]
+    Unmarked {
+        /// Number of the tile, from 0.
+        tile: usize,
+    },
+    /// An instance of sets to be joined that is not in the scene.
+    #[error("instance {instance} of tile {tile} is not in the scene, or not as it was baked")]
+    NotThere {
+        /// Number of the tile, from 0.
+        tile: usize,
+        /// Index of the instance in it.
+        instance: usize,
+    },
     /// They are of another scene.
     #[error(
         "it was baked from another scene, or from this one before it was changed: hash {found:016x}, this one has {expected:016x}; bake it again"
