@@ -87,7 +87,11 @@ fn table(records: &[Value]) -> String {
         lines.push("No real device has been measured yet.".to_owned());
     }
     for record in records {
-        let whole = if record["complete"] == false { "; its time ended before all was measured" } else { "" };
+        let whole = if record["complete"] == false {
+            "; its time ended before all was measured"
+        } else {
+            ""
+        };
         lines.push(format!(
             "Measured on {} on a machine with {} ({}), in {} s{whole}.",
             text(record, "date"),

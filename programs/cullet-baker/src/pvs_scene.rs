@@ -8,8 +8,8 @@ use clap::Args;
 use cullet_bake::job::SceneSettings;
 use cullet_bake::job::Settings;
 use cullet_bake::sampled::{
-    EditCounts, RayTree, RayTreeOptions, Region, SampledBake, SampledError, ScenePvs, SolidVoxels, ViewCells,
-    check_pictures,
+    EditCounts, RayTree, RayTreeOptions, Region, SampledBake, SampledError, ScenePvs, SolidVoxels,
+    ViewCells, check_pictures,
 };
 use cullet_bake::work::{RunEnd, RunOptions};
 use cullet_command::console::{Console, count, digits, grouped, percent};

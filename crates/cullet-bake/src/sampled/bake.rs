@@ -190,13 +190,7 @@ impl<'a> SampledBake<'a> {
         self.planned = if self.is_done() {
             Vec::new()
         } else {
-            plan(
-                self.rays,
-                self.rays_around,
-                &mut self.waiting,
-                &self.sweeps,
-                self.edit.as_ref(),
-            )
+            plan(self.rays, self.rays_around, &mut self.waiting, &self.sweeps, self.edit.as_ref())
         };
     }
 
@@ -204,8 +198,7 @@ impl<'a> SampledBake<'a> {
     /// missing, each cell was swept, and nothing of what was found waits to be followed up.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        let nothing_to_see =
-            |edit: &Edit| edit.targets.is_empty() && edit.eyes().is_empty();
+        let nothing_to_see = |edit: &Edit| edit.targets.is_empty() && edit.eyes().is_empty();
         let swept = |cell: u32| self.sweeps[cell as usize].times > 0;
         let all_swept = match &self.edit {
             Some(edit) => edit.eyes().iter().all(|&cell| swept(cell)),
@@ -337,11 +330,10 @@ impl<'a> SampledBake<'a> {
             self.tree,
             self.cells,
             &self.settings,
-            self.visible,
+            (self.visible, self.edit.map(|edit| edit.before)),
             missing,
             buried,
             rays,
-            self.edit.map(|edit| edit.before),
         )
     }
 }

@@ -52,11 +52,10 @@ impl ScenePvs {
         tree: &RayTree<'_>,
         cells: &ViewCells,
         settings: &SampledSettings,
-        found: BitRows,
+        (found, before): (BitRows, Option<BitRows>),
         missing: Vec<f32>,
         buried: Vec<u32>,
         rays: u64,
-        before: Option<BitRows>,
     ) -> Self {
         let mut visible = found.clone();
         keep_large(tree, cells, settings.keep_angle, &mut visible);

@@ -171,7 +171,9 @@ impl Known<'_> {
             Work::Aimed => {
                 for k in 0..LINES {
                     let target = match self.edit {
-                        Some(edit) => edit.targets[random.below(edit.targets.len() as u32) as usize],
+                        Some(edit) => {
+                            edit.targets[random.below(edit.targets.len() as u32) as usize]
+                        }
                         None => random.below(self.tree.targets().count()),
                     };
                     let Some(at) = self.tree.point_of(target, random) else { continue };
@@ -352,7 +354,8 @@ impl Known<'_> {
     /// A point of a cell, most likely near another point.
     fn point_near(&self, cell: u32, near: DVec3, random: &mut Random) -> DVec3 {
         let [low, high] = self.cells.boxes()[cell as usize];
-        let (nearest, any, away) = (near.clamp(low, high), self.point_in(cell, random), random.unit());
+        let (nearest, any, away) =
+            (near.clamp(low, high), self.point_in(cell, random), random.unit());
         nearest + (any - nearest) * (away * away)
     }
 

@@ -36,7 +36,10 @@ pub fn join_levels(
         let is_of_cells =
             sets.targets() == Targets::Cells && sets.target_count() == sets.cell_count();
         if !is_of_cells {
-            return Err(SetsError::Part { part, problem: "its sets are not those of its own cells" });
+            return Err(SetsError::Part {
+                part,
+                problem: "its sets are not those of its own cells",
+            });
         }
         first_cells.push(total);
         level_of.resize(level_of.len() + sets.cell_count() as usize, part);
@@ -48,7 +51,8 @@ pub fn join_levels(
     for &border in borders {
         let number = |at: LevelCell| {
             let sets = levels.get(at.level as usize).filter(|sets| at.cell < sets.cell_count());
-            let no_cell = SetsError::Part { part: at.level, problem: "a border names no cell of it" };
+            let no_cell =
+                SetsError::Part { part: at.level, problem: "a border names no cell of it" };
             sets.map(|_| first_cells[at.level as usize] + at.cell).ok_or(no_cell)
         };
         let [a, b] = border;
@@ -129,7 +133,7 @@ mod tests {
                             continue;
                         }
                         for other in (0..total).filter(|&other| sees(to, other)) {
-                            grown |= !std::mem::replace(&mut row[other], true);
+                            grown |= !core::mem::replace(&mut row[other], true);
                         }
                     }
                 }
@@ -181,7 +185,8 @@ mod tests {
                 .collect();
             let sets: Vec<VisibleSets<'_>> =
                 levels.iter().map(|rows| sets_of(rows, Targets::Cells, rows.len())).collect();
-            let cell = |[level, cell]: [usize; 2]| LevelCell { level: level as u32, cell: cell as u32 };
+            let cell =
+                |[level, cell]: [usize; 2]| LevelCell { level: level as u32, cell: cell as u32 };
             let borders_of: Vec<_> = borders.iter().map(|b| b.map(cell)).collect();
             let joined = join_levels(&sets, &borders_of).expect("levels");
             let rows = levels_ref(&levels, &borders);

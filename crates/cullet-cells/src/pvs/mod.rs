@@ -67,7 +67,11 @@ mod testing {
     use super::{Targets, VisibleSets};
     use crate::bits;
 
-    pub(super) fn sets_of(rows: &[Vec<bool>], targets: Targets, count: usize) -> VisibleSets<'static> {
+    pub(super) fn sets_of(
+        rows: &[Vec<bool>],
+        targets: Targets,
+        count: usize,
+    ) -> VisibleSets<'static> {
         let packed: Vec<Vec<u64>> = rows
             .iter()
             .map(|row| {

@@ -43,7 +43,8 @@ pub fn join_tiles(tiles: &[Tile<'_>], target_count: u32) -> Result<JoinedSets, S
             && tile.sets.cell_count() as usize == tile.cells.len()
             && (tile.targets.len(), tile.bounds.len()) == (count, count);
         if !fits {
-            let problem = "it has not a set for each cell, or not a number and a box for each target";
+            let problem =
+                "it has not a set for each cell, or not a number and a box for each target";
             return Err(SetsError::Part { part, problem });
         }
         for &target in tile.targets.iter().filter(|&&target| target < target_count) {
@@ -236,7 +237,7 @@ mod tests {
             let one = rng.index(count);
             let mut holed = cells.clone();
             holed[one][1][rng.index(3)] -= 1e-9;
-            assert_eq!(filled(&holed) == Some(region), false, "a gap");
+            assert_ne!(filled(&holed), Some(region), "a gap");
             let mut twice = cells.clone();
             twice.push(cells[one]);
             assert_eq!(filled(&twice), None);
@@ -266,14 +267,12 @@ mod tests {
                 (0..20)
                     .map(|k| {
                         // Some reach out.
-                        let out = if k < 3 { 1.0 } else { 0.0 };
-                        core::array::from_fn(|a| rng.range(low[a], high[a]) + out * (a == 1) as u8 as f64 * 4.0)
+                        let out = if k < 3 { [0.0, 4.0, 0.0] } else { [0.0; 3] };
+                        core::array::from_fn(|a| rng.range(low[a], high[a]) + out[a])
                     })
                     .collect()
             });
-            let mut rows = [0, 1].map(|tile: usize| {
-                vec![vec![false; 20]; cells[tile].len()]
-            });
+            let mut rows = [0, 1].map(|tile: usize| vec![vec![false; 20]; cells[tile].len()]);
             // Lines, and what each must leave in the rows of its target's own tile.
             let mut lines = Vec::new();
             for _ in 0..60 {
@@ -286,14 +285,16 @@ mod tests {
                     let at: [f64; 3] = core::array::from_fn(|a| eye[a] + (to[a] - eye[a]) * share);
                     for (cell, [low, high]) in cells[tile].iter().enumerate() {
                         // A little more, for points where it enters lie between these.
-                        let inside = (0..3).all(|a| low[a] - 4e-3 <= at[a] && at[a] <= high[a] + 4e-3);
+                        let inside =
+                            (0..3).all(|a| low[a] - 4e-3 <= at[a] && at[a] <= high[a] + 4e-3);
                         rows[tile][cell][target] |= inside;
                     }
                 }
                 lines.push((eye, tile, target));
             }
             let sets = [0, 1].map(|tile| sets_of(&rows[tile], Targets::Instances, 20));
-            let numbers = [0, 1].map(|tile: u32| (0..20).map(|k| k * 2 + tile).collect::<Vec<u32>>());
+            let numbers =
+                [0, 1].map(|tile: u32| (0..20).map(|k| k * 2 + tile).collect::<Vec<u32>>());
             let bounds = points.map(|points| points.iter().map(|&p| [p, p]).collect::<Vec<_>>());
             let tiles = [0, 1].map(|k| Tile {
                 sets: &sets[k],

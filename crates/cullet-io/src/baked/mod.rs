@@ -31,9 +31,7 @@ pub use impostor::{impostor_from_bytes, impostor_to_bytes};
 pub(crate) use occluder_bytes::occluder_sum;
 pub use occluder_shapes::{BOX_QUADS, box_corners};
 pub use occluders::{OccluderPolygon, OccluderSheet, Occluders, pays};
-pub use scene_sets::{
-    InstanceMark, Region, SceneSets, SceneSetsError, instance_marks, scene_hash,
-};
+pub use scene_sets::{InstanceMark, Region, SceneSets, SceneSetsError, instance_marks, scene_hash};
 pub(crate) use stand_ins::{StandInTables, attribute_sum, sum_of as sum_of_stand_ins};
 pub use tables::{ClusterRow, LevelTables};
 pub(crate) use tables::{ROWS, sum_of};

@@ -119,7 +119,8 @@ pub(super) fn tell(e: &Edited, console: &Console) {
 fn edit(scene: &mut Scene, share: f64, together: bool) -> usize {
     let mut random = Random::new();
     let mut some = |count: usize| (random.next() * count as f32) as usize % count.max(1);
-    let mut slots: Vec<u32> = scene.slots().filter(|&slot| scene.bounds(slot).is_finite()).collect();
+    let mut slots: Vec<u32> =
+        scene.slots().filter(|&slot| scene.bounds(slot).is_finite()).collect();
     let count = ((slots.len() as f64 * share).ceil() as usize).min(slots.len());
     let middle = |slot: u32| scene.bounds(slot).center();
     if together {
