@@ -125,7 +125,8 @@ fn what_saw_nothing_change_keeps_its_set_and_the_rest_is_found_again() {
         assert!(rays < 300_000, "{rays}");
         for cell in 0..ROOMS {
             let same = again.visible.row(cell)[0] == before.visible.row(cell)[0] & !gone;
-            assert_eq!(same, !open.contains(&cell), "case {case}, cell {cell}");
+            // What came may have the index of what went.
+            assert!(same || open.contains(&cell), "case {case}, cell {cell}");
             let lost = fresh.found.row(cell)[0] & !again.visible.row(cell)[0];
             assert_eq!(lost, 0, "case {case}, cell {cell}");
             assert!(again.visible.has(cell, new.index) == open.contains(&cell) || wall.is_some());
