@@ -9,6 +9,7 @@ mod checked;
 mod ci;
 mod compiler;
 mod figures;
+mod gpu_record;
 mod graphics;
 mod links;
 mod pictures;
@@ -47,6 +48,9 @@ cargo xtask bench      cullet bench, then the criterion benches
 cargo xtask bench-viewer [SCENE]
                        what each stage saves the viewer's renderer, against the hardware's back-face culling alone
 cargo xtask bench-gpu  what culling on the graphics device takes and saves; of any device, software ones too
+cargo xtask bench-gpu --record
+                       the same within four minutes, once it is compiled, and written into docs/gpu.json and the table of
+                       docs/src/gpu.md: a column for each device, and one for software
 cargo xtask bench-gpu masks [FOLDER]
                        the table and graph of normal masks with the device's own back-face culling on, and what tests and
                        triangles cost there, as --costs takes it; into FOLDER, else target/bench-gpu
@@ -83,6 +87,7 @@ fn main() -> ExitCode {
         ["bench-viewer"] => benches::viewer(None),
         ["bench-viewer", scene] if !scene.starts_with('-') => benches::viewer(Some(scene)),
         ["bench-gpu"] => benches::gpu(),
+        ["bench-gpu", "--record"] => gpu_record::record(),
         ["bench-gpu", "masks"] => benches::masks(None),
         ["bench-gpu", "masks", folder] => benches::masks(Some(folder)),
         ["peers-cut"] => benches::peers_cut(),

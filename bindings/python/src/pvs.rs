@@ -26,7 +26,6 @@ pub(crate) struct PyPvs {
     /// Id of each handle, by the handle's index.
     ids: Vec<u32>,
     count: usize,
-    rays: u64,
 }
 
 impl PyPvs {
@@ -69,7 +68,7 @@ impl PyPvs {
     /// Rays that were traced; 0 where it was opened from a file.
     #[getter]
     fn rays(&self) -> u64 {
-        self.rays
+        self.sets.rays
     }
 
     /// The cell of each point, −1 for one in none.
@@ -111,7 +110,7 @@ impl PyPvs {
 
     /// Writes a file that `Scene.open_pvs` and the program ``cullet`` open.
     fn save(&self, path: PathBuf) -> PyResult<()> {
-        std::fs::write(&path, self.sets.to_bytes(self.rays))
+        std::fs::write(&path, self.sets.to_bytes())
             .map_err(|e| PyOSError::new_err(format!("{}: cannot be written: {e}", path.display())))
     }
 
@@ -175,7 +174,7 @@ impl PyScene {
         let settings =
             SampledSettings::default().with_rays(rays).with_missing(missing).with_seed(seed);
         let threads = if threads == 0 { rayon::current_num_threads() } else { threads };
-        let sets = interruptible(py, |stop| -> Result<(SceneSets, u64), SampledError> {
+        let sets = interruptible(py, |stop| -> Result<SceneSets, SampledError> {
             let tree = RayTree::new(self.scene(), &RayTreeOptions::default())?;
             let cells = match cells {
                 Cells::Count(n) => ViewCells::adaptive(&tree, &[region], n, seed)?,
@@ -186,11 +185,10 @@ impl PyScene {
             let _ = bake.run(&RunOptions { threads, ..RunOptions::default() }, &|_| {
                 !stop.load(Ordering::Relaxed)
             });
-            let pvs = bake.finish();
-            Ok((pvs.to_sets(), pvs.rays))
+            Ok(bake.finish().to_sets())
         })?;
-        let (sets, rays) = sets.map_err(value_error)?;
-        Ok(PyPvs { sets, rays, ids: self.id_of.clone(), count: self.handles.len() })
+        let sets = sets.map_err(value_error)?;
+        Ok(PyPvs { sets, ids: self.id_of.clone(), count: self.handles.len() })
     }
 
     /// Opens sets that were baked of this scene. Raises `FileError` where they are of another.
@@ -210,7 +208,7 @@ impl PyScene {
                 expected,
             }));
         }
-        Ok(PyPvs { sets, rays: 0, ids: self.id_of.clone(), count: self.handles.len() })
+        Ok(PyPvs { sets, ids: self.id_of.clone(), count: self.handles.len() })
     }
 
     /// Culls by these sets from now on while the eye is in one of their cells; None for no more.

@@ -3,6 +3,7 @@
 mod clusters;
 mod hierarchy;
 mod jobs;
+mod joined;
 mod level_chain;
 
 mod merged;
@@ -11,4 +12,5 @@ mod pvs;
 mod room_volumes;
 mod rooms;
 mod sampled;
+mod sampled_edit;
 mod stand_in;

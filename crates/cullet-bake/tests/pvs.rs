@@ -27,7 +27,7 @@ impl Dice {
 const ROOM: f64 = 8.0;
 
 /// Rooms on a grid; walls between neighbours have a door, none, or are missing.
-fn rooms(seed: u64, size: [u32; 3]) -> CellGraph {
+pub(crate) fn rooms(seed: u64, size: [u32; 3]) -> CellGraph {
     let mut dice = Dice(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
     let number = |p: [u32; 3]| (p[2] * size[1] + p[1]) * size[0] + p[0];
     let mut portals = Vec::new();

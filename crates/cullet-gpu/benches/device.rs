@@ -1,9 +1,11 @@
 //! Costs and savings of culling on the device, in ratios of one run.
 //!
 //! `cargo xtask bench-gpu`; `CULLET_DATA` names a folder with `intel-castle/intel-castle.glb`, else that row is left out.
+//! With `--json PATH` the rows are written there too, and with `--within SECONDS` parts that would begin later are left out.
 
 use std::path::PathBuf;
-use std::time::Instant;
+use std::sync::{Mutex, OnceLock};
+use std::time::{Duration, Instant};
 
 use cullet::{Depth, Instance, Mesh, Projection, Scene, Transform, View};
 use cullet_gpu::{DrawMode, Gpu, GpuError, OffScreen, Phase, Settings, Tier};
@@ -16,7 +18,26 @@ type Failure = Box<dyn std::error::Error>;
 /// Frames of each kind, of which the fastest counts: what else the machine does only adds.
 const FRAMES: usize = 9;
 
+/// When turns end that are not the first of their kind.
+static END: OnceLock<Instant> = OnceLock::new();
+
+/// The rows that were printed.
+static ROWS: Mutex<Vec<(String, f64)>> = Mutex::new(Vec::new());
+
+fn is_over() -> bool {
+    END.get().is_some_and(|end| Instant::now() >= *end)
+}
+
+/// What stands behind an option of the command line.
+fn option(name: &str) -> Option<String> {
+    std::env::args().skip_while(|arg| arg != name).nth(1)
+}
+
 fn main() -> Result<(), Failure> {
+    let began = Instant::now();
+    if let Some(seconds) = option("--within") {
+        let _ = END.set(began + Duration::from_secs(seconds.parse()?));
+    }
     let gpu = match Gpu::open(Tier::Pyramid) {
         Ok(gpu) => gpu,
         Err(why @ GpuError::NoAdapter { .. }) => {
@@ -28,22 +49,40 @@ fn main() -> Result<(), Failure> {
     let info = gpu.adapter.get_info();
     println!("{} ({:?})", info.name, info.backend);
     println!("{:44} {:>9} {:>7}", "what", "found", "goal");
+    measure(&gpu)?;
+    let Some(path) = option("--json") else { return Ok(()) };
+    let rows = ROWS.lock().map_err(|e| e.to_string())?;
+    let record = serde_json::json!({
+        "adapter": info.name,
+        "backend": info.backend.to_str(),
+        "driver": format!("{} {}", info.driver, info.driver_info).trim(),
+        "software": info.device_type == DeviceType::Cpu,
+        "seconds": began.elapsed().as_secs(),
+        "complete": !is_over(),
+        "rows": *rows,
+    });
+    Ok(std::fs::write(path, record.to_string())?)
+}
+
+/// Each part, as long as there is time.
+fn measure(gpu: &Gpu) -> Result<(), Failure> {
+    many_draws(gpu)?;
+    levels(gpu)?;
+    million(gpu)?;
     let city = cullet_scenes::build("city")?;
-    frames(&gpu, "city, street", &city, DrawMode::of(&gpu.device, &city.scene))?;
+    frames(gpu, "city, street", &city, DrawMode::of(&gpu.device, &city.scene))?;
     match castle() {
         Some(path) => {
             let castle = cullet_maps::load(&path, &Default::default())?;
             for mode in [DrawMode::Clusters, DrawMode::Counted] {
                 if mode.is_offered(&gpu.device) {
-                    frames(&gpu, &format!("castle, {mode:?}"), &castle, mode)?;
+                    frames(gpu, &format!("castle, {mode:?}"), &castle, mode)?;
                 }
             }
         }
         None => println!("castle: CULLET_DATA names no folder with it"),
     }
-    levels(&gpu)?;
-    million(&gpu)?;
-    many_draws(&gpu)
+    Ok(())
 }
 
 fn castle() -> Option<PathBuf> {
@@ -55,6 +94,9 @@ fn castle() -> Option<PathBuf> {
 
 fn row(what: &str, found: f64, goal: &str) {
     println!("{what:44} {found:9.4} {goal:>7}");
+    if let Ok(mut rows) = ROWS.lock() {
+        rows.push((what.to_owned(), found));
+    }
 }
 
 /// Milliseconds of the fastest of some turns of each of some works, one after the other; the first turn is not counted.
@@ -64,6 +106,9 @@ fn fastest<const N: usize>(
 ) -> Result<[f64; N], GpuError> {
     let mut best = [f64::INFINITY; N];
     for turn in 0..=FRAMES {
+        if turn > 1 && is_over() {
+            break;
+        }
         for (work, best) in works.iter_mut().zip(&mut best) {
             gpu.finish()?;
             let began = Instant::now();
@@ -89,8 +134,12 @@ fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model, mode: DrawMode) -> Re
     without.culling.settings.backfaces = false;
     let mut with_backs = OffScreen::with_mode(device, queue, scene, size, mode)?;
     with_backs.culling.settings.backfaces = false;
-    let (mut sum, mut late, mut same) = ([0.0; 3], [0.0; 2], true);
+    let (mut sum, mut late, mut same, mut done) = ([0.0; 3], [0.0; 2], true, 0);
     for view in &all {
+        if is_over() {
+            break;
+        }
+        done += 1;
         let on = (scene, view);
         let mut culled = || stage.draw(device, queue, on, true);
         let mut plain = || without.draw(device, queue, on, false);
@@ -116,6 +165,10 @@ fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model, mode: DrawMode) -> Re
         late = [late[0] + whole, late[1] + part];
     }
     assert!(same, "{name}: the pictures differ");
+    if done < all.len() {
+        println!("{name}: left out after {done} of {} views, for the time is over", all.len());
+        return Ok(());
+    }
     let took = sum[1] / all.len() as f64;
     println!("{name}: {took:.2} ms a frame without occlusion culling; {mode:?}");
     row(&format!("{name}: frame with over without"), sum[0] / sum[1], "0.33");

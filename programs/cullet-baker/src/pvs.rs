@@ -49,6 +49,7 @@ Examples
   cullet pvs lqdm1.prt --json - | jq .undecided
   cullet pvs city --view-cells 1000 --heights 1..2.5     what is seen from 1,000 places of a scene, at the height of eyes
   cullet pvs hall.glb --rays 50000000 --check 1000  and how wrong that is
+  cullet pvs hall.glb --after hall.cpvs -o new.cpvs goes on from the sets of before an edit
 
 Exit codes
   0 fine        1 --check found a line of sight between cells that the result calls hidden
@@ -141,7 +142,7 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
         |threads| threads as usize,
     );
     let settings = settings(args);
-    let wants_view_cells = settings.scene.wants_view_cells();
+    let wants_view_cells = settings.scene.wants_view_cells() || args.scene.after.is_some();
     let source = if wants_view_cells || is_named_scene(&args.file) {
         let model = inputs::load(&SceneArgs::of(args.file.display().to_string()), console)?;
         match model.in_cells().graph().filter(|_| !wants_view_cells) {

@@ -1,6 +1,6 @@
 //! `cullet pvs` of a scene without cells: sets of boxes that an eye may be in, by sampled lines.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use crate::units::Units;
@@ -8,14 +8,14 @@ use clap::Args;
 use cullet_bake::job::SceneSettings;
 use cullet_bake::job::Settings;
 use cullet_bake::sampled::{
-    RayTree, RayTreeOptions, Region, SampledBake, SampledError, ScenePvs, SolidVoxels, ViewCells,
-    check_pictures,
+    EditCounts, RayTree, RayTreeOptions, Region, SampledBake, SampledError, ScenePvs, SolidVoxels,
+    ViewCells, check_pictures,
 };
 use cullet_bake::work::{RunEnd, RunOptions};
 use cullet_command::console::{Console, count, digits, grouped, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
-use cullet_command::process;
+use cullet_command::{process, sets};
 use cullet_io::Model;
 use serde::Serialize;
 
@@ -53,6 +53,11 @@ pub(crate) struct PvsSceneArgs {
     /// Give each cell what cells within this distance see
     #[arg(long, value_name = "DISTANCE", value_parser = radius)]
     join: Option<f64>,
+    /// Go on from sets that were baked before the scene was edited: only what changed is looked at,
+    /// from the cells that see any of it
+    #[arg(long, value_name = "PATH",
+        conflicts_with_all = ["view_cells", "region", "heights", "grid", "clusters", "solid"])]
+    pub(crate) after: Option<PathBuf>,
     /// Also prove what is hidden by solid voxels, so many along the longest side, and hold the
     /// lines against it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=512))]
@@ -158,6 +163,10 @@ struct Record {
     worst_missing_estimate: f64,
     buried_cells: usize,
     rays: u64,
+    /// Rays of the sets that it went on from.
+    rays_before: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    edit: Option<EditCounts>,
     cpu_seconds: f64,
     wall_seconds: f64,
     peak_bytes: Option<u64>,
@@ -203,15 +212,30 @@ pub(crate) fn run(
     let granularity = common.settings.scene.granularity();
     let options = RayTreeOptions { granularity, ..RayTreeOptions::default() };
     let tree = RayTree::new(&model.scene, &options).map_err(|e| failure(common.file, &e))?;
-    let cells = common.settings.view_cells(&tree).map_err(|e| failure(common.file, &e))?;
-    let mut bake = SampledBake::new(&tree, &cells, &common.settings.sampled())
-        .map_err(|e| failure(common.file, &e))?;
+    let before = match &args.after {
+        Some(path) => Some(sets::of_scene(path)?.ok_or_else(|| {
+            Failure::input(format!("{}: it has no sets of a scene's view cells", path.display()))
+        })?),
+        None => None,
+    };
+    let sampled = common.settings.sampled();
+    let cells = match &before {
+        Some(before) => ViewCells::of_boxes(&before.cells),
+        None => common.settings.view_cells(&tree),
+    };
+    let cells = cells.map_err(|e| failure(common.file, &e))?;
+    let mut bake = match &before {
+        Some(before) => SampledBake::after(&tree, &cells, &sampled, before),
+        None => SampledBake::new(&tree, &cells, &sampled),
+    }
+    .map_err(|e| failure(common.file, &e))?;
     // Ctrl-C ends it with what was found until then.
     let options = RunOptions { threads: common.threads, ..RunOptions::default() };
     let end = common.units.run(&mut bake, &options, console)?;
     if let Some(exit) = told_of_units(end, common, console) {
         return Ok(exit);
     }
+    let (edit, spent) = (bake.edited(), bake.rays());
     let (pvs, complete) = (bake.finish(), end == RunEnd::Whole);
     let mut record = Record {
         schema: 1,
@@ -224,7 +248,9 @@ pub(crate) fn run(
         missing_estimate: mean(&pvs.missing),
         worst_missing_estimate: pvs.missing.iter().fold(0.0, |a, &b| f64::max(a, b.into())),
         buried_cells: pvs.buried.len(),
-        rays: pvs.rays,
+        rays: spent,
+        rays_before: pvs.rays - spent,
+        edit,
         cpu_seconds: (process::cpu_time() - begin.1).as_secs_f64(),
         wall_seconds: begin.0.elapsed().as_secs_f64(),
         peak_bytes: process::peak_bytes(),
@@ -322,6 +348,16 @@ fn print(console: &Console, file: &Path, record: &Record) {
         console.line(format!(
             "  {} within something solid",
             count(record.buried_cells as u64, "cell is", "cells are")
+        ));
+    }
+    if let Some(edit) = &record.edit {
+        console.line(format!(
+            "  since {}: {} came or moved, {} went or moved; {} of {} see any of it, the others keep their sets",
+            count(record.rays_before, "ray", "rays"),
+            grouped(edit.came.into()),
+            grouped(edit.went.into()),
+            grouped(edit.cells.into()),
+            count(record.cells.into(), "cell", "cells"),
         ));
     }
     console.line(format!(

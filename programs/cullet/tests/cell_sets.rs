@@ -152,7 +152,7 @@ fn sampled_sets_come_from_units_too_and_verify_holds_them_against_what_they_stat
         ..sets
     };
     let worse = folder.path("worse.cpvs");
-    std::fs::write(&worse, empty.to_bytes(1)).unwrap();
+    std::fs::write(&worse, empty.to_bytes()).unwrap();
     let out = verify(&worse);
     assert_eq!(out.status.code(), Some(1), "{}", said(&out));
     assert!(said(&out).contains("ABOVE THE STATED ERROR"), "{}", said(&out));

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::cells::ViewCells;
+use super::edit::{Edit, EditCounts};
 use super::line::Tracer;
 use super::near::NearTargets;
 use super::plan::{FOLLOWED, RAYS_AROUND, RAYS_SWEPT, Sweep, Waiting, plan};
@@ -15,13 +16,16 @@ use crate::rows::BitRows;
 use crate::threads;
 use crate::work::{self, Rounds, RunEnd, RunOptions};
 use cullet_draw::Random;
-use cullet_io::baked::{hash, scene_hash};
+use cullet_io::baked::{SceneSets, hash, scene_hash};
 
 /// Changed whenever results change, so that units of another version are not taken for this one's.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Bytes that rows may take.
 const MOST_BYTES: u64 = 8 << 30;
+
+/// Discoveries that are kept to be tried from the cells beside. They take three quarters of a GiB.
+const WITNESSES: usize = 3 << 23;
 
 /// A bake under way.
 ///
@@ -35,6 +39,9 @@ pub struct SampledBake<'a> {
     beside: Vec<Vec<u32>>,
     near: NearTargets,
     visible: BitRows,
+    /// The discoveries of each cell, the first of them as far as there is room.
+    witnesses: Vec<Vec<Discovery>>,
+    witness_count: usize,
     looks: Vec<Looks>,
     open: Vec<bool>,
     sweeps: Vec<Sweep>,
@@ -47,6 +54,8 @@ pub struct SampledBake<'a> {
     /// The items of the round that is next; none once the settings are met.
     planned: Vec<Work>,
     rounds: u32,
+    /// What to search, where it goes on from the sets of before.
+    edit: Option<Edit>,
 }
 
 /// Looks of lines without an aim from a cell, and how many of them met what was not known when
@@ -131,6 +140,8 @@ impl<'a> SampledBake<'a> {
             beside,
             near: NearTargets::new(tree),
             visible: BitRows::new(count, targets),
+            witnesses: vec![Vec::new(); count as usize],
+            witness_count: 0,
             looks: vec![Looks::default(); count as usize],
             open: vec![false; count as usize],
             sweeps: vec![Sweep::default(); count as usize],
@@ -140,7 +151,36 @@ impl<'a> SampledBake<'a> {
             rays_swept: RAYS_SWEPT,
             planned: Vec::new(),
             rounds: 0,
+            edit: None,
         };
+        bake.plan();
+        Ok(bake)
+    }
+
+    /// Begins from the sets that were baked before the scene was edited. `cells` must be
+    /// [theirs](ViewCells::of_boxes). Only what changed is searched, and only from cells that see
+    /// any of it; all others keep their sets. Of the rays as many are spent as the changed pairs
+    /// are worth, at most those of the settings.
+    ///
+    /// What a new instance hides stays in the sets: they are no smaller than those of before.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); if the sets have no marks of their instances, or are of other cells.
+    pub fn after(
+        tree: &'a RayTree<'a>,
+        cells: &'a ViewCells,
+        settings: &SampledSettings,
+        before: &SceneSets,
+    ) -> Result<Self, SampledError> {
+        let mut bake = Self::new(tree, cells, settings)?;
+        if before.sets.cell_count() != cells.len() {
+            return Err(SampledError::Before);
+        }
+        let edit = Edit::new(tree, &bake.near, before)?;
+        bake.settings.rays = bake.settings.rays.min(edit.rays.max(1));
+        bake.visible = edit.before.clone();
+        bake.waiting = Waiting::new();
+        bake.edit = Some(edit);
         bake.plan();
         Ok(bake)
     }
@@ -150,7 +190,7 @@ impl<'a> SampledBake<'a> {
         self.planned = if self.is_done() {
             Vec::new()
         } else {
-            plan(self.rays, self.rays_around, &mut self.waiting, &self.sweeps)
+            plan(self.rays, self.rays_around, &mut self.waiting, &self.sweeps, self.edit.as_ref())
         };
     }
 
@@ -158,11 +198,18 @@ impl<'a> SampledBake<'a> {
     /// missing, each cell was swept, and nothing of what was found waits to be followed up.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        self.rays >= self.settings.rays
+        let nothing_to_see = |edit: &Edit| edit.targets.is_empty() && edit.eyes().is_empty();
+        let swept = |cell: u32| self.sweeps[cell as usize].times > 0;
+        let all_swept = match &self.edit {
+            Some(edit) => edit.eyes().iter().all(|&cell| swept(cell)),
+            None => (0..self.cells.len()).all(swept),
+        };
+        self.edit.as_ref().is_some_and(nothing_to_see)
+            || self.rays >= self.settings.rays
             || self.rounds > 0
                 && self.settings.missing > 0.0
                 && self.waiting.len() <= FOLLOWED
-                && self.sweeps.iter().all(|s| s.times > 0)
+                && all_swept
                 && self.missing() <= self.settings.missing
     }
 
@@ -185,8 +232,30 @@ impl<'a> SampledBake<'a> {
     /// Mean over the cells of the share of looks that is estimated to go to what is not found yet.
     #[must_use]
     pub fn missing(&self) -> f64 {
-        let sum = self.looks.iter().map(|l| f64::from(l.missing())).sum::<f64>();
+        let sum = self.estimates().map(f64::from).sum::<f64>();
         sum / self.looks.len().max(1) as f64
+    }
+
+    /// Estimates of the cells; of those that saw nothing of an edit, that of before.
+    fn estimates(&self) -> impl Iterator<Item = f32> {
+        (0..).zip(&self.looks).map(|(cell, looks)| match &self.edit {
+            Some(edit) if !edit.touches(cell) => edit.missing[cell as usize],
+            _ => looks.missing(),
+        })
+    }
+
+    /// What an edit changed, where it [goes on](Self::after) after one.
+    #[must_use]
+    pub fn edited(&self) -> Option<EditCounts> {
+        self.edit.as_ref().map(Edit::counts)
+    }
+
+    /// Cells that are known to see something that an edit changed, ascending.
+    #[must_use]
+    pub fn touched(&self) -> Vec<u32> {
+        let mut cells = self.edit.as_ref().map_or(Vec::new(), |edit| edit.eyes().to_vec());
+        cells.sort_unstable();
+        cells
     }
 
     /// Runs what is left. `step` is called after each item with the share of the budget that is
@@ -210,7 +279,9 @@ impl<'a> SampledBake<'a> {
             beside: &self.beside,
             near: &self.near,
             visible: &self.visible,
+            witnesses: &self.witnesses,
             open: &self.open,
+            edit: self.edit.as_ref(),
         }
     }
 
@@ -224,7 +295,14 @@ impl<'a> SampledBake<'a> {
             if self.visible.has(cell, target) {
                 continue;
             }
+            if self.edit.as_mut().is_some_and(|edit| !edit.note(cell, target, &self.near)) {
+                continue;
+            }
             self.visible.set(cell, target);
+            if self.witness_count < WITNESSES {
+                self.witness_count += 1;
+                self.witnesses[cell as usize].push(discovery);
+            }
             let of_this = self.known().weight(cell, target);
             weight += of_this;
             self.waiting.push(discovery, of_this);
@@ -242,16 +320,20 @@ impl<'a> SampledBake<'a> {
     /// Ends with what was found, and adds what the settings keep besides.
     #[must_use]
     pub fn finish(self) -> ScenePvs {
-        let missing = self.looks.iter().map(Looks::missing).collect();
-        let buried = (0..self.cells.len()).filter(|&c| !self.open[c as usize]).collect();
+        let missing = self.estimates().collect();
+        // After an edit only few cells were looked from.
+        let looked = |cell: &u32| self.edit.as_ref().is_none_or(|edit| edit.touches(*cell));
+        let buried = (0..self.cells.len()).filter(|&c| !self.open[c as usize]);
+        let buried = buried.filter(looked).collect();
+        let rays = self.rays + self.edit.as_ref().map_or(0, |edit| edit.rays_before);
         ScenePvs::new(
             self.tree,
             self.cells,
             &self.settings,
-            self.visible,
+            (self.visible, self.edit.map(|edit| edit.before)),
             missing,
             buried,
-            self.rays,
+            rays,
         )
     }
 }
@@ -271,6 +353,7 @@ impl Rounds for SampledBake<'_> {
         // Neither when it ends nor what is kept besides: finished units serve a larger budget and
         // other choices of that.
         bytes.extend(self.settings.seed.to_le_bytes());
+        bytes.extend(self.edit.iter().flat_map(|edit| edit.key.to_le_bytes()));
         hash(&bytes)
     }
 

@@ -12,14 +12,14 @@ use super::crossing::through_box;
 /// for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ViewCells {
-    boxes: Vec<[DVec3; 2]>,
-    nodes: Vec<Node>,
+    pub(super) boxes: Vec<[DVec3; 2]>,
+    pub(super) nodes: Vec<Node>,
     /// Regions, with their node.
-    roots: Vec<([DVec3; 2], u32)>,
+    pub(super) roots: Vec<([DVec3; 2], u32)>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Node {
+pub(super) enum Node {
     Leaf(u32),
     Split { axis: u8, at: f64, below: u32, above: u32 },
 }

@@ -57,6 +57,12 @@ pub enum SampledError {
         /// The bytes that they may take.
         limit: u64,
     },
+    /// Sets from which a bake cannot go on.
+    #[error(
+        "these sets do not say of which instances they are, or clusters were asked for; bake the whole scene again, \
+        by instance"
+    )]
+    Before,
     /// A setting out of its range.
     #[error("{name} is {value}; {range}")]
     Setting {

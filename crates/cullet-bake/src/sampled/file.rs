@@ -29,12 +29,14 @@ impl ScenePvs {
             sets: VisibleSets::from_rows(Targets::Instances, count, rows),
             missing: self.missing.clone(),
             scene_hash: self.scene_hash,
+            rays: self.rays,
+            marks: self.marks.clone(),
         }
     }
 
     /// The bytes of a file: a [container](cullet_io::baked::Container).
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        self.to_sets().to_bytes(self.rays)
+        self.to_sets().to_bytes()
     }
 }

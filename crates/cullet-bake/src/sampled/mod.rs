@@ -39,8 +39,10 @@
 
 mod bake;
 mod box_tree;
+mod boxes;
 mod cells;
 mod crossing;
+mod edit;
 mod error;
 mod file;
 mod line;
@@ -58,10 +60,11 @@ mod unit_file;
 
 pub use bake::{SampledBake, SampledPart, bake_sampled};
 pub use cells::ViewCells;
-pub use cullet_io::baked::{Region, SceneSets, SceneSetsError, scene_hash};
+pub use cullet_io::baked::{Region, SceneSets, SceneSetsError, instance_marks, scene_hash};
+pub use edit::EditCounts;
 pub use error::SampledError;
 
-pub use pictures::{PictureCheck, WorstPose, check_pictures};
+pub use pictures::{PictureCheck, WorstPose, check_pictures, check_pictures_from};
 pub use sets::ScenePvs;
 pub use settings::SampledSettings;
 pub use solid::SolidVoxels;

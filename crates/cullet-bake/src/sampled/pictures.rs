@@ -66,7 +66,23 @@ pub fn check_pictures(
     seed: u64,
     threads: usize,
 ) -> PictureCheck {
-    if cells.is_empty() {
+    let all: Vec<u32> = (0..cells.len()).collect();
+    check_pictures_from(tree, cells, &all, rows, [poses, side], seed, threads)
+}
+
+/// The same from random points of some of the cells, `among`; `[poses, side]` are how many pictures
+/// and the pixels along their sides.
+#[must_use]
+pub fn check_pictures_from(
+    tree: &RayTree<'_>,
+    cells: &ViewCells,
+    among: &[u32],
+    rows: &BitRows,
+    [poses, side]: [u32; 2],
+    seed: u64,
+    threads: usize,
+) -> PictureCheck {
+    if among.is_empty() {
         return PictureCheck::default();
     }
     let pictures = threads::run(
@@ -75,7 +91,7 @@ pub fn check_pictures(
         || (Vec::new(), vec![0_u64; rows.columns().div_ceil(64) as usize]),
         |(passed, seen), pose| {
             let mut random = Random::new(mixed(seed), [pose as u32, 0x51c7]);
-            let cell = random.below(cells.len());
+            let cell = among[random.below(among.len() as u32) as usize];
             let [low, high] = cells.boxes()[cell as usize];
             let eye = low + (high - low) * DVec3::from(random.three());
             let wrong = picture(tree, eye, side, rows.row(cell), passed, seen);

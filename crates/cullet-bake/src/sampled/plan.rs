@@ -2,13 +2,14 @@
 
 use std::collections::VecDeque;
 
+use super::edit::Edit;
 use super::unit::{Discovery, LINES, Work};
 
 /// Discoveries that a unit follows up.
 pub(super) const FOLLOWED: usize = 64;
 
 /// Rays that following one up takes, about; and those of a sweep of a cell that was never swept.
-const RAYS_FOLLOWED: u64 = 14;
+const RAYS_FOLLOWED: u64 = 18;
 pub(super) const RAYS_SWEPT: u64 = 256;
 /// Rays of a line around which is looked, where nothing is known: its own, and one to each target
 /// beside what it meets.
@@ -25,6 +26,7 @@ const GROWTH: u64 = 16;
 /// Sweeps get what is left.
 const FREE: u64 = 8;
 const AIMED: u64 = 2;
+const AIMED_AT_NEW: u64 = 12;
 const AROUND: u64 = 55;
 const FOLLOWING: u64 = 20;
 
@@ -148,17 +150,27 @@ pub(super) fn plan(
     rays_around: u64,
     waiting: &mut Waiting,
     sweeps: &[Sweep],
+    edit: Option<&Edit>,
 ) -> Vec<Work> {
     let size = LEAST.max(rays / GROWTH);
     let part = |hundredths: u64| size * hundredths / 100;
-    let mut left = size - part(FREE) - part(AIMED) - part(AROUND);
+    let aimed = match edit {
+        Some(edit) if edit.targets.is_empty() => 0,
+        Some(edit) if edit.eyes().is_empty() => 100 - FREE - AROUND,
+        Some(_) => AIMED_AT_NEW,
+        None => AIMED,
+    };
+    let mut left = size - part(FREE) - part(aimed) - part(AROUND);
     let mut units = Vec::new();
     let most = part(FOLLOWING) / RAYS_FOLLOWED;
     let following = (waiting.len() as u64).min(most) as usize;
     left -= left.min(following as u64 * RAYS_FOLLOWED);
     let taken = waiting.take(following);
     units.extend(taken.chunks(FOLLOWED).map(|some| Work::Follow(some.to_vec())));
-    let mut order: Vec<u32> = (0..sweeps.len() as u32).collect();
+    let mut order: Vec<u32> = match edit {
+        Some(edit) => edit.eyes().to_vec(),
+        None => (0..sweeps.len() as u32).collect(),
+    };
     order.sort_by(|&a, &b| {
         let [of_a, of_b] = [a, b].map(|cell| sweeps[cell as usize].score());
         of_b.total_cmp(&of_a).then(a.cmp(&b))
@@ -175,7 +187,7 @@ pub(super) fn plan(
     let lines = u64::from(LINES);
     let count = |rays: u64, of_a_line: u64| rays.div_ceil(lines * of_a_line) as usize;
     let free = count(part(FREE) + left / 4, 2);
-    let aimed = count(part(AIMED), 1);
+    let aimed = count(part(aimed), 1);
     let around = count(part(AROUND) + left - left / 4, rays_around);
     units.extend(std::iter::repeat_n(Work::Free, free));
     units.extend(std::iter::repeat_n(Work::Aimed, aimed));

@@ -9,7 +9,7 @@ use super::targets::{Ball, Granularity, Targets};
 use super::tree::RayTree;
 use crate::rows::{BitRows, ones};
 use cullet_io::baked::Region;
-use cullet_io::baked::{hash, scene_hash};
+use cullet_io::baked::{InstanceMark, hash, instance_marks, scene_hash};
 
 /// First bytes of [`ScenePvs::rows_bytes`].
 const MAGIC: &[u8; 8] = b"PVSROWS2";
@@ -36,13 +36,15 @@ pub struct ScenePvs {
     /// first that is met are backs of triangles. Their rows hold what would be seen, which need be
     /// of no use.
     pub buried: Vec<u32>,
-    /// Rays that were traced.
+    /// Rays that were traced, also those of the sets that it went on from.
     pub rays: u64,
     /// Sets like [`visible`](Self::visible), without what the settings kept besides: each bit is a
-    /// line that was found.
+    /// line that was found, or one that the sets of before an edit had.
     pub found: BitRows,
     /// Hash of the geometry and places that it was baked for; see [`scene_hash`].
     pub scene_hash: u64,
+    /// Marks of the instances, by which a later bake tells what an edit changed.
+    pub marks: Vec<InstanceMark>,
 }
 
 impl ScenePvs {
@@ -50,7 +52,7 @@ impl ScenePvs {
         tree: &RayTree<'_>,
         cells: &ViewCells,
         settings: &SampledSettings,
-        found: BitRows,
+        (found, before): (BitRows, Option<BitRows>),
         missing: Vec<f32>,
         buried: Vec<u32>,
         rays: u64,
@@ -61,7 +63,14 @@ impl ScenePvs {
             tree.kept().iter().for_each(|&target| visible.set(cell, target));
         }
         if let Some(radius) = settings.union_radius {
-            visible = joined(cells, radius, &visible);
+            // What was there before an edit was joined then.
+            let mut news = visible.clone();
+            if let Some(before) = &before {
+                let words = news.words_mut().iter_mut().zip(before.words());
+                words.for_each(|(new, old)| *new &= !old);
+            }
+            let news = joined(cells, radius, &news);
+            visible.words_mut().iter_mut().zip(news.words()).for_each(|(all, new)| *all |= new);
         }
         Self {
             cells: (0..cells.len()).map(|c| cells.bounds(c)).collect(),
@@ -72,6 +81,7 @@ impl ScenePvs {
             rays,
             found,
             scene_hash: scene_hash(tree.scene),
+            marks: instance_marks(tree.scene),
         }
     }
 

@@ -12,6 +12,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::cells::ViewCells;
+use super::edit::Edit;
 use super::line::{Finder, Sighting, Tracer};
 use super::near::NearTargets;
 use super::split::direction;
@@ -26,7 +27,7 @@ pub(super) const LINES: u32 = 512;
 const BORDER_LINES: u32 = 4;
 
 /// Cells beside the one from where it was found, and targets beside it, that are tried.
-const TRIED_CELLS: usize = 6;
+const TRIED_CELLS: usize = 12;
 const TRIED_TARGETS: usize = 6;
 
 /// The solid angle from which on all things matter alike: a fifth of a pixel of the pictures that
@@ -73,7 +74,11 @@ pub(super) struct Known<'a> {
     pub(super) beside: &'a [Vec<u32>],
     pub(super) near: &'a NearTargets,
     pub(super) visible: &'a BitRows,
+    /// How each cell came to see what it sees, as far as that is kept.
+    pub(super) witnesses: &'a [Vec<Discovery>],
     pub(super) open: &'a [bool],
+    /// Lines keep to what it changed.
+    pub(super) edit: Option<&'a Edit>,
 }
 
 /// Findings of a unit.
@@ -155,7 +160,7 @@ impl Known<'_> {
         match work {
             Work::Free => {
                 for _ in 0..LINES {
-                    let cell = random.below(self.cells.len());
+                    let Some(cell) = self.eye(random) else { break };
                     if lines.both(self.point_in(cell, random), direction(random))
                         && !self.open[cell as usize]
                     {
@@ -165,7 +170,12 @@ impl Known<'_> {
             }
             Work::Aimed => {
                 for k in 0..LINES {
-                    let target = random.below(self.tree.targets().count());
+                    let target = match self.edit {
+                        Some(edit) => {
+                            edit.targets[random.below(edit.targets.len() as u32) as usize]
+                        }
+                        None => random.below(self.tree.targets().count()),
+                    };
                     let Some(at) = self.tree.point_of(target, random) else { continue };
                     if k % 2 == 0 {
                         let cell = random.below(self.cells.len());
@@ -179,8 +189,7 @@ impl Known<'_> {
             }
             Work::Around => {
                 for _ in 0..LINES {
-                    let cell = random.below(self.cells.len());
-                    self.around(cell, random, &mut lines);
+                    self.around(random, &mut lines);
                 }
             }
             Work::Follow(list) => {
@@ -189,9 +198,22 @@ impl Known<'_> {
                 }
             }
             Work::Sweep(cell) => {
-                for target in ones(&self.border(*cell)) {
-                    // Small ones now and then.
-                    if random.unit() > self.weight(*cell, target).max(LEAST_WEIGHT) {
+                let border = self.border(*cell);
+                // Small ones now and then.
+                let is_due = |target: u32, random: &mut Random| {
+                    random.unit() <= self.weight(*cell, target).max(LEAST_WEIGHT)
+                };
+                // Where a cell beside sees something, this one sees it most likely from near there.
+                for &other in &self.beside[*cell as usize] {
+                    for witness in &self.witnesses[other as usize] {
+                        if has(&border, witness.target) && is_due(witness.target, random) {
+                            let (at, eye) = self.ends(witness);
+                            lines.aim(self.point_near(*cell, eye, random), at);
+                        }
+                    }
+                }
+                for target in ones(&border) {
+                    if !is_due(target, random) {
                         continue;
                     }
                     let Some(at) = self.tree.point_of(target, random) else { continue };
@@ -204,8 +226,28 @@ impl Known<'_> {
         Findings { open, looks, ..found }
     }
 
-    fn around(&self, cell: u32, random: &mut Random, lines: &mut Lines<'_, '_>) {
-        let (eye, way) = (self.point_in(cell, random), direction(random));
+    /// A cell by lot; after an edit one that sees what changed.
+    fn eye(&self, random: &mut Random) -> Option<u32> {
+        let Some(edit) = self.edit else { return Some(random.below(self.cells.len())) };
+        let eyes = edit.eyes();
+        (!eyes.is_empty()).then(|| eyes[random.below(eyes.len() as u32) as usize])
+    }
+
+    fn around(&self, random: &mut Random, lines: &mut Lines<'_, '_>) {
+        let (cell, eye, way) = match self.edit {
+            Some(edit) if edit.view_count() == 0 => return,
+            // Through where something changed.
+            Some(edit) => {
+                let (cell, [low, high]) = edit.view(random.below(edit.view_count()));
+                let eye = self.point_in(cell, random);
+                let through = low + (high - low) * DVec3::from(random.three());
+                (cell, eye, (through - eye).normalize_or_zero())
+            }
+            None => {
+                let cell = random.below(self.cells.len());
+                (cell, self.point_in(cell, random), direction(random))
+            }
+        };
         let (_, far) = lines.trace(eye, way, false);
         if far == f64::INFINITY {
             return;
@@ -247,9 +289,12 @@ impl Known<'_> {
         let first = random.below(beside.len().max(1) as u32) as usize;
         let without = (0..beside.len()).map(|k| beside[(first + k) % beside.len()]);
         let without = without.filter(|&n| !has(self.visible.row(n), target));
+        // What stands as it stood is no news to a cell that sees nothing of an edit.
+        let news = |n: u32| self.edit.is_none_or(|edit| edit.touches(n) || edit.changed(target));
+        let without = without.filter(|&n| news(n));
         for (k, other) in without.take(TRIED_CELLS).enumerate() {
-            let to = if k % 2 == 0 { Some(at) } else { self.tree.point_of(target, random) };
-            let from = self.point_in(other, random);
+            let to = if k % 4 < 3 { Some(at) } else { self.tree.point_of(target, random) };
+            let from = self.point_near(other, eye, random);
             lines.aim(from, to.unwrap_or(at));
         }
     }
@@ -266,6 +311,9 @@ impl Known<'_> {
             self.near.of(target).for_each(|n| set(&mut border, n));
         }
         border.iter_mut().zip(row).for_each(|(b, known)| *b &= !known);
+        if let Some(edit) = self.edit {
+            border.iter_mut().zip(edit.swept()).for_each(|(b, swept)| *b &= swept);
+        }
         border
     }
 
@@ -301,6 +349,14 @@ impl Known<'_> {
             .ball(of.target)
             .map_or(eye, |ball| ball.center + DVec3::from(of.at.map(f64::from)) * ball.radius);
         (at, eye)
+    }
+
+    /// A point of a cell, most likely near another point.
+    fn point_near(&self, cell: u32, near: DVec3, random: &mut Random) -> DVec3 {
+        let [low, high] = self.cells.boxes()[cell as usize];
+        let (nearest, any, away) =
+            (near.clamp(low, high), self.point_in(cell, random), random.unit());
+        nearest + (any - nearest) * (away * away)
     }
 
     fn point_in(&self, cell: u32, random: &mut Random) -> DVec3 {

@@ -36,6 +36,14 @@ pub enum SetsError {
         /// How many words there are.
         words: u32,
     },
+    /// A part that cannot be joined with others.
+    #[error("part {part} of sets to be joined: {problem}")]
+    Part {
+        /// Number of the part, from 0.
+        part: u32,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
     /// They are of more or fewer cells than the scene has.
     #[error("visible sets of {sets} cells, but the scene has {cells}: of another scene?")]
     Cells {

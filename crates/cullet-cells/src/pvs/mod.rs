@@ -6,6 +6,12 @@
 //! *Adaptive Global Visibility Sampling*, 2009), or by the compiler of a map, which stored them in
 //! it. Here they are kept small, and asked.
 //!
+//! Sets that were baked apart are joined when they are loaded together: those of
+//! [levels](join_levels) with openings between their cells, and those of [tiles](join_tiles) side by
+//! side. What a line of sight passes from one part into the other, it passes through cells on the
+//! border of both, so what those see is all that can be seen across it. Where that is not known to
+//! hold everything is kept, and counted.
+//!
 //! ```
 //! use cullet_cells::pvs::{Targets, VisibleSets};
 //!
@@ -19,10 +25,14 @@
 //! ```
 
 mod bytes;
+mod levels;
 mod sets;
+mod tiles;
 
 pub use bytes::SetsError;
+pub use levels::{LevelCell, join_levels};
 pub use sets::VisibleSets;
+pub use tiles::{Tile, join_tiles};
 
 /// The kind of targets that the sets of cells hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -35,4 +45,41 @@ pub enum Targets {
     /// Instances, by the [index](cullet::Handle::index) of their handles. Instances that came or
     /// moved since the sets were given to a scene count as seen from everywhere.
     Instances = 1,
+}
+
+/// Sets of several parts, in one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct JoinedSets {
+    /// The sets of all cells: those of the first part, then those of the next.
+    pub sets: VisibleSets<'static>,
+    /// Number of the first cell of each part.
+    pub first_cells: Vec<u32>,
+    /// Pairs of a cell and a target that are kept for one reason alone: nobody knows whether the
+    /// one sees the other. 0 where all is known.
+    pub unknown: u64,
+}
+
+#[cfg(test)]
+mod testing {
+    use alloc::vec;
+    use alloc::vec::Vec;
+
+    use super::{Targets, VisibleSets};
+    use crate::bits;
+
+    pub(super) fn sets_of(
+        rows: &[Vec<bool>],
+        targets: Targets,
+        count: usize,
+    ) -> VisibleSets<'static> {
+        let packed: Vec<Vec<u64>> = rows
+            .iter()
+            .map(|row| {
+                let mut words = vec![0; count.div_ceil(64)];
+                (0..count).filter(|&k| row[k]).for_each(|k| bits::set(&mut words, k, true));
+                words
+            })
+            .collect();
+        VisibleSets::from_rows(targets, count as u32, packed.iter().map(Vec::as_slice))
+    }
 }

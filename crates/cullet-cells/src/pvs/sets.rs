@@ -139,7 +139,7 @@ impl VisibleSets<'_> {
     }
 
     /// Visits the words of a cell's row that are not zero, ascending, with their numbers.
-    fn visit(&self, cell: u32, mut each: impl FnMut(usize, u64)) {
+    pub(super) fn visit(&self, cell: u32, mut each: impl FnMut(usize, u64)) {
         let width = (self.target_count as usize).div_ceil(64);
         let row = self.starts.get(cell as usize).map(|&start| start as usize);
         let index = row.and_then(|start| self.words.get(start..start + self.index_len()));

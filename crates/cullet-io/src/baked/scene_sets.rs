@@ -12,13 +12,15 @@ use super::hash::{hash, mix};
 use crate::bytes::{of_f32s, put_f32s, put_f64s, put_u32s, to_f32s};
 
 /// The chunks of a file: the hash of the scene and the rays; the cells as boxes; the sets of
-/// instances; estimates.
+/// instances; estimates; marks of the instances.
 const HEAD: Tag = *b"PVSS";
 const BOXES: Tag = *b"BOXS";
 const SETS: Tag = *b"SETS";
 const MISSING: Tag = *b"MISS";
-/// Bytes of a box.
+const MARKS: Tag = *b"MARK";
+/// Bytes of a box, and of a mark.
 const BOX: usize = 6 * 8;
+const MARK: usize = 8 + 6 * 4;
 
 /// A box in the world, low and high corner: a view cell.
 pub type Region = [[f64; 3]; 2];
@@ -35,6 +37,21 @@ pub struct SceneSets {
     pub missing: Vec<f32>,
     /// Hash of the scene that they are of; see [`scene_hash`].
     pub scene_hash: u64,
+    /// Rays that were traced for them.
+    pub rays: u64,
+    /// A mark of each instance, by the index of its handle: tells later what an edit changed. Empty
+    /// in files that have none.
+    pub marks: Vec<InstanceMark>,
+}
+
+/// Mark of an instance: tells whether it is still what it was, and if not, where it was.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InstanceMark {
+    /// Hash of its mesh, place, layers and flags; 0 where no instance has the index. Two instances
+    /// that are alike in all of that have the same hash.
+    pub hash: u64,
+    /// The box around it in the world, in f32: an aim and no bound.
+    pub bounds: [[f32; 3]; 2],
 }
 
 /// Reason for which bytes are no sets of a scene, or not those of this one.
@@ -53,6 +70,20 @@ pub enum SceneSetsError {
     /// They contradict themselves.
     #[error("{0}: written by another program?")]
     Odd(&'static str),
+    /// Sets to be joined that do not say of which instances they are.
+    #[error("tile {tile} does not say of which instances it is; bake it again")]
+    Unmarked {
+        /// Number of the tile, from 0.
+        tile: usize,
+    },
+    /// An instance of sets to be joined that is not in the scene.
+    #[error("instance {instance} of tile {tile} is not in the scene, or not as it was baked")]
+    NotThere {
+        /// Number of the tile, from 0.
+        tile: usize,
+        /// Index of the instance in it.
+        instance: usize,
+    },
     /// They are of another scene.
     #[error(
         "it was baked from another scene, or from this one before it was changed: hash {found:016x}, this one has {expected:016x}; bake it again"
@@ -72,15 +103,21 @@ impl SceneSets {
         file.tags().any(|tag| tag == HEAD)
     }
 
-    /// The bytes of a file, of sets that took so many rays.
+    /// The bytes of a file.
     #[must_use]
-    pub fn to_bytes(&self, rays: u64) -> Vec<u8> {
-        let head = [self.scene_hash, rays].map(u64::to_le_bytes).concat();
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let head = [self.scene_hash, self.rays].map(u64::to_le_bytes).concat();
         let mut boxes = Vec::new();
         put_f64s(&mut boxes, self.cells.as_flattened().as_flattened());
         let missing = of_f32s(&self.missing);
         let sets = self.sets.to_bytes();
-        let chunks = [(HEAD, head), (BOXES, boxes), (SETS, sets), (MISSING, missing)];
+        let mut marks = Vec::with_capacity(self.marks.len() * MARK);
+        for mark in &self.marks {
+            marks.extend(mark.hash.to_le_bytes());
+            put_f32s(&mut marks, mark.bounds.as_flattened());
+        }
+        let chunks =
+            [(HEAD, head), (BOXES, boxes), (SETS, sets), (MISSING, missing), (MARKS, marks)];
         write_chunks(&chunks.each_ref().map(|(tag, bytes)| (*tag, &bytes[..])))
     }
 
@@ -90,7 +127,7 @@ impl SceneSets {
     /// If they are no container, of something else, cut short, or were changed.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SceneSetsError> {
         let file = Container::open(bytes)?;
-        let [hash, _] = file.chunk(HEAD)?.as_chunks::<8>().0 else {
+        let [hash, rays] = file.chunk(HEAD)?.as_chunks::<8>().0 else {
             return Err(SceneSetsError::Odd("its head has not two numbers"));
         };
         let (boxes, []) = file.chunk(BOXES)?.as_chunks::<BOX>() else {
@@ -112,7 +149,23 @@ impl SceneSets {
         if !missing.iter().all(|share| (0.0..=1.0).contains(share)) {
             return Err(SceneSetsError::Odd("an estimate is no share of 0 to 1"));
         }
-        Ok(Self { cells, sets, missing, scene_hash: u64::from_le_bytes(*hash) })
+        let marks = if file.tags().any(|tag| tag == MARKS) { file.chunk(MARKS)? } else { &[] };
+        let (marks, []) = marks.as_chunks::<MARK>() else {
+            return Err(SceneSetsError::Odd("bytes are left behind the last mark"));
+        };
+        let mark = |bytes: &[u8; MARK]| {
+            let (hash, bounds) = bytes.split_at(8);
+            let ends = to_f32s(bounds);
+            let corner = |at: usize| core::array::from_fn(|a| ends[at + a]);
+            let hash = hash.try_into().map_or(0, u64::from_le_bytes);
+            InstanceMark { hash, bounds: [corner(0), corner(3)] }
+        };
+        let marks: Vec<InstanceMark> = marks.iter().map(mark).collect();
+        if !marks.is_empty() && marks.len() != sets.target_count() as usize {
+            return Err(SceneSetsError::Odd("it has not a mark for each instance"));
+        }
+        let [scene_hash, rays] = [hash, rays].map(|n| u64::from_le_bytes(*n));
+        Ok(Self { cells, sets, missing, scene_hash, rays, marks })
     }
 
     /// Mean over the cells of what is estimated to be [missing](Self::missing), and the most of a
@@ -146,6 +199,19 @@ impl SceneSets {
 /// stand. The same on every machine; the order of slots is none of it. O(triangles of the meshes).
 #[must_use]
 pub fn scene_hash(scene: &Scene) -> u64 {
+    let mut sum = scene.instance_count().into();
+    for (index, mark) in (0_u64..).zip(instance_marks(scene)) {
+        // A sum, for indices may be left out.
+        if mark.hash != 0 {
+            sum = mix(mark.hash ^ mix(index + 1)).wrapping_add(sum);
+        }
+    }
+    mix(sum)
+}
+
+/// Marks of the instances of a scene, by the index of their handles. O(triangles of the meshes).
+#[must_use]
+pub fn instance_marks(scene: &Scene) -> Vec<InstanceMark> {
     let mut bytes = Vec::new();
     let mut meshes = Vec::with_capacity(scene.meshes().len());
     for mesh in scene.meshes() {
@@ -161,19 +227,24 @@ pub fn scene_hash(scene: &Scene) -> u64 {
         }
         meshes.push(hash(&bytes));
     }
-    let mut sum = scene.instance_count().into();
+    let origin = scene.origin();
+    let mut marks = Vec::new();
     for slot in scene.slots() {
         let Some(handle) = scene.handle(slot) else { continue };
         let (t, flags) = (scene.transform(slot), scene.flags(slot));
         bytes.clear();
-        bytes.extend(handle.index.to_le_bytes());
         bytes.extend(meshes[scene.mesh_id(slot) as usize].to_le_bytes());
         put_f32s(&mut bytes, t.linear.as_flattened());
         put_f64s(&mut bytes, &t.translation);
         bytes.extend(scene.layers(slot).to_le_bytes());
         bytes.extend([flags.transparent, flags.double_sided, scene.is_rigid(slot)].map(u8::from));
-        // A sum, for slots are in no order of their own.
-        sum = mix(hash(&bytes)).wrapping_add(sum);
+        let at = handle.index as usize;
+        if marks.len() <= at {
+            marks.resize(at + 1, InstanceMark::default());
+        }
+        let b = scene.bounds(slot);
+        let corner = |v: [f32; 3]| core::array::from_fn(|a| (f64::from(v[a]) + origin[a]) as f32);
+        marks[at] = InstanceMark { hash: hash(&bytes).max(1), bounds: [b.min, b.max].map(corner) };
     }
-    mix(sum)
+    marks
 }

@@ -22,6 +22,7 @@ mod options;
 mod pays;
 mod portal;
 mod pvs;
+mod pvs_edit;
 mod pvs_scene;
 mod results;
 mod shadow;

@@ -19,6 +19,7 @@ use cullet_command::inputs;
 use cullet_draw::{RenderOptions, Selection, render};
 use serde::Serialize;
 
+use super::pvs_edit::{self, Edited, Setting};
 use super::world::Random;
 use crate::stopwatch::of_thread;
 use cullet_command::machine::Machine;
@@ -52,6 +53,10 @@ pub(crate) struct PvsSceneBenchArgs {
     /// Places of which the reference renderer draws pictures besides
     #[arg(long, value_name = "N", default_value_t = 4, requires = "scene")]
     drawn: u32,
+    /// Also change this share of the instances, and go on from the sets: once of some that stand
+    /// together, once of any
+    #[arg(long, value_name = "SHARE", requires = "scene")]
+    edit: Option<f64>,
 }
 
 /// Pixels along each side of the six pictures from a place.
@@ -90,6 +95,7 @@ struct Baked {
     drawn_missing_share: f64,
     threads: Option<Threads>,
     run_time: RunTime,
+    edits: Vec<Edited>,
 }
 
 /// A shorter bake on one thread and on two.
@@ -166,6 +172,7 @@ fn more(b: &Baked, console: &Console) {
             if t.same_bytes { "same" } else { "DIFFER" },
         ));
     }
+    b.edits.iter().for_each(|edit| pvs_edit::tell(edit, console));
     let r = &b.run_time;
     console.line(format!(
         "  a lookup {:.0} ns, a row {:.0} ns; {:.0} bytes a row, a file of {} bytes read in {:.1} ms; {} wrong",
@@ -292,7 +299,7 @@ fn measure(
     console: &Console,
 ) -> Result<Baked, Failure> {
     let scene_args = SceneArgs::of(name);
-    let model = inputs::load(&scene_args, console)?;
+    let mut model = inputs::load(&scene_args, console)?;
     let scene = &model.scene;
     let fail = |error| Failure::input(format!("{name}: {error}"));
     let begin = (Instant::now(), process::cpu_time());
@@ -315,11 +322,23 @@ fn measure(
     let wall_seconds = begin.0.elapsed().as_secs_f64();
     let check = check_pictures(&tree, &cells, &pvs.visible, args.poses, SIDE, 1, threads);
     let drawn = draw(scene, &cells, &pvs, args.drawn);
+    let triangles = tree.triangle_count();
+    let instances = scene.instance_count();
+    let threads_of = threads_of(&tree, &cells, args.again_rays).map_err(fail)?;
+    let with = Setting { settings, threads, poses: args.poses, side: SIDE };
+    let mut edits = Vec::new();
+    for together in [true, false] {
+        let Some(share) = args.edit.filter(|_| !interrupted()) else { break };
+        // Each edit is one of the scene as it was.
+        model = inputs::load(&scene_args, console)?;
+        let how = (share, together);
+        edits.push(pvs_edit::measure(&mut model.scene, &pvs, how, &with).map_err(fail)?);
+    }
     Ok(Baked {
         name: name.rsplit(['/', '\\']).next().unwrap_or(name).to_owned(),
         cells: cells.len(),
-        instances: scene.instance_count(),
-        triangles: tree.triangle_count(),
+        instances,
+        triangles,
         visible_pairs: pvs.visible_pairs(),
         found_pairs: pvs.found.count(),
         missing_estimate,
@@ -333,7 +352,8 @@ fn measure(
         drawn_poses: args.drawn,
         drawn_pixel_error: drawn[0],
         drawn_missing_share: drawn[1],
-        threads: threads_of(&tree, &cells, args.again_rays).map_err(fail)?,
+        threads: threads_of,
+        edits,
         run_time: use_of(&pvs),
     })
 }
