@@ -190,8 +190,7 @@ fn choose_and_draw(
     cache.drawn.clear();
     let mut hidden = if stake.is_limited() { 0.0 } else { 1.0 };
     let mut budget = stake.budget(0.0);
-    // A budget of NaN draws nothing.
-    if !(budget > 0.0) {
+    if budget <= 0.0 {
         return (work, hidden);
     }
     let mut begin = log.now();
