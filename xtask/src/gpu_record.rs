@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::tools::{Done, cargo, root, target};
 
-/// What was measured, one record for each device.
+/// Measurements, one record for each device.
 const LIST: &str = "docs/gpu.json";
 /// The page, and what stands before and behind its table.
 const PAGE: &str = "docs/src/gpu.md";

@@ -28,7 +28,7 @@ fn is_over() -> bool {
     END.get().is_some_and(|end| Instant::now() >= *end)
 }
 
-/// What stands behind an option of the command line.
+/// Returns the value of an option of the command line.
 fn option(name: &str) -> Option<String> {
     std::env::args().skip_while(|arg| arg != name).nth(1)
 }

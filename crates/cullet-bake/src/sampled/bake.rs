@@ -54,7 +54,7 @@ pub struct SampledBake<'a> {
     /// The items of the round that is next; none once the settings are met.
     planned: Vec<Work>,
     rounds: u32,
-    /// What to search, where it goes on from the sets of before.
+    /// Pairs to search, where the bake goes on from earlier sets.
     edit: Option<Edit>,
 }
 
@@ -244,7 +244,7 @@ impl<'a> SampledBake<'a> {
         })
     }
 
-    /// What an edit changed, where it [goes on](Self::after) after one.
+    /// Changes of an edit, where the bake [goes on](Self::after) after one.
     #[must_use]
     pub fn edited(&self) -> Option<EditCounts> {
         self.edit.as_ref().map(Edit::counts)

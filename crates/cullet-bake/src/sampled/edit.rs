@@ -1,4 +1,4 @@
-//! What an edit changed of a scene, for a bake that goes on from the sets of before.
+//! Changes that an edit made to a scene, for a bake that goes on from earlier sets.
 
 use std::collections::HashMap;
 
@@ -47,7 +47,7 @@ pub(super) struct Edit {
     pub(super) key: u64,
 }
 
-/// What an edit changed, in numbers.
+/// Changes of an edit, in numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct EditCounts {
     /// Instances that are new or moved and take part.
@@ -148,7 +148,7 @@ impl Edit {
         Ok(edit)
     }
 
-    /// What changed, and how many cells are known to see any of it.
+    /// Changed instances, and the number of cells that are known to see any of them.
     pub(super) fn counts(&self) -> EditCounts {
         let (came, cells) = (self.targets.len() as u32, self.eyes.len() as u32);
         EditCounts { came, went: self.went, cells }

@@ -41,7 +41,7 @@ pub enum SetsError {
     Part {
         /// Number of the part, from 0.
         part: u32,
-        /// What is wrong with it.
+        /// The fault.
         problem: &'static str,
     },
     /// They are of more or fewer cells than the scene has.

@@ -9,7 +9,7 @@ use crate::bounds::Aabb;
 const FINE: u32 = 2;
 /// Bins of all sizes that f32 has.
 const BINS: usize = 1 << (8 + FINE);
-/// By how many bins the means of two classes differ at least: fourfold sizes. Below that a class
+/// Least number of bins between the means of two classes: fourfold sizes. Below that a class
 /// has not much that the other has not.
 const APART: u64 = 2 << FINE;
 /// No class has fewer boxes: those below a node of 4,096.

@@ -114,7 +114,7 @@ pub(super) fn tell(e: &Edited, console: &Console) {
     ));
 }
 
-/// Of a share of the instances a third goes, a third moves by its own size, and beside each of the
+/// Edits a share of the instances: a third goes, a third moves by its own size, and beside each of the
 /// others a copy comes. Returns how many changed.
 fn edit(scene: &mut Scene, share: f64, together: bool) -> usize {
     let mut random = Random::new();

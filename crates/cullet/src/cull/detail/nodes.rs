@@ -17,7 +17,7 @@ use crate::bounds::{BoxBlock, LANES};
 use crate::hierarchy::Span;
 use crate::simd::Simd;
 
-/// What sixteen nodes say of the sizes of their boxes in a view.
+/// Bounds of the sizes, in a view, of the boxes below sixteen nodes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct NodeSizes {
     /// Nodes below which all boxes are small, one bit each.
@@ -36,7 +36,7 @@ pub(crate) struct NodeSizes {
 struct Rates {
     most: [[f32; LANES]; 3],
     least: [[f32; LANES]; 3],
-    /// What is added to the most, for rounding.
+    /// Share that is added to the upper bound, for rounding.
     slack: [f32; LANES],
 }
 

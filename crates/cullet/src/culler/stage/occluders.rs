@@ -79,7 +79,7 @@ pub(super) struct Frontier {
 /// what was found first. With it the complement of its place among what was found.
 type Entry = (u64, u32);
 
-/// What an entry stands for.
+/// Entry of the frontier.
 #[derive(Clone, Copy, Debug)]
 struct Found {
     what: What,

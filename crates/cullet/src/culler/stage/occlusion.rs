@@ -43,7 +43,7 @@ pub(in super::super) struct Cache {
     /// The last cull found that occlusion would not pay: the buffer is of another.
     is_left_out: bool,
     frontier: Frontier,
-    /// What is drawn next.
+    /// Shapes that are drawn next.
     chosen: Vec<Candidate>,
     samples: Samples,
     density: Density,
