@@ -138,7 +138,8 @@ mod tests {
             let boxes: Vec<Region> = (0..cells.len()).map(|c| cells.bounds(c)).collect();
             let again = ViewCells::of_boxes(&boxes).expect("boxes");
             assert_eq!(again.boxes, cells.boxes);
-            assert!(case % 3 == 2 || again.roots.len() <= 2, "{}", again.roots.len());
+            // The most even plane may cut through both, but what is left are few regions.
+            assert!(case % 3 == 2 || again.roots.len() <= 6, "{}", again.roots.len());
             for _ in 0..500 {
                 let point = [rng.range(-1.0, 9.0), rng.range(-1.0, 3.0), rng.range(-1.0, 5.0)];
                 let [found, expected] = [&again, &cells].map(|c| c.cell_of(point));

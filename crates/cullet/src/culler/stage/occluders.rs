@@ -32,6 +32,9 @@ use crate::view::View;
 /// Smaller ones hide next to nothing.
 const LEAST_PIXELS: f32 = 16.0;
 
+/// A patch that covers fewer pixels hides nothing.
+const LEAST_COVERED: f32 = 2.0;
+
 /// The most shapes of an instance of which each is boxed in the space of the scene. The boxes of
 /// more shapes are tested in the space of the instance.
 const FEW_SHAPES: usize = 6;
@@ -306,7 +309,7 @@ impl Search<'_> {
             let facing = occluder.facing()[number].as_ref().filter(|_| bounds.is_some());
             let covered = facing.and_then(|facing| Some(facing.pixels(area()?).min(pixels)));
             let covered = covered.unwrap_or(pixels);
-            if covered < LEAST_PIXELS {
+            if covered < LEAST_COVERED {
                 return;
             }
             let cost = self.costs.cost(occluder.edges()[number], pixels);
