@@ -1,7 +1,7 @@
 //! Costs and savings of culling on the device, in ratios of one run.
 //!
 //! `cargo xtask bench-gpu`; `CULLET_DATA` names a folder with `intel-castle/intel-castle.glb`, else that row is left out.
-//! With `--json PATH` the rows are written there too, and with `--within SECONDS` parts that would begin later are left out.
+//! `--json PATH` writes the rows there too, and `--within SECONDS` leaves out parts that would begin later.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, OnceLock};

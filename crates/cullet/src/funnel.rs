@@ -246,11 +246,11 @@ pub struct FrustumWork {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OcclusionWork {
-    /// Shapes that were considered: those that by the size of their nodes and instances on the
-    /// screen might have a higher score than what was chosen; all in the view, where the budget is
-    /// enough for all.
+    /// Shapes that were scored: those of instances that, by their size on the screen, might have a
+    /// better shape than the ones that were chosen, and were not hidden when the search came to
+    /// them.
     pub considered: u64,
-    /// Considered shapes that the budget allowed.
+    /// Considered shapes that were taken to be drawn.
     pub chosen: u64,
     /// Chosen shapes that were drawn. The others were hidden by then.
     pub drawn: u64,

@@ -162,10 +162,10 @@ impl<'a> SampledBake<'a> {
     /// any of it; all others keep their sets. Of the rays as many are spent as the changed pairs
     /// are worth, at most those of the settings.
     ///
-    /// What a new instance hides stays in the sets: they are no smaller than those of before.
+    /// Sets keep what a new instance hides: they are no smaller than those of before.
     ///
     /// # Errors
-    /// As [`new`](Self::new); if the sets have no marks of their instances, or are of other cells.
+    /// Those of [`new`](Self::new), and sets without marks of their instances or of other cells.
     pub fn after(
         tree: &'a RayTree<'a>,
         cells: &'a ViewCells,

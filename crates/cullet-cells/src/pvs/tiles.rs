@@ -30,7 +30,7 @@ pub struct Tile<'a> {
 /// cell sees it, or one that touches the eye's own cell. What reaches out of that box is kept, and
 /// so is all of a tile whose cells do not fill it, and whatever of `target_count` is of no tile.
 ///
-/// What other tiles hide is not taken out: sets are as large as if they hid nothing.
+/// Sets keep what other tiles hide: they are as large as if those hid nothing.
 ///
 /// # Errors
 /// If a tile has not a set for each cell, or not a number and a box for each target.

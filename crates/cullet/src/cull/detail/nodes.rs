@@ -1,7 +1,7 @@
 //! Whole nodes of boxes against the threshold of detail culling, and the boxes of those that do not
 //! decide it.
 //!
-//! Of all boxes in a node q = x/w is known as a range, and so are |g| and w (see
+//! For a node, q = x/w is known as a range that holds for all its boxes, and so are |g| and w (see
 //! [`batch`](super::batch)). What the picture of a box grows by along each of its sides thus has a
 //! least and a most that hold in all of the node. With the smallest and largest sides below it
 //! these decide the node. Else they decide its boxes by three products each, and only boxes that

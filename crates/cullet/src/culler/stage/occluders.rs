@@ -7,8 +7,8 @@
 //! the best of all, since everything else has a lower bound. So of ten million instances only those
 //! are looked at that lie around the some hundred that are drawn.
 //!
-//! What is taken is drawn in batches. Each hides some of what waits, which is found when it comes to
-//! the top.
+//! The shapes that were taken are drawn in batches. A batch hides some of the entries that wait, each
+//! of which is tested when it comes to the top.
 
 use alloc::collections::BinaryHeap;
 use alloc::vec::Vec;

@@ -1,12 +1,12 @@
 //! Occlusion: what lies behind something.
 //!
-//! First the occluders with the highest score are sought, by the nodes of the hierarchy; what the
-//! budget allows is drawn front to back, and again where those that were hidden by then leave much
-//! of it; then everything is tested, by the nodes first: those that are hidden answer for all that
-//! is in them, and so do those that are before everything that was drawn. Which occluders are
-//! drawn, and in which order, depends on this frame alone: what the drawn ones cost decides how
-//! much of the budget is left, so that an order remembered from the last frame could choose others,
-//! and prove something else. What is remembered is memory.
+//! The occluders with the highest score are sought, by the nodes of the hierarchy, and drawn front
+//! to back, a part of the budget at a time; the search goes on where it stopped and passes over
+//! shapes that are hidden by then. Then everything is tested, by the nodes first: a hidden node
+//! answers for all instances in it, and so does one in front of everything that was drawn. Which
+//! occluders are drawn, and in which order, depends on this frame alone: the cost of the drawn ones
+//! decides how much of the budget is left, so that an order remembered from the last frame could
+//! choose others, and prove something else. Only memory is kept between frames.
 
 use alloc::vec::Vec;
 
@@ -175,9 +175,9 @@ fn test_all(
     dropped
 }
 
-/// Chooses what to draw and draws it, batch by batch, until the budget is used up or nothing is left
-/// to choose. What is hidden by then is neither drawn nor does it take of the budget. Its answer is
-/// what that took, and the share that is likely to be hidden; 1 where that does not matter.
+/// Chooses occluders and draws them, batch by batch, until the budget is used up or nothing is left
+/// to choose. Shapes that are hidden by then are not drawn and cost nothing of the budget. Returns
+/// the work, and the share of the frame that is likely to be hidden; 1 where that does not matter.
 fn choose_and_draw(
     frame: &Frame<'_>,
     cache: &mut Cache,
