@@ -71,11 +71,13 @@ fn docs() -> Ended {
     all_of(cargo("doc", &["--workspace", "--no-deps", "--profile", checked::PROFILE]))
 }
 
-/// The engine and the cuts with no feature, then all libraries with each: the workspace may lend a
+/// The engine, cells and the cuts with no feature, then all libraries with each: the workspace may lend a
 /// crate what it does not ask for.
 fn features() -> Ended {
     let check =
         |words: &[&str]| cargo("check", &[&["--profile", checked::PROFILE], words].concat());
+    // Apart, for the cuts need the standard library and would lend it to the cells.
+    check(&["--package", "cullet-cells", "--no-default-features"])?;
     check(&["--package", "cullet", "--package", "cullet-cut", "--no-default-features"])?;
     let published = release::published()?;
     let mut words = vec!["--lib", "--all-features"];

@@ -24,6 +24,8 @@
 //! assert!(sets.seeing(0).eq([0, 1]));
 //! ```
 
+use alloc::vec::Vec;
+
 mod bytes;
 mod levels;
 mod sets;
