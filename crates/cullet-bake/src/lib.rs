@@ -5,7 +5,7 @@
 //! |---|---|
 //! | [`clusters`] | clusters of a mesh that are culled often |
 //! | [`levels`] | levels of detail with measured errors |
-//! | `merged` | one mesh of a group of instances, simplified (feature `meshopt`) |
+//! | `merged` | one mesh of a group of instances, simplified |
 //! | [`stand_in`] | one coarse mesh of many levels and merged groups |
 //! | [`occluders`] | boxes and polygons that hide what the mesh hides |
 //! | [`rooms`], [`room_volumes`] | cells and portals of closed interiors, from triangles or from volumes of rooms |
@@ -20,7 +20,6 @@ mod corners;
 mod gather;
 pub mod job;
 pub mod levels;
-#[cfg(feature = "meshopt")]
 pub mod merged;
 pub mod occluders;
 pub mod pvs;

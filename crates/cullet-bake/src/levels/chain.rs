@@ -29,7 +29,7 @@ pub struct ChainOptions<'a> {
 
 impl Default for ChainOptions<'_> {
     fn default() -> Self {
-        let within = WithinOptions { rounds: 6, shares: &[0.5, 0.7], ..WithinOptions::default() };
+        let within = WithinOptions { rounds: 6, shares: &[0.9], ..WithinOptions::default() };
         Self { within, first: 0.0005, last: 0.25, growth: 1.6, keep: 0.7 }
     }
 }

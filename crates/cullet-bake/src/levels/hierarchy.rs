@@ -9,11 +9,12 @@
 use cullet::MeshData;
 use cullet::mesh::{Clustering, MeshError, Part};
 
+use super::attributes::{Attributes, check_attributes, checked_extent};
 use super::data::{Group, LevelsData, NO_GROUP};
 use super::error::LevelsError;
 use super::options::HierarchyOptions;
 use super::part::{PartLevels, PartSurface, build_part};
-use super::simplifier::{Attributes, check_attributes, checked_extent};
+
 use super::weld::Welded;
 
 impl HierarchyOptions {
@@ -34,10 +35,6 @@ impl HierarchyOptions {
         range("group_clusters", self.group_clusters.into(), 2.0, 64.0, "2 to 64")?;
         range("points", self.points.into(), 0.0, 64.0, "0 to 64")?;
         range("reverse_points", self.reverse_points.into(), 0.0, 64.0, "0 to 64")?;
-        range("share_over", self.share_over, 0.0, 0.5, "0 to 0.5")?;
-        range("most_over", self.most_over.into(), 1.0, 100.0, "1 to 100")?;
-        range("lock_beyond", self.lock_beyond.into(), 1e-6, 1e6, "1e-6 to 1e6")?;
-        range("lock_rounds", self.lock_rounds.into(), 0.0, 16.0, "0 to 16")?;
         range("threads", self.threads as f64, 1.0, 1024.0, "1 to 1024")
     }
 }
@@ -56,12 +53,11 @@ const MOST_TRIANGLES: usize = 200_000_000;
 ///
 /// Triangles of which two corners are at one position are in no cluster, unless the mesh is
 /// deformable; a mesh of nothing else has no clusters. Deterministic, whatever the number of
-/// threads, and the same on every target where the compiler of C++ fuses no multiplication with an
-/// addition.
+/// threads, and the same on every target.
 ///
 /// # Errors
 /// If the mesh, an attribute or an option is invalid, or the mesh extends over more than
-/// [`MAX_EXTENT`](super::simplifier::MAX_EXTENT).
+/// [`MAX_EXTENT`](super::MAX_EXTENT).
 pub fn build_hierarchy(
     data: &MeshData,
     attributes: Option<Attributes<'_>>,
@@ -83,8 +79,8 @@ pub fn build_hierarchy(
     // Numbers of vertices within a part, cleared after each.
     let mut local = vec![u32::MAX; data.positions.len()];
     for (number, part) in parts.iter().enumerate() {
-        let mut surface = PartSurface::new(data, attributes, &welded, &shared, part, &mut local);
-        let made = build_part(&mut surface, options, number as u32)?;
+        let mut surface = PartSurface::new(data, &welded, &shared, part, &mut local);
+        let made = build_part(&mut surface, options, number as u32);
         result.add(number as u32, part, &surface, made, &welded);
     }
     Ok(result.levels)

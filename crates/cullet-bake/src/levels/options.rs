@@ -28,19 +28,6 @@ pub struct HierarchyOptions {
     /// Points on each new triangle whose distance from the original is measured (default 4, at most
     /// 64).
     pub reverse_points: u32,
-    /// The share of points that may deviate by more than the error (default 0.001, 0 to 0.5).
-    pub share_over: f64,
-    /// Factor by which the error may be exceeded at most by any measured point (default 1: by
-    /// none). Points that were not measured may exceed it a little, in the test models by up to a
-    /// fifth.
-    pub most_over: f32,
-    /// Vertices of a group's triangles that come to be off by more than so many times the
-    /// simplifier's estimate are locked (default 2, above 0). At 1.5 armadillo and buddha have a
-    /// seventh fewer triangles at 5 radii and the castle a quarter more.
-    pub lock_beyond: f32,
-    /// How often a group is simplified again after that (default 2, at most 16); what is worth most
-    /// is kept. 0 locks none.
-    pub lock_rounds: u32,
     /// Seed of the random points (default 0).
     pub seed: u64,
     /// Threads (default 1, at most 1024). The result is the same for any number.
@@ -55,10 +42,6 @@ impl Default for HierarchyOptions {
             errors: ErrorSource::Measured,
             points: 1,
             reverse_points: 4,
-            share_over: 0.001,
-            most_over: 1.0,
-            lock_beyond: 2.0,
-            lock_rounds: 2,
             seed: 0,
             threads: 1,
         }

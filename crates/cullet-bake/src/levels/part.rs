@@ -6,14 +6,12 @@ use cullet::MeshData;
 use cullet::mesh::Part;
 
 use super::data::NO_GROUP;
-use super::error::LevelsError;
+use super::cut::{cut_into_clusters, partition};
 use super::group::{Level, Made, Pending, Scratch, Surface, cluster_size, make};
 use super::measure::Carried;
 use super::options::{ErrorSource, HierarchyOptions};
-use super::simplifier::{Attributes, cut_into_clusters, partition};
 use super::sphere::{Ball, around};
 use super::weld::Welded;
-use crate::corners::turned;
 use cullet_draw::surface::SurfaceTree;
 use cullet_draw::surface::inner_points;
 
@@ -29,8 +27,6 @@ pub(super) struct PartSurface {
     pub(super) order: Vec<u32>,
     indices: Vec<u32>,
     positions: Vec<[f32; 3]>,
-    attributes: Vec<f32>,
-    weights: Vec<f32>,
     /// For each vertex the first at its position.
     position: Vec<u32>,
     /// Whether other parts share a position, by the first vertex at it.
@@ -59,7 +55,6 @@ impl PartSurface {
     /// `local` is as long as the mesh has vertices, and `u32::MAX` all over, before and after.
     pub(super) fn new(
         data: &MeshData,
-        attributes: Option<Attributes<'_>>,
         welded: &Welded,
         shared: &[bool],
         part: &Part,
@@ -70,8 +65,6 @@ impl PartSurface {
             order: Vec::new(),
             indices: Vec::new(),
             positions: Vec::new(),
-            attributes: Vec::new(),
-            weights: attributes.map_or(Vec::new(), |a| a.weights.to_vec()),
             position: Vec::new(),
             shared: Vec::new(),
         };
@@ -79,7 +72,6 @@ impl PartSurface {
             let i = (part.first_triangle + t) as usize * 3;
             [data.indices[i], data.indices[i + 1], data.indices[i + 2]]
         };
-        let count = surface.weights.len();
         for t in 0..part.triangle_count {
             let [a, b, c] = own(t).map(|v| welded.position[v as usize]);
             if !data.deformable && (a == b || b == c || c == a) {
@@ -97,9 +89,6 @@ impl PartSurface {
                         surface.positions.push(data.positions[v as usize]);
                         surface.position.push(local[first as usize]);
                         surface.shared.push(shared[first as usize]);
-                        let values = attributes.map_or(&[][..], |a| a.values);
-                        let own = values.get(v as usize * count..(v as usize + 1) * count);
-                        surface.attributes.extend(own.unwrap_or_default());
                     }
                 }
                 surface.indices.push(local[v as usize]);
@@ -110,22 +99,12 @@ impl PartSurface {
     }
 
     /// Cuts the triangles into clusters and puts them in their order; how many triangles each has.
-    fn cut(&mut self, options: &HierarchyOptions) -> Result<Vec<u32>, LevelsError> {
-        let cut = cut_into_clusters(&self.positions, &self.indices, cluster_size(options))?;
-        // Clusters name vertices, not triangles. Each triangle is found by its corners, and of
-        // equal ones each is taken once.
-        let corners = self.indices.as_chunks().0.iter().map(|t| turned(*t));
-        let mut known: Vec<([u32; 3], u32)> = corners.zip(self.order.iter().copied()).collect();
-        known.sort_unstable();
-        let mut taken = vec![0u32; known.len()];
-        let order = cut.indices.as_chunks().0.iter().map(|t| {
-            let at = known.partition_point(|k| k.0 < turned(*t));
-            taken[at] += 1;
-            known[at + taken[at] as usize - 1].1
-        });
-        self.order = order.collect();
-        self.indices = cut.indices;
-        Ok(cut.counts)
+    fn cut(&mut self, options: &HierarchyOptions) -> Vec<u32> {
+        let cut = cut_into_clusters(&self.positions, &self.indices, cluster_size(options));
+        let triangles = self.indices.as_chunks::<3>().0;
+        self.indices = cut.order.iter().flat_map(|&t| triangles[t as usize]).collect();
+        self.order = cut.order.iter().map(|&t| self.order[t as usize]).collect();
+        cut.counts
     }
 
     /// The original clusters with their sample points: each vertex with the first triangle that has
@@ -151,8 +130,12 @@ impl PartSurface {
                     carried.points.extend(inner_points(places, seed, t, points));
                     carried.counts.push((carried.points.len() - before) as u32);
                 }
+                carried.distances = vec![0.0; carried.points.len()];
+                let mut corners = indices.to_vec();
+                corners.sort_unstable();
+                corners.dedup();
                 let centre = |v: &u32| Ball { centre: self.positions[*v as usize], radius: 0.0 };
-                let ball = around(&indices.iter().map(centre).collect::<Vec<_>>());
+                let ball = around(&corners.iter().map(centre).collect::<Vec<_>>());
                 first += count as usize;
                 let indices = indices.to_vec();
                 Pending { number, indices, carried, ball, error: 0.0, stuck: 0 }
@@ -166,8 +149,8 @@ pub(super) fn build_part(
     part: &mut PartSurface,
     options: &HierarchyOptions,
     number: u32,
-) -> Result<PartLevels, LevelsError> {
-    let counts = part.cut(options)?;
+) -> PartLevels {
+    let counts = part.cut(options);
     let part = &*part;
     let seed = cullet_draw::Random::new(options.seed, [number, 0]).next();
     let measured = options.errors == ErrorSource::Measured;
@@ -175,17 +158,15 @@ pub(super) fn build_part(
     let original = SurfaceTree::new(&part.positions, if measured { &part.indices } else { none });
     let surface = Surface {
         positions: &part.positions,
-        attributes: &part.attributes,
-        weights: &part.weights,
         position: &part.position,
         original: &original,
     };
     let pool = part.originals(&counts, options, seed);
     let mut run = Run::new(&surface, options, pool, part.shared.clone(), seed);
     while run.gained && run.pool.len() > 1 {
-        run.level()?;
+        run.level();
     }
-    Ok(run.levels)
+    run.levels
 }
 
 /// Levels as they grow.
@@ -221,9 +202,9 @@ impl<'a> Run<'a> {
     }
 
     /// Simplifies what is in the pool once.
-    fn level(&mut self) -> Result<(), LevelsError> {
+    fn level(&mut self) {
         self.gained = false;
-        let groups = self.partition()?;
+        let groups = self.partition();
         let locked = self.locked(&groups);
         let mut members: Vec<Vec<Pending>> = Vec::new();
         for (pending, &group) in self.pool.drain(..).zip(&groups) {
@@ -244,7 +225,7 @@ impl<'a> Run<'a> {
             let mut own = members[number].lock().unwrap_or_else(PoisonError::into_inner);
             let made = make(&level, scratch, &own, first_key + number as u32);
             // What was simplified is needed no longer, but for its number.
-            if made.as_ref().is_ok_and(|m| m.ball.is_some()) {
+            if made.ball.is_some() {
                 for pending in own.iter_mut() {
                     pending.indices = Vec::new();
                     pending.carried = Carried::default();
@@ -257,19 +238,15 @@ impl<'a> Run<'a> {
             crate::threads::run(threads, members.len(), || Scratch::new(vertices), job, || true);
         for (made, members) in made.unwrap_or_default().into_iter().zip(members) {
             let members = members.into_inner().unwrap_or_else(PoisonError::into_inner);
-            self.take(made?, members);
+            self.take(made, members);
         }
-        Ok(())
     }
 
     /// Groups of clusters that are neighbours by the positions of their vertices.
-    fn partition(&self) -> Result<Vec<u32>, LevelsError> {
-        let position = |v: &u32| self.surface.position[*v as usize];
-        let indices: Vec<u32> =
-            self.pool.iter().flat_map(|p| p.indices.iter().map(position)).collect();
-        let counts: Vec<u32> = self.pool.iter().map(|p| p.indices.len() as u32).collect();
+    fn partition(&self) -> Vec<u32> {
+        let clusters = self.pool.iter().map(|p| &p.indices[..]);
         let size = self.options.group_clusters as usize;
-        partition(self.surface.positions, &indices, &counts, size)
+        partition(self.surface.positions, clusters, self.surface.position, size)
     }
 
     /// Returns whether a position stays, for good or because groups share it, by the first vertex

@@ -2,7 +2,7 @@
 
 use cullet::mesh::weld;
 
-use super::simplifier::Attributes;
+use super::attributes::Attributes;
 
 /// For each vertex the first at its position, and the first at its position with the same
 /// attributes. Bits are compared, but −0 is 0 as a coordinate.

@@ -7,7 +7,6 @@ use cullet::mesh::Part;
 use super::error::LevelsError;
 use super::original::Original;
 use super::peaks::Peaks;
-use super::simplifier::{Target, simplify};
 use cullet_draw::surface::SurfacePoint;
 use cullet_draw::surface::SurfaceTree;
 
@@ -29,7 +28,7 @@ pub struct WithinOptions<'a> {
 
 impl Default for WithinOptions<'_> {
     fn default() -> Self {
-        Self { same: &[], rounds: 10, shares: &[0.5, 0.7, 1.0, 0.35] }
+        Self { same: &[], rounds: 10, shares: &[1.0, 0.9] }
     }
 }
 
@@ -142,10 +141,30 @@ impl Original {
         fewer_than: usize,
         rounds: u32,
     ) -> Result<Option<Found>, LevelsError> {
-        let target = Target { error: bound * share, ..Target::default() };
         let mut locks = vec![false; self.positions.len()];
-        for _ in 0..rounds {
-            let made = simplify(&self.positions, &self.indices, &locks, None, target)?;
+        let place = cullet::mesh::weld(&self.positions);
+        let (points, counts) = self.carried(&place);
+        let mut collapser = super::collapse::Collapser::default();
+        for round in 0..rounds {
+            let mut of_places = vec![false; place.len()];
+            locks.iter().zip(&place).for_each(|(lock, &p)| of_places[p as usize] |= lock);
+            let t0 = std::time::Instant::now();
+            let made = collapser.run(&super::collapse::Task {
+                positions: &self.positions,
+                place: &place,
+                indices: &self.indices,
+                locks: &of_places,
+                points: &points,
+                distances: &vec![0.0; points.len()],
+                counts: &counts,
+                triangles: 0,
+                free: 0.0,
+                limit: bound * share,
+                original: Some(&self.tree),
+            });
+            if std::env::var_os("LEVDBG").is_some() {
+                eprintln!("within {bound} {share}: round {round}: {} {:?} {:?}", made.indices.len() / 3, t0.elapsed(), collapser.stats);
+            }
             // Locks only add triangles.
             if made.indices.len() / 3 >= fewer_than {
                 return Ok(None);
@@ -157,6 +176,25 @@ impl Original {
             }
         }
         Ok(None)
+    }
+
+    /// Points triangle by triangle, and how many each has: corners with the first triangle there.
+    fn carried(&self, place: &[u32]) -> (Vec<[f32; 3]>, Vec<u32>) {
+        let mut all: Vec<SurfacePoint> = Vec::with_capacity(self.points.len() + place.len());
+        let mut seen = vec![false; place.len()];
+        for (t, corners) in (0..).zip(self.indices.as_chunks::<3>().0) {
+            for &v in corners {
+                let p = place[v as usize] as usize;
+                if !std::mem::replace(&mut seen[p], true) {
+                    all.push(SurfacePoint { point: self.positions[p], triangle: t });
+                }
+            }
+        }
+        all.extend(&self.points);
+        all.sort_by_key(|p| p.triangle);
+        let mut counts = vec![0; self.triangle_count()];
+        all.iter().for_each(|p| counts[p.triangle as usize] += 1);
+        (all.iter().map(|p| p.point).collect(), counts)
     }
 
     /// Whether all points are within a bound; else locks the vertices of original triangles where

@@ -3,14 +3,14 @@
 
 use super::MEASURED;
 use crate::gather::Surface;
-use crate::levels::simplifier::{Target, simplify};
+use crate::levels::collapse::{Collapser, Task};
 use cullet_draw::surface::{SurfaceTree, inner_points, surface_points};
 
 use crate::levels::LevelsError;
 
 /// Shares of the bound that the simplifier is given, whose own estimate is too small more often
 /// than not.
-const SHARES: [f32; 3] = [0.5, 0.7, 0.3];
+const SHARES: [f32; 2] = [0.95, 0.7];
 /// How often what is too far is locked and all simplified again, for each share.
 const ROUNDS: u32 = 6;
 /// The most points of a surface that are measured.
@@ -46,13 +46,32 @@ impl Measure {
         fewer_than: u64,
     ) -> Result<Option<(Surface, f32)>, LevelsError> {
         let nearest = SurfaceTree::new(&input.positions, &input.indices);
+        let place = cullet::mesh::weld(&input.positions);
+        let (points, distances, counts) = self.carried(input, &nearest);
+        let mut collapser = Collapser::default();
         let mut best: Option<(Vec<u32>, f32)> = None;
         let mut most = fewer_than;
         for share in SHARES {
-            let target = Target { error: bound * share, ..Target::default() };
             let mut locks = vec![false; input.positions.len()];
-            for _ in 0..ROUNDS {
-                let made = simplify(&input.positions, &input.indices, &locks, None, target)?;
+            for round in 0..ROUNDS {
+                let mut of_places = vec![false; place.len()];
+                locks.iter().zip(&place).for_each(|(lock, &p)| of_places[p as usize] |= lock);
+                let made = collapser.run(&Task {
+                    positions: &input.positions,
+                    place: &place,
+                    indices: &input.indices,
+                    locks: &of_places,
+                    points: &points,
+                    distances: &distances,
+                    counts: &counts,
+                    triangles: 0,
+                    free: 0.0,
+                    limit: bound * share,
+                    original: Some(&self.tree),
+                });
+                if std::env::var_os("LEVDBG").is_some() {
+                    eprintln!("merged {} {bound} {share}: round {round}: {} of {most}", input.indices.len() / 3, made.indices.len() / 3);
+                }
                 // Locks only add triangles.
                 if (made.indices.len() / 3) as u64 >= most || made.indices.is_empty() {
                     break;
@@ -69,6 +88,26 @@ impl Measure {
             }
         }
         Ok(best.map(|(indices, error)| (input.with_triangles(&indices), error)))
+    }
+
+    /// Points of the instances by the triangles of the input that are nearest, how far they are
+    /// from there, and how many each triangle has.
+    fn carried(
+        &self,
+        input: &Surface,
+        nearest: &SurfaceTree,
+    ) -> (Vec<[f32; 3]>, Vec<f32>, Vec<u32>) {
+        let mut all: Vec<(u32, f32, [f32; 3])> = Vec::with_capacity(self.points.len());
+        for &point in &self.points {
+            if let Some((distance, t)) = nearest.nearest(point, f32::INFINITY) {
+                all.push((t, distance, point));
+            }
+        }
+        all.sort_by_key(|p| p.0);
+        let mut counts = vec![0; input.indices.len() / 3];
+        all.iter().for_each(|p| counts[p.0 as usize] += 1);
+        let points = all.iter().map(|p| p.2).collect();
+        (points, all.iter().map(|p| p.1).collect(), counts)
     }
 
     /// Whether all points are within a bound; else locks vertices of the input where they are not.
