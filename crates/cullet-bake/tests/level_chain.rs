@@ -1,5 +1,4 @@
 //! Simplifying within a bound, and chains of levels, measured without what made them.
-#![cfg(feature = "meshopt")]
 
 use cullet::MeshData;
 use cullet::mesh::Part;

@@ -1,5 +1,4 @@
 //! Merged groups of instances, measured without what made them.
-#![cfg(feature = "meshopt")]
 
 use std::collections::HashMap;
 use std::sync::Mutex;

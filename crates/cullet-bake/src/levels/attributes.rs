@@ -7,15 +7,14 @@ use super::error::LevelsError;
 /// The longest side of a mesh: squares of distances are single precision here and there.
 pub const MAX_EXTENT: f64 = 1e18;
 
-/// Attributes of vertices that the simplifier weighs against positions: normals, colours, texture
-/// coordinates.
+/// Attributes of vertices, as far as they keep vertices at one position apart: normals, colours,
+/// texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Attributes<'a> {
-    /// So many values a vertex as there are weights, vertex by vertex; finite.
+pub struct VertexValues<'a> {
+    /// `count` values a vertex, vertex by vertex; finite.
     pub values: &'a [f32],
-    /// Weight of a difference of 1 in each attribute, in units of the mesh's extent; at least 0, at
-    /// most 32 of them.
-    pub weights: &'a [f32],
+    /// Number of values of each vertex.
+    pub count: usize,
 }
 
 /// Checks positions and indices; the longest side of the box around the positions.
@@ -55,21 +54,13 @@ pub(super) fn checked_extent(positions: &[[f32; 3]], indices: &[u32]) -> Result<
 }
 
 pub(super) fn check_attributes(
-    attributes: Attributes<'_>,
+    attributes: VertexValues<'_>,
     vertices: usize,
 ) -> Result<(), LevelsError> {
-    let Attributes { values, weights } = attributes;
-    same("attributes", values.len(), weights.len() * vertices)?;
-    if weights.len() > 32 {
-        let value = weights.len() as f64;
-        return Err(LevelsError::Value { what: "attributes", value, allowed: "at most 32" });
-    }
-    if let Some(weight) = weights.iter().find(|w| !(0.0..=f32::MAX).contains(*w)) {
-        let value = f64::from(*weight);
-        return Err(LevelsError::Value { what: "weights", value, allowed: "numbers from 0" });
-    }
+    let VertexValues { values, count } = attributes;
+    same("attributes", values.len(), count * vertices)?;
     if let Some(at) = values.iter().position(|v| !v.is_finite()) {
-        let (vertex, attribute) = (at / weights.len(), at % weights.len());
+        let (vertex, attribute) = (at / count, at % count);
         return Err(LevelsError::Attribute { vertex, attribute, value: values[at] });
     }
     Ok(())

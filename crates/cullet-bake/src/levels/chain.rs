@@ -13,8 +13,7 @@ use super::within::{Within, WithinOptions, check};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ChainOptions<'a> {
-    /// How each level is made. By default with two shares of its bound and six rounds: a few
-    /// percent more triangles than at its best, in a third of the time.
+    /// How each level is made.
     pub within: WithinOptions<'a>,
     /// The bound of the first level, in bounding radii; above 0. Default 0.0005.
     pub first: f32,
@@ -29,8 +28,7 @@ pub struct ChainOptions<'a> {
 
 impl Default for ChainOptions<'_> {
     fn default() -> Self {
-        let within = WithinOptions { rounds: 6, shares: &[0.9], ..WithinOptions::default() };
-        Self { within, first: 0.0005, last: 0.25, growth: 1.6, keep: 0.7 }
+        Self { within: WithinOptions::default(), first: 0.0005, last: 0.25, growth: 1.6, keep: 0.7 }
     }
 }
 
@@ -55,15 +53,14 @@ impl ChainOptions<'_> {
     }
 }
 
-/// A chain of levels of a mesh, each made from the original within a bound that grows from level to
-/// level, as [`simplify_within`](super::simplify_within) does. The error of a level is what was
-/// measured, and at least that of the level before. The last two are of a sheet of two triangles
+/// A chain of levels of a mesh, each made from the one before, within a bound of the original that
+/// grows from level to level, as [`simplify_within`](super::simplify_within) does. The error of a
+/// level is what was measured, and at least that of the level before. The last two are of a sheet of two triangles
 /// and of one for each part, twice where it is one-sided. A mesh that cannot be simplified has the
 /// one level that it is.
 ///
 /// Each level but the original is one group, whose sphere is around the whole mesh. Vertices keep
-/// their numbers. The same on every run and, where the
-/// compiler of C++ fuses no multiplication with an addition, on every target.
+/// their numbers. The same on every run and on every target.
 ///
 /// # Errors
 /// If the mesh is invalid or extends too far, or an option is out of range.
@@ -72,13 +69,14 @@ pub fn build_chain(data: &MeshData, options: &ChainOptions<'_>) -> Result<Levels
     let original = Original::new(data, options.within.same)?;
     let (centre, radius) = sphere(&original.positions);
     let mut levels: Vec<Within> = Vec::new();
+    let mut last = original.carrying();
     let mut triangles = original.triangle_count();
     let mut error = 0.0_f32;
     let mut share = options.first;
     while radius > 0.0 && triangles > 1 && share <= options.last {
         let most = (triangles as f64 * f64::from(options.keep)) as usize + 1;
         let bound = share * radius;
-        if let Some(found) = original.fewest_within(bound, most, &options.within)? {
+        if let Some(found) = original.fewest_within(&mut last, bound, most, &options.within) {
             error = error.max(found.error);
             triangles = found.indices.len() / 3;
             levels.push(original.as_given(&found.indices, error));

@@ -105,28 +105,34 @@ pub(super) fn partition<'a>(
     place: &[u32],
     size: usize,
 ) -> Vec<u32> {
+    // For each place the last use of it: a cluster, and the use before.
+    let mut last = vec![u32::MAX; positions.len()];
     let mut uses: Vec<(u32, u32)> = Vec::new();
+    let mut pairs: Vec<(u32, u32)> = Vec::new();
     let mut boxes = Vec::new();
     for (number, corners) in (0..).zip(clusters) {
-        let first = uses.len();
-        uses.extend(corners.iter().map(|&v| (place[v as usize], number)));
-        let mut around = Aabb::EMPTY;
-        for &(p, _) in &uses[first..] {
-            let [x, y, z] = positions[p as usize];
-            let point = Aabb::new([x, y, z], [x, y, z]);
-            around = around.union(&point);
+        let mut points = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+        for &v in corners {
+            let at = place[v as usize] as usize;
+            for a in 0..3 {
+                points[0][a] = points[0][a].min(positions[at][a]);
+                points[1][a] = points[1][a].max(positions[at][a]);
+            }
+            let mut before = last[at];
+            if uses.get(before as usize).is_some_and(|u| u.0 == number) {
+                continue;
+            }
+            last[at] = uses.len() as u32;
+            uses.push((number, before));
+            for _ in 0..CROWD {
+                let Some(&(other, next)) = uses.get(before as usize) else { break };
+                pairs.push((other, number));
+                before = next;
+            }
         }
-        boxes.push(around);
+        boxes.push(Aabb::new(points[0], points[1]));
     }
-    uses.sort_unstable();
-    uses.dedup();
     let count = boxes.len();
-    let mut pairs: Vec<(u32, u32)> = Vec::new();
-    for at in uses.chunk_by(|a, b| a.0 == b.0) {
-        for (i, a) in at.iter().enumerate() {
-            pairs.extend(at[i + 1..].iter().take(CROWD).map(|b| (a.1, b.1)));
-        }
-    }
     pairs.sort_unstable();
     // Neighbours of each group, with how many places are shared.
     let mut near: Vec<Vec<(u32, u32)>> = vec![Vec::new(); count];
@@ -188,4 +194,62 @@ pub(super) fn partition<'a>(
             *known
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cullet_testkit::soups;
+
+    #[test]
+    fn clusters_hold_each_triangle_once_and_groups_are_of_the_size() {
+        for (positions, indices) in [soups::terrain(40), soups::bumpy_ball(40, 0.05)] {
+            let size = ClusterSize { vertices: 64, triangles: 64 };
+            let cut = cut_into_clusters(&positions, &indices, size);
+            let mut sorted = cut.order.clone();
+            sorted.sort_unstable();
+            assert!(sorted.iter().copied().eq(0..(indices.len() / 3) as u32));
+            assert!(cut.counts.iter().all(|c| (1..=64).contains(c)));
+            // None is nearly empty.
+            assert!(cut.counts.len() * 40 < indices.len() / 3, "{} clusters", cut.counts.len());
+            let corners: Vec<u32> = cut
+                .order
+                .iter()
+                .flat_map(|&t| indices[t as usize * 3..][..3].iter().copied())
+                .collect();
+            let mut rest = &corners[..];
+            let clusters: Vec<&[u32]> = cut
+                .counts
+                .iter()
+                .map(|&count| {
+                    let (own, after) = rest.split_at(count as usize * 3);
+                    rest = after;
+                    own
+                })
+                .collect();
+            let place: Vec<u32> = (0..positions.len() as u32).collect();
+            let groups = partition(&positions, clusters.iter().copied(), &place, 8);
+            assert_eq!(groups.len(), cut.counts.len());
+            let number = groups.iter().max().map_or(0, |g| *g as usize + 1);
+            let mut members = vec![0; number];
+            groups.iter().for_each(|&g| members[g as usize] += 1);
+            assert!(members.iter().all(|m| (1..=10).contains(m)), "{members:?}");
+            assert!(number * 5 <= groups.len() + 12, "{number} of {}", groups.len());
+        }
+    }
+
+    #[test]
+    fn triangles_that_share_nothing_are_cut_by_their_vertices_and_grouped_by_place() {
+        let (positions, indices) = soups::scattered(500);
+        let size = ClusterSize { vertices: 64, triangles: 64 };
+        let cut = cut_into_clusters(&positions, &indices, size);
+        assert!(cut.counts.iter().all(|c| *c * 3 <= 64));
+        let one = |t: u32| &indices[t as usize * 3..][..3];
+        let place: Vec<u32> = (0..positions.len() as u32).collect();
+        let groups = partition(&positions, (0..500).map(one), &place, 8);
+        let number = groups.iter().max().map_or(0, |g| *g as usize + 1);
+        assert!(number * 4 < 500, "{number}");
+        assert_eq!(cut_into_clusters(&positions, &[], size), Cut::default());
+        assert!(partition(&positions, std::iter::empty(), &place, 8).is_empty());
+    }
 }

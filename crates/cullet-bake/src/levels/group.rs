@@ -2,10 +2,10 @@
 
 use super::collapse::{Collapser, Task};
 use super::cut::{ClusterSize, cut_into_clusters};
-use super::measure::{Back, Carried, back};
+use super::measure::{Back, Carried, Points, back};
 use super::options::{ErrorSource, HierarchyOptions};
 use super::sphere::{Ball, around};
-use cullet_draw::surface::SurfaceTree;
+use cullet_draw::surface::{SurfaceTree, inner_points};
 
 /// A group is given up where less than this share of its triangles would go.
 const LEAST_GAIN: f64 = 0.15;
@@ -17,7 +17,7 @@ pub(super) struct Pending {
     pub(super) number: u32,
     /// Corners of its triangles, as vertices of the part.
     pub(super) indices: Vec<u32>,
-    /// Sample points of the original that it stands for.
+    /// The part of the original that it stands for.
     pub(super) carried: Carried,
     /// Around all that it stands for.
     pub(super) ball: Ball,
@@ -42,6 +42,8 @@ pub(super) struct Level<'a> {
     /// For each vertex whether it must stay, by the first at its position.
     pub(super) locked: &'a [bool],
     pub(super) seed: u64,
+    /// How often the surface was simplified before.
+    pub(super) depth: u32,
 }
 
 /// Result of simplifying a group.
@@ -51,7 +53,7 @@ pub(super) struct Made {
     pub(super) ball: Option<Ball>,
     pub(super) error: f32,
     /// Corners of the triangles of each new cluster; none where the group could not be simplified.
-    pub(super) clusters: Vec<(Vec<u32>, Carried)>,
+    pub(super) clusters: Vec<(Vec<u32>, Points)>,
 }
 
 /// Memory of a thread. Numbers of a part's vertices within a group are as many as the part has
@@ -69,6 +71,11 @@ impl Scratch {
         let none = vec![u32::MAX; vertices];
         Self { local: none.clone(), place: none, collapser: Collapser::default() }
     }
+}
+
+/// The most points that a triangle carries: coarse ones are few, and stand for much.
+fn most_carried(depth: u32) -> usize {
+    (8 << (depth / 2)).min(64)
 }
 
 /// The wanted sizes of clusters.
@@ -116,6 +123,35 @@ impl Vertices {
         }
         all
     }
+
+    /// Points that the triangles stand for: of original ones some at random, and each place once.
+    fn carried(&self, level: &Level<'_>, members: &[Pending]) -> Points {
+        let is_measured = level.options.errors == ErrorSource::Measured;
+        let count = if is_measured { level.options.points } else { 0 };
+        let mut seen = vec![!is_measured; self.positions.len()];
+        let mut points = Points::default();
+        let mut triangles = self.indices.as_chunks::<3>().0.iter();
+        for member in members {
+            let own = triangles.by_ref().take(member.indices.len() / 3);
+            match &member.carried {
+                Carried::Points(all) => {
+                    own.for_each(drop);
+                    points.extend(all);
+                }
+                Carried::Original(first) => {
+                    for (t, corners) in (*first..).zip(own) {
+                        let new = corners.iter().filter(|&&v| {
+                            !std::mem::replace(&mut seen[self.place[v as usize] as usize], true)
+                        });
+                        let places = corners.map(|v| self.positions[v as usize]);
+                        let inner = inner_points(places, level.seed, t, count);
+                        points.add_original(new.map(|&v| self.positions[v as usize]).chain(inner));
+                    }
+                }
+            }
+        }
+        points
+    }
 }
 
 /// Simplifies a group to half, and further where that costs nothing.
@@ -129,13 +165,13 @@ pub(super) fn make(
     let all = Vertices::new(level, scratch, members);
     let floor = members.iter().fold(0.0_f32, |e, m| e.max(m.error));
     let measured = options.errors == ErrorSource::Measured;
-    let carried = Carried::concat(members.iter().map(|m| &m.carried));
-    let t0 = std::time::Instant::now();
+    let carried = all.carried(level, members);
     let made = scratch.collapser.run(&Task {
         positions: &all.positions,
         place: &all.place,
         indices: &all.indices,
         locks: &all.locks,
+        shares: &[],
         points: &carried.points,
         distances: &carried.distances,
         counts: &carried.counts,
@@ -144,31 +180,27 @@ pub(super) fn make(
         limit: f32::INFINITY,
         original: measured.then_some(surface.original),
     });
-    clock(0, t0);
     let most = all.indices.len() as f64 * (1.0 - LEAST_GAIN);
     if made.indices.is_empty() || made.indices.len() as f64 > most {
         return Made::default();
     }
-    let t0 = std::time::Instant::now();
     let cut = cut_into_clusters(&all.positions, &made.indices, cluster_size(options));
-    clock(1, t0);
-    let t0 = std::time::Instant::now();
     let mut error = if measured { floor } else { floor.max(made.estimate) };
     let mut clusters = Vec::with_capacity(cut.counts.len());
     let mut order = cut.order.iter();
     for &count in &cut.counts {
         let mut indices = Vec::with_capacity(count as usize * 3);
-        let mut own = Carried::default();
+        let mut own = Points::default();
         for &t in order.by_ref().take(count as usize) {
             let corners = &made.indices[t as usize * 3..][..3];
             indices.extend(corners.iter().map(|&v| all.of_part[v as usize]));
-            let farthest = own.add(scratch.collapser.points_of(made.from[t as usize]));
+            let points = scratch.collapser.points_of(made.from[t as usize]);
+            let points = points.map(|(p, far)| (carried.points[p as usize], far));
+            let farthest = own.add(points, most_carried(level.depth));
             error = error.max(farthest);
         }
         clusters.push((indices, own));
     }
-    clock(2, t0);
-    let t0 = std::time::Instant::now();
     if measured {
         let task = Back {
             positions: &all.positions,
@@ -180,12 +212,6 @@ pub(super) fn make(
         };
         error = back(&task, error);
     }
-    clock(3, t0);
     let balls: Vec<Ball> = members.iter().map(|m| m.ball).collect();
     Made { ball: Some(around(&balls)), error, clusters }
-}
-
-pub static CLOCK: [std::sync::atomic::AtomicU64; 8] = [const { std::sync::atomic::AtomicU64::new(0) }; 8];
-pub(super) fn clock(k: usize, t: std::time::Instant) {
-    CLOCK[k].fetch_add(t.elapsed().as_nanos() as u64, std::sync::atomic::Ordering::Relaxed);
 }

@@ -9,7 +9,7 @@
 use cullet::MeshData;
 use cullet::mesh::{Clustering, MeshError, Part};
 
-use super::attributes::{Attributes, check_attributes, checked_extent};
+use super::attributes::{VertexValues, check_attributes, checked_extent};
 use super::data::{Group, LevelsData, NO_GROUP};
 use super::error::LevelsError;
 use super::options::HierarchyOptions;
@@ -60,7 +60,7 @@ const MOST_TRIANGLES: usize = 200_000_000;
 /// [`MAX_EXTENT`](super::MAX_EXTENT).
 pub fn build_hierarchy(
     data: &MeshData,
-    attributes: Option<Attributes<'_>>,
+    attributes: Option<VertexValues<'_>>,
     options: &HierarchyOptions,
 ) -> Result<LevelsData, LevelsError> {
     options.check()?;
@@ -162,8 +162,8 @@ impl<'a> Assembly<'a> {
         for cluster in made.clusters {
             let first = order.len() as u32;
             if cluster.made_from == NO_GROUP {
-                let count = cluster.indices.len() / 3;
-                order.extend(triangles.by_ref().take(count).map(|t| first_triangle + t));
+                let own = triangles.by_ref().take(cluster.triangles as usize);
+                order.extend(own.map(|t| first_triangle + t));
             } else {
                 for t in cluster.indices.chunks_exact(3) {
                     order.push((mesh.indices.len() / 3) as u32);

@@ -6,10 +6,17 @@ use cullet_draw::surface::inner_points;
 
 use crate::corners::turned;
 
-/// Sample points of the original surface that triangles stand for, triangle by triangle, so that
-/// neighbours follow each other.
+/// What a cluster stands for.
+#[derive(Clone, Debug)]
+pub(super) enum Carried {
+    /// Its own triangles, from this one of the part on.
+    Original(u32),
+    Points(Points),
+}
+
+/// Sample points of the original surface that triangles stand for, triangle by triangle.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Carried {
+pub(super) struct Points {
     pub(super) points: Vec<[f32; 3]>,
     /// How far each is from the triangle.
     pub(super) distances: Vec<f32>,
@@ -17,20 +24,32 @@ pub(super) struct Carried {
     pub(super) counts: Vec<u32>,
 }
 
-impl Carried {
-    pub(super) fn concat<'a>(all: impl Iterator<Item = &'a Self>) -> Self {
-        let mut out = Self::default();
-        for own in all {
-            out.points.extend(&own.points);
-            out.distances.extend(&own.distances);
-            out.counts.extend(&own.counts);
-        }
-        out
+/// How many of the points of a triangle are kept for being the farthest.
+const FARTHEST: usize = 2;
+
+impl Points {
+    /// Adds the points of another list.
+    pub(super) fn extend(&mut self, other: &Self) {
+        self.points.extend(&other.points);
+        self.distances.extend(&other.distances);
+        self.counts.extend(&other.counts);
+    }
+
+    /// Adds a triangle of the original with such points.
+    pub(super) fn add_original(&mut self, points: impl Iterator<Item = [f32; 3]>) {
+        let first = self.points.len();
+        self.points.extend(points);
+        self.distances.resize(self.points.len(), 0.0);
+        self.counts.push((self.points.len() - first) as u32);
     }
 
     /// Adds a triangle with its points, of which the farthest and some others are kept where there
-    /// are many; returns the largest distance of all.
-    pub(super) fn add(&mut self, points: impl Iterator<Item = ([f32; 3], f32)>) -> f32 {
+    /// are more than `most`; returns the largest distance of all.
+    pub(super) fn add(
+        &mut self,
+        points: impl Iterator<Item = ([f32; 3], f32)>,
+        most: usize,
+    ) -> f32 {
         let first = self.points.len();
         for (point, distance) in points {
             self.points.push(point);
@@ -38,25 +57,23 @@ impl Carried {
         }
         let farthest = self.distances[first..].iter().fold(0.0, |far: f32, d| far.max(*d));
         let count = self.points.len() - first;
-        let kept = super::collapse::knob("CAP", 12.0) as usize;
-        if count > kept {
+        if count > most {
             let (points, distances) = (&mut self.points[first..], &mut self.distances[first..]);
-            let far = kept / 4;
-            for k in 0..far {
+            for k in 0..FARTHEST {
                 let rest = distances[k..].iter().enumerate();
                 let best = rest.fold((0, -1.0), |best, (i, d)| if *d > best.1 { (i, *d) } else { best });
                 points.swap(k, k + best.0);
                 distances.swap(k, k + best.0);
             }
             // Of the others every so many.
-            let (rest, taken) = (count - far, kept - far);
+            let (rest, taken) = (count - FARTHEST, most - FARTHEST);
             for k in 0..taken {
-                let from = far + k * rest / taken;
-                points.swap(far + k, from);
-                distances.swap(far + k, from);
+                let from = FARTHEST + k * rest / taken;
+                points.swap(FARTHEST + k, from);
+                distances.swap(FARTHEST + k, from);
             }
-            self.points.truncate(first + kept);
-            self.distances.truncate(first + kept);
+            self.points.truncate(first + most);
+            self.distances.truncate(first + most);
         }
         self.counts.push((self.points.len() - first) as u32);
         farthest

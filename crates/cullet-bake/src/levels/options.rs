@@ -25,7 +25,7 @@ pub struct HierarchyOptions {
     /// Random points on each triangle whose deviation is measured, beside the vertices (default 1,
     /// at most 64). More find deviations better and take longer, in proportion.
     pub points: u32,
-    /// Points on each new triangle whose distance from the original is measured (default 4, at most
+    /// Points on each new triangle whose distance from the original is measured (default 6, at most
     /// 64).
     pub reverse_points: u32,
     /// Seed of the random points (default 0).
@@ -41,7 +41,7 @@ impl Default for HierarchyOptions {
             group_clusters: 8,
             errors: ErrorSource::Measured,
             points: 1,
-            reverse_points: 4,
+            reverse_points: 6,
             seed: 0,
             threads: 1,
         }

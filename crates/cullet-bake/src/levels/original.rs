@@ -19,6 +19,8 @@ const SEED: u64 = 0x6c65_7665_6c73;
 #[derive(Debug)]
 pub(crate) struct Original {
     pub(crate) positions: Vec<[f32; 3]>,
+    /// For each vertex the first at its position.
+    pub(crate) place: Vec<u32>,
     pub(crate) indices: Vec<u32>,
     /// The vertex of the mesh that each is.
     pub(crate) vertex: Vec<u32>,
@@ -55,6 +57,7 @@ impl Original {
         let same = if same.is_empty() { &by_position } else { same };
         let mut original = Self {
             positions: Vec::new(),
+            place: Vec::new(),
             indices: Vec::with_capacity(data.indices.len()),
             vertex: Vec::new(),
             part: Vec::new(),
@@ -84,6 +87,7 @@ impl Original {
                 }
             }
         }
+        original.place = weld(&original.positions);
         original.tree = SurfaceTree::new(&original.positions, &original.indices);
         original.take_points();
         Ok(original)

@@ -13,7 +13,6 @@ use super::options::{ErrorSource, HierarchyOptions};
 use super::sphere::{Ball, around};
 use super::weld::Welded;
 use cullet_draw::surface::SurfaceTree;
-use cullet_draw::surface::inner_points;
 
 /// A cluster that no group could simplify is tried in so many, with other neighbours.
 const TRIES: u8 = 2;
@@ -36,7 +35,8 @@ pub(super) struct PartSurface {
 /// A cluster of a part.
 #[derive(Debug)]
 pub(super) struct PartCluster {
-    /// Corners of its triangles, as vertices of the part.
+    pub(super) triangles: u32,
+    /// Corners of its triangles, as vertices of the part; none of an original one.
     pub(super) indices: Vec<u32>,
     pub(super) made_from: u32,
     pub(super) replaced_by: u32,
@@ -107,37 +107,20 @@ impl PartSurface {
         cut.counts
     }
 
-    /// The original clusters with their sample points: each vertex with the first triangle that has
-    /// it.
-    fn originals(&self, counts: &[u32], options: &HierarchyOptions, seed: u64) -> Vec<Pending> {
-        let mut sampled = vec![options.errors != ErrorSource::Measured; self.positions.len()];
+    /// The original clusters.
+    fn originals(&self, counts: &[u32]) -> Vec<Pending> {
         let mut first = 0;
-        let points = if options.errors == ErrorSource::Measured { options.points } else { 0 };
         (0..)
             .zip(counts)
             .map(|(number, &count)| {
-                let indices = &self.indices[first * 3..][..count as usize * 3];
-                let mut carried = Carried::default();
-                for (t, corners) in (first as u32..).zip(indices.as_chunks::<3>().0) {
-                    let before = carried.points.len();
-                    for &v in corners {
-                        let at = self.position[v as usize] as usize;
-                        if !std::mem::replace(&mut sampled[at], true) {
-                            carried.points.push(self.positions[at]);
-                        }
-                    }
-                    let places = corners.map(|v| self.positions[v as usize]);
-                    carried.points.extend(inner_points(places, seed, t, points));
-                    carried.counts.push((carried.points.len() - before) as u32);
-                }
-                carried.distances = vec![0.0; carried.points.len()];
-                let mut corners = indices.to_vec();
+                let indices = self.indices[first as usize * 3..][..count as usize * 3].to_vec();
+                let mut corners = indices.clone();
                 corners.sort_unstable();
                 corners.dedup();
                 let centre = |v: &u32| Ball { centre: self.positions[*v as usize], radius: 0.0 };
                 let ball = around(&corners.iter().map(centre).collect::<Vec<_>>());
-                first += count as usize;
-                let indices = indices.to_vec();
+                let carried = Carried::Original(first);
+                first += count;
                 Pending { number, indices, carried, ball, error: 0.0, stuck: 0 }
             })
             .collect()
@@ -161,7 +144,7 @@ pub(super) fn build_part(
         position: &part.position,
         original: &original,
     };
-    let pool = part.originals(&counts, options, seed);
+    let pool = part.originals(&counts);
     let mut run = Run::new(&surface, options, pool, part.shared.clone(), seed);
     while run.gained && run.pool.len() > 1 {
         run.level();
@@ -181,6 +164,8 @@ struct Run<'a> {
     /// Whether the last level had fewer triangles.
     gained: bool,
     seed: u64,
+    /// How many levels there are.
+    depth: u32,
 }
 
 impl<'a> Run<'a> {
@@ -192,13 +177,14 @@ impl<'a> Run<'a> {
         seed: u64,
     ) -> Self {
         let original = |p: &Pending| PartCluster {
-            indices: p.indices.clone(),
+            triangles: (p.indices.len() / 3) as u32,
+            indices: Vec::new(),
             made_from: NO_GROUP,
             replaced_by: NO_GROUP,
         };
         let clusters = pool.iter().map(original).collect();
         let levels = PartLevels { clusters, groups: Vec::new() };
-        Self { surface, options, pool, levels, fixed, gained: true, seed }
+        Self { surface, options, pool, levels, fixed, gained: true, seed, depth: 0 }
     }
 
     /// Simplifies what is in the pool once.
@@ -216,7 +202,9 @@ impl<'a> Run<'a> {
             options: self.options,
             locked: &locked,
             seed: self.seed,
+            depth: self.depth,
         };
+        self.depth += 1;
         let first_key = self.levels.groups.len() as u32;
         let members: Vec<Mutex<Vec<Pending>>> = members.into_iter().map(Mutex::new).collect();
         let vertices = self.surface.positions.len();
@@ -228,7 +216,7 @@ impl<'a> Run<'a> {
             if made.ball.is_some() {
                 for pending in own.iter_mut() {
                     pending.indices = Vec::new();
-                    pending.carried = Carried::default();
+                    pending.carried = Carried::Original(0);
                 }
             }
             made
@@ -289,11 +277,13 @@ impl<'a> Run<'a> {
         for (indices, carried) in made.clusters {
             let number = self.levels.clusters.len() as u32;
             self.levels.clusters.push(PartCluster {
+                triangles: (indices.len() / 3) as u32,
                 indices: indices.clone(),
                 made_from: group,
                 replaced_by: NO_GROUP,
             });
             let error = made.error;
+            let carried = Carried::Points(carried);
             self.pool.push(Pending { number, indices, carried, ball, error, stuck: 0 });
         }
     }

@@ -9,15 +9,25 @@ pub(crate) struct Ball {
     pub(crate) radius: f32,
 }
 
-/// How often the middle moves towards what is farthest. With 60 steps the radius is within some 2 %
+/// How often the middle moves towards what is farthest. With 20 steps the radius is within some 5 %
 /// of the least.
-const STEPS: usize = 60;
+const STEPS: usize = 20;
 
 /// A sphere around spheres (points where the radius is 0), nearly the smallest; 0 around none.
 /// Encloses them by more than rounding. Bădoiu & Clarkson, *Smaller Core-Sets for Balls*, 2003.
 pub(crate) fn around(balls: &[Ball]) -> Ball {
     let point = |b: &Ball| DVec3::from_array(b.centre.map(f64::from));
+    let points: Vec<DVec3> = balls.iter().map(point).collect();
+    let are_points = balls.iter().all(|b| b.radius == 0.0);
     let farthest = |c: DVec3| {
+        if are_points {
+            let far = |best: (f64, usize), (i, p): (usize, &DVec3)| {
+                let r = (*p - c).length_squared();
+                if r > best.0 { (r, i) } else { best }
+            };
+            let (squared, at) = points.iter().enumerate().fold((0.0, 0), far);
+            return (squared.sqrt(), at);
+        }
         let reach = |b: &Ball| (point(b) - c).length() + f64::from(b.radius);
         let far = |best: (f64, usize), (i, b): (usize, &Ball)| {
             let r = reach(b);

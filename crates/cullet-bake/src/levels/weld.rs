@@ -2,7 +2,7 @@
 
 use cullet::mesh::weld;
 
-use super::attributes::Attributes;
+use super::attributes::VertexValues;
 
 /// For each vertex the first at its position, and the first at its position with the same
 /// attributes. Bits are compared, but −0 is 0 as a coordinate.
@@ -16,12 +16,12 @@ pub(super) struct Welded {
 
 impl Welded {
     /// Attributes must have been checked. O(n log n), expected O(n) without attributes.
-    pub(super) fn new(positions: &[[f32; 3]], attributes: Option<Attributes<'_>>) -> Self {
+    pub(super) fn new(positions: &[[f32; 3]], attributes: Option<VertexValues<'_>>) -> Self {
         let position = weld(positions);
-        let Some(attributes) = attributes.filter(|a| !a.weights.is_empty()) else {
+        let Some(attributes) = attributes.filter(|a| a.count > 0) else {
             return Self { vertex: position.clone(), position };
         };
-        let count = attributes.weights.len();
+        let count = attributes.count;
         let of =
             |v: u32| attributes.values[v as usize * count..][..count].iter().map(|a| a.to_bits());
         // Sorted, for there may be any number at one position.
@@ -50,9 +50,9 @@ mod tests {
         let plain = Welded::new(&positions, None);
         assert_eq!(plain.position, [0, 1, 1, 0, 0]);
         assert_eq!(plain.vertex, plain.position);
-        let attributes = Attributes {
+        let attributes = VertexValues {
             values: &[0.0, 7.0, 1.0, 1.0, 1.0, 1.0, 2.0, 7.0, 0.0, 7.0],
-            weights: &[1.0, 0.5],
+            count: 2,
         };
         let apart = Welded::new(&positions, Some(attributes));
         assert_eq!(apart.position, plain.position);

@@ -4,6 +4,7 @@
 use cullet::MeshData;
 use cullet::mesh::Part;
 
+use super::collapse::{Collapser, Task};
 use super::error::LevelsError;
 use super::original::Original;
 use super::peaks::Peaks;
@@ -18,17 +19,16 @@ pub struct WithinOptions<'a> {
     /// be kept (normals, texture coordinates); empty for equal positions. Vertices at one position
     /// that are not the same are a seam: it is kept, and simplified along itself.
     pub same: &'a [u32],
-    /// How often what is too far is locked and all simplified again, for each share. Default 10.
+    /// How often what is too far is allowed less and all simplified again, for each share. Default 8.
     pub rounds: u32,
-    /// The shares of the bound that the simplifier is given, whose own estimate of the error is too
-    /// small more often than not. Each that is tried costs up to as many rounds, and the best is
-    /// kept. Default 1, 0.7, 0.5 and 0.35.
+    /// The shares of the bound that the simplifier is given in turn, until one is found to be within
+    /// the bound: it measures at fewer points than who looks at the result. Default 0.95 and 0.8.
     pub shares: &'a [f32],
 }
 
 impl Default for WithinOptions<'_> {
     fn default() -> Self {
-        Self { same: &[], rounds: 10, shares: &[1.0, 0.9] }
+        Self { same: &[], rounds: 8, shares: &[0.95, 0.8] }
     }
 }
 
@@ -44,7 +44,7 @@ pub struct Within {
 }
 
 /// The shares that are tried where none of those wanted is within the bound.
-const LAST_SHARES: [f32; 5] = [0.25, 0.125, 0.06, 0.03, 0.01];
+const LAST_SHARES: [f32; 4] = [0.5, 0.25, 0.06, 0.01];
 
 /// How far beyond the bound the points may be that confirm a result. With none allowed beyond it,
 /// armadillo has a fifth to a half more triangles at 0.1 and 0.3 % of its radius.
@@ -62,10 +62,9 @@ const CONFIRMED: f32 = 1.08;
 /// corners in one place are left out. What cannot be simplified comes back as it is, with an error
 /// of 0.
 ///
-/// Simplifies towards shares of the bound; vertices of triangles that are farther away than the
-/// bound are locked, and that is repeated. Costs some ten to forty simplifications and
-/// measurements. The same on every run and, where the
-/// compiler of C++ fuses no multiplication with an addition, on every target.
+/// Edges are collapsed while points of the original that each triangle carries stay within a share of
+/// the bound. Next to what is found to be farther away than the bound less is allowed, and that is
+/// repeated. The same on every run and on every target.
 ///
 /// # Errors
 /// If the mesh is invalid or extends too far, the bound or an option is out of range.
@@ -76,7 +75,8 @@ pub fn simplify_within(
 ) -> Result<Within, LevelsError> {
     check(bound, options)?;
     let original = Original::new(data, options.same)?;
-    let found = original.fewest_within(bound, original.triangle_count(), options)?;
+    let all = original.triangle_count();
+    let found = original.fewest_within(&mut original.carrying(), bound, all, options);
     Ok(match found {
         Some(found) => original.as_given(&found.indices, found.error),
         None => original.as_given(&original.indices, 0.0),
@@ -105,86 +105,109 @@ pub(super) struct Found {
     pub(super) error: f32,
 }
 
+/// Triangles of an original's vertices, with the points of the original that each stands for.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Carrying {
+    indices: Vec<u32>,
+    points: Vec<[f32; 3]>,
+    /// How far each point is off.
+    distances: Vec<f32>,
+    /// How many points each triangle has.
+    counts: Vec<u32>,
+}
+
+/// What came of simplifying towards a share of a bound.
+enum Outcome {
+    Found(Found, Carrying),
+    TooMany,
+    NotWithin,
+}
+
 impl Original {
-    /// The fewest triangles within a bound, if they are fewer than `fewer_than`.
+    /// The fewest triangles within a bound, if they are fewer than `fewer_than`; made of `from`,
+    /// which becomes them.
     pub(super) fn fewest_within(
         &self,
+        from: &mut Carrying,
         bound: f32,
         fewer_than: usize,
         options: &WithinOptions<'_>,
-    ) -> Result<Option<Found>, LevelsError> {
-        let mut best: Option<Found> = None;
-        let mut most = fewer_than;
-        for &share in options.shares {
-            if let Some(found) = self.locked_within(bound, share, most, options.rounds)? {
-                most = found.indices.len() / 3;
-                best = Some(found);
-            }
-        }
-        if best.is_none() {
-            for share in LAST_SHARES {
-                best = self.locked_within(bound, share, most, options.rounds)?;
-                if best.is_some() {
-                    break;
+    ) -> Option<Found> {
+        for &share in options.shares.iter().chain(&LAST_SHARES) {
+            match self.locked_within(from, bound, share, fewer_than, options.rounds) {
+                Outcome::Found(found, carrying) => {
+                    *from = carrying;
+                    return Some(found);
                 }
+                // Smaller shares leave more.
+                Outcome::TooMany => return None,
+                Outcome::NotWithin => {}
             }
         }
-        Ok(best)
+        None
     }
 
-    /// Simplifies towards a share of the bound, with more and more locked, until all is within;
-    /// nothing if that does not happen with fewer triangles than `fewer_than`.
+    /// Simplifies towards a share of the bound, with less and less of it where that is not enough, until all is within.
     fn locked_within(
         &self,
+        from: &Carrying,
         bound: f32,
         share: f32,
         fewer_than: usize,
         rounds: u32,
-    ) -> Result<Option<Found>, LevelsError> {
-        let mut locks = vec![false; self.positions.len()];
-        let place = cullet::mesh::weld(&self.positions);
-        let (points, counts) = self.carried(&place);
-        let mut collapser = super::collapse::Collapser::default();
-        for round in 0..rounds {
-            let mut of_places = vec![false; place.len()];
-            locks.iter().zip(&place).for_each(|(lock, &p)| of_places[p as usize] |= lock);
-            let t0 = std::time::Instant::now();
-            let made = collapser.run(&super::collapse::Task {
+    ) -> Outcome {
+        let locks = vec![false; self.positions.len()];
+        let mut shares = vec![1.0; self.positions.len()];
+        let mut collapser = Collapser::default();
+        for _ in 0..rounds {
+            let made = collapser.run(&Task {
                 positions: &self.positions,
-                place: &place,
-                indices: &self.indices,
-                locks: &of_places,
-                points: &points,
-                distances: &vec![0.0; points.len()],
-                counts: &counts,
+                place: &self.place,
+                indices: &from.indices,
+                locks: &locks,
+                shares: &shares,
+                points: &from.points,
+                distances: &from.distances,
+                counts: &from.counts,
                 triangles: 0,
                 free: 0.0,
                 limit: bound * share,
                 original: Some(&self.tree),
             });
-            if std::env::var_os("LEVDBG").is_some() {
-                eprintln!("within {bound} {share}: round {round}: {} {:?} {:?}", made.indices.len() / 3, t0.elapsed(), collapser.stats);
-            }
-            // Locks only add triangles.
             if made.indices.len() / 3 >= fewer_than {
-                return Ok(None);
+                return Outcome::TooMany;
             }
-            match self.measure(&made.indices, bound, &mut locks) {
-                Measured::Within(error) => return Ok(Some(Found { indices: made.indices, error })),
-                Measured::Locked(0) => return Ok(None),
-                Measured::Locked(_) => {}
+            match self.measure(&made.indices, bound) {
+                Measured::Within(error) => {
+                    let mut carrying = Carrying::default();
+                    for &t in &made.from {
+                        let before = carrying.points.len();
+                        for (point, distance) in collapser.points_of(t) {
+                            carrying.points.push(from.points[point as usize]);
+                            carrying.distances.push(distance);
+                        }
+                        carrying.counts.push((carrying.points.len() - before) as u32);
+                    }
+                    carrying.indices.clone_from(&made.indices);
+                    return Outcome::Found(Found { indices: made.indices, error }, carrying);
+                }
+                Measured::Beyond(points) => {
+                    let tree = SurfaceTree::new(&self.positions, &made.indices);
+                    tighten(&tree, &made.indices, &self.place, &points, &mut shares);
+                }
             }
         }
-        Ok(None)
+        Outcome::NotWithin
     }
 
-    /// Points triangle by triangle, and how many each has: corners with the first triangle there.
-    fn carried(&self, place: &[u32]) -> (Vec<[f32; 3]>, Vec<u32>) {
-        let mut all: Vec<SurfacePoint> = Vec::with_capacity(self.points.len() + place.len());
-        let mut seen = vec![false; place.len()];
+    /// The original with its points: corners are with the first triangle there.
+    pub(super) fn carrying(&self) -> Carrying {
+        let mut all: Vec<SurfacePoint> =
+            Vec::with_capacity(self.points.len() + self.positions.len());
+        let mut seen = vec![false; self.positions.len()];
         for (t, corners) in (0..).zip(self.indices.as_chunks::<3>().0) {
             for &v in corners {
-                let p = place[v as usize] as usize;
+                let p = self.place[v as usize] as usize;
                 if !std::mem::replace(&mut seen[p], true) {
                     all.push(SurfacePoint { point: self.positions[p], triangle: t });
                 }
@@ -194,46 +217,49 @@ impl Original {
         all.sort_by_key(|p| p.triangle);
         let mut counts = vec![0; self.triangle_count()];
         all.iter().for_each(|p| counts[p.triangle as usize] += 1);
-        (all.iter().map(|p| p.point).collect(), counts)
+        Carrying {
+            indices: self.indices.clone(),
+            points: all.iter().map(|p| p.point).collect(),
+            distances: vec![0.0; all.len()],
+            counts,
+        }
     }
 
-    /// Whether all points are within a bound; else locks the vertices of original triangles where
-    /// they are not.
-    fn measure(&self, indices: &[u32], bound: f32, locks: &mut [bool]) -> Measured {
+    /// Whether all points are within a bound; else those that are not.
+    fn measure(&self, indices: &[u32], bound: f32) -> Measured {
         let tree = SurfaceTree::new(&self.positions, indices);
-        let mut state = State { bound, error: 0.0, exceeded: false, newly: 0, locks };
-        for (v, &point) in self.positions.iter().enumerate() {
-            state.test(&tree, point, |_| [v; 3]);
+        let mut state = State { bound, error: 0.0, beyond: Vec::new() };
+        for &point in &self.positions {
+            state.test(&tree, point);
         }
-        let corners = |t: u32| {
-            let at = t as usize * 3;
-            [0, 1, 2].map(|k| self.indices[at + k] as usize)
-        };
-        for &SurfacePoint { point, triangle } in &self.points {
-            state.test(&tree, point, |_| corners(triangle));
+        for &SurfacePoint { point, .. } in &self.points {
+            state.test(&tree, point);
         }
         for &SurfacePoint { point, .. } in &self.points_back(indices) {
-            state.test(&self.tree, point, corners);
+            state.test(&self.tree, point);
         }
-        if !state.exceeded {
+        if state.beyond.is_empty() {
             // Few are beyond the bound where none of the others was.
             state.bound = bound * CONFIRMED;
             let mut peaks = Peaks::default();
             for of in self.confirming_points(&self.indices) {
-                state.test_high(&tree, of, &mut peaks, |_| corners(of.triangle));
+                state.test_high(&tree, of, &mut peaks);
             }
             for top in peaks.climb(&tree, |t| self.corners(&self.indices, t)) {
-                state.test(&tree, top.point, |_| corners(top.triangle));
+                state.test(&tree, top.point);
             }
             let mut peaks = Peaks::default();
             for of in self.confirming_points(indices) {
-                state.test_high(&self.tree, of, &mut peaks, corners);
+                state.test_high(&self.tree, of, &mut peaks);
             }
             for top in peaks.climb(&self.tree, |t| self.corners(indices, t)) {
-                state.test(&self.tree, top.point, corners);
+                state.test(&self.tree, top.point);
             }
         }
-        if state.exceeded { Measured::Locked(state.newly) } else { Measured::Within(state.error) }
+        match state.beyond.is_empty() {
+            true => Measured::Within(state.error),
+            false => Measured::Beyond(state.beyond),
+        }
     }
 
     /// Triangles as vertices of the mesh that was given, part by part.
@@ -258,51 +284,59 @@ impl Original {
 enum Measured {
     /// All is within the bound; the largest distance.
     Within(f32),
-    /// How many vertices were locked that were not before.
-    Locked(usize),
+    /// Points that are not.
+    Beyond(Vec<[f32; 3]>),
 }
 
-struct State<'a> {
+struct State {
     bound: f32,
     error: f32,
-    exceeded: bool,
-    newly: usize,
-    locks: &'a mut [bool],
+    beyond: Vec<[f32; 3]>,
 }
 
-impl State<'_> {
+impl State {
     /// Tests a point, and remembers it where it is high.
     #[inline]
-    fn test_high(
-        &mut self,
-        tree: &SurfaceTree,
-        of: SurfacePoint,
-        peaks: &mut Peaks,
-        vertices: impl Fn(u32) -> [usize; 3],
-    ) {
+    fn test_high(&mut self, tree: &SurfaceTree, of: SurfacePoint, peaks: &mut Peaks) {
         if peaks.add(tree, of, self.error).is_some_and(|distance| distance > self.error) {
-            self.test(tree, of.point, vertices);
+            self.test(tree, of.point);
         }
     }
 
-    /// Tests a point; `vertices` of the triangle that is nearest are locked if it is too far.
     #[inline]
-    fn test(&mut self, tree: &SurfaceTree, point: [f32; 3], vertices: impl Fn(u32) -> [usize; 3]) {
+    fn test(&mut self, tree: &SurfaceTree, point: [f32; 3]) {
         // Once something is too far, how far the rest is does not matter.
-        let near = if self.exceeded { self.bound } else { self.error };
+        let near = if self.beyond.is_empty() { self.error } else { self.bound };
         if tree.within(point, near).is_some() {
             return;
         }
-        let nearest = tree.nearest(point, f32::INFINITY);
-        let distance = nearest.map_or(f32::INFINITY, |n| n.0);
+        let distance = tree.nearest(point, f32::INFINITY).map_or(f32::INFINITY, |n| n.0);
         if distance <= self.bound {
             self.error = self.error.max(distance);
-            return;
-        }
-        self.exceeded = true;
-        for v in vertices(nearest.map_or(0, |n| n.1)) {
-            self.newly += usize::from(!self.locks[v]);
-            self.locks[v] = true;
+        } else {
+            self.beyond.push(point);
         }
     }
+}
+
+/// How much less of the limit is allowed next to where a result was beyond the bound.
+const TIGHTER: f32 = 0.7;
+
+/// Lets less of the limit be used next to the triangles that are nearest to points beyond a bound.
+pub(crate) fn tighten(
+    tree: &SurfaceTree,
+    indices: &[u32],
+    place: &[u32],
+    points: &[[f32; 3]],
+    shares: &mut [f32],
+) {
+    let mut places: Vec<u32> = points
+        .iter()
+        .filter_map(|p| tree.nearest(*p, f32::INFINITY))
+        .flat_map(|(_, t)| &indices[t as usize * 3..][..3])
+        .map(|&v| place[v as usize])
+        .collect();
+    places.sort_unstable();
+    places.dedup();
+    places.iter().for_each(|&p| shares[p as usize] *= TIGHTER);
 }

@@ -138,7 +138,7 @@ fn one(
             }
         };
         let stated = (bound as f32).next_down() / STATED;
-        if let Some((surface, error)) = measure.fewest(&surface, stated, most)? {
+        if let Some((surface, error)) = measure.fewest(&surface, stated, most) {
             let error = levels.last().map_or(0.0, |l| l.1).max(error * STATED);
             levels.push((surface, error));
         }

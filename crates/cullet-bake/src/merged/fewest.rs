@@ -4,14 +4,14 @@
 use super::MEASURED;
 use crate::gather::Surface;
 use crate::levels::collapse::{Collapser, Task};
+use crate::levels::tighten;
 use cullet_draw::surface::{SurfaceTree, inner_points, surface_points};
 
-use crate::levels::LevelsError;
 
-/// Shares of the bound that the simplifier is given, whose own estimate is too small more often
-/// than not.
-const SHARES: [f32; 2] = [0.95, 0.7];
-/// How often what is too far is locked and all simplified again, for each share.
+/// Shares of the bound that the simplifier is given in turn: it measures at fewer points than who
+/// looks at the result.
+const SHARES: [f32; 3] = [0.95, 0.8, 0.5];
+/// How often all is simplified again, with less allowed where it was too far, for each share.
 const ROUNDS: u32 = 6;
 /// The most points of a surface that are measured.
 const MOST_POINTS: usize = 1_000_000;
@@ -44,23 +44,21 @@ impl Measure {
         input: &Surface,
         bound: f32,
         fewer_than: u64,
-    ) -> Result<Option<(Surface, f32)>, LevelsError> {
+    ) -> Option<(Surface, f32)> {
         let nearest = SurfaceTree::new(&input.positions, &input.indices);
         let place = cullet::mesh::weld(&input.positions);
         let (points, distances, counts) = self.carried(input, &nearest);
         let mut collapser = Collapser::default();
-        let mut best: Option<(Vec<u32>, f32)> = None;
-        let mut most = fewer_than;
+        let locks = vec![false; input.positions.len()];
         for share in SHARES {
-            let mut locks = vec![false; input.positions.len()];
-            for round in 0..ROUNDS {
-                let mut of_places = vec![false; place.len()];
-                locks.iter().zip(&place).for_each(|(lock, &p)| of_places[p as usize] |= lock);
+            let mut shares = vec![1.0; input.positions.len()];
+            for _ in 0..ROUNDS {
                 let made = collapser.run(&Task {
                     positions: &input.positions,
                     place: &place,
                     indices: &input.indices,
-                    locks: &of_places,
+                    locks: &locks,
+                    shares: &shares,
                     points: &points,
                     distances: &distances,
                     counts: &counts,
@@ -69,25 +67,22 @@ impl Measure {
                     limit: bound * share,
                     original: Some(&self.tree),
                 });
-                if std::env::var_os("LEVDBG").is_some() {
-                    eprintln!("merged {} {bound} {share}: round {round}: {} of {most}", input.indices.len() / 3, made.indices.len() / 3);
+                // Smaller shares only add triangles.
+                if (made.indices.len() / 3) as u64 >= fewer_than || made.indices.is_empty() {
+                    return None;
                 }
-                // Locks only add triangles.
-                if (made.indices.len() / 3) as u64 >= most || made.indices.is_empty() {
-                    break;
-                }
-                match self.test(input, &nearest, &made.indices, bound, &mut locks) {
+                match self.test(input, &made.indices, bound) {
                     Tested::Within(error) => {
-                        most = (made.indices.len() / 3) as u64;
-                        best = Some((made.indices, error));
-                        break;
+                        return Some((input.with_triangles(&made.indices), error));
                     }
-                    Tested::Locked(0) => break,
-                    Tested::Locked(_) => {}
+                    Tested::Beyond(points) => {
+                        let tree = SurfaceTree::new(&input.positions, &made.indices);
+                        tighten(&tree, &made.indices, &place, &points, &mut shares);
+                    }
                 }
             }
         }
-        Ok(best.map(|(indices, error)| (input.with_triangles(&indices), error)))
+        None
     }
 
     /// Points of the instances by the triangles of the input that are nearest, how far they are
@@ -110,64 +105,40 @@ impl Measure {
         (points, all.iter().map(|p| p.1).collect(), counts)
     }
 
-    /// Whether all points are within a bound; else locks vertices of the input where they are not.
-    fn test(
-        &self,
-        input: &Surface,
-        nearest: &SurfaceTree,
-        indices: &[u32],
-        bound: f32,
-        locks: &mut [bool],
-    ) -> Tested {
+    /// Whether all points are within a bound; else those that are not.
+    fn test(&self, input: &Surface, indices: &[u32], bound: f32) -> Tested {
         let tree = SurfaceTree::new(&input.positions, indices);
-        let (mut error, mut exceeded, mut newly) = (0.0_f32, false, 0);
-        let mut test =
-            |tree: &SurfaceTree, point: [f32; 3], lock: &dyn Fn() -> Option<[u32; 3]>| {
-                // Once something is too far, how far the rest is does not matter.
-                let near = if exceeded { bound } else { error };
-                if tree.within(point, near).is_some() {
-                    return;
-                }
-                let distance = tree.nearest(point, f32::INFINITY).map_or(f32::INFINITY, |n| n.0);
-                if distance <= bound {
-                    error = error.max(distance);
-                    return;
-                }
-                exceeded = true;
-                for v in lock().into_iter().flatten() {
-                    newly += usize::from(!locks[v as usize]);
-                    locks[v as usize] = true;
-                }
-            };
-        let corners = |list: &[u32], t: u32| {
-            let at = t as usize * 3;
-            [list[at], list[at + 1], list[at + 2]]
-        };
-        for &point in &self.points {
-            let lock = || {
-                let (_, t) = nearest.nearest(point, f32::INFINITY)?;
-                Some(corners(&input.indices, t))
-            };
-            test(&tree, point, &lock);
-        }
-        for t in 0..(indices.len() / 3) as u32 {
-            let three = corners(indices, t);
-            let places = three.map(|v| input.positions[v as usize]);
-            for point in inner_points(places, MEASURED.seed, t, MEASURED.reverse_points) {
-                test(&self.tree, point, &|| Some(three));
+        let (mut error, mut beyond) = (0.0_f32, Vec::new());
+        let mut test = |tree: &SurfaceTree, point: [f32; 3]| {
+            // Once something is too far, how far the rest is does not matter.
+            let near = if beyond.is_empty() { error } else { bound };
+            if tree.within(point, near).is_some() {
+                return;
             }
+            let distance = tree.nearest(point, f32::INFINITY).map_or(f32::INFINITY, |n| n.0);
+            if distance <= bound {
+                error = error.max(distance);
+            } else {
+                beyond.push(point);
+            }
+        };
+        self.points.iter().for_each(|&point| test(&tree, point));
+        for (t, corners) in (0..).zip(indices.as_chunks::<3>().0) {
+            let places = corners.map(|v| input.positions[v as usize]);
+            let inner = inner_points(places, MEASURED.seed, t, MEASURED.reverse_points);
+            inner.for_each(|point| test(&self.tree, point));
         }
         let count = (indices.len() / 3 * 8).clamp(5_000, MOST_POINTS);
         for p in surface_points(&input.positions, indices, count, MEASURED.seed + 1) {
-            test(&self.tree, p.point, &|| Some(corners(indices, p.triangle)));
+            test(&self.tree, p.point);
         }
-        if exceeded { Tested::Locked(newly) } else { Tested::Within(error) }
+        if beyond.is_empty() { Tested::Within(error) } else { Tested::Beyond(beyond) }
     }
 }
 
 enum Tested {
     /// All is within the bound; the largest distance.
     Within(f32),
-    /// How many vertices were locked that were not before.
-    Locked(usize),
+    /// Points that are not.
+    Beyond(Vec<[f32; 3]>),
 }

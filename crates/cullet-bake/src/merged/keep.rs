@@ -14,7 +14,7 @@ use cullet_io::baked::{Sum, hash};
 
 /// Counted up whenever the same instances and options give other groups, so that those of before
 /// are not taken for them.
-const VERSION: u64 = 2;
+const VERSION: u64 = 3;
 
 /// Groups of fewer triangles are made in less time than a file takes to be found.
 const LEAST_TRIANGLES: u64 = 1000;

@@ -1,5 +1,4 @@
 //! Hierarchies of clusters: no cut has cracks, and none deviates by more than it says.
-#![cfg(feature = "meshopt")]
 
 mod cuts;
 mod models;
@@ -9,9 +8,8 @@ use std::collections::HashSet;
 use cullet::MeshData;
 use cullet::lod::PixelScale;
 use cullet::mesh::{MeshError, Part, weld};
-use cullet_bake::levels::simplifier::Attributes;
 use cullet_bake::levels::{
-    ErrorSource, HierarchyOptions, LevelsData, LevelsError, NO_GROUP, build_hierarchy,
+    ErrorSource, HierarchyOptions, LevelsData, LevelsError, NO_GROUP, VertexValues, build_hierarchy,
 };
 use cullet_draw::surface::SurfaceTree;
 use cullet_testkit::soups::{
@@ -202,7 +200,7 @@ fn edges_of_attributes_stay_edges() {
     }
     let values: Vec<f32> =
         (0..positions.len()).map(|v| if v < before as usize { 0.0 } else { 1.0 }).collect();
-    let attributes = Attributes { values: &values, weights: &[0.5] };
+    let attributes = VertexValues { values: &values, count: 1 };
     let mesh = data((positions, indices));
     let levels =
         build_hierarchy(&mesh, Some(attributes), &HierarchyOptions::default()).expect("valid");
@@ -261,16 +259,13 @@ fn invalid_and_degenerate_meshes_are_errors_or_trivial() {
     assert!(matches!(refused(&bad), Some(LevelsError::Mesh(MeshError::Parts { .. }))));
     let far = data(moved(bumpy_ball(6, 0.0), |p| p.map(|v| v * 1e20)));
     assert!(matches!(refused(&far), Some(LevelsError::TooLarge { .. })));
-    let attributes = Attributes { values: &[0.0; 3], weights: &[1.0] };
+    let attributes = VertexValues { values: &[0.0; 3], count: 1 };
     let short = build_hierarchy(&ball(), Some(attributes), &options).err();
     assert!(matches!(short, Some(LevelsError::Length { .. })));
     let wrong = [
         HierarchyOptions { cluster_triangles: 63, ..options.clone() },
         HierarchyOptions { group_clusters: 1, ..options.clone() },
         HierarchyOptions { points: 65, ..options.clone() },
-        HierarchyOptions { share_over: f64::NAN, ..options.clone() },
-        HierarchyOptions { most_over: 0.5, ..options.clone() },
-        HierarchyOptions { lock_beyond: -1.0, ..options.clone() },
         HierarchyOptions { threads: 0, ..options.clone() },
     ];
     for options in wrong {

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use cullet::mesh::{Part, weld};
 use cullet::{Mesh, MeshData};
-use cullet_bake::levels::simplifier;
 use cullet_bake::levels::{
-    ChainOptions, HierarchyOptions, LevelsData, LevelsError, build_chain, build_hierarchy,
+    ChainOptions, HierarchyOptions, LevelsData, LevelsError, VertexValues, build_chain,
+    build_hierarchy,
 };
 use cullet_cli::levels::LEVELS_VERSION;
 use cullet_io::Attributes;
@@ -39,8 +39,8 @@ pub(super) fn measured(kind: LevelKind) -> Measured {
             Measured {
                 points: options.points,
                 reverse_points: options.reverse_points,
-                quantile: 1.0 - options.share_over,
-                most_over: options.most_over.into(),
+                quantile: 1.0,
+                most_over: 1.0,
                 seed: options.seed,
             }
         }
@@ -119,9 +119,7 @@ impl Source {
             LevelKind::Impostor => return Ok(None),
             LevelKind::Hierarchy => {
                 let values = self.attributes.interleaved();
-                // They keep seams apart and count for nothing else.
-                let weights = vec![0.0; self.attributes.stride()];
-                let seams = simplifier::Attributes { values: &values, weights: &weights };
+                let seams = VertexValues { values: &values, count: self.attributes.stride() };
                 let seams = (!self.attributes.is_empty()).then_some(seams);
                 let options = HierarchyOptions { threads, ..HierarchyOptions::default() };
                 build_hierarchy(&self.data, seams, &options)?

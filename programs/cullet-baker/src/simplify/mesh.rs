@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use cullet::lod::{Group, LevelEye, NO_GROUP};
 use cullet::mesh::{Part, weld};
 use cullet::{Mesh, MeshData};
-use cullet_bake::levels::simplifier;
 use cullet_bake::levels::{
-    HierarchyOptions, LevelsError, Within, WithinOptions, build_hierarchy, simplify_within,
+    HierarchyOptions, LevelsError, VertexValues, Within, WithinOptions, build_hierarchy,
+    simplify_within,
 };
 use cullet_draw::surface::Deviation;
 use cullet_draw::surface::deviation;
@@ -124,9 +124,7 @@ fn cut_for(
     eyes: &[LevelEye],
 ) -> Result<Within, LevelsError> {
     let values = attributes.interleaved();
-    // They keep seams apart and count for nothing else.
-    let weights = vec![0.0; attributes.stride()];
-    let seams = simplifier::Attributes { values: &values, weights: &weights };
+    let seams = VertexValues { values: &values, count: attributes.stride() };
     let seams = (!attributes.is_empty()).then_some(seams);
     let data = build_hierarchy(data, seams, &HierarchyOptions::default())?;
     let (mesh, levels) = data.into_levels()?;

@@ -3,7 +3,13 @@
 mod near;
 mod quadric;
 mod ring;
+#[cfg(test)]
+mod tests;
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use cullet::math;
 use cullet_draw::surface::SurfaceTree;
 use glam::{DVec3, Vec3};
 
@@ -21,6 +27,8 @@ pub(crate) struct Task<'a> {
     pub(crate) indices: &'a [u32],
     /// Whether a place stays, by its first vertex.
     pub(crate) locks: &'a [bool],
+    /// For each place the share of the limit that collapses next to it may use; empty for all of it.
+    pub(crate) shares: &'a [f32],
     /// Points of the original, triangle by triangle, and how many each triangle has.
     pub(crate) points: &'a [[f32; 3]],
     pub(crate) distances: &'a [f32],
@@ -35,9 +43,34 @@ pub(crate) struct Task<'a> {
     pub(crate) original: Option<&'a SurfaceTree>,
 }
 
-pub fn knob(name: &str, default: f32) -> f32 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
-}
+/// How far a collapse may be off beside its key: the estimate by quadrics is a mean, so that of what
+/// is estimated alike the flat ones go first. With 1 a fifth more triangles are drawn, with a half a
+/// few percent fewer, in half as much time again.
+const EXPECTED: f32 = 0.7;
+
+/// All are tried again while more than this part of the triangles goes.
+const SWEEP: usize = 64;
+
+/// The share of triangles that goes in any case.
+const WORTH: f64 = 0.2;
+
+/// Cosine of the largest angle by which a triangle may turn.
+const LEAST_TURN: f32 = 0.25;
+
+/// What counts for a distance beyond a limit that is not known.
+const BEYOND: f32 = 1.25;
+
+/// New places that leave the triangles before by less than this share of the limit are not measured.
+const NEAR: f32 = 0.5;
+
+/// Points within a triangle, as weights of its corners.
+const INNER: [[f32; 3]; 5] = [
+    [0.7, 0.15, 0.15],
+    [0.15, 0.7, 0.15],
+    [0.15, 0.15, 0.7],
+    [0.45, 0.45, 0.1],
+    [0.45, 0.1, 0.45],
+];
 
 /// A point of the original.
 #[derive(Clone, Copy, Debug)]
@@ -61,10 +94,11 @@ pub(crate) struct Collapser {
     points: Vec<Point>,
     first_point: Vec<u32>,
     keys: Vec<f32>,
-    dirty: Vec<bool>,
-    order: Vec<(u32, u32)>,
+    blocked: Vec<bool>,
+    heap: BinaryHeap<Reverse<(u32, u32)>>,
+    /// The largest distance so far.
+    error: f32,
     ring: Ring,
-    target_ring: Ring,
     fan: Fan,
     of_fan: Vec<u32>,
     found: Vec<(u32, f32)>,
@@ -72,8 +106,6 @@ pub(crate) struct Collapser {
     scale: f64,
     left: usize,
     estimate: f32,
-    pub(crate) stats: [u64; 4],
-    knobs: [f32; 4],
 }
 
 /// Result: triangles, with the points that each has.
@@ -84,15 +116,17 @@ pub(crate) struct Collapsed {
     pub(crate) from: Vec<u32>,
     /// The largest estimate by quadrics of any collapse: no bound.
     pub(crate) estimate: f32,
+    /// The largest distance that was measured, at least what was free.
+    pub(crate) error: f32,
 }
 
 impl Collapser {
     pub(crate) fn run(&mut self, task: &Task<'_>) -> Collapsed {
-        self.knobs = [knob("BETA", 1.0), knob("REV", 1.0), knob("CUTQ", 1.5), knob("START", 16.0)];
         self.load(task);
-        self.passes(task);
+        self.collapse_all(task);
         let estimate = (f64::from(self.estimate) / self.scale) as f32;
-        let mut out = Collapsed { estimate, ..Collapsed::default() };
+        let error = (f64::from(self.error) / self.scale) as f32;
+        let mut out = Collapsed { estimate, error, ..Collapsed::default() };
         for (t, corners) in (0..).zip(&self.triangles) {
             if corners[0] != NONE {
                 out.indices.extend(corners);
@@ -102,14 +136,15 @@ impl Collapser {
         out
     }
 
-    /// Points of a triangle of the input that is still there, in units of the input.
-    pub(crate) fn points_of(&self, t: u32) -> impl Iterator<Item = ([f32; 3], f32)> {
+    /// Points of a triangle of the input that is still there: their numbers in the input, and how far
+    /// they are off.
+    pub(crate) fn points_of(&self, t: u32) -> impl Iterator<Item = (u32, f32)> {
         let mut next = self.first_point[t as usize];
         std::iter::from_fn(move || {
-            let point = self.points.get(next as usize)?;
+            let own = next;
+            let point = self.points.get(own as usize)?;
             next = point.next;
-            let at = (point.at.as_dvec3() / self.scale + self.centre).as_vec3().to_array();
-            Some((at, (f64::from(point.distance) / self.scale) as f32))
+            Some((own, (f64::from(point.distance) / self.scale) as f32))
         })
     }
 
@@ -159,8 +194,8 @@ impl Collapser {
         }
         self.keys.clear();
         self.keys.resize(vertices, 0.0);
-        self.dirty.clear();
-        self.dirty.resize(vertices, true);
+        self.blocked.clear();
+        self.blocked.resize(vertices, false);
         self.fill_quadrics();
     }
 
@@ -215,66 +250,70 @@ impl Collapser {
         }
     }
 
-    fn passes(&mut self, task: &Task<'_>) {
-        let scale = self.scale as f32;
-        let limit = task.limit * scale;
-        let free = task.free * scale;
-        let mut last = 0.0_f32;
+    /// Collapses places in the order of their keys until the target is reached. A place whose
+    /// neighbours changed may be cheaper than it was, so all are tried again, until that gains
+    /// little.
+    fn collapse_all(&mut self, task: &Task<'_>) {
+        self.error = task.free * self.scale as f32;
+        self.heap.clear();
+        let before = self.left;
         loop {
-            let over = self.left.saturating_sub(task.triangles);
-            self.order.clear();
+            let left = self.left;
             for v in 0..self.at.len() as u32 {
-                if self.head[v as usize] == NONE || self.locked[v as usize] {
-                    continue;
-                }
-                if std::mem::take(&mut self.dirty[v as usize]) {
+                if self.head[v as usize] != NONE && !self.locked[v as usize] {
                     self.keys[v as usize] = self.least(v);
-                }
-                let key = self.keys[v as usize];
-                if key <= limit {
-                    self.order.push((key.to_bits(), v));
+                    self.wait(v);
                 }
             }
-            if self.order.is_empty() {
+            if self.run_queue(before, task) || (left - self.left) * SWEEP <= left {
                 break;
-            }
-            self.order.sort_unstable();
-            let key = |i: usize| f32::from_bits(self.order[i].0);
-            let mut cut = if over > 0 {
-                let wanted = if task.triangles == 0 {
-                    (last * 2.0).max(limit / self.knobs[3])
-                } else {
-                    key((over / 2).min(self.order.len() - 1)) * self.knobs[2]
-                };
-                wanted.max(free).max(last).max(key(0))
-            } else {
-                free
-            };
-            cut = cut.min(limit);
-            if key(0) > cut {
-                break;
-            }
-            last = cut;
-            let before = self.left;
-            let order = std::mem::take(&mut self.order);
-            for &(key, v) in &order {
-                if f32::from_bits(key) > cut || (self.left <= task.triangles && cut > free) {
-                    break;
-                }
-                self.try_collapse(v, cut, (cut * self.knobs[0]).min(limit), task);
-            }
-            self.order = order;
-            if self.left <= task.triangles && cut > free {
-                break;
-            }
-            self.stats[3] += 1;
-            if self.left == before && cut >= limit {
-                break;
-            }
-            if self.left == before {
-                last *= 1.2;
             }
         }
+    }
+
+    /// Returns whether the target is reached.
+    fn run_queue(&mut self, before: usize, task: &Task<'_>) -> bool {
+        let limit = task.limit * self.scale as f32;
+        while let Some(Reverse((bits, v))) = self.heap.pop() {
+            let key = f32::from_bits(bits);
+            if self.keys[v as usize].to_bits() != bits || self.head[v as usize] == NONE {
+                continue;
+            }
+            if key * EXPECTED > limit {
+                self.heap.clear();
+                return false;
+            }
+            let is_enough = self.left <= task.triangles || self.is_worth_no_more(before, key, task);
+            if key > self.error && is_enough {
+                return true;
+            }
+            let most = (key * EXPECTED).max(self.error).min(limit);
+            self.try_collapse(v, key, most, task);
+        }
+        false
+    }
+
+    /// Puts a place into the queue, if it can be collapsed at all.
+    fn wait(&mut self, v: u32) {
+        let key = self.keys[v as usize];
+        if key < f32::INFINITY {
+            self.heap.push(Reverse((key.to_bits(), v)));
+        } else {
+            self.blocked[v as usize] = true;
+        }
+    }
+
+    /// Whether even the target, reached with no larger an error than the next collapse's, would be
+    /// worth less than what is there: the share of triangles that goes, over all octaves of distance
+    /// from which the rest is drawn.
+    fn is_worth_no_more(&self, before: usize, key: f32, task: &Task<'_>) -> bool {
+        let gone = |left: usize| (before - left) as f64 / before as f64;
+        // In units of half the size.
+        let octaves = |error: f32| (-math::log2(f64::from(error))).max(1e-3);
+        task.limit == f32::INFINITY
+            && self.error > 0.0
+            && gone(self.left) > WORTH
+            && gone(task.triangles) * octaves(key) < gone(self.left) * octaves(self.error)
     }
 
     /// The least key of a place: what the best collapse is thought to cost.
@@ -288,12 +327,8 @@ impl Collapser {
     }
 
     /// Collapses a place onto its best neighbour if that keeps within a limit; else notes what it
-    /// would take.
-    fn try_collapse(&mut self, v: u32, cut: f32, most: f32, task: &Task<'_>) {
-        self.stats[0] += 1;
-        if self.head[v as usize] == NONE {
-            return;
-        }
+    /// would take, and lets it wait.
+    fn try_collapse(&mut self, v: u32, key: f32, most: f32, task: &Task<'_>) {
         let mut ring = std::mem::take(&mut self.ring);
         ring.gather(v, &self.head, &self.next, &self.triangles, &self.place);
         let mut all = [(0u32, 0u32); 24];
@@ -307,28 +342,44 @@ impl Collapser {
         });
         let all = &mut all[..count];
         all.sort_unstable();
-        let mut key = f32::INFINITY;
+        let most = match task.shares {
+            [] => most,
+            shares => {
+                let around = ring.around.iter().map(|n| shares[n.place as usize]);
+                most.min(task.limit * self.scale as f32 * around.fold(shares[v as usize], f32::min))
+            }
+        };
+        let mut next = f32::INFINITY;
+        let (mut done, mut is_blocked) = (false, false);
         for &mut (cost, to) in all {
             let cost = f32::from_bits(cost);
-            if cost > cut {
-                key = key.min(cost);
+            if cost > key.max(most) {
+                next = next.min(cost);
                 break;
             }
             if !self.is_sound(&ring, v, to) {
+                is_blocked = true;
                 continue;
             }
-            let distance = self.measure(&ring, to, most);
-            self.stats[1] += 1;
-            if distance <= most && !self.strays(&ring, to, most, task) {
-                self.collapse(&ring, v, to);
-                self.stats[2] += 1;
+            let mut distance = self.back(&ring, to, most, task);
+            if distance <= most {
+                distance = distance.max(self.measure(&ring, to, most));
+            }
+            if distance <= most {
+                self.error = self.error.max(distance);
                 self.estimate = self.estimate.max(cost);
-                key = 0.0;
+                self.collapse(&ring, v, to, key);
+                done = true;
                 break;
             }
-            key = key.min(distance.max(most * 1.25) / self.knobs[0]);
+            next = next.min(distance / EXPECTED);
         }
-        self.keys[v as usize] = key;
+        if !done {
+            // Never the same again, however it is rounded.
+            self.keys[v as usize] = next.max(key.next_up());
+            self.blocked[v as usize] = is_blocked;
+            self.wait(v);
+        }
         self.ring = ring;
     }
 
@@ -349,19 +400,21 @@ impl Collapser {
             let before = side.cross(from - a);
             let after = side.cross(target - a);
             let squares = before.length_squared() * after.length_squared();
-            if before.length_squared() > 0.0 && before.dot(after) <= 0.25 * squares.sqrt() {
+            if before.length_squared() > 0.0 && before.dot(after) <= LEAST_TURN * squares.sqrt() {
                 return false;
             }
         }
-        self.target_ring.gather(to, &self.head, &self.next, &self.triangles, &self.place);
         // No triangle twice the same way.
-        for corner in &ring.corners {
-            if corner.next == to || corner.prev == to {
-                continue;
-            }
-            let is_there = |c: &ring::Corner| c.next == corner.next && c.prev == corner.prev;
-            if self.target_ring.corners.iter().any(is_there) {
-                return false;
+        let mut c = self.head[to as usize];
+        while c != NONE {
+            let (t, k) = (self.triangles[c as usize / 3], c as usize % 3);
+            c = self.next[c as usize];
+            if t[0] != NONE {
+                let next = self.place[t[(k + 1) % 3] as usize];
+                let prev = self.place[t[(k + 2) % 3] as usize];
+                if ring.corners.iter().any(|c| c.next == next && c.prev == prev) {
+                    return false;
+                }
             }
         }
         true
@@ -403,27 +456,48 @@ impl Collapser {
         largest.sqrt()
     }
 
-    /// Whether new triangles leave the original by more than a limit.
-    fn strays(&self, ring: &Ring, to: u32, limit: f32, task: &Task<'_>) -> bool {
-        let Some(original) = task.original else { return false };
-        if self.knobs[1] < 1.0 {
-            return false;
-        }
-        let limit = (f64::from(limit) / self.scale) as f32;
+    /// How far new triangles leave the original, where that is more than the error so far; more than
+    /// `most` where it is known to be so. Only points that leave the triangles before by a share of
+    /// `most` are looked at.
+    fn back(&mut self, ring: &Ring, to: u32, most: f32, task: &Task<'_>) -> f32 {
+        let Some(original) = task.original else { return 0.0 };
         let at = |v: u32| self.at[v as usize];
-        let is_far = |p: Vec3| {
+        let own = at(ring.place);
+        self.fan.clear();
+        ring.corners.iter().for_each(|c| self.fan.push([own, at(c.next), at(c.prev)]));
+        let [known, limit] = [self.error, most].map(|far| (f64::from(far) / self.scale) as f32);
+        let is_strict = task.limit < f32::INFINITY;
+        let skipped = if is_strict { 0.0 } else { (most * NEAR).powi(2) };
+        let mut far = 0.0_f32;
+        let mut is_far = |p: Vec3| {
+            if self.fan.nearest(p).0 <= skipped {
+                return false;
+            }
             let p = (p.as_dvec3() / self.scale + self.centre).as_vec3().to_array();
-            original.within(p, limit).is_none()
+            if original.within(p, known).is_none() {
+                // Beyond the limit it need not be known.
+                far = far.max(match original.nearest(p, limit) {
+                    Some((distance, _)) => (f64::from(distance) * self.scale) as f32,
+                    None => most * BEYOND,
+                });
+            }
+            far > most
         };
-        ring.corners.iter().filter(|c| c.next != to && c.prev != to).any(|c| {
+        for c in ring.corners.iter().filter(|c| c.next != to && c.prev != to) {
             let (own, a, b) = (at(to), at(c.next), at(c.prev));
-            (self.knobs[1] != 2.0 && is_far((own + a + b) / 3.0))
-                || (self.knobs[1] >= 3.0 || !ring.is_plain(c.next)) && is_far((own + a) * 0.5)
+            // The middle of each new edge once, but for those along a border or a seam.
+            if is_far((own + a) * 0.5)
                 || !ring.is_plain(c.prev) && is_far((own + b) * 0.5)
-        })
+                || is_far((own + a + b) / 3.0)
+                || is_strict && INNER.iter().any(|w| is_far(own * w[0] + a * w[1] + b * w[2]))
+            {
+                break;
+            }
+        }
+        far
     }
 
-    fn collapse(&mut self, ring: &Ring, v: u32, to: u32) {
+    fn collapse(&mut self, ring: &Ring, v: u32, to: u32, key: f32) {
         // Points first, while each triangle still has its own; in the order of `found`.
         let found = std::mem::take(&mut self.found);
         let mut all = Vec::new();
@@ -456,10 +530,13 @@ impl Collapser {
         self.head[v as usize] = NONE;
         let q = self.quadrics[v as usize];
         self.quadrics[to as usize].add(&q);
-        self.dirty[to as usize] = true;
-        self.target_ring.gather(to, &self.head, &self.next, &self.triangles, &self.place);
-        for near in &self.target_ring.around {
-            self.dirty[near.place as usize] = true;
+        for n in 0..=ring.around.len() {
+            let v = ring.around.get(n).map_or(to, |near| near.place);
+            // What was refused may be possible now.
+            if !self.locked[v as usize] && std::mem::take(&mut self.blocked[v as usize]) {
+                self.keys[v as usize] = key;
+                self.wait(v);
+            }
         }
     }
 }

@@ -29,9 +29,10 @@ pub(super) struct Near {
 }
 
 impl Near {
-    /// Whether the edge lies within a smooth surface, without a seam.
+    /// Whether the edge has as many triangles on either side, and is no seam. More than one on each
+    /// are surfaces that touch there: whatever is done to them closes again.
     pub(super) fn is_plain(&self) -> bool {
-        self.count == [1, 1] && self.wedges[0] == self.wedges[1]
+        self.count[0] == self.count[1] && !self.mixed && self.wedges[0] == self.wedges[1]
     }
 
     pub(super) fn is_border(&self) -> bool {

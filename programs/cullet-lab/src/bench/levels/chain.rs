@@ -1,13 +1,14 @@
 //! Triangles within a bound, beside a plain chain whose levels are measured as well.
 
 use cullet::MeshData;
-use cullet_bake::levels::simplifier::{Target, simplify};
-use cullet_bake::levels::{LevelsError, WithinOptions, simplify_within};
+use cullet_bake::levels::{WithinOptions, simplify_within};
 use cullet_draw::surface::Deviation;
 use cullet_draw::surface::deviation;
 use serde::Serialize;
 
+use super::Stop;
 use super::models::Whole;
+use super::plain::simplify;
 
 /// Bounds, in bounding radii.
 pub(super) const BOUNDS: [f64; 3] = [0.001, 0.003, 0.01];
@@ -34,7 +35,7 @@ impl ChainRow {
 }
 
 /// A row for each bound; `points` are measured each way.
-pub(super) fn compare(whole: &Whole, points: u32) -> Result<Vec<ChainRow>, LevelsError> {
+pub(super) fn compare(whole: &Whole, points: u32) -> Result<Vec<ChainRow>, Stop> {
     let mesh = whole.to_data();
     let bounds = BOUNDS.map(|b| (b * whole.radius) as f32);
     let plain = plain(&mesh, &bounds, points)?;
@@ -59,17 +60,16 @@ fn measured(mesh: &MeshData, indices: &[u32], points: u32) -> Deviation {
 
 /// The fewest triangles of a plain chain, each level 0.8 times the one before and simplified from
 /// the original without a limit to the error, that deviate by no more than each bound, as measured.
-fn plain(mesh: &MeshData, bounds: &[f32], points: u32) -> Result<Vec<usize>, LevelsError> {
+fn plain(mesh: &MeshData, bounds: &[f32], points: u32) -> Result<Vec<usize>, meshopt::Error> {
     let mut fewest = vec![mesh.indices.len() / 3; bounds.len()];
     let mut triangles = mesh.indices.len() / 3;
     while triangles > 50 {
         triangles = triangles * 4 / 5;
-        let target = Target { triangles, ..Target::default() };
-        let level = simplify(&mesh.positions, &mesh.indices, &[], None, target)?;
-        let far = measured(mesh, &level.indices, points).max;
+        let level = simplify(&mesh.positions, &mesh.indices, triangles)?;
+        let far = measured(mesh, &level, points).max;
         for (bound, fewest) in bounds.iter().zip(&mut fewest) {
             if far <= *bound {
-                *fewest = (*fewest).min(level.indices.len() / 3);
+                *fewest = (*fewest).min(level.len() / 3);
             }
         }
         // Coarser ones are no nearer.

@@ -7,8 +7,6 @@
 //! surface comes near the second.
 
 use cullet::lod::PixelScale;
-use cullet_bake::levels::LevelsError;
-use cullet_bake::levels::simplifier::{Target, simplify};
 use cullet_draw::surface::SurfacePoint;
 use cullet_draw::surface::SurfaceTree;
 use cullet_draw::surface::surface_points;
@@ -16,6 +14,7 @@ use serde::Serialize;
 
 use super::kept::{EYES, RADII};
 use super::models::{Whole, apart, directions};
+use super::plain::simplify;
 
 /// Each level has so many of the triangles of the one before.
 const STEP: f64 = 0.7;
@@ -61,7 +60,7 @@ impl<'a> Ideal<'a> {
     pub(super) fn new(
         whole: &'a Whole,
         mut go_on: impl FnMut() -> bool,
-    ) -> Result<Self, LevelsError> {
+    ) -> Result<Self, meshopt::Error> {
         const SEED: u64 = 0x0069_6465_616c;
         let (positions, indices) = (&whole.positions, &whole.indices);
         let mut sampled = surface_points(positions, indices, whole.triangles() * POINTS, SEED);
@@ -79,8 +78,7 @@ impl<'a> Ideal<'a> {
         let mut triangles = whole.triangles();
         while triangles > LEAST && go_on() {
             triangles = (triangles as f64 * STEP) as usize;
-            let target = Target { triangles, ..Target::default() };
-            let coarse = simplify(positions, indices, &[], None, target)?.indices;
+            let coarse = simplify(positions, indices, triangles)?;
             let count = coarse.len() / 3;
             let tree = SurfaceTree::new(positions, &coarse);
             let mut level = Level::new(count, made.points.len());

@@ -6,6 +6,7 @@ mod ideal;
 mod kept;
 mod models;
 mod peer;
+mod plain;
 mod steady;
 
 use std::time::Instant;
@@ -116,6 +117,12 @@ enum Stop {
     Peer(meshopt::Error),
 }
 
+impl From<meshopt::Error> for Stop {
+    fn from(why: meshopt::Error) -> Self {
+        Self::Peer(why)
+    }
+}
+
 impl From<LevelsError> for Stop {
     fn from(why: LevelsError) -> Self {
         Self::Levels(why)
@@ -138,7 +145,7 @@ fn measure(whole: &Whole, args: &LodBenchArgs, console: &Console) -> Result<OfMo
     go_on()?;
     let options = HierarchyOptions { errors: ErrorSource::Returned, ..HierarchyOptions::default() };
     let returned = Ours::new(build_hierarchy(&data, None, &options)?)?;
-    let peer = PeerLevels::new(whole).map_err(Stop::Peer)?;
+    let peer = PeerLevels::new(whole)?;
     let original = kept::Original::new(whole);
     let mut cuts = Vec::new();
     let mut add = |cut: Cuts| {
