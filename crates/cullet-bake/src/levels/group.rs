@@ -124,11 +124,11 @@ impl Vertices {
         all
     }
 
-    /// Points that the triangles stand for: of original ones some at random, and each place once.
+    /// Points that the triangles stand for: of original ones some at random. Their places come to them
+    /// when they are collapsed.
     fn carried(&self, level: &Level<'_>, members: &[Pending]) -> Points {
         let is_measured = level.options.errors == ErrorSource::Measured;
         let count = if is_measured { level.options.points } else { 0 };
-        let mut seen = vec![!is_measured; self.positions.len()];
         let mut points = Points::default();
         let mut triangles = self.indices.as_chunks::<3>().0.iter();
         for member in members {
@@ -140,12 +140,8 @@ impl Vertices {
                 }
                 Carried::Original(first) => {
                     for (t, corners) in (*first..).zip(own) {
-                        let new = corners.iter().filter(|&&v| {
-                            !std::mem::replace(&mut seen[self.place[v as usize] as usize], true)
-                        });
                         let places = corners.map(|v| self.positions[v as usize]);
-                        let inner = inner_points(places, level.seed, t, count);
-                        points.add_original(new.map(|&v| self.positions[v as usize]).chain(inner));
+                        points.add_original(inner_points(places, level.seed, t, count));
                     }
                 }
             }
@@ -185,7 +181,7 @@ pub(super) fn make(
         return Made::default();
     }
     let cut = cut_into_clusters(&all.positions, &made.indices, cluster_size(options));
-    let mut error = if measured { floor } else { floor.max(made.estimate) };
+    let mut error = if measured { made.error } else { floor.max(made.estimate) };
     let mut clusters = Vec::with_capacity(cut.counts.len());
     let mut order = cut.order.iter();
     for &count in &cut.counts {
@@ -195,9 +191,7 @@ pub(super) fn make(
             let corners = &made.indices[t as usize * 3..][..3];
             indices.extend(corners.iter().map(|&v| all.of_part[v as usize]));
             let points = scratch.collapser.points_of(made.from[t as usize]);
-            let points = points.map(|(p, far)| (carried.points[p as usize], far));
-            let farthest = own.add(points, most_carried(level.depth));
-            error = error.max(farthest);
+            own.add(points, most_carried(level.depth));
         }
         clusters.push((indices, own));
     }

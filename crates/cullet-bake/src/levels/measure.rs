@@ -44,18 +44,17 @@ impl Points {
     }
 
     /// Adds a triangle with its points, of which the farthest and some others are kept where there
-    /// are more than `most`; returns the largest distance of all.
+    /// are more than `most`.
     pub(super) fn add(
         &mut self,
         points: impl Iterator<Item = ([f32; 3], f32)>,
         most: usize,
-    ) -> f32 {
+    ) {
         let first = self.points.len();
         for (point, distance) in points {
             self.points.push(point);
             self.distances.push(distance);
         }
-        let farthest = self.distances[first..].iter().fold(0.0, |far: f32, d| far.max(*d));
         let count = self.points.len() - first;
         if count > most {
             let (points, distances) = (&mut self.points[first..], &mut self.distances[first..]);
@@ -76,7 +75,6 @@ impl Points {
             self.distances.truncate(first + most);
         }
         self.counts.push((self.points.len() - first) as u32);
-        farthest
     }
 }
 
@@ -96,7 +94,7 @@ pub(super) struct Back<'a> {
 
 /// A triangle with a point that is farther off than this share of the error so far is looked at
 /// more closely.
-const WARM: f32 = 0.7;
+const WARM: f32 = 0.6;
 
 /// How far it is looked towards other points of the triangle, first far, then near.
 const STEPS: [f32; 10] = [0.6, 0.5, 0.4, 0.4, 0.3, 0.3, 0.2, 0.2, 0.1, 0.1];

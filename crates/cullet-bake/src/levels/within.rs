@@ -1,5 +1,5 @@
-//! The fewest triangles within a bound that is measured: simplify, lock what is too far, and
-//! repeat.
+//! The fewest triangles within a bound that is measured: simplify, allow less where it was too far,
+//! and repeat.
 
 use cullet::MeshData;
 use cullet::mesh::Part;
@@ -19,7 +19,7 @@ pub struct WithinOptions<'a> {
     /// be kept (normals, texture coordinates); empty for equal positions. Vertices at one position
     /// that are not the same are a seam: it is kept, and simplified along itself.
     pub same: &'a [u32],
-    /// How often what is too far is allowed less and all simplified again, for each share. Default 8.
+    /// How often what is too far is allowed less and all simplified again, for each share. Default 5.
     pub rounds: u32,
     /// The shares of the bound that the simplifier is given in turn, until one is found to be within
     /// the bound: it measures at fewer points than who looks at the result. Default 0.95 and 0.8.
@@ -28,7 +28,7 @@ pub struct WithinOptions<'a> {
 
 impl Default for WithinOptions<'_> {
     fn default() -> Self {
-        Self { same: &[], rounds: 8, shares: &[0.95, 0.8] }
+        Self { same: &[], rounds: 5, shares: &[0.95, 0.8] }
     }
 }
 
@@ -147,7 +147,8 @@ impl Original {
         None
     }
 
-    /// Simplifies towards a share of the bound, with less and less of it where that is not enough, until all is within.
+    /// Simplifies towards a share of the bound, with less and less of it where that was too much,
+    /// until all is within.
     fn locked_within(
         &self,
         from: &Carrying,
@@ -183,7 +184,7 @@ impl Original {
                     for &t in &made.from {
                         let before = carrying.points.len();
                         for (point, distance) in collapser.points_of(t) {
-                            carrying.points.push(from.points[point as usize]);
+                            carrying.points.push(point);
                             carrying.distances.push(distance);
                         }
                         carrying.counts.push((carrying.points.len() - before) as u32);
@@ -200,20 +201,9 @@ impl Original {
         Outcome::NotWithin
     }
 
-    /// The original with its points: corners are with the first triangle there.
+    /// The original with its points.
     pub(super) fn carrying(&self) -> Carrying {
-        let mut all: Vec<SurfacePoint> =
-            Vec::with_capacity(self.points.len() + self.positions.len());
-        let mut seen = vec![false; self.positions.len()];
-        for (t, corners) in (0..).zip(self.indices.as_chunks::<3>().0) {
-            for &v in corners {
-                let p = self.place[v as usize] as usize;
-                if !std::mem::replace(&mut seen[p], true) {
-                    all.push(SurfacePoint { point: self.positions[p], triangle: t });
-                }
-            }
-        }
-        all.extend(&self.points);
+        let mut all = self.points.clone();
         all.sort_by_key(|p| p.triangle);
         let mut counts = vec![0; self.triangle_count()];
         all.iter().for_each(|p| counts[p.triangle as usize] += 1);

@@ -1,5 +1,6 @@
 //! Collapses edges while the deviation that it measures stays within a limit.
 
+mod checks;
 mod near;
 mod quadric;
 mod ring;
@@ -54,28 +55,12 @@ const SWEEP: usize = 64;
 /// The share of triangles that goes in any case.
 const WORTH: f64 = 0.2;
 
-/// Cosine of the largest angle by which a triangle may turn.
-const LEAST_TURN: f32 = 0.25;
-
-/// What counts for a distance beyond a limit that is not known.
-const BEYOND: f32 = 1.25;
-
-/// New places that leave the triangles before by less than this share of the limit are not measured.
-const NEAR: f32 = 0.5;
-
-/// Points within a triangle, as weights of its corners.
-const INNER: [[f32; 3]; 5] = [
-    [0.7, 0.15, 0.15],
-    [0.15, 0.7, 0.15],
-    [0.15, 0.15, 0.7],
-    [0.45, 0.45, 0.1],
-    [0.45, 0.1, 0.45],
-];
-
 /// A point of the original.
 #[derive(Clone, Copy, Debug)]
 struct Point {
     at: Vec3,
+    /// Where it is in the input.
+    given: [f32; 3],
     distance: f32,
     next: u32,
 }
@@ -102,6 +87,7 @@ pub(crate) struct Collapser {
     fan: Fan,
     of_fan: Vec<u32>,
     found: Vec<(u32, f32)>,
+    own: (u32, f32),
     centre: DVec3,
     scale: f64,
     left: usize,
@@ -136,15 +122,14 @@ impl Collapser {
         out
     }
 
-    /// Points of a triangle of the input that is still there: their numbers in the input, and how far
-    /// they are off.
-    pub(crate) fn points_of(&self, t: u32) -> impl Iterator<Item = (u32, f32)> {
+    /// Points of a triangle of the input that is still there, and how far they are off: those that were
+    /// given, and the places that were collapsed.
+    pub(crate) fn points_of(&self, t: u32) -> impl Iterator<Item = ([f32; 3], f32)> {
         let mut next = self.first_point[t as usize];
         std::iter::from_fn(move || {
-            let own = next;
-            let point = self.points.get(own as usize)?;
+            let point = self.points.get(next as usize)?;
             next = point.next;
-            Some((own, (f64::from(point.distance) / self.scale) as f32))
+            Some((point.given, (f64::from(point.distance) / self.scale) as f32))
         })
     }
 
@@ -188,7 +173,8 @@ impl Collapser {
             for i in at..end {
                 let next = if i + 1 < end { i as u32 + 1 } else { NONE };
                 let distance = (f64::from(task.distances[i]) * scale) as f32;
-                self.points.push(Point { at: bring(&task.points[i]), distance, next });
+                let given = task.points[i];
+                self.points.push(Point { at: bring(&given), given, distance, next });
             }
             at = end;
         }
@@ -349,6 +335,7 @@ impl Collapser {
                 most.min(task.limit * self.scale as f32 * around.fold(shares[v as usize], f32::min))
             }
         };
+        let is_measured = task.original.is_some();
         let mut next = f32::INFINITY;
         let (mut done, mut is_blocked) = (false, false);
         for &mut (cost, to) in all {
@@ -363,141 +350,29 @@ impl Collapser {
             }
             let mut distance = self.back(&ring, to, most, task);
             if distance <= most {
-                distance = distance.max(self.measure(&ring, to, most));
+                let measured = self.measure(&ring, to, if is_measured { most } else { f32::MAX });
+                distance = if is_measured { distance.max(measured) } else { 0.0 };
             }
             if distance <= most {
                 self.error = self.error.max(distance);
                 self.estimate = self.estimate.max(cost);
-                self.collapse(&ring, v, to, key);
+                self.collapse(&ring, v, to, key, task);
                 done = true;
                 break;
             }
             next = next.min(distance / EXPECTED);
         }
         if !done {
-            // Never the same again, however it is rounded.
-            self.keys[v as usize] = next.max(key.next_up());
+            // What may use less than others waits for its neighbours to change.
+            self.keys[v as usize] = if next > key { next } else { f32::INFINITY };
             self.blocked[v as usize] = is_blocked;
             self.wait(v);
         }
         self.ring = ring;
     }
 
-    /// Whether a collapse folds nothing over and makes no triangle twice.
-    fn is_sound(&mut self, ring: &Ring, v: u32, to: u32) -> bool {
-        let Some(_) = ring.wedges(to) else { return false };
-        let target = self.at[to as usize];
-        let from = self.at[v as usize];
-        for corner in &ring.corners {
-            if corner.next == to || corner.prev == to {
-                continue;
-            }
-            if !ring.maps(to, corner.wedge) {
-                return false;
-            }
-            let (a, b) = (self.at[corner.next as usize], self.at[corner.prev as usize]);
-            let side = b - a;
-            let before = side.cross(from - a);
-            let after = side.cross(target - a);
-            let squares = before.length_squared() * after.length_squared();
-            if before.length_squared() > 0.0 && before.dot(after) <= LEAST_TURN * squares.sqrt() {
-                return false;
-            }
-        }
-        // No triangle twice the same way.
-        let mut c = self.head[to as usize];
-        while c != NONE {
-            let (t, k) = (self.triangles[c as usize / 3], c as usize % 3);
-            c = self.next[c as usize];
-            if t[0] != NONE {
-                let next = self.place[t[(k + 1) % 3] as usize];
-                let prev = self.place[t[(k + 2) % 3] as usize];
-                if ring.corners.iter().any(|c| c.next == next && c.prev == prev) {
-                    return false;
-                }
-            }
-        }
-        true
-    }
-
-    /// How far the points of the ring would be off; more than `limit` where that is known to be so.
-    fn measure(&mut self, ring: &Ring, to: u32, limit: f32) -> f32 {
-        self.fan.clear();
-        self.of_fan.clear();
-        self.found.clear();
-        for corner in &ring.corners {
-            if corner.next != to && corner.prev != to {
-                let three = [to, corner.next, corner.prev].map(|v| self.at[v as usize]);
-                self.fan.push(three);
-                self.of_fan.push(corner.triangle);
-            }
-        }
-        if self.of_fan.is_empty() {
-            return f32::INFINITY;
-        }
-        let most = limit * limit;
-        let own = self.fan.nearest(self.at[ring.place as usize]).0;
-        if own > most {
-            return own.sqrt();
-        }
-        let mut largest = 0.0_f32;
-        for corner in &ring.corners {
-            let mut next = self.first_point[corner.triangle as usize];
-            while let Some(point) = self.points.get(next as usize) {
-                let (squared, number) = self.fan.nearest(point.at);
-                if squared > most {
-                    return squared.sqrt();
-                }
-                largest = largest.max(squared);
-                self.found.push((number, squared.sqrt()));
-                next = point.next;
-            }
-        }
-        largest.sqrt()
-    }
-
-    /// How far new triangles leave the original, where that is more than the error so far; more than
-    /// `most` where it is known to be so. Only points that leave the triangles before by a share of
-    /// `most` are looked at.
-    fn back(&mut self, ring: &Ring, to: u32, most: f32, task: &Task<'_>) -> f32 {
-        let Some(original) = task.original else { return 0.0 };
-        let at = |v: u32| self.at[v as usize];
-        let own = at(ring.place);
-        self.fan.clear();
-        ring.corners.iter().for_each(|c| self.fan.push([own, at(c.next), at(c.prev)]));
-        let [known, limit] = [self.error, most].map(|far| (f64::from(far) / self.scale) as f32);
-        let is_strict = task.limit < f32::INFINITY;
-        let skipped = if is_strict { 0.0 } else { (most * NEAR).powi(2) };
-        let mut far = 0.0_f32;
-        let mut is_far = |p: Vec3| {
-            if self.fan.nearest(p).0 <= skipped {
-                return false;
-            }
-            let p = (p.as_dvec3() / self.scale + self.centre).as_vec3().to_array();
-            if original.within(p, known).is_none() {
-                // Beyond the limit it need not be known.
-                far = far.max(match original.nearest(p, limit) {
-                    Some((distance, _)) => (f64::from(distance) * self.scale) as f32,
-                    None => most * BEYOND,
-                });
-            }
-            far > most
-        };
-        for c in ring.corners.iter().filter(|c| c.next != to && c.prev != to) {
-            let (own, a, b) = (at(to), at(c.next), at(c.prev));
-            // The middle of each new edge once, but for those along a border or a seam.
-            if is_far((own + a) * 0.5)
-                || !ring.is_plain(c.prev) && is_far((own + b) * 0.5)
-                || is_far((own + a + b) / 3.0)
-                || is_strict && INNER.iter().any(|w| is_far(own * w[0] + a * w[1] + b * w[2]))
-            {
-                break;
-            }
-        }
-        far
-    }
-
-    fn collapse(&mut self, ring: &Ring, v: u32, to: u32, key: f32) {
+    /// Collapses a place onto another, as it was measured last.
+    fn collapse(&mut self, ring: &Ring, v: u32, to: u32, key: f32, task: &Task<'_>) {
         // Points first, while each triangle still has its own; in the order of `found`.
         let found = std::mem::take(&mut self.found);
         let mut all = Vec::new();
@@ -516,6 +391,15 @@ impl Collapser {
             own.next = std::mem::replace(first, point);
         }
         self.found = found;
+        // The place itself goes on as a point, if it is none yet.
+        let at = self.at[v as usize];
+        if all.iter().all(|&p| self.points[p as usize].at != at) {
+            let (number, distance) = self.own;
+            let first = &mut self.first_point[self.of_fan[number as usize] as usize];
+            let next = std::mem::replace(first, self.points.len() as u32);
+            let given = task.positions[v as usize];
+            self.points.push(Point { at, given, distance, next });
+        }
         for corner in &ring.corners {
             let t = corner.triangle as usize;
             if corner.next == to || corner.prev == to {

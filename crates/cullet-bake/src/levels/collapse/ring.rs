@@ -125,17 +125,20 @@ impl Ring {
         self.to(to).is_none_or(Near::is_plain)
     }
 
-    /// The vertices that those of this place become at another.
-    pub(super) fn wedges(&self, to: u32) -> Option<[[u32; 2]; 2]> {
-        let near = self.to(to)?;
-        let [a, b] = near.wedges;
-        (!near.mixed && (a[0] != b[0] || a[1] == b[1])).then_some(near.wedges)
+    /// Whether no vertex of this place would become two at another.
+    pub(super) fn is_clear(&self, to: u32) -> bool {
+        self.to(to).is_some_and(|near| {
+            let [a, b] = near.wedges;
+            !near.mixed && (a[0] != b[0] || a[1] == b[1])
+        })
     }
 
+    /// Whether a vertex of this place becomes one at another.
     pub(super) fn maps(&self, to: u32, wedge: u32) -> bool {
         self.to(to).is_some_and(|n| n.wedges.iter().any(|w| w[0] == wedge))
     }
 
+    /// The vertex that one of this place becomes at another.
     pub(super) fn mapped(&self, to: u32, wedge: u32) -> u32 {
         let near = self.to(to).and_then(|n| n.wedges.iter().find(|w| w[0] == wedge));
         near.map_or(NONE, |w| w[1])
