@@ -82,8 +82,10 @@ impl Collapser {
         }
         let most = limit * limit;
         let (own, number) = self.fan.nearest(self.at[ring.place as usize]);
+        // Never the limit itself, as a root may be rounded to: the rest was not measured.
+        let beyond = |squared: f32| squared.sqrt().max(limit.next_up());
         if own > most {
-            return own.sqrt();
+            return beyond(own);
         }
         self.own = (number, own.sqrt());
         let mut largest = own;
@@ -92,7 +94,7 @@ impl Collapser {
             while let Some(point) = self.points.get(next as usize) {
                 let (squared, number) = self.fan.nearest(point.at);
                 if squared > most {
-                    return squared.sqrt();
+                    return beyond(squared);
                 }
                 largest = largest.max(squared);
                 self.found.push((number, squared.sqrt()));

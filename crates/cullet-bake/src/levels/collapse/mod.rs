@@ -164,6 +164,14 @@ impl Collapser {
             self.next[c] = self.head[p];
             self.head[p] = c as u32;
         }
+        // A triangle with two corners in one place, as meshes that deform may have, is no side of an
+        // edge there.
+        for t in &self.triangles {
+            let [a, b, c] = t.map(|v| self.place[v as usize]);
+            for p in [(a, b), (b, c), (c, a)].into_iter().filter(|p| p.0 == p.1) {
+                self.locked[p.0 as usize] = true;
+            }
+        }
         self.points.clear();
         self.first_point.clear();
         let mut at = 0;
@@ -351,7 +359,8 @@ impl Collapser {
             let mut distance = self.back(&ring, to, most, task);
             if distance <= most {
                 let measured = self.measure(&ring, to, if is_measured { most } else { f32::MAX });
-                distance = if is_measured { distance.max(measured) } else { 0.0 };
+                let is_nothing = measured == f32::INFINITY;
+                distance = if is_measured || is_nothing { distance.max(measured) } else { 0.0 };
             }
             if distance <= most {
                 self.error = self.error.max(distance);
