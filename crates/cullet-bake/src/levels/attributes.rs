@@ -69,4 +69,3 @@ pub(super) fn check_attributes(
 fn same(what: &'static str, count: usize, expected: usize) -> Result<(), LevelsError> {
     if count == expected { Ok(()) } else { Err(LevelsError::Length { what, count, expected }) }
 }
-

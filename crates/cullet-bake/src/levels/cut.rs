@@ -30,11 +30,7 @@ struct Item {
 
 /// Cuts triangles into clusters of equal size: halved across the longest side of the box around
 /// their middles, until each part is within the limits. Within a cluster they keep their order.
-pub(super) fn cut_into_clusters(
-    positions: &[[f32; 3]],
-    indices: &[u32],
-    size: ClusterSize,
-) -> Cut {
+pub(super) fn cut_into_clusters(positions: &[[f32; 3]], indices: &[u32], size: ClusterSize) -> Cut {
     let middle = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| positions[v as usize]);
         // A third first: a sum of three could overflow.

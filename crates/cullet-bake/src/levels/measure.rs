@@ -45,11 +45,7 @@ impl Points {
 
     /// Adds a triangle with its points, of which the farthest and some others are kept where there
     /// are more than `most`.
-    pub(super) fn add(
-        &mut self,
-        points: impl Iterator<Item = ([f32; 3], f32)>,
-        most: usize,
-    ) {
+    pub(super) fn add(&mut self, points: impl Iterator<Item = ([f32; 3], f32)>, most: usize) {
         let first = self.points.len();
         for (point, distance) in points {
             self.points.push(point);
@@ -60,7 +56,8 @@ impl Points {
             let (points, distances) = (&mut self.points[first..], &mut self.distances[first..]);
             for k in 0..FARTHEST {
                 let rest = distances[k..].iter().enumerate();
-                let best = rest.fold((0, -1.0), |best, (i, d)| if *d > best.1 { (i, *d) } else { best });
+                let best =
+                    rest.fold((0, -1.0), |best, (i, d)| if *d > best.1 { (i, *d) } else { best });
                 points.swap(k, k + best.0);
                 distances.swap(k, k + best.0);
             }
@@ -102,8 +99,7 @@ const STEPS: [f32; 10] = [0.6, 0.5, 0.4, 0.4, 0.3, 0.3, 0.2, 0.2, 0.1, 0.1];
 /// Returns the largest distance of points of the triangles after from the original, where it is
 /// larger than an error that is known. Triangles that were there before were measured then.
 pub(super) fn back(task: &Back<'_>, mut error: f32) -> f32 {
-    let mut kept: Vec<[u32; 3]> =
-        task.before.as_chunks().0.iter().map(|t| turned(*t)).collect();
+    let mut kept: Vec<[u32; 3]> = task.before.as_chunks().0.iter().map(|t| turned(*t)).collect();
     kept.sort_unstable();
     for (t, corners) in (0..).zip(task.after.as_chunks::<3>().0) {
         if kept.binary_search(&turned(*corners)).is_err() {

@@ -18,9 +18,9 @@ mod sphere;
 mod weld;
 mod within;
 
+pub use attributes::{MAX_EXTENT, VertexValues};
 pub(crate) use chain::chain_of;
 pub use chain::{ChainOptions, build_chain};
-pub use attributes::{MAX_EXTENT, VertexValues};
 pub use data::{Group, LevelsData, NO_GROUP};
 pub use error::LevelsError;
 pub use hierarchy::build_hierarchy;

@@ -5,8 +5,8 @@ use std::sync::{Mutex, PoisonError};
 use cullet::MeshData;
 use cullet::mesh::Part;
 
-use super::data::NO_GROUP;
 use super::cut::{cut_into_clusters, partition};
+use super::data::NO_GROUP;
 use super::group::{Level, Made, Pending, Scratch, Surface, cluster_size, make};
 use super::measure::Carried;
 use super::options::{ErrorSource, HierarchyOptions};
@@ -139,11 +139,8 @@ pub(super) fn build_part(
     let measured = options.errors == ErrorSource::Measured;
     let none: &[u32] = &[];
     let original = SurfaceTree::new(&part.positions, if measured { &part.indices } else { none });
-    let surface = Surface {
-        positions: &part.positions,
-        position: &part.position,
-        original: &original,
-    };
+    let surface =
+        Surface { positions: &part.positions, position: &part.position, original: &original };
     let pool = part.originals(&counts);
     let mut run = Run::new(&surface, options, pool, part.shared.clone(), seed);
     while run.gained && run.pool.len() > 1 {

@@ -50,10 +50,8 @@ mod tests {
         let plain = Welded::new(&positions, None);
         assert_eq!(plain.position, [0, 1, 1, 0, 0]);
         assert_eq!(plain.vertex, plain.position);
-        let attributes = VertexValues {
-            values: &[0.0, 7.0, 1.0, 1.0, 1.0, 1.0, 2.0, 7.0, 0.0, 7.0],
-            count: 2,
-        };
+        let attributes =
+            VertexValues { values: &[0.0, 7.0, 1.0, 1.0, 1.0, 1.0, 2.0, 7.0, 0.0, 7.0], count: 2 };
         let apart = Welded::new(&positions, Some(attributes));
         assert_eq!(apart.position, plain.position);
         assert_eq!(apart.vertex, [0, 1, 1, 3, 0]);

@@ -7,7 +7,6 @@ use crate::levels::collapse::{Collapser, Task};
 use crate::levels::tighten;
 use cullet_draw::surface::{SurfaceTree, inner_points, surface_points};
 
-
 /// Shares of the bound that the simplifier is given in turn: it measures at fewer points than who
 /// looks at the result.
 const SHARES: [f32; 3] = [0.95, 0.8, 0.5];

@@ -14,7 +14,7 @@ pub(crate) use record::{DeviationRecord, LadderRecord, LevelsRecord, LevelsSumma
 
 /// Counted up whenever the same mesh and options give other levels: neither the baker, which keeps
 /// what is finished, nor who keeps whole baked files, takes those of before for them.
-pub const LEVELS_VERSION: u32 = 3;
+pub const LEVELS_VERSION: u32 = 4;
 
 /// One a mesh: it holds levels of another, and no instance shows it.
 #[must_use]

@@ -17,13 +17,8 @@ const NEAR: f32 = 0.5;
 const NEARER: f32 = 0.25;
 
 /// Points within a triangle, as weights of its corners.
-const INNER: [[f32; 3]; 5] = [
-    [0.7, 0.15, 0.15],
-    [0.15, 0.7, 0.15],
-    [0.15, 0.15, 0.7],
-    [0.45, 0.45, 0.1],
-    [0.45, 0.1, 0.45],
-];
+const INNER: [[f32; 3]; 5] =
+    [[0.7, 0.15, 0.15], [0.15, 0.7, 0.15], [0.15, 0.15, 0.7], [0.45, 0.45, 0.1], [0.45, 0.1, 0.45]];
 
 impl Collapser {
     /// Whether a collapse folds nothing over and makes no triangle twice.
@@ -113,7 +108,8 @@ impl Collapser {
         let own = at(ring.place);
         self.fan.clear();
         ring.corners.iter().for_each(|c| self.fan.push([own, at(c.next), at(c.prev)]));
-        let [known, limit] = [self.error.min(most), most].map(|far| (f64::from(far) / self.scale) as f32);
+        let [known, limit] =
+            [self.error.min(most), most].map(|far| (f64::from(far) / self.scale) as f32);
         let is_strict = task.limit < f32::INFINITY;
         let skipped = (most * if is_strict { NEARER } else { NEAR }).powi(2);
         let mut far = 0.0_f32;

@@ -143,7 +143,8 @@ impl Collapser {
         self.scale = if half > 0.0 { (-half.log2().ceil()).exp2() } else { 1.0 };
         self.centre = if half >= 0.0 { (low + high) * 0.5 } else { DVec3::ZERO };
         let (centre, scale) = (self.centre, self.scale);
-        let bring = |p: &[f32; 3]| ((DVec3::from_array(p.map(f64::from)) - centre) * scale).as_vec3();
+        let bring =
+            |p: &[f32; 3]| ((DVec3::from_array(p.map(f64::from)) - centre) * scale).as_vec3();
         self.at.clear();
         self.at.extend(task.positions.iter().map(bring));
         self.place.clear();
