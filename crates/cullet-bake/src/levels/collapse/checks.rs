@@ -100,8 +100,8 @@ impl Collapser {
     }
 
     /// How far new triangles leave the original, where that is more than the error so far; more than
-    /// `most` where it is known to be so. Only points that leave the triangles before by a share of
-    /// `most` are looked at.
+    /// `most` where it is known to be so; within a bound only whether it is. Only points that leave
+    /// the triangles before by a share of `most` are looked at.
     pub(super) fn back(&mut self, ring: &Ring, to: u32, most: f32, task: &Task<'_>) -> f32 {
         let Some(original) = task.original else { return 0.0 };
         let at = |v: u32| self.at[v as usize];
@@ -118,7 +118,12 @@ impl Collapser {
                 return false;
             }
             let p = (p.as_dvec3() / self.scale + self.centre).as_vec3().to_array();
-            if original.within(p, known).is_none() {
+            if is_strict {
+                // Who asks for a bound measures the result: whether is enough, how far is not asked.
+                if original.within(p, limit).is_none() {
+                    far = most * BEYOND;
+                }
+            } else if original.within(p, known).is_none() {
                 // Beyond the limit it need not be known.
                 far = far.max(match original.nearest(p, limit) {
                     Some((distance, _)) => (f64::from(distance) * self.scale) as f32,

@@ -357,11 +357,12 @@ impl Collapser {
                 is_blocked = true;
                 continue;
             }
-            let mut distance = self.back(&ring, to, most, task);
+            // The way back last: it searches all of the original.
+            let measured = self.measure(&ring, to, if is_measured { most } else { f32::MAX });
+            let counts = is_measured || measured == f32::INFINITY;
+            let mut distance = if counts { measured } else { 0.0 };
             if distance <= most {
-                let measured = self.measure(&ring, to, if is_measured { most } else { f32::MAX });
-                let is_nothing = measured == f32::INFINITY;
-                distance = if is_measured || is_nothing { distance.max(measured) } else { 0.0 };
+                distance = distance.max(self.back(&ring, to, most, task));
             }
             if distance <= most {
                 self.error = self.error.max(distance);
