@@ -140,7 +140,7 @@ impl Collapser {
             (low, high) = (low.min(p), high.max(p));
         }
         let half = ((high - low) * 0.5).max_element();
-        self.scale = if half > 0.0 { (-half.log2().ceil()).exp2() } else { 1.0 };
+        self.scale = if half > 0.0 { math::exp2(-math::log2(half).ceil()) } else { 1.0 };
         self.centre = if half >= 0.0 { (low + high) * 0.5 } else { DVec3::ZERO };
         let (centre, scale) = (self.centre, self.scale);
         let bring =
