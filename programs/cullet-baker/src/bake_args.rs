@@ -34,9 +34,8 @@ anew: without textures and animations, and what moves stands as it is stored.
 far what is drawn of them is off, as measured. They are drawn by verify, report and picture; other programs
 that load the file leave them out unless they ask for them.
 
-The work is done by a program of its own, cullet-baker, which needs a C++ compiler to be built. It is looked
-for beside this program, then in PATH; a 'cullet' that cargo built in the folder of its source builds it at
-the first call.
+The work is done by a program of its own, cullet-baker. It is looked for beside this program, then in PATH; a
+'cullet' that cargo built in the folder of its source builds it at the first call.
 
 Examples
   cullet bake model.glb -o baked.glb

@@ -22,9 +22,8 @@ triangles, in models of flat shading nearly all; --weld joins them.
 be farther off. A pixel is one of 1080 lines over 60 degrees. Meshes of more than 5,000 triangles are cut from a
 hierarchy of clusters, which meet without cracks; smaller ones are simplified for the nearest of them.
 
-The work is done by a program of its own, cullet-baker, which needs a C++ compiler to be built. It is looked
-for beside this program, then in PATH; a 'cullet' that cargo built in the folder of its source builds it at
-the first call.
+The work is done by a program of its own, cullet-baker. It is looked for beside this program, then in PATH; a
+'cullet' that cargo built in the folder of its source builds it at the first call.
 
 Examples
   cullet simplify model.glb --error 0.001 -o small.glb

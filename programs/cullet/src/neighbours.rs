@@ -21,7 +21,7 @@ pub const BAKER: Peer = Peer {
     name: "cullet-baker",
     what: "the baker",
     example: "simplify city --error 0.001",
-    needs: "a C++ compiler and some minutes",
+    needs: "some minutes",
     has_commands: true,
     build: &["--package", "cullet-baker"],
 };

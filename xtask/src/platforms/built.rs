@@ -45,11 +45,11 @@ pub(super) fn built(target: &Target, file: &str) -> PathBuf {
     folder().join(target.triple).join(PROFILE).join(file)
 }
 
-/// Where programs find libraries: that of seeds, the C library, and those of the compiler of C++.
+/// Where programs find libraries: that of seeds, the C library, and those of the compiler.
 fn wine_path(target: &Target) -> String {
     let mut folders = vec![folder().join("wine"), built(target, "")];
-    for library in ["libstdc++-6.dll", "libgcc_s_seh-1.dll", "libwinpthread-1.dll"] {
-        let found = output("x86_64-w64-mingw32-g++", &[&format!("-print-file-name={library}")]);
+    for library in ["libgcc_s_seh-1.dll", "libwinpthread-1.dll"] {
+        let found = output("x86_64-w64-mingw32-gcc", &[&format!("-print-file-name={library}")]);
         let file = found.map(|file| PathBuf::from(file.trim()));
         folders.extend(file.and_then(|file| Some(file.parent()?.to_owned())));
     }

@@ -8,8 +8,6 @@ pub(super) struct Target {
     /// Words before a program that run it.
     pub(super) runner: &'static [&'static str],
     pub(super) environment: &'static [(&'static str, &'static str)],
-    /// Whether there is a compiler of C++ for it.
-    pub(super) has_cpp: bool,
     /// Whether the scalar level is held against the others.
     pub(super) has_scalar: bool,
     /// The compiler that its C library is tested by, if it is.
@@ -41,7 +39,6 @@ pub(super) const HOST: Target = Target {
     triple: "x86_64-unknown-linux-gnu",
     runner: &["env"],
     environment: &[],
-    has_cpp: true,
     has_scalar: true,
     c_compiler: None,
     c_library: "libcullet.a",
@@ -62,7 +59,6 @@ pub(super) const OTHERS: &[Target] = &[
     Target {
         name: "x86-64 with musl",
         triple: "x86_64-unknown-linux-musl",
-        has_cpp: false,
         has_scalar: false,
         ..HOST
     },
@@ -72,9 +68,9 @@ pub(super) const OTHERS: &[Target] = &[
         has_scalar: false,
         c_compiler: Some(&["gcc", "-m32"]),
         c_flags: &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl"],
-        // (Debian's g++-multilib conflicts with its compilers for ARM, that of a version does not.)
-        probe: "echo 'int main() { return 0; }' | g++ -m32 -x c++ - -o /dev/null",
-        packages: &["gcc-12-multilib", "g++-12-multilib"],
+        // (Debian's gcc-multilib conflicts with its compilers for ARM, that of a version does not.)
+        probe: "echo 'int main() { return 0; }' | gcc -m32 -x c - -o /dev/null",
+        packages: &["gcc-12-multilib"],
         ..HOST
     },
     Target {
@@ -97,7 +93,6 @@ pub(super) const OTHERS: &[Target] = &[
         triple: "wasm32-wasip1",
         runner: &["node", "--no-warnings", "xtask/src/platforms/wasi.mjs"],
         environment: &[("CARGO_TARGET_WASM32_WASIP1_RUSTFLAGS", "-Ctarget-feature=+simd128")],
-        has_cpp: false,
         has_scalar: false,
         ending: ".wasm",
         probe: "command -v node",
@@ -118,8 +113,8 @@ pub(super) const OTHERS: &[Target] = &[
         c_library: "cullet.dll",
         c_flags: &["-lpthread"],
         ending: ".exe",
-        probe: "command -v x86_64-w64-mingw32-g++ && command -v wine",
-        packages: &["gcc-mingw-w64-x86-64", "g++-mingw-w64-x86-64", "wine", "wine64"],
+        probe: "command -v x86_64-w64-mingw32-gcc && command -v wine",
+        packages: &["gcc-mingw-w64-x86-64", "wine", "wine64"],
         further: Further::Programs,
         ..HOST
     },

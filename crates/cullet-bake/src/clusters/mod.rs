@@ -42,8 +42,6 @@
 //! ```
 
 mod merge;
-#[cfg(feature = "meshopt")]
-mod meshlets;
 mod options;
 mod part;
 mod refine;
@@ -58,8 +56,6 @@ use std::ops::ControlFlow;
 use cullet::MeshData;
 use cullet::mesh::{Cluster, Clustering, Part, is_degenerate, weld};
 
-#[cfg(feature = "meshopt")]
-pub use meshlets::build_meshopt;
 pub use options::{ClusterError, ClusterOptions, Probability};
 pub use report::{OnePart, Quality, Report};
 

@@ -1,5 +1,4 @@
-//! Clusters of the shared test models: floors on what is culled, on how full clusters are, and, where
-//! meshoptimizer is there, on the lead over it.
+//! Clusters of the shared test models: floors on what is culled, and on how full clusters are.
 
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -56,41 +55,5 @@ fn the_best_preset_is_better() {
     for (name, ideal, full) in [(BUNNY, 43.5, 87.0), (ARMADILLO, 31.0, 86.5)] {
         let Some([got, fill]) = measure(name, "best", &ClusterOptions::best()) else { continue };
         assert!(got > ideal && fill > full, "{name}: {got} {fill}");
-    }
-}
-
-/// Meshoptimizer's clusters with limits that make about as many as ours, and its usual ones.
-#[cfg(feature = "meshopt")]
-#[test]
-fn more_is_culled_than_of_as_many_meshlets() {
-    use cullet_bake::clusters::build_meshopt;
-
-    for (name, lead) in [(BUNNY, 2.0), (ARMADILLO, 4.0)] {
-        let Some(data) = model(name).map(one_sided_data) else { continue };
-        let options = ClusterOptions::default();
-        let Some([ours, fill]) = measure(name, "default", &options) else { continue };
-        let triangles = (data.indices.len() / 3) as f64;
-        let mut theirs = 0.0;
-        for weight in [0.5, 1.0] {
-            let mut above: Option<(f64, f64)> = None;
-            for most in [124, 100, 96, 92, 88, 84, 80] {
-                let clustering = build_meshopt(&data, 64, most, weight).expect("valid");
-                check(&data, &clustering, &ClusterOptions { max_triangles: most, ..options });
-                let per = triangles / clustering.clusters.len() as f64;
-                let ideal = Quality::of(&data, &clustering, 3.0).ideal * 100.0;
-                println!("  meshopt 64/{most} w {weight}: {per:.1} each, ideal {ideal:.2} %");
-                if per > fill {
-                    above = Some((per, ideal));
-                    continue;
-                }
-                // At our number of clusters, between the settings just above and just below.
-                let (full, less) = above.expect("it fills clusters more than we do");
-                let share = (full - fill) / (full - per);
-                theirs = f64::max(theirs, less + (ideal - less) * share);
-                break;
-            }
-        }
-        println!("{name}: {ours:.2} %, meshopt {theirs:.2} %");
-        assert!(theirs > 0.0 && ours > theirs + lead, "{name}: {ours} {theirs}");
     }
 }

@@ -2,6 +2,7 @@
 
 use cullet::MeshData;
 use cullet_bake::clusters;
+use cullet_bake::levels::{HierarchyOptions, build_hierarchy};
 use cullet_bake::occluders::occluders;
 use cullet_bake::pvs::{PvsSettings, bake};
 use cullet_bake::rooms::{FindOptions, find_cells};
@@ -11,7 +12,6 @@ use cullet_io::Model;
 use crate::hash::line;
 
 /// Size of a ball of 10,800 triangles, for the meshes of scenes are small.
-#[cfg(feature = "levels")]
 const BALL: u16 = 30;
 
 const MESHES: usize = 4;
@@ -35,7 +35,6 @@ pub(crate) fn run(name: &str, model: &Model) -> Result<(), String> {
             hash.value(&made);
         }
     });
-    #[cfg(feature = "levels")]
     levels(name, data());
     if !model.cells.cells.is_empty() {
         let (graph, _) = model.cells.build().map_err(|e| e.to_string())?;
@@ -68,9 +67,7 @@ pub(crate) fn run(name: &str, model: &Model) -> Result<(), String> {
     Ok(())
 }
 
-#[cfg(feature = "levels")]
 fn levels(name: &str, data: impl Iterator<Item = MeshData>) {
-    use cullet_bake::levels::{HierarchyOptions, build_hierarchy};
     let levels = |data: &MeshData| build_hierarchy(data, None, &HierarchyOptions::default());
     line(&format!("{name}: levels"), |hash| data.for_each(|data| hash.value(&levels(&data))));
     if name == "knobs" {

@@ -11,6 +11,7 @@ use cullet_command::exit::Failure;
 use serde::Serialize;
 
 use super::bounds::Clusters;
+use super::meshlets::meshlets;
 
 /// How large the box of viewers is, in sizes of the mesh's box.
 pub(super) const SCENE_SCALE: f64 = 4.0;
@@ -147,7 +148,7 @@ pub(super) fn probabilities(
 /// Meshoptimizer's clusters of 64 vertices and 124 triangles, with its usual weight of facing.
 pub(super) fn meshopt(data: &MeshData) -> Result<Made, Failure> {
     let start = Instant::now();
-    let clustering = cullet_bake::clusters::build_meshopt(data, 64, 124, 0.5).map_err(failed)?;
+    let clustering = meshlets(data, 124, 0.5).map_err(failed)?;
     let seconds = start.elapsed().as_secs_f64();
     Ok(Made { mesh: mesh(data, &clustering)?, report: None, seconds })
 }
@@ -164,8 +165,7 @@ pub(super) fn against_meshopt(
     for weight in [0.5, 1.0] {
         let mut before: Option<(f64, f64)> = None;
         for most in (4..=124).rev().step_by(4) {
-            let made = cullet_bake::clusters::build_meshopt(data, 64, most, weight);
-            let mesh = mesh(data, &made.map_err(failed)?)?;
+            let mesh = mesh(data, &meshlets(data, most, weight).map_err(failed)?)?;
             let (count, ideal) =
                 (mesh.clusters().len() as f64, Clusters::new(&mesh).ideal_percent(eyes));
             if count < clusters as f64 {

@@ -5,6 +5,7 @@ mod bounds;
 mod clustering;
 mod graph;
 mod hierarchy;
+mod meshlets;
 mod print;
 mod record;
 

@@ -14,7 +14,7 @@ use cullet_command::machine::Machine;
 pub(super) enum Clusterer {
     /// Ours: greedy merging by what a cluster is expected to save, then filling
     Cullet,
-    /// Meshoptimizer's meshlets, with a cone weight of 0.5 (needs a build with --features meshopt)
+    /// Meshoptimizer's meshlets, with a cone weight of 0.5
     Meshopt,
 }
 
