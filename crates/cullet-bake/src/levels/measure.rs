@@ -113,12 +113,8 @@ pub(super) fn back(task: &Back<'_>, mut error: f32) -> f32 {
 /// the group, goes on from it to where the triangle is farther off.
 fn farthest(task: &Back<'_>, triangle: u32, corners: [[f32; 3]; 3], mut error: f32) -> f32 {
     let mut points = inner_points(corners, task.seed, triangle, task.points + STEPS.len() as u32);
-    let off = |p: [f32; 3], near: f32| {
-        if task.original.within(p, near).is_some() {
-            return 0.0;
-        }
-        task.original.nearest(p, f32::INFINITY).map_or(0.0, |n| n.0)
-    };
+    let mut last = u32::MAX;
+    let mut off = |p: [f32; 3], near: f32| task.original.farther(p, near, &mut last).unwrap_or(0.0);
     let mut best = (0.0, [0.0; 3]);
     for p in points.by_ref().take(task.points as usize) {
         let distance = off(p, (error * WARM).max(best.0));

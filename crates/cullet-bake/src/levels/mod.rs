@@ -15,6 +15,7 @@ mod part;
 mod peaks;
 mod sheet;
 mod sphere;
+pub(crate) mod tighten;
 mod weld;
 mod within;
 
@@ -25,5 +26,4 @@ pub use data::{Group, LevelsData, NO_GROUP};
 pub use error::LevelsError;
 pub use hierarchy::build_hierarchy;
 pub use options::{ErrorSource, HierarchyOptions};
-pub(crate) use within::tighten;
 pub use within::{Within, WithinOptions, simplify_within};

@@ -23,6 +23,8 @@ const TRIES: usize = 240;
 #[derive(Debug, Default)]
 pub(super) struct Peaks {
     highest: HashMap<u32, (f32, [f32; 3])>,
+    /// Where something near was found the last time.
+    last: u32,
 }
 
 impl Peaks {
@@ -33,10 +35,7 @@ impl Peaks {
         from: SurfacePoint,
         known: f32,
     ) -> Option<f32> {
-        if tree.within(from.point, known * HIGH).is_some() {
-            return None;
-        }
-        let distance = tree.nearest(from.point, f32::INFINITY).map_or(f32::INFINITY, |n| n.0);
+        let distance = tree.farther(from.point, known * HIGH, &mut self.last)?;
         let highest = self.highest.entry(from.triangle).or_insert((distance, from.point));
         if distance > highest.0 {
             *highest = (distance, from.point);
@@ -67,7 +66,7 @@ impl Peaks {
 /// The top that is reached from a point of a triangle with a distance from the other surface.
 fn top(tree: &SurfaceTree, corners: &[[f32; 3]; 3], start: [f32; 3], mut height: f32) -> [f32; 3] {
     let mut best = start;
-    let mut step = STEPS[0];
+    let (mut step, mut last) = (STEPS[0], 0);
     let mut tries = 0;
     while step >= STEPS[1] && tries < TRIES && height.is_finite() {
         let mut moved = false;
@@ -77,11 +76,8 @@ fn top(tree: &SurfaceTree, corners: &[[f32; 3]; 3], start: [f32; 3], mut height:
             for towards in [*corner, across(corners, corner)] {
                 let point = [0, 1, 2].map(|a| best[a] + (towards[a] - best[a]) * step);
                 tries += 1;
-                if tree.within(point, height).is_some() {
-                    continue;
-                }
-                let Some((distance, _)) = tree.nearest(point, f32::INFINITY) else { continue };
-                if distance > height {
+                let farther = tree.farther(point, height, &mut last);
+                if let Some(distance) = farther.filter(|d| *d > height) {
                     (best, height, moved) = (point, distance, true);
                 }
             }

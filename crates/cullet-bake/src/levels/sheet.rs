@@ -101,14 +101,10 @@ impl Original {
     /// by all points there are and the tops that are reached from them.
     fn largest_distance(&self, indices: &[u32]) -> f32 {
         let tree = SurfaceTree::new(&self.positions, indices);
-        let mut error = 0.0_f32;
-        let mut test = |tree: &SurfaceTree, point: [f32; 3]| {
-            if tree.within(point, error).is_none() {
-                let nearest = tree.nearest(point, f32::INFINITY);
-                error = error.max(nearest.map_or(f32::INFINITY, |n| n.0));
-            }
-        };
-        self.positions.iter().for_each(|&p| test(&tree, p));
+        let (mut error, mut last) = (0.0_f32, 0);
+        for &point in &self.positions {
+            error = tree.farther(point, error, &mut last).unwrap_or(error);
+        }
         let there = self.points.iter().copied().chain(self.confirming_points(&self.indices));
         let error = self.highest(&tree, &self.indices, there, error);
         let back = self.points_back(indices).into_iter().chain(self.confirming_points(indices));

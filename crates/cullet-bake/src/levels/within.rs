@@ -4,10 +4,10 @@
 use cullet::MeshData;
 use cullet::mesh::Part;
 
-use super::collapse::{Collapser, Task};
 use super::error::LevelsError;
 use super::original::Original;
 use super::peaks::Peaks;
+use super::tighten::{Bound, Carrying, Far};
 use cullet_draw::surface::SurfacePoint;
 use cullet_draw::surface::SurfaceTree;
 
@@ -105,24 +105,6 @@ pub(super) struct Found {
     pub(super) error: f32,
 }
 
-/// Triangles of an original's vertices, with the points of the original that each stands for.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Carrying {
-    indices: Vec<u32>,
-    points: Vec<[f32; 3]>,
-    /// How far each point is off.
-    distances: Vec<f32>,
-    /// How many points each triangle has.
-    counts: Vec<u32>,
-}
-
-/// What came of simplifying towards a share of a bound.
-enum Outcome {
-    Found(Found, Carrying),
-    TooMany,
-    NotWithin,
-}
-
 impl Original {
     /// The fewest triangles within a bound, if they are fewer than `fewer_than`; made of `from`,
     /// which becomes them.
@@ -133,122 +115,49 @@ impl Original {
         fewer_than: usize,
         options: &WithinOptions<'_>,
     ) -> Option<Found> {
-        for &share in options.shares.iter().chain(&LAST_SHARES) {
-            match self.locked_within(from, bound, share, fewer_than, options.rounds) {
-                Outcome::Found(found, carrying) => {
-                    *from = carrying;
-                    return Some(found);
-                }
-                // Smaller shares leave more.
-                Outcome::TooMany => return None,
-                Outcome::NotWithin => {}
-            }
-        }
-        None
-    }
-
-    /// Simplifies towards a share of the bound, with less and less of it where that was too much,
-    /// until all is within.
-    fn locked_within(
-        &self,
-        from: &Carrying,
-        bound: f32,
-        share: f32,
-        fewer_than: usize,
-        rounds: u32,
-    ) -> Outcome {
-        let locks = vec![false; self.positions.len()];
-        let mut shares = vec![1.0; self.positions.len()];
-        let mut collapser = Collapser::default();
-        for _ in 0..rounds {
-            let made = collapser.run(&Task {
-                positions: &self.positions,
-                place: &self.place,
-                indices: &from.indices,
-                locks: &locks,
-                shares: &shares,
-                points: &from.points,
-                distances: &from.distances,
-                counts: &from.counts,
-                triangles: 0,
-                free: 0.0,
-                limit: bound * share,
-                original: Some(&self.tree),
-            });
-            if made.indices.len() / 3 >= fewer_than {
-                return Outcome::TooMany;
-            }
-            match self.measure(&made.indices, bound) {
-                Measured::Within(error) => {
-                    let mut carrying = Carrying::default();
-                    for &t in &made.from {
-                        let before = carrying.points.len();
-                        for (point, distance) in collapser.points_of(t) {
-                            carrying.points.push(point);
-                            carrying.distances.push(distance);
-                        }
-                        carrying.counts.push((carrying.points.len() - before) as u32);
-                    }
-                    carrying.indices.clone_from(&made.indices);
-                    return Outcome::Found(Found { indices: made.indices, error }, carrying);
-                }
-                Measured::Beyond(points) => {
-                    let tree = SurfaceTree::new(&self.positions, &made.indices);
-                    tighten(&tree, &made.indices, &self.place, &points, &mut shares);
-                }
-            }
-        }
-        Outcome::NotWithin
+        let bound = Bound {
+            positions: &self.positions,
+            place: &self.place,
+            original: &self.tree,
+            bound,
+            shares: &[options.shares, &LAST_SHARES].concat(),
+            rounds: options.rounds,
+            fewer_than,
+        };
+        let error = bound.fewest(from, |far, tree, indices| self.measure(far, tree, indices))?;
+        Some(Found { indices: from.indices.clone(), error })
     }
 
     /// The original with its points.
     pub(super) fn carrying(&self) -> Carrying {
-        let mut all = self.points.clone();
-        all.sort_by_key(|p| p.triangle);
-        let mut counts = vec![0; self.triangle_count()];
-        all.iter().for_each(|p| counts[p.triangle as usize] += 1);
-        Carrying {
-            indices: self.indices.clone(),
-            points: all.iter().map(|p| p.point).collect(),
-            distances: vec![0.0; all.len()],
-            counts,
+        let points = self.points.iter().map(|p| (p.triangle, 0.0, p.point)).collect();
+        Carrying::new(self.indices.clone(), points)
+    }
+
+    /// Tests points of a result, and the points by which it is confirmed.
+    fn measure(&self, far: &mut Far, tree: &SurfaceTree, indices: &[u32]) {
+        for &SurfacePoint { point, .. } in &self.points_back(indices) {
+            far.test(&self.tree, point);
+        }
+        if far.beyond.is_empty() {
+            // Few are beyond the bound where none of the others was.
+            far.bound *= CONFIRMED;
+            self.confirm(far, tree, &self.indices);
+            self.confirm(far, &self.tree, indices);
         }
     }
 
-    /// Whether all points are within a bound; else those that are not.
-    fn measure(&self, indices: &[u32], bound: f32) -> Measured {
-        let tree = SurfaceTree::new(&self.positions, indices);
-        let mut state = State { bound, error: 0.0, beyond: Vec::new() };
-        for &point in &self.positions {
-            state.test(&tree, point);
-        }
-        for &SurfacePoint { point, .. } in &self.points {
-            state.test(&tree, point);
-        }
-        for &SurfacePoint { point, .. } in &self.points_back(indices) {
-            state.test(&self.tree, point);
-        }
-        if state.beyond.is_empty() {
-            // Few are beyond the bound where none of the others was.
-            state.bound = bound * CONFIRMED;
-            let mut peaks = Peaks::default();
-            for of in self.confirming_points(&self.indices) {
-                state.test_high(&tree, of, &mut peaks);
-            }
-            for top in peaks.climb(&tree, |t| self.corners(&self.indices, t)) {
-                state.test(&tree, top.point);
-            }
-            let mut peaks = Peaks::default();
-            for of in self.confirming_points(indices) {
-                state.test_high(&self.tree, of, &mut peaks);
-            }
-            for top in peaks.climb(&self.tree, |t| self.corners(indices, t)) {
-                state.test(&self.tree, top.point);
+    /// Tests many points of a surface, and the tops that are reached from the highest of them.
+    fn confirm(&self, far: &mut Far, tree: &SurfaceTree, indices: &[u32]) {
+        let mut peaks = Peaks::default();
+        for of in self.confirming_points(indices) {
+            let distance = peaks.add(tree, of, far.error);
+            if distance.is_some_and(|distance| distance > far.error) {
+                far.test(tree, of.point);
             }
         }
-        match state.beyond.is_empty() {
-            true => Measured::Within(state.error),
-            false => Measured::Beyond(state.beyond),
+        for top in peaks.climb(tree, |t| self.corners(indices, t)) {
+            far.test(tree, top.point);
         }
     }
 
@@ -269,64 +178,4 @@ impl Original {
         let parts = parts.collect();
         Within { indices: of_parts.concat(), parts, error }
     }
-}
-
-enum Measured {
-    /// All is within the bound; the largest distance.
-    Within(f32),
-    /// Points that are not.
-    Beyond(Vec<[f32; 3]>),
-}
-
-struct State {
-    bound: f32,
-    error: f32,
-    beyond: Vec<[f32; 3]>,
-}
-
-impl State {
-    /// Tests a point, and remembers it where it is high.
-    #[inline]
-    fn test_high(&mut self, tree: &SurfaceTree, of: SurfacePoint, peaks: &mut Peaks) {
-        if peaks.add(tree, of, self.error).is_some_and(|distance| distance > self.error) {
-            self.test(tree, of.point);
-        }
-    }
-
-    #[inline]
-    fn test(&mut self, tree: &SurfaceTree, point: [f32; 3]) {
-        // Once something is too far, how far the rest is does not matter.
-        let near = if self.beyond.is_empty() { self.error } else { self.bound };
-        if tree.within(point, near).is_some() {
-            return;
-        }
-        let distance = tree.nearest(point, f32::INFINITY).map_or(f32::INFINITY, |n| n.0);
-        if distance <= self.bound {
-            self.error = self.error.max(distance);
-        } else {
-            self.beyond.push(point);
-        }
-    }
-}
-
-/// How much less of the limit is allowed next to where a result was beyond the bound.
-const TIGHTER: f32 = 0.7;
-
-/// Lets less of the limit be used next to the triangles that are nearest to points beyond a bound.
-pub(crate) fn tighten(
-    tree: &SurfaceTree,
-    indices: &[u32],
-    place: &[u32],
-    points: &[[f32; 3]],
-    shares: &mut [f32],
-) {
-    let mut places: Vec<u32> = points
-        .iter()
-        .filter_map(|p| tree.nearest(*p, f32::INFINITY))
-        .flat_map(|(_, t)| &indices[t as usize * 3..][..3])
-        .map(|&v| place[v as usize])
-        .collect();
-    places.sort_unstable();
-    places.dedup();
-    places.iter().for_each(|&p| shares[p as usize] *= TIGHTER);
 }

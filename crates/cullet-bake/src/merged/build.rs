@@ -125,20 +125,20 @@ fn one(
     let measure = Measure::new(&original);
     drop(original);
     let mut levels: Vec<(Surface, f32)> = Vec::new();
+    let mut start = None;
     let mut bound = options.first * radius;
     for _ in 0..options.levels {
         let below: u64 = of_members(nodes, node, &mut |n| fewest_at(scene, nodes, made, n, bound));
         let before = levels.last().map_or(u64::MAX, |l| l.0.triangle_count());
         let most = (below.min(before) as f64 * options.keep) as u64 + 1;
-        let surface = match levels.last() {
-            Some((surface, _)) => surface.clone(),
-            None => {
-                let from = (scene, input.attributes);
-                input_at(from, nodes, made, number, bound * 0.5, (origin, &mut kinds))
-            }
-        };
+        if levels.is_empty() {
+            let from = (scene, input.attributes);
+            let of = input_at(from, nodes, made, number, bound * 0.5, (origin, &mut kinds));
+            start = Some(measure.start(of));
+        }
+        let Some(from) = &mut start else { break };
         let stated = (bound as f32).next_down() / STATED;
-        if let Some((surface, error)) = measure.fewest(&surface, stated, most) {
+        if let Some((surface, error)) = measure.fewest(from, stated, most) {
             let error = levels.last().map_or(0.0, |l| l.1).max(error * STATED);
             levels.push((surface, error));
         }

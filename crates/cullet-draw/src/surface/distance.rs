@@ -127,7 +127,24 @@ impl SurfaceTree {
     #[must_use]
     #[inline]
     pub fn within(&self, point: [f32; 3], distance: f32) -> Option<u32> {
-        self.search(point, distance, true).map(|found| found.1)
+        self.search(point, distance, distance, &mut { NONE }).map(|found| found.1)
+    }
+
+    /// Returns whether a triangle is at most `distance` away. `last` is where one was found the
+    /// last time, or any number: it is looked at first, which is quick for points next to each other.
+    #[must_use]
+    #[inline]
+    pub fn is_within(&self, point: [f32; 3], distance: f32, last: &mut u32) -> bool {
+        self.search(point, distance, distance, last).is_some()
+    }
+
+    /// Returns how far the nearest triangle is, if it is farther than `distance`; infinity where
+    /// there is none. `last` is as for [`is_within`](Self::is_within).
+    #[must_use]
+    #[inline]
+    pub fn farther(&self, point: [f32; 3], distance: f32, last: &mut u32) -> Option<f32> {
+        let found = self.search(point, f32::INFINITY, distance, last);
+        found.map_or(Some(f32::INFINITY), |(far, _, is_enough)| (!is_enough).then_some(far))
     }
 
     /// The nearest triangle that is at most `limit` away, and its distance; of several one, always
@@ -135,23 +152,42 @@ impl SurfaceTree {
     #[must_use]
     #[inline]
     pub fn nearest(&self, point: [f32; 3], limit: f32) -> Option<(f32, u32)> {
-        self.search(point, limit, false)
+        self.search(point, limit, -1.0, &mut { NONE }).map(|found| (found.0, found.1))
     }
 
-    fn search(&self, point: [f32; 3], limit: f32, first: bool) -> Option<(f32, u32)> {
+    /// Ends at the first triangle that is no farther than `enough`, and tells that it is; a negative
+    /// one is never reached. `last` is the leaf to begin with, then the one that was found.
+    fn search(
+        &self,
+        point: [f32; 3],
+        limit: f32,
+        enough: f32,
+        last: &mut u32,
+    ) -> Option<(f32, u32, bool)> {
         let at = self.cube.bring(DVec3::from_array(point.map(f64::from)));
         // Also false where something is NaN.
         if !(limit >= 0.0 && at.is_finite()) || self.root == NONE {
             return None;
         }
         if at.abs().max_element() > FARTHEST {
-            return self.search_far(at, limit);
+            let (distance, triangle) = self.search_far(at, limit)?;
+            return Some((distance, triangle, distance <= enough));
         }
         let at = at.as_vec3().to_array().map(Vec4::splat);
-        let scaled = (f64::from(limit) * self.cube.scale) as f32;
-        // Empty places are infinitely far and must stay beyond it.
-        let mut limit = (scaled * scaled).min(f32::MAX);
+        let squared = |distance: f32| {
+            let scaled = (f64::from(distance) * self.cube.scale) as f32;
+            // Empty places are infinitely far and must stay beyond it.
+            (scaled * scaled).min(f32::MAX)
+        };
+        let mut limit = squared(limit);
+        let enough = if enough >= 0.0 { squared(enough) } else { -1.0 };
         let mut found = NONE;
+        if let Some(leaf) = self.leaves.get(*last as usize) {
+            let distances = leaf.distances(&at).to_array();
+            if let Some(k) = (0..4).find(|&k| distances[k] <= enough) {
+                return Some((0.0, leaf.triangle[k], true));
+            }
+        }
         let mut stack = [(0.0_f32, NONE); STACK];
         let mut waiting = 0;
         let mut child = self.root;
@@ -192,7 +228,8 @@ impl SurfaceTree {
                         (limit, found) = (distances[k], leaf.triangle[k]);
                     }
                 }
-                if first && found != NONE {
+                if found != NONE && limit <= enough {
+                    *last = child & !LEAF;
                     break;
                 }
             }
@@ -213,7 +250,8 @@ impl SurfaceTree {
                 break;
             }
         }
-        (found != NONE).then(|| ((f64::from(limit.sqrt()) / self.cube.scale) as f32, found))
+        let distance = (f64::from(limit.sqrt()) / self.cube.scale) as f32;
+        (found != NONE).then_some((distance, found, limit <= enough))
     }
 
     /// Searches like [`search`](Self::search), in f64 and through all triangles, for points so far

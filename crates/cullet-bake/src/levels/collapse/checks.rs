@@ -112,7 +112,7 @@ impl Collapser {
             [self.error.min(most), most].map(|far| (f64::from(far) / self.scale) as f32);
         let is_strict = task.limit < f32::INFINITY;
         let skipped = (most * if is_strict { NEARER } else { NEAR }).powi(2);
-        let mut far = 0.0_f32;
+        let (mut far, mut last) = (0.0_f32, u32::MAX);
         let mut is_far = |p: Vec3| {
             if self.fan.nearest(p).0 <= skipped {
                 return false;
@@ -120,10 +120,10 @@ impl Collapser {
             let p = (p.as_dvec3() / self.scale + self.centre).as_vec3().to_array();
             if is_strict {
                 // Who asks for a bound measures the result: whether is enough, how far is not asked.
-                if original.within(p, limit).is_none() {
+                if !original.is_within(p, limit, &mut last) {
                     far = most * BEYOND;
                 }
-            } else if original.within(p, known).is_none() {
+            } else if !original.is_within(p, known, &mut last) {
                 // Beyond the limit it need not be known.
                 far = far.max(match original.nearest(p, limit) {
                     Some((distance, _)) => (f64::from(distance) * self.scale) as f32,

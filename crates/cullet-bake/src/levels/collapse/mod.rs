@@ -26,7 +26,7 @@ pub(crate) struct Task<'a> {
     /// For each vertex the first at its position.
     pub(crate) place: &'a [u32],
     pub(crate) indices: &'a [u32],
-    /// Whether a place stays, by its first vertex.
+    /// Whether a place stays, by its first vertex; empty where none has to.
     pub(crate) locks: &'a [bool],
     /// For each place the share of the limit that collapses next to it may use; empty for all of it.
     pub(crate) shares: &'a [f32],
@@ -152,6 +152,7 @@ impl Collapser {
         let vertices = task.positions.len();
         self.locked.clear();
         self.locked.extend(task.locks);
+        self.locked.resize(vertices, false);
         self.head.clear();
         self.head.resize(vertices, NONE);
         self.next.clear();
