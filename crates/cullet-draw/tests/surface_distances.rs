@@ -88,7 +88,15 @@ fn the_nearest_is_as_near_as_that_of_all() {
                 }
                 None => assert!(exact >= f64::from(limit) - slack, "case {case}"),
             }
-            assert_eq!(tree.within(point, limit).is_some(), tree.nearest(point, limit).is_some());
+            let is_within = tree.within(point, limit).is_some();
+            assert_eq!(is_within, tree.nearest(point, limit).is_some());
+            // Wherever something was found before.
+            let mut last = [0, indices.len() as u32 / 13, u32::MAX][rng.index(3)];
+            for _ in 0..2 {
+                assert_eq!(is_within, tree.is_within(point, limit, &mut last));
+                let farther = tree.farther(point, limit, &mut last).map(f64::from);
+                assert_eq!(farther, (!is_within).then_some(found), "case {case}");
+            }
         }
     }
     assert!(measured > rounds * 20, "{measured}");
@@ -112,6 +120,7 @@ fn invalid_questions_have_no_answer() {
     for limit in [f32::NAN, -1.0] {
         assert_eq!(tree.within([0.0; 3], limit), None);
         assert_eq!(tree.nearest([0.0; 3], limit), None);
+        assert!(!tree.is_within([0.0; 3], limit, &mut 0));
     }
     for point in [[f32::NAN; 3], [f32::INFINITY, 0.0, 0.0]] {
         assert_eq!(tree.nearest(point, f32::INFINITY), None);
@@ -119,6 +128,7 @@ fn invalid_questions_have_no_answer() {
     assert!(tree.nearest([f32::MAX; 3], f32::INFINITY).is_some());
     let none = SurfaceTree::new(&[], &[]);
     assert!(none.is_empty() && none.within([0.0; 3], f32::INFINITY).is_none());
+    assert_eq!(none.farther([0.0; 3], 1.0, &mut 0), Some(f32::INFINITY));
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! One group of clusters: merged, simplified, cut into clusters again, and measured.
 
-use super::collapse::{Collapser, Task};
+use super::collapse::{Collapser, Points, Task};
 use super::cut::{ClusterSize, cut_into_clusters};
-use super::measure::{Back, Carried, Points, back};
+use super::measure::{Back, Carried, back};
 use super::options::{ErrorSource, HierarchyOptions};
 use super::sphere::{Ball, around};
 use cullet_draw::surface::{SurfaceTree, inner_points};
@@ -141,7 +141,8 @@ impl Vertices {
                 Carried::Original(first) => {
                     for (t, corners) in (*first..).zip(own) {
                         let places = corners.map(|v| self.positions[v as usize]);
-                        points.add_original(inner_points(places, level.seed, t, count));
+                        let inner = inner_points(places, level.seed, t, count);
+                        points.add(inner.map(|point| (point, 0.0)), usize::MAX);
                     }
                 }
             }
@@ -168,9 +169,7 @@ pub(super) fn make(
         indices: &all.indices,
         locks: &all.locks,
         shares: &[],
-        points: &carried.points,
-        distances: &carried.distances,
-        counts: &carried.counts,
+        carried: &carried,
         triangles: all.indices.len() / 6,
         free: if measured { floor } else { 0.0 },
         limit: f32::INFINITY,

@@ -1,7 +1,7 @@
 //! The fewest triangles within a bound: simplify, measure, allow less where it was too far, and
 //! repeat.
 
-use super::collapse::{Collapser, Task};
+use super::collapse::{Collapser, Points, Task};
 use cullet_draw::surface::SurfaceTree;
 
 /// How much less of the limit is allowed next to where a result was beyond the bound.
@@ -11,39 +11,22 @@ const TIGHTER: f32 = 0.7;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Carrying {
     pub(crate) indices: Vec<u32>,
-    points: Vec<[f32; 3]>,
-    /// How far each point is off.
-    distances: Vec<f32>,
-    /// How many points each triangle has.
-    counts: Vec<u32>,
+    points: Points,
 }
 
 /// A point of the original: the triangle that stands for it, how far it is from there, its place.
 pub(crate) type Carried = (u32, f32, [f32; 3]);
 
 impl Carrying {
-    pub(crate) fn new(indices: Vec<u32>, mut points: Vec<Carried>) -> Self {
-        points.sort_by_key(|p| p.0);
-        let mut counts = vec![0; indices.len() / 3];
-        points.iter().for_each(|p| counts[p.0 as usize] += 1);
-        let distances = points.iter().map(|p| p.1).collect();
-        Self { indices, points: points.into_iter().map(|p| p.2).collect(), distances, counts }
-    }
-
-    /// Takes the triangles that are left, and the points that they have now.
-    fn take(&mut self, indices: Vec<u32>, from: &[u32], collapser: &Collapser) {
-        self.indices = indices;
-        self.points.clear();
-        self.distances.clear();
-        self.counts.clear();
-        for &t in from {
-            let before = self.points.len();
-            for (point, distance) in collapser.points_of(t) {
-                self.points.push(point);
-                self.distances.push(distance);
-            }
-            self.counts.push((self.points.len() - before) as u32);
+    pub(crate) fn new(indices: Vec<u32>, mut all: Vec<Carried>) -> Self {
+        all.sort_by_key(|p| p.0);
+        let mut points = Points { counts: vec![0; indices.len() / 3], ..Points::default() };
+        for (triangle, distance, point) in all {
+            points.points.push(point);
+            points.distances.push(distance);
+            points.counts[triangle as usize] += 1;
         }
+        Self { indices, points }
     }
 }
 
@@ -82,9 +65,7 @@ impl Bound<'_> {
                     indices: &from.indices,
                     locks: &[],
                     shares: &shares,
-                    points: &from.points,
-                    distances: &from.distances,
-                    counts: &from.counts,
+                    carried: &from.points,
                     triangles: 0,
                     free: 0.0,
                     limit: self.bound * share,
@@ -104,7 +85,11 @@ impl Bound<'_> {
                 }
                 measure(&mut far, &tree, &made.indices);
                 if far.beyond.is_empty() {
-                    from.take(made.indices, &made.from, &collapser);
+                    from.indices = made.indices;
+                    from.points = Points::default();
+                    for &t in &made.from {
+                        from.points.add(collapser.points_of(t), usize::MAX);
+                    }
                     return Some(far.error);
                 }
                 self.tighten(&tree, &made.indices, &far.beyond, &mut shares);

@@ -72,13 +72,13 @@ struct OneWay {
 
 fn one_way(from: SurfaceSlices<'_>, to: SurfaceSlices<'_>, samples: usize, seed: u64) -> OneWay {
     let tree = SurfaceTree::new(to.0, to.1);
-    let exact = |point| tree.nearest(point, f32::INFINITY).map_or(f32::INFINITY, |n| n.0);
+    let mut last = 0;
     let points = surface_points(from.0, from.1, samples, seed);
     let mut largest = LargestDistances::new(points.len(), SHARE_ABOVE, 0.0);
     for p in &points {
         // Most are as near as others before them.
-        if tree.within(p.point, largest.quantile()).is_none() {
-            largest.push(exact(p.point));
+        if let Some(distance) = tree.farther(p.point, largest.quantile(), &mut last) {
+            largest.push(distance);
         }
     }
     let p999 = largest.quantile();
@@ -92,9 +92,7 @@ fn one_way(from: SurfaceSlices<'_>, to: SurfaceSlices<'_>, samples: usize, seed:
             continue;
         };
         measured += 1;
-        if tree.within(point, max).is_none() {
-            max = max.max(exact(point));
-        }
+        max = tree.farther(point, max, &mut last).map_or(max, |distance| max.max(distance));
     }
     OneWay { max, p999, points: measured }
 }

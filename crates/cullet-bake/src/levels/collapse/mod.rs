@@ -2,6 +2,7 @@
 
 mod checks;
 mod near;
+mod points;
 mod quadric;
 mod ring;
 #[cfg(test)]
@@ -15,6 +16,7 @@ use cullet_draw::surface::SurfaceTree;
 use glam::{DVec3, Vec3};
 
 use near::Fan;
+pub(crate) use points::Points;
 use quadric::Quadric;
 use ring::Ring;
 
@@ -30,10 +32,8 @@ pub(crate) struct Task<'a> {
     pub(crate) locks: &'a [bool],
     /// For each place the share of the limit that collapses next to it may use; empty for all of it.
     pub(crate) shares: &'a [f32],
-    /// Points of the original, triangle by triangle, and how many each triangle has.
-    pub(crate) points: &'a [[f32; 3]],
-    pub(crate) distances: &'a [f32],
-    pub(crate) counts: &'a [u32],
+    /// Points of the original that the triangles carry.
+    pub(crate) carried: &'a Points,
     /// Stop at so many triangles.
     pub(crate) triangles: usize,
     /// Collapses that keep within this are made even then.
@@ -177,13 +177,13 @@ impl Collapser {
         self.points.clear();
         self.first_point.clear();
         let mut at = 0;
-        for &count in task.counts {
+        for &count in &task.carried.counts {
             let end = at + count as usize;
             self.first_point.push(if count > 0 { at as u32 } else { NONE });
             for i in at..end {
                 let next = if i + 1 < end { i as u32 + 1 } else { NONE };
-                let distance = (f64::from(task.distances[i]) * scale) as f32;
-                let given = task.points[i];
+                let distance = (f64::from(task.carried.distances[i]) * scale) as f32;
+                let given = task.carried.points[i];
                 self.points.push(Point { at: bring(&given), given, distance, next });
             }
             at = end;

@@ -10,23 +10,21 @@ struct Sampled {
     positions: Vec<[f32; 3]>,
     indices: Vec<u32>,
     place: Vec<u32>,
-    points: Vec<[f32; 3]>,
-    counts: Vec<u32>,
+    points: Points,
     tree: SurfaceTree,
 }
 
 impl Sampled {
     fn new((positions, indices): soups::Soup) -> Self {
-        let (mut points, mut counts) = (Vec::new(), Vec::new());
+        let mut points = Points::default();
         for (t, corners) in (0..).zip(indices.as_chunks::<3>().0) {
             let places = corners.map(|v| positions[v as usize]);
-            points.extend(places);
-            points.extend(inner_points(places, 7, t, 3));
-            counts.push(6);
+            let all = places.into_iter().chain(inner_points(places, 7, t, 3));
+            points.add(all.map(|point| (point, 0.0)), usize::MAX);
         }
         let place = cullet::mesh::weld(&positions);
         let tree = SurfaceTree::new(&positions, &indices);
-        Self { positions, indices, place, points, counts, tree }
+        Self { positions, indices, place, points, tree }
     }
 
     fn run(&self, locks: &[bool], triangles: usize, limit: f32) -> (Collapser, Collapsed) {
@@ -37,9 +35,7 @@ impl Sampled {
             indices: &self.indices,
             locks,
             shares: &[],
-            points: &self.points,
-            distances: &vec![0.0; self.points.len()],
-            counts: &self.counts,
+            carried: &self.points,
             triangles,
             free: 0.0,
             limit,
@@ -83,8 +79,7 @@ fn no_point_is_farther_than_the_error_and_each_is_as_far_as_is_said() {
         let wanted = if limit < f32::INFINITY { 0 } else { before / 3 };
         let (collapser, made) = mesh.run(&locks, wanted, limit);
         assert!(made.indices.len() / 3 <= before && made.error <= limit * 1.000_01);
-        let (mut seen, left) = (0, mesh.points.clone());
-        let mut left = left;
+        let (mut seen, mut left) = (0, mesh.points.points.clone());
         left.sort_unstable_by(|a, b| a.partial_cmp(b).expect("finite"));
         for (&from, corners) in made.from.iter().zip(made.indices.as_chunks::<3>().0) {
             let corners = corners.map(|v| mesh.positions[v as usize]);
