@@ -61,7 +61,7 @@ pub(super) struct Made {
 #[derive(Debug)]
 pub(super) struct Scratch {
     local: Vec<u32>,
-    /// By the first vertex at a position: the group's first there.
+    /// First vertex of the group at each position, by the first of the whole mesh there.
     place: Vec<u32>,
     collapser: Collapser,
 }

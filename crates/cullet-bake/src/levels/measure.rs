@@ -7,7 +7,7 @@ use cullet_draw::surface::inner_points;
 use super::collapse::Points;
 use crate::corners::turned;
 
-/// What a cluster stands for.
+/// Surface that a cluster stands for.
 #[derive(Clone, Debug)]
 pub(super) enum Carried {
     /// Its own triangles, from this one of the part on.

@@ -30,7 +30,7 @@ impl Carrying {
     }
 }
 
-/// What a result has to keep.
+/// Bound that a result has to keep.
 pub(crate) struct Bound<'a> {
     /// Vertices, and for each the first at its position.
     pub(crate) positions: &'a [[f32; 3]],

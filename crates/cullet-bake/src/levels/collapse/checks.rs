@@ -1,4 +1,4 @@
-//! What a collapse would do: to the shape of triangles, and to distances.
+//! Effects that a collapse would have: on the shape of triangles, and on distances.
 
 use glam::Vec3;
 
@@ -8,7 +8,7 @@ use super::{Collapser, NONE, Task};
 /// Cosine of the largest angle by which a triangle may turn.
 const LEAST_TURN: f32 = 0.25;
 
-/// What counts for a distance beyond a limit that is not known.
+/// Share of a limit that stands for a distance beyond it which is not known.
 const BEYOND: f32 = 1.25;
 
 /// New places that leave the triangles before by less than this share of the limit are not measured.
