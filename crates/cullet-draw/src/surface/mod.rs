@@ -3,10 +3,12 @@
 
 mod deviation;
 mod distance;
+mod exact;
 mod quantile;
 mod samples;
 
 pub use deviation::{Deviation, SHARE_ABOVE, SurfaceSlices, deviation};
-pub use distance::{SurfaceTree, closest_point, nearest_ref};
+pub use distance::SurfaceTree;
+pub use exact::{closest_point, nearest_ref};
 pub use quantile::LargestDistances;
 pub use samples::{SurfacePoint, inner_points, surface_points};
