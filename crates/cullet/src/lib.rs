@@ -58,7 +58,7 @@
 //! |---|---|
 //! | `mint` | matrices of [`mint`](https://docs.rs/mint), and so of glam, nalgebra and cgmath, where a [`Matrix`] is expected |
 //! | `std` | on by default; without it the crate needs no more than `core` and `alloc`, and takes [`Simd::best`] as what the compiler was told that the target has |
-//! | `rayon` | [`Culler::cull`] takes its views, and [`Scene::prepare`] its meshes, side by side on rayon's pool |
+//! | `rayon` | [`Culler::cull`] takes its views, and [`Scene::prepare`] its meshes, side by side on rayon's pool; and [`jobs::Rayon`], for [`Culler::cull_one_on`] |
 //! | `serde` | settings and results can be written and read; what is read is checked |
 //! | `force_support_fallback` | the scalar code beside that of the machine's SIMD levels, for tests |
 //!
@@ -84,6 +84,7 @@ mod culler;
 pub mod exact;
 pub mod funnel;
 pub mod hierarchy;
+pub mod jobs;
 pub mod lod;
 #[doc(hidden)]
 pub mod math;

@@ -29,5 +29,6 @@ mod sides;
 mod simd_levels;
 mod standing;
 mod stereo;
+mod threads;
 mod view;
 mod view_project;

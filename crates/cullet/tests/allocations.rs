@@ -1,10 +1,13 @@
 //! Culling allocates nothing once its state has grown.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use cullet::bounds::Aabb;
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::Cut;
 use cullet::cull::occlusion::{DynamicSurface, Occlusion, OcclusionBuffer};
 use cullet::hierarchy::Hierarchy;
+use cullet::jobs::{Job, Jobs};
 use cullet::{
     Culler, DrawList, Instance, Output, Scene, Simd, Stage, Transform, View, ViewState, Visible,
     prepared::Preparation,
@@ -74,6 +77,27 @@ fn steady_state_allocates_nothing() {
     // A view that stands keeps its answer, once.
     frames(&[&view, &view]);
     assert_eq!(allocations_of(|| frames(&[&view, &view, &beside, &view])).1, 0, "standing");
+
+    // Jobs that run in turn: a pool of threads may allocate what it likes.
+    struct InTurn;
+    impl Jobs for InTurn {
+        fn threads(&self) -> usize {
+            3
+        }
+        fn run(&self, jobs: &mut [Job<'_>]) {
+            RUNS.fetch_add(1, Ordering::Relaxed);
+            jobs.iter_mut().for_each(|job| job());
+        }
+    }
+    static RUNS: AtomicU32 = AtomicU32::new(0);
+    let mut frames = |views: &[&View]| {
+        for view in views {
+            culler.cull_one_on(&InTurn, &solids, view, &mut state, &mut result);
+        }
+    };
+    frames(&[&view, &beside, &view, &beside]);
+    assert_eq!(allocations_of(|| frames(&[&view, &beside])).1, 0, "on threads");
+    assert!(RUNS.load(Ordering::Relaxed) > 4);
 
     // A surface that deforms, and one whose triangles are others each time.
     let ball = meshes::ball(64);

@@ -13,6 +13,7 @@ use super::{CullError, Culler, Output};
 use crate::bits;
 use crate::funnel::{FunnelRow, Reason, Stage, Unit};
 use crate::hierarchy::Handle;
+use crate::jobs::OneThread;
 use crate::scene::Scene;
 use crate::view::View;
 use crate::visible::Visible;
@@ -123,7 +124,7 @@ impl Culler {
             // Occluders of an instance are all the others, a budget is all instances', and who
             // stands for one does so for others too, so the whole scene is culled first.
             let instances = Self { output: Output::Instances, ..telling.clone() };
-            pipeline::run(&instances, scene, viewer, None, &mut scratch, &mut all);
+            pipeline::run((&instances, &OneThread), scene, viewer, None, &mut scratch, &mut all);
             if let (Some(lod), Some(pixels)) = (&mut telling.lod, all.lod_pixels) {
                 (lod.pixels, lod.triangles) = (pixels, None);
             }
@@ -148,7 +149,7 @@ impl Culler {
         result: &mut Visible,
     ) -> Explanation {
         let slot = only.slot;
-        pipeline::run(self, scene, viewer, Some(only), scratch, result);
+        pipeline::run((self, &OneThread), scene, viewer, Some(only), scratch, result);
         let reason = result.reasons[slot as usize];
         let frame = Frame::new(self, scene, viewer, Some(only));
         let rows = result.funnel.rows.iter().filter(|row| row.entered.of(row.unit) > 0);

@@ -10,6 +10,7 @@ use crate::bounds::{Plane, ROUNDING};
 use crate::cull::frustum::batch::{Planes, VISIBLE};
 use crate::cull::shadow::{CasterReason, CasterRegion};
 use crate::funnel::Stage;
+use crate::jobs::{Jobs, OneThread};
 use crate::scene::Scene;
 use crate::view::{CullFace, Frustum, FrustumPlane, View};
 use crate::visible::Visible;
@@ -61,6 +62,8 @@ pub(super) struct Frame<'a> {
     pub(super) casters: Option<CasterRegion>,
     /// Instances that may be visible, where the caller says which.
     candidates: Option<&'a dyn Candidates>,
+    /// Threads that stages may run on.
+    pub(super) jobs: &'a dyn Jobs,
     /// The one instance that is culled, where an explanation is wanted.
     pub(super) only: Option<Alone<'a>>,
 }
@@ -111,6 +114,7 @@ impl<'a> Frame<'a> {
             planes,
             casters,
             candidates,
+            jobs: &OneThread,
             only,
         }
     }

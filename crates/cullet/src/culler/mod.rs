@@ -12,6 +12,7 @@ mod sets;
 mod shadow;
 mod stage;
 mod standing;
+mod threads;
 mod with;
 mod words;
 
@@ -27,6 +28,7 @@ use crate::costs::Costs;
 use crate::cull::detail::Detail;
 use crate::cull::occlusion::{Occlusion, OcclusionBuffer};
 use crate::funnel::Stage;
+use crate::jobs::OneThread;
 use crate::lod::Lod;
 use crate::scene::{Scene, SceneError};
 use crate::view::View;
@@ -356,10 +358,7 @@ impl Culler {
         state: &mut ViewState,
         result: &mut Visible,
     ) {
-        let ViewState { scratch, standing } = state;
-        standing.answer((self, scene), Looks::Camera(view.clone()), result, |result| {
-            pipeline::run(self, scene, Viewer::Camera(view), None, scratch, result);
-        });
+        self.cull_one_on(&OneThread, scene, view, state, result);
     }
 
     /// Culls one scene for several lights, or for the [cascades](ShadowView::cascades) of one, each
@@ -423,7 +422,7 @@ impl Culler {
         // Nobody knows here whether candidates are those of before.
         state.standing.forget();
         let viewer = Viewer::Among(view, candidates);
-        pipeline::run(self, scene, viewer, None, &mut state.scratch, result);
+        pipeline::run((self, &OneThread), scene, viewer, None, &mut state.scratch, result);
         Ok(())
     }
 
@@ -444,7 +443,7 @@ impl Culler {
     ) {
         let ViewState { scratch, standing } = state;
         standing.answer((self, scene), Looks::Light(shadows.clone()), result, |result| {
-            pipeline::run(self, scene, Viewer::Light(shadows), None, scratch, result);
+            pipeline::run((self, &OneThread), scene, Viewer::Light(shadows), None, scratch, result);
         });
     }
 }

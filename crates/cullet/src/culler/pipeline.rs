@@ -12,6 +12,7 @@ use super::sets::Sets;
 use super::stage::{backface, candidates, degenerate, detail, frustum, layer, lod, occlusion};
 use super::{Culler, Output};
 use crate::funnel::{Stage, Unit};
+use crate::jobs::Jobs;
 use crate::scene::Scene;
 use crate::visible::Visible;
 
@@ -114,10 +115,10 @@ pub(super) struct Scratch {
     pub(super) caches: Caches,
 }
 
-/// Culls for a camera or a light; with `only`, one instance alone, by what the scratch has of the
+/// Culls for a camera or a light, on the threads of `jobs`; with `only`, one instance alone, by what the scratch has of the
 /// whole scene.
 pub(super) fn run(
-    culler: &Culler,
+    (culler, jobs): (&Culler, &dyn Jobs),
     scene: &Scene,
     viewer: Viewer<'_>,
     only: Option<Alone<'_>>,
@@ -125,7 +126,8 @@ pub(super) fn run(
     result: &mut Visible,
 ) {
     let culler = &*viewer.settings(culler);
-    let frame = Frame::new(culler, scene, viewer, only);
+    let mut frame = Frame::new(culler, scene, viewer, only);
+    frame.jobs = jobs;
     let Scratch { sets, caches } = scratch;
     sets.triangles.swap_with(result);
     sets.clear();

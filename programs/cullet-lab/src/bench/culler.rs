@@ -7,12 +7,13 @@ use clap::Args;
 use cullet::{
     Output, Scene, Stage, ViewState, Visible,
     funnel::{Funnel, Unit},
+    jobs::Rayon,
 };
 use cullet_cells::CellView;
 use cullet_command::args::InputArgs;
 use cullet_command::clock::clock;
 use cullet_command::console::{Console, count, grouped, interrupted};
-use cullet_command::exit::{Exit, Outcome};
+use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
 use cullet_command::machine::levels;
 use cullet_command::{inputs, parse};
@@ -22,7 +23,9 @@ use cullet_command::machine::Machine;
 
 pub(crate) const HELP: &str = "\
 Each view is culled again and again, in turns with the others so that none finds what it left behind; of every
-view the fastest pass counts. The answer is held against a cull with fresh memory and without SIMD.
+view the fastest pass counts. The answer is held against a cull with fresh memory and without SIMD. With
+--threads N of more than one, each pass is also made on so many threads, which must leave the same answer; of a
+scene without cells.
 
 Examples
   cullet bench culler city --path walk
@@ -102,8 +105,27 @@ struct CullerRecord<'a> {
     ms: f64,
     worst_ms: f64,
     occlusion: Work,
+    /// All of a cull on several threads, where that was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    on_threads: Option<OnThreads>,
     /// Whether all answers were those of a cull with fresh memory and without SIMD.
     checked: bool,
+}
+
+/// A cull of one view on several threads.
+#[derive(Debug, Serialize)]
+struct OnThreads {
+    threads: usize,
+    ms: f64,
+    worst_ms: f64,
+}
+
+impl OnThreads {
+    fn new(threads: usize, bests: &[Fastest]) -> Self {
+        let ms = bests.iter().map(|best| best.on_threads.as_secs_f64() * 1e3);
+        let worst_ms = ms.clone().fold(0.0, f64::max);
+        Self { threads, ms: ms.sum::<f64>() / bests.len() as f64, worst_ms }
+    }
 }
 
 /// At least so many passes over the views, whatever they take.
@@ -114,6 +136,8 @@ const LEAST_PASSES: usize = 2;
 struct Fastest {
     took: Duration,
     funnel: Funnel,
+    /// The same on several threads.
+    on_threads: Duration,
 }
 
 /// Runs the command.
@@ -143,10 +167,20 @@ pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
         world.cull(&oracle, view, &mut ViewState::default(), &mut expected);
         checked &= is_same(&result, &expected);
         // Memory still grows here, so this pass is never the fastest.
-        bests.push(Fastest { took: Duration::MAX, funnel: result.funnel.clone() });
+        bests.push(Fastest {
+            took: Duration::MAX,
+            funnel: result.funnel.clone(),
+            on_threads: Duration::MAX,
+        });
         bar.step();
     }
     bar.finish();
+    let threads = args.input.view.threads;
+    let pool = (threads > 1 && model.placed.is_none())
+        .then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build())
+        .transpose()
+        .map_err(Failure::usage)?;
+    let (mut own_state, mut own) = (ViewState::default(), Visible::default());
     let begin = Instant::now();
     let mut passes = 0;
     while passes < LEAST_PASSES || begin.elapsed().as_secs_f64() < args.seconds * bests.len() as f64
@@ -160,7 +194,15 @@ pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
             CellView::cull(&mut among, world, &culler, view, &mut state, &mut result);
             let took = start.elapsed();
             if took < best.took {
-                *best = Fastest { took, funnel: result.funnel.clone() };
+                (best.took, best.funnel) = (took, result.funnel.clone());
+            }
+            if let Some(pool) = &pool {
+                pool.install(|| {
+                    let start = Instant::now();
+                    culler.cull_one_on(&Rayon, scene, view, &mut own_state, &mut own);
+                    best.on_threads = best.on_threads.min(start.elapsed());
+                });
+                checked &= is_same(&result, &own);
             }
         }
     }
@@ -168,7 +210,8 @@ pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
         return Ok(Exit::Interrupted);
     }
     let complete = bests.len() == views.len() && !interrupted();
-    let record = CullerRecord::new(&model.name, scene, level, &bests, checked);
+    let mut record = CullerRecord::new(&model.name, scene, level, &bests, checked);
+    record.on_threads = pool.map(|_| OnThreads::new(threads, &bests));
     record.print(console);
     if let Some(path) = &args.json {
         write_json(path, &record)?;
@@ -240,6 +283,7 @@ impl<'a> CullerRecord<'a> {
             ms: bests.iter().map(|b| ms(b.took) / views).sum(),
             worst_ms: bests.iter().map(|b| ms(b.took)).fold(0.0, f64::max),
             occlusion: work,
+            on_threads: None,
             checked,
         }
     }
@@ -276,6 +320,12 @@ impl<'a> CullerRecord<'a> {
             "{:<48} {:>9.3} {:>11.3}  checked: {checked}",
             "all", self.ms, self.worst_ms
         ));
+        if let Some(OnThreads { threads, ms, worst_ms }) = &self.on_threads {
+            let name = format!("on {}", count(*threads as u64, "thread", "threads"));
+            let times = self.ms / ms;
+            console
+                .line(format!("{name:<48} {ms:>9.3} {worst_ms:>11.3}  {times:.2} times as fast"));
+        }
         let w = &self.occlusion;
         if w.tests > 0.0 {
             let [considered, chosen, drawn, tests] =

@@ -33,6 +33,7 @@ pub use occluder::{Convex, Occluder, Patch, Shape};
 pub(crate) use occluder::{CostModel, LeastCost, cross, dot};
 pub use query::Visibility;
 pub(crate) use query::{BoxTests, Nearest};
+pub(crate) use raster::{BLOCK, Canvas};
 pub use raster::{OcclusionBuffer, ScreenBounds, TILE};
 pub(crate) use select::Candidate;
 pub use select::{DynamicSurface, Occlusion};

@@ -2,11 +2,13 @@
 //! what it says of one instance beside it.
 
 pub(super) mod backface;
+mod bands;
 pub(super) mod candidates;
 pub(super) mod degenerate;
 mod density;
 pub(super) mod detail;
 pub(super) mod frustum;
+mod hidden;
 pub(super) mod layer;
 pub(super) mod lod;
 mod occluders;

@@ -23,6 +23,7 @@ use crate::cull::occlusion::{
     BoxTests, Candidate, CostModel, LeastCost, Occluder, OcclusionBuffer, ScreenBounds, Shape,
     cross, dot,
 };
+use crate::jobs::{self, Jobs, MOST};
 use crate::prepared::Prepared;
 use crate::scene::Scene;
 use crate::sort::of_f32;
@@ -38,6 +39,15 @@ const LEAST_COVERED: f32 = 2.0;
 /// The most shapes of an instance of which each is boxed in the space of the scene. The boxes of
 /// more shapes are tested in the space of the instance.
 const FEW_SHAPES: usize = 6;
+
+/// The fewest entries that are worth a job.
+const LEAST_SWEPT: f32 = 96.0;
+
+/// The most entries of which all are tested: of more, most never come to the top.
+const MOST_SWEPT: usize = 1024;
+
+/// The place of an entry that is dropped: none has it, for so many would not fit into memory.
+const GONE: u32 = 0;
 
 /// The most meshes of which the least costs are looked up. With more, the look-up costs more than
 /// it saves.
@@ -73,8 +83,12 @@ pub(super) struct Search<'a> {
 pub(super) struct Frontier {
     open: BinaryHeap<Entry>,
     found: Vec<Found>,
-    /// Batches that were drawn since the search began.
+    /// Batches that were drawn since the search began, and how many had been when all that waited
+    /// was tested.
     drawn: u32,
+    swept: u32,
+    /// The last of those tests dropped too little.
+    is_kept: bool,
     considered: u64,
 }
 
@@ -113,12 +127,18 @@ impl Frontier {
     fn clear(&mut self) {
         self.open.clear();
         self.found.clear();
-        (self.drawn, self.considered) = (0, 0);
+        (self.drawn, self.swept, self.considered) = (0, 0, 0);
+        self.is_kept = false;
     }
 
     /// Notes that what was taken is drawn, so that what waits may be hidden.
     pub(super) fn note_drawn(&mut self) {
         self.drawn += 1;
+    }
+
+    /// Whether a batch was drawn since all that waits was tested, and testing it is likely to pay.
+    fn is_unswept(&self) -> bool {
+        self.drawn > self.swept && !self.is_kept
     }
 
     /// Number of shapes that were looked at.
@@ -163,7 +183,8 @@ impl Search<'_> {
         chosen.clear();
         while let Some(&(_, place)) = frontier.open.peek() {
             let Found { what, bounds, drawn } = frontier.found[!place as usize];
-            let is_hidden = drawn != frontier.drawn && self.is_hidden(bounds, frontier);
+            let is_known = drawn.max(frontier.swept) == frontier.drawn;
+            let is_hidden = !is_known && self.is_hidden(bounds, frontier);
             if let (What::Shape { cost, .. }, false) = (what, is_hidden)
                 && sum + cost > most
             {
@@ -185,6 +206,34 @@ impl Search<'_> {
             }
         }
         false
+    }
+
+    /// Drops all that waits and is hidden after a batch was drawn, in jobs, where there is enough. An
+    /// entry that is not tested here is tested when it comes to the top, which many never do. So it
+    /// pays while most of them are hidden, and is given up in a cull where they are not.
+    pub(super) fn sweep(&self, jobs: &dyn Jobs, frontier: &mut Frontier) {
+        let waiting = frontier.open.len();
+        let count = jobs::split(jobs, waiting as f32, LEAST_SWEPT, 1);
+        if count == 1 || waiting > MOST_SWEPT || !frontier.is_unswept() {
+            return;
+        }
+        let Frontier { open, found, .. } = frontier;
+        let mut entries = core::mem::take(open).into_vec();
+        let size = entries.len().div_ceil(count);
+        let mut chunks = entries.chunks_mut(size);
+        let mut chunks: [_; MOST] = array::from_fn(|_| chunks.next().unwrap_or_default());
+        jobs::each(jobs, &mut chunks[..count], |chunk| {
+            for entry in &mut **chunk {
+                let bounds = found[!entry.1 as usize].bounds;
+                if bounds.is_some_and(|b| self.buffer.covers(self.tests.simd(), &b)) {
+                    entry.1 = GONE;
+                }
+            }
+        });
+        entries.retain(|entry| entry.1 != GONE);
+        frontier.is_kept = entries.len() * 2 > waiting;
+        *open = BinaryHeap::from(entries);
+        frontier.swept = frontier.drawn;
     }
 
     /// Lists what is below a node of `level`.

@@ -14,11 +14,12 @@ use super::super::evidence::{CoverTest, Evidence};
 use super::super::frame::{Alone, Frame};
 use super::super::log::Log;
 use super::super::run::{Run, is_parted};
-use super::super::sets::{Clusters, Coarse, GROUP, Instances, groups, slots};
+use super::super::sets::{Clusters, Coarse, Instances};
 use super::density::Density;
 use super::occluders::{Frontier, Search, least_cost};
 use super::samples::Samples;
 use super::stake::Stake;
+use super::{bands, hidden};
 use crate::bits;
 use crate::bounds::Aabb;
 use crate::cull::occlusion::{
@@ -26,7 +27,7 @@ use crate::cull::occlusion::{
     Visibility,
 };
 use crate::funnel::{OcclusionTimes, OcclusionWork, Reason, Stage};
-use crate::scene::{MeshId, Scene, Tally};
+use crate::scene::{MeshId, Tally};
 use crate::sort::Sorter;
 use crate::view::View;
 
@@ -36,6 +37,10 @@ const ROUNDS: u32 = 4;
 /// Share of the budget that is drawn before what waits is tested against it.
 const BATCH: f32 = 0.125;
 
+/// Work of a cull, in microseconds of the cost model, from which on threads are woken for the next
+/// one.
+const LEAST_WORK: f32 = 20.0;
+
 /// A view's occlusion buffer, and memory.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Cache {
@@ -43,8 +48,11 @@ pub(in super::super) struct Cache {
     /// The last cull found that occlusion would not pay: the buffer is of another.
     is_left_out: bool,
     frontier: Frontier,
-    /// Shapes that are drawn next.
+    /// Shapes that are drawn next, and which of them turned out to be hidden by then.
     chosen: Vec<Candidate>,
+    hidden: Vec<bool>,
+    /// Work of the last cull, in microseconds of the cost model.
+    work: f32,
     samples: Samples,
     density: Density,
     nearest: Nearest,
@@ -60,6 +68,11 @@ impl Cache {
     /// The buffer of the last cull that drew one; `None` where it would not have paid.
     pub(in super::super) fn buffer(&self) -> Option<&OcclusionBuffer> {
         self.buffer.as_ref().filter(|_| !self.is_left_out)
+    }
+
+    /// Whether the last cull had enough to do for threads to be woken.
+    pub(in super::super) fn was_long(&self) -> bool {
+        self.work >= LEAST_WORK
     }
 
     /// Whether the instance of a slot was drawn into the buffer of the last cull.
@@ -148,6 +161,7 @@ fn test_all(
         stake = Stake::new(settings, costs, [instances, samples.triangles()], overheads);
     }
     cache.is_left_out = stake.is_nothing();
+    cache.work = 0.0;
     if cache.is_left_out {
         cache.drawn.clear();
         return Tally::default();
@@ -207,8 +221,9 @@ fn choose_and_draw(
     loop {
         let Cache { density, frontier, chosen, .. } = cache;
         let [batch, most] = [budget * BATCH, budget - spent];
-        let is_more =
-            search(frame, density, left, buffer, least_cost).take(frontier, [batch, most], chosen);
+        let search = search(frame, density, left, buffer, least_cost);
+        search.sweep(frame.jobs, frontier);
+        let is_more = search.take(frontier, [batch, most], chosen);
         work.chosen += chosen.len() as u64;
         let chose = log.now();
         spent += draw_chosen(frame, cache, buffer);
@@ -235,6 +250,8 @@ fn choose_and_draw(
     }
     work.considered = cache.frontier.considered();
     work.drawn = cache.drawn.len() as u64;
+    cache.work =
+        spent + work.considered as f32 * (frame.culler.costs.occluders.look_ns * 1e-3) as f32;
     work.times = log.has_clock().then_some(times);
     (work, hidden)
 }
@@ -268,13 +285,9 @@ fn search<'a>(
 /// those drawn cost.
 fn draw_chosen(frame: &Frame<'_>, cache: &mut Cache, buffer: &mut OcclusionBuffer) -> f32 {
     cache.sorter.sort(&mut cache.chosen, Candidate::by_nearness);
+    bands::draw(frame, &cache.chosen, buffer, &mut cache.hidden);
     let mut cost = 0.0;
-    for c in &cache.chosen {
-        if c.bounds.is_some_and(|b| buffer.covers(frame.culler.simd, &b)) {
-            continue;
-        }
-        let shape = &frame.scene.prepared_of(c.slot).shapes()[c.shape as usize];
-        shape.draw(frame.culler.simd, buffer, frame.scene.transform(c.slot));
+    for (c, _) in cache.chosen.iter().zip(&cache.hidden).filter(|(_, hidden)| !**hidden) {
         cache.drawn.push((c.slot, c.shape));
         cost += c.cost;
     }
@@ -289,7 +302,6 @@ fn test(
     log: &mut Log<'_>,
     buffer: &OcclusionBuffer,
 ) -> (u64, Tally) {
-    let scene = frame.scene;
     let mut against = BoxTests::new(buffer, frame.culler.simd);
     // Boxes that are empty are outside, though not by their nodes; the frustum drops them, where it
     // is on.
@@ -297,76 +309,10 @@ fn test(
         cache.nearest.read(frame.culler.simd, buffer);
         against = against.with_nearest(&cache.nearest);
     }
-    cache.whole.resize(set.alive.len(), 0);
-    let Instances { alive, inside, live } = set;
-    let hierarchy = scene.hierarchy();
-    let (mut tests, mut sum) = (0, Tally::default());
-    let (mut first, mut kept) = (0, 0);
-    while first < live.len() {
-        let start = live[first] as usize / GROUP * GROUP;
-        let of_group = first..first + groups(&live[first..]).next().map_or(1, <[u32]>::len);
-        let words = start..(start + GROUP).min(alive.len());
-        let (mut left, mut whole) = ([0; GROUP], [0; GROUP]);
-        let of_scene = alive[words.clone()].iter().zip(&scene.exempt()[words.clone()]);
-        left.iter_mut().zip(of_scene).for_each(|(left, (alive, exempt))| *left = alive & !exempt);
-        let stood_in = stand_ins_unseen(scene, buffer, start, &mut left);
-        let mut dropped = left;
-        let (nodes, boxes) = (hierarchy.nodes(), hierarchy.boxes());
-        tests += against.group(nodes, boxes, start / GROUP, &mut left, &mut whole);
-        dropped.iter_mut().zip(&left).for_each(|(dropped, left)| *dropped &= !left);
-        dropped.iter_mut().zip(&stood_in).for_each(|(dropped, unseen)| *dropped |= unseen);
-        sum += scene.tally_of_words(start, &dropped[..words.len()]);
-        cache.whole[words.clone()].copy_from_slice(&whole[..words.len()]);
-        let of_words = alive[words.clone()].iter_mut().zip(&dropped);
-        let any_left = of_words.fold(0, |any, (alive, dropped)| {
-            *alive &= !dropped;
-            any | *alive
-        });
-        if log.wants_reasons() {
-            for (word, &dropped) in (start..).zip(&dropped) {
-                slots(word, dropped).for_each(|slot| log.drop_slot(slot, HIDDEN));
-            }
-        }
-        // No later stage looks at a word of which all is hidden.
-        if any_left == 0 {
-            inside[words].fill(0);
-        } else {
-            for at in of_group.clone() {
-                let word = live[at] as usize;
-                if alive[word] == 0 {
-                    inside[word] = 0;
-                } else {
-                    live[kept] = live[at];
-                    kept += 1;
-                }
-            }
-        }
-        first = of_group.end;
-    }
-    live.truncate(kept);
-    (tests, sum)
+    hidden::test(frame, &against, set, &mut cache.whole, log, buffer)
 }
 
-/// Takes out of the words of a group the instances that stand for others, which have no box in the
-/// hierarchy; one bit for each of them that is hidden or outside.
-fn stand_ins_unseen(
-    scene: &Scene,
-    buffer: &OcclusionBuffer,
-    start: usize,
-    left: &mut [u64; GROUP],
-) -> [u64; GROUP] {
-    let mut unseen = [0; GROUP];
-    let Some(stands) = scene.stand_ins() else { return unseen };
-    for ((word, left), unseen) in (start..).zip(left).zip(&mut unseen) {
-        let own = *left & stands.word(word);
-        *left &= !own;
-        let is_unseen = |slot: &u32| buffer.test_box(&scene.bounds(*slot)) != Visibility::Visible;
-        *unseen = slots(word, own).filter(is_unseen).fold(0, |all, s| all | 1 << (s % 64));
-    }
-    unseen
-}
-
-const HIDDEN: Reason = Reason { stage: Stage::Occlusion, detail: 0 };
+pub(super) const HIDDEN: Reason = Reason { stage: Stage::Occlusion, detail: 0 };
 
 /// Drops one instance alone, if it was dropped from among all: then the cache, which is that of the
 /// whole scene, says what hides it.

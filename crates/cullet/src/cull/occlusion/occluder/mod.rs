@@ -16,7 +16,7 @@ pub(crate) use patch::{Chunks, check_finite};
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::raster::{FACETS, OcclusionBuffer};
+use super::raster::{Canvas, FACETS, OcclusionBuffer};
 use crate::Simd;
 use crate::bounds::{Aabb, Boxes};
 use crate::costs::OccluderCosts;
@@ -60,6 +60,14 @@ impl Shape {
         match self {
             Self::Convex(convex) => convex.draw(simd, buffer, transform),
             Self::Patch(patch) => patch.draw(simd, buffer, transform),
+        }
+    }
+
+    /// Draws it onto a canvas.
+    pub(crate) fn draw_on(&self, simd: Simd, canvas: &mut Canvas<'_>, transform: &Transform) {
+        match self {
+            Self::Convex(convex) => convex.draw_on(simd, canvas, transform),
+            Self::Patch(patch) => patch.draw_on(simd, canvas, transform),
         }
     }
 

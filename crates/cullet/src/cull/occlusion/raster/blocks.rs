@@ -7,6 +7,7 @@
 //! time of a city.
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, mask16x8, mask16x32, u16x8, u16x32, u32x8};
@@ -211,40 +212,54 @@ impl Rectangle {
     }
 }
 
-/// Blocks of a buffer, to be drawn into.
+/// Blocks of a buffer, or of a band of it, to be drawn into.
 #[derive(Debug)]
 pub(crate) struct BlocksMut<'a> {
     /// Size of the whole buffer, in pixels.
     pub(crate) size: [u32; 2],
     pub(super) scale: Scale,
     pub(super) columns: usize,
+    /// Rows of blocks that are drawn into.
+    pub(super) rows: Range<usize>,
+    /// Blocks of those rows.
     pub(super) blocks: &'a mut [Block],
     pub(super) parted: &'a mut [u8],
     pub(super) pixels: &'a mut [Pixels],
 }
 
 impl BlocksMut<'_> {
-    /// The same, to be read.
+    /// Whether all pixels of a rectangle that are in these rows are nearer; those of no rectangle
+    /// are.
     #[inline(always)]
-    pub(crate) fn read(&self) -> Blocks<'_> {
-        Blocks {
+    pub(crate) fn covers<S: Simd>(&self, simd: S, bounds: &ScreenBounds) -> bool {
+        let [first, end] = [self.rows.start, self.rows.end].each(|row| (row * BLOCK[1]) as u32);
+        let (top, bottom) = (bounds.min[1].max(first), bounds.max[1].min(end - 1));
+        if top > bottom {
+            return true;
+        }
+        let ([left, _], [right, _]) = (bounds.min, bounds.max);
+        let within =
+            ScreenBounds { min: [left, top - first], max: [right, bottom - first], ..*bounds };
+        let own = Blocks {
             scale: self.scale,
             columns: self.columns,
             blocks: self.blocks,
             parted: self.parted,
             pixels: self.pixels,
-        }
+        };
+        own.covers(simd, &within)
+    }
+
+    /// The number of a block among its own.
+    #[inline(always)]
+    fn number(&self, [column, row]: [usize; 2]) -> usize {
+        (row - self.rows.start) * self.columns + column
     }
 
     /// Whether a tile of a block has a pixel that something as near as `nearness` would raise.
     #[inline(always)]
-    pub(super) fn is_open<S: Simd>(
-        &self,
-        simd: S,
-        [column, row]: [usize; 2],
-        nearness: f32,
-    ) -> bool {
-        let least = u16x8::from_slice(simd, &self.blocks[row * self.columns + column].least);
+    pub(super) fn is_open<S: Simd>(&self, simd: S, at: [usize; 2], nearness: f32) -> bool {
+        let least = u16x8::from_slice(simd, &self.blocks[self.number(at)].least);
         let steps = u16x8::splat(simd, self.scale.of_drawn(nearness));
         steps.simd_gt(least).to_bitmask() != 0
     }
@@ -256,11 +271,11 @@ impl BlocksMut<'_> {
     pub(super) fn raise<S: Simd>(
         &mut self,
         simd: S,
-        [column, row]: [usize; 2],
+        at: [usize; 2],
         covered: u32x8<S>,
         nearness: f32x8<S>,
     ) {
-        let block = row * self.columns + column;
+        let block = self.number(at);
         let none = u32x8::splat(simd, 0);
         let touched = covered.simd_ne(none).to_bitmask() as u8;
         let steps = self.scale.of_eight_drawn(simd, nearness);
@@ -298,11 +313,11 @@ impl BlocksMut<'_> {
     pub(super) fn steep<S: Simd>(
         &self,
         simd: S,
-        [column, row]: [usize; 2],
+        at: [usize; 2],
         far: f32x8<S>,
         near: f32x8<S>,
     ) -> u8 {
-        let block = row * self.columns + column;
+        let block = self.number(at);
         let least = u16x8::from_slice(simd, &self.blocks[block].least);
         let (far, near) =
             (self.scale.of_eight_drawn(simd, far), self.scale.of_eight_drawn(simd, near));
@@ -316,12 +331,12 @@ impl BlocksMut<'_> {
     pub(super) fn raise_pixels<S: Simd>(
         &mut self,
         simd: S,
-        [column, row]: [usize; 2],
+        at: [usize; 2],
         tile: usize,
         covered: u32,
         nearness: [f32x8<S>; 4],
     ) {
-        let block = row * self.columns + column;
+        let block = self.number(at);
         let [a, b, c, d] = nearness;
         let steps: u16x32<S> = {
             let [a, b] = [self.scale.of_eight_drawn(simd, a), self.scale.of_eight_drawn(simd, b)];

@@ -33,6 +33,8 @@ pub struct OcclusionBuffer {
     screen: Option<Screen>,
     origin: [f64; 3],
     pen: Pen,
+    /// Those of the bands but the first.
+    more: Vec<Pen>,
 }
 
 impl OcclusionBuffer {
@@ -59,6 +61,7 @@ impl OcclusionBuffer {
             screen: None,
             origin: [0.0; 3],
             pen: Pen::new(columns, rows),
+            more: Vec::new(),
         })
     }
 
@@ -73,7 +76,7 @@ impl OcclusionBuffer {
     pub fn begin(&mut self, view: &View, origin: [f64; 3]) {
         self.blocks.fill(Block::default());
         self.parted.fill(0);
-        let rows = self.blocks.len() / self.columns;
+        let rows = self.block_rows();
         let ([width, height], [across, down]) = (self.size.each(|s| s as usize), BLOCK);
         // What is not there never counts as open.
         if width % across != 0 {
@@ -83,6 +86,7 @@ impl OcclusionBuffer {
             (0..self.columns).for_each(|column| self.fill_beyond([column, rows - 1]));
         }
         self.pen.begin();
+        self.more.iter_mut().for_each(Pen::begin);
         self.screen = Some(Screen::new(view, origin, self.size));
         self.origin = origin;
     }
@@ -128,14 +132,56 @@ impl OcclusionBuffer {
                 size: self.size,
                 scale: self.scale(),
                 columns: self.columns,
+                rows: 0..self.blocks.len() / self.columns,
                 blocks: &mut self.blocks,
                 parted: &mut self.parted,
                 pixels: &mut self.pixels,
             },
             screen: self.screen.as_ref(),
             origin: self.origin,
+            nearest: f32::INFINITY,
             pen: &mut self.pen,
         }
+    }
+
+    /// Rows of blocks.
+    pub(crate) fn block_rows(&self) -> usize {
+        self.blocks.len() / self.columns
+    }
+
+    /// Canvases of bands, one below the other, that end at these rows of blocks: they ascend, and
+    /// the last is the number of rows. Drawing onto each draws what drawing onto the whole does.
+    pub(crate) fn bands(&mut self, ends: &[usize]) -> impl Iterator<Item = Canvas<'_>> {
+        let (columns, size, scale) = (self.columns, self.size, self.scale());
+        while self.more.len() + 1 < ends.len() {
+            self.more.push(Pen::new(columns, self.blocks.len() / columns));
+        }
+        let (screen, origin) = (self.screen.as_ref(), self.origin);
+        let mut rest = (&mut self.blocks[..], &mut self.parted[..], &mut self.pixels[..]);
+        let pens = core::iter::once(&mut self.pen).chain(&mut self.more);
+        let mut first = 0;
+        ends.iter().zip(pens).map(move |(&end, pen)| {
+            let count = (end - first) * columns;
+            let (blocks, parted, pixels) = core::mem::take(&mut rest);
+            let (blocks, parted, pixels) = (
+                blocks.split_at_mut(count),
+                parted.split_at_mut(count),
+                pixels.split_at_mut(count * 8),
+            );
+            rest = (blocks.1, parted.1, pixels.1);
+            let rows = first..end;
+            first = end;
+            let target = BlocksMut {
+                size,
+                scale,
+                columns,
+                rows,
+                blocks: blocks.0,
+                parted: parted.0,
+                pixels: pixels.0,
+            };
+            Canvas { target, screen, origin, nearest: f32::INFINITY, pen }
+        })
     }
 
     /// The nearness that covers all of a pixel, counted from the top left; 0 where none is proved,

@@ -18,6 +18,9 @@ pub(crate) struct Canvas<'a> {
     pub(crate) target: BlocksMut<'a>,
     pub(super) screen: Option<&'a Screen>,
     pub(super) origin: [f64; 3],
+    /// No nearer than this is drawn of the next shape. What hides its box so hides all of it, row
+    /// by row.
+    pub(crate) nearest: f32,
     pub(crate) pen: &'a mut Pen,
 }
 
@@ -87,8 +90,8 @@ impl Canvas<'_> {
         let projection = projection.get_or_insert_with(|| Projection::new(screen, size));
         let Some(projection) = projection else { return };
         let surface = surface.get_or_insert_with(|| Surface::new(*columns, *rows));
-        let target = &mut self.target;
-        dispatch!(simd, simd => surface.draw(simd, patch, screen, projection, target));
+        let (target, nearest) = (&mut self.target, self.nearest);
+        dispatch!(simd, simd => surface.draw(simd, patch, (screen, nearest), projection, target));
     }
 
     /// Covers what lies wholly within the outline of its pen.

@@ -24,6 +24,7 @@ mod span;
 mod steps;
 mod surface;
 
+pub(crate) use blocks::BLOCK;
 pub use blocks::TILE;
 pub(crate) use bounds::Rectangles;
 pub use bounds::ScreenBounds;

@@ -262,7 +262,8 @@ fn fill<S: Simd>(simd: S, target: &mut BlocksMut<'_>, outline: &Outline) {
     let down = f32x8::simd_from(simd, [0.0, 0.0, 0.0, 0.0, 4.0, 4.0, 4.0, 4.0]);
     let (low, high) = (splat(leftmost as f32), splat(rightmost as f32 + 1.0));
     let (first, last) = (leftmost as usize / BLOCK[0], rightmost as usize / BLOCK[0]);
-    for row in top as usize / BLOCK[1]..=bottom as usize / BLOCK[1] {
+    let rows = top as usize / BLOCK[1]..bottom as usize / BLOCK[1] + 1;
+    for row in rows.start.max(target.rows.start)..rows.end.min(target.rows.end) {
         let y0 = (row * BLOCK[1]) as f32;
         let y = f32x8::simd_from(simd, ROWS) + y0;
         let (mut from, mut to) = (low, high - 1.0);

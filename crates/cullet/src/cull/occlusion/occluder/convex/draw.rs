@@ -33,7 +33,16 @@ impl Convex {
     /// Draws it into `buffer`. Nothing where a number is not finite, where the eye is within, and
     /// before [`OcclusionBuffer::begin`].
     pub fn draw(&self, simd: crate::Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
-        let canvas = &mut buffer.canvas();
+        self.draw_on(simd, &mut buffer.canvas(), transform);
+    }
+
+    /// Draws it onto a canvas.
+    pub(crate) fn draw_on(
+        &self,
+        simd: crate::Simd,
+        canvas: &mut Canvas<'_>,
+        transform: &Transform,
+    ) {
         let Some(screen) = canvas.object_screen(transform) else { return };
         if dispatch!(simd, simd => self.outline(simd, &screen, canvas)) {
             return canvas.fill(simd);
@@ -86,7 +95,7 @@ impl Convex {
             max: [pixel(max[0], 0), pixel(max[1], 1)],
             nearness: nearest,
         };
-        if canvas.target.read().covers(simd, &bounds) {
+        if canvas.target.covers(simd, &bounds) {
             return;
         }
         let outline = &mut canvas.pen.outline;

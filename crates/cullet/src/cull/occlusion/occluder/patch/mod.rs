@@ -21,7 +21,7 @@ use layout::{Layout, cone};
 use split::Split;
 
 use super::super::OcclusionError;
-use super::super::raster::{Connected, OcclusionBuffer};
+use super::super::raster::{Canvas, Connected, OcclusionBuffer};
 use crate::Simd;
 use crate::array::Each;
 use crate::bounds::Aabb;
@@ -95,7 +95,12 @@ impl Patch {
     /// Draws it into `buffer`. Nothing where a number is not finite, and before
     /// [`OcclusionBuffer::begin`].
     pub fn draw(&self, simd: Simd, buffer: &mut OcclusionBuffer, transform: &Transform) {
-        buffer.canvas().draw_connected(simd, &self.mesh, transform);
+        self.draw_on(simd, &mut buffer.canvas(), transform);
+    }
+
+    /// Draws it onto a canvas.
+    pub(crate) fn draw_on(&self, simd: Simd, canvas: &mut Canvas<'_>, transform: &Transform) {
+        canvas.draw_connected(simd, &self.mesh, transform);
     }
 
     /// The box around its own triangles.

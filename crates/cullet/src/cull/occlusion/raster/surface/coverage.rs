@@ -68,7 +68,8 @@ impl Surface {
         let (mut columns, mut first, mut last) = (0, usize::MAX, 0);
         for row in 0..window.rows() {
             let mut open = 0;
-            for column in 0..window.across {
+            let is_own = target.rows.contains(&(row + window.block[1]));
+            for column in 0..if is_own { window.across } else { 0 } {
                 let at = [column + window.block[0], row + window.block[1]];
                 open |= u64::from(target.is_open(simd, at, window.cap)) << column;
             }

@@ -131,13 +131,13 @@ impl Surface {
         }
     }
 
-    /// Draws a patch, each side that it shows by itself.
+    /// Draws a patch, each side that it shows by itself, no nearer than `nearest`.
     #[inline(always)]
     pub(super) fn draw<S: Simd>(
         &mut self,
         simd: S,
         patch: &Connected,
-        screen: &ObjectScreen,
+        (screen, nearest): (&ObjectScreen, f32),
         projection: &Projection,
         target: &mut BlocksMut<'_>,
     ) {
@@ -148,7 +148,8 @@ impl Surface {
         if away == [true, true] {
             return;
         }
-        let Some(window) = self.project(simd, screen, projection, patch) else { return };
+        let Some(mut window) = self.project(simd, screen, projection, patch) else { return };
+        window.cap = window.cap.min(nearest);
         // What is drawn does not depend on where a window ends.
         for window in window.parts() {
             let Some(window) = self.opened(simd, window, target) else { continue };
