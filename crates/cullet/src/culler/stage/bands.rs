@@ -22,7 +22,7 @@ const LEAST_DRAWN: f32 = 10.0;
 /// A band that is drawn into.
 struct Band<'a> {
     canvas: Canvas<'a>,
-    /// Of each shape, whether it is hidden within the band.
+    /// Whether each shape is hidden within the band.
     hidden: &'a mut [bool],
 }
 

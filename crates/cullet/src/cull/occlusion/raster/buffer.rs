@@ -33,7 +33,7 @@ pub struct OcclusionBuffer {
     screen: Option<Screen>,
     origin: [f64; 3],
     pen: Pen,
-    /// Those of the bands but the first.
+    /// Pens of the bands but the first.
     more: Vec<Pen>,
 }
 
