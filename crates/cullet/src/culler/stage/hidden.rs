@@ -7,10 +7,13 @@ use core::array;
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::sets::{GROUP, Instances, groups, slots};
-use super::occlusion::HIDDEN;
 use crate::cull::occlusion::{BoxTests, OcclusionBuffer, Visibility};
+use crate::funnel::{Reason, Stage};
 use crate::jobs::{self, MOST};
 use crate::scene::{Scene, Tally};
+
+/// Reason for which an instance is dropped.
+pub(super) const HIDDEN: Reason = Reason { stage: Stage::Occlusion, detail: 0 };
 
 /// The fewest live words that are worth a job.
 const LEAST_WORDS: f32 = 48.0;

@@ -26,7 +26,7 @@ use crate::cull::occlusion::{
     BoxTests, Candidate, CostModel, LeastCost, Nearest, Occlusion, OcclusionBuffer, ScreenBounds,
     Visibility,
 };
-use crate::funnel::{OcclusionTimes, OcclusionWork, Reason, Stage};
+use crate::funnel::{OcclusionTimes, OcclusionWork, Stage};
 use crate::scene::{MeshId, Tally};
 use crate::sort::Sorter;
 use crate::view::View;
@@ -312,8 +312,6 @@ fn test(
     hidden::test(frame, &against, set, &mut cache.whole, log, buffer)
 }
 
-pub(super) const HIDDEN: Reason = Reason { stage: Stage::Occlusion, detail: 0 };
-
 /// Drops one instance alone, if it was dropped from among all: then the cache, which is that of the
 /// whole scene, says what hides it.
 fn test_alone(
@@ -323,11 +321,11 @@ fn test_alone(
     Alone { slot, all }: Alone<'_>,
 ) -> Tally {
     log.occlusion = all.funnel.occlusion;
-    if !set.has(slot) || all.reasons[slot as usize] != Some(HIDDEN) {
+    if !set.has(slot) || all.reasons[slot as usize] != Some(hidden::HIDDEN) {
         return Tally::default();
     }
     bits::set(&mut set.alive, slot as usize, false);
-    log.drop_slot(slot, HIDDEN);
+    log.drop_slot(slot, hidden::HIDDEN);
     frame.scene.tally_of(slot)
 }
 
