@@ -9,9 +9,11 @@ use bevy_camera::visibility::{
 };
 use bevy_camera::{Camera, Projection};
 use bevy_ecs::prelude::*;
+use bevy_light::cluster::ClusterVisibilityClass;
 use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
 
+use crate::lights::{CulletLight, Lamp, is_plain};
 use crate::marks::{Marked, Marks};
 use crate::mirror::CulletScene;
 use crate::occlusion::{CulletOcclusion, view as view_of};
@@ -30,30 +32,42 @@ pub(crate) fn check_others(
         &Camera,
         Has<NoCpuCulling>,
     )>,
-    mut others: Query<(Seen, &mut ViewVisibility), (Without<Mesh3d>, Without<NoCpuCulling>)>,
+    mut others: Query<
+        (Seen, &mut ViewVisibility, Option<&mut CulletLight>),
+        (Without<Mesh3d>, Without<NoCpuCulling>),
+    >,
+    lamps: Query<(), Lamp>,
     ranges: Option<Res<VisibleEntityRanges>>,
 ) {
     let mesh = TypeId::of::<Mesh3d>();
+    let cluster = TypeId::of::<ClusterVisibilityClass>();
     for (view, mut visible, mut state, frustum, layers, camera, is_exempt) in &mut views {
         if !camera.is_active {
             continue;
         }
         let state = &mut *state;
-        state.is_listed &= state.written == Some(visible.last_changed()) && state.strays.is_empty();
+        state.is_foreign = state.written.is_some_and(|tick| tick != visible.last_changed());
+        state.is_listed &= state.written.is_some() && !state.is_foreign && state.strays.is_empty();
         state.strays.clear();
+        state.has_unknown = false;
         let classes = visible.entities.iter_mut().filter(|(class, _)| **class != mesh);
         classes.for_each(|(_, list)| list.clear());
         let layers = layers.unwrap_or_default();
-        for (seen, mut view_visibility) in &mut others {
+        for (seen, mut view_visibility, light) in &mut others {
             let is_in = seen.inherited.get()
                 && layers.intersects(seen.layers.unwrap_or_default())
                 && is_in_range(&seen, view, ranges.as_deref())
                 && (is_exempt || seen.no_frustum_culling || is_in_frustum(&seen, frustum));
             if is_in {
-                view_visibility.set_visible();
+                // A lamp is marked once it is known whether it matters.
+                match light.filter(|_| lamps.contains(seen.entity) && is_plain(seen.class)) {
+                    Some(mut light) => light.bypass_change_detection().is_listed = true,
+                    None => view_visibility.set_visible(),
+                }
                 for &class in seen.class.iter().flat_map(|class| class.iter()) {
                     // What lost its mesh keeps the class.
                     let is_stray = class == mesh;
+                    state.has_unknown |= !is_stray && class != cluster;
                     let list = if is_stray { &mut state.strays } else { visible.get_mut(class) };
                     list.push(seen.entity);
                 }
@@ -163,8 +177,10 @@ pub(crate) fn check_meshes(
             let same = |known: &Known| (known.scene, known.order) == (now.scene, now.order);
             let same_order = state.known.as_ref().is_some_and(same);
             is_new = state.take(&mirror, same_order);
+            let is_same = |known: &Known| known.planes == now.planes && known.layers == now.layers;
+            state.version += u64::from(is_new || !state.known.as_ref().is_some_and(is_same));
             state.known = Some(now);
-            state.funnel.visible = state.list.len() as u64;
+            state.funnel.visible = state.listed.list.len() as u64;
         }
         is_changed |= is_new;
         if is_new || !state.is_listed || !state.strays.is_empty() || !mirror.checked.is_empty() {
@@ -175,7 +191,7 @@ pub(crate) fn check_meshes(
         state.is_listed = mirror.checked.is_empty();
         state.written = Some(visible.last_changed());
     }
-    let lists = || views.iter().filter(|view| view.5.is_active).map(|view| &view.2.list[..]);
+    let lists = || views.iter().filter(|view| view.5.is_active).map(|view| &view.2.listed.list[..]);
     if is_changed || *active != seeing {
         marks.list(lists(), |index| mirror.of_index(index), &mut marked);
         *active = seeing;
@@ -201,10 +217,10 @@ fn list(
     meshes.clear();
     meshes.extend_from_slice(&state.strays);
     if mirror.checked.is_empty() && state.strays.is_empty() {
-        meshes.extend_from_slice(&state.list);
+        meshes.extend_from_slice(&state.listed.list);
         return;
     }
-    for &entity in &state.list {
+    for &entity in &state.listed.list {
         if !mirror.checked.contains(&entity) {
             visible.push(entity, mesh);
             continue;

@@ -27,6 +27,9 @@
 //! | [`CulletOcclusion`] | a camera: what lies behind other meshes is not drawn |
 //! | [`CulletOccluder`], [`NoCulletOccluder`] | an entity: what hides, and what never does |
 //! | [`NoCulletOcclusion`] | an entity: what is never hidden |
+//! | [`CulletLights`] | settings of what is left out of lights and their shadows |
+//! | [`CulletLight`] | a light, added by itself: whether it was left out, and how much it draws |
+//! | [`NoCulletLight`] | a light: it is drawn as Bevy draws it |
 //! | [`CulletPrepare`] | when occluders are made |
 //! | [`CulletExplain`] | why an entity is drawn or not |
 //! | [`CulletDiagnosticsPlugin`] | the funnel as diagnostics |
@@ -40,11 +43,15 @@
 #[cfg(feature = "baked")]
 mod baked;
 mod bits;
+mod casters;
 mod check;
 mod diagnostics;
 mod explain;
 mod follow;
 mod inherit;
+mod lights;
+mod list;
+mod map;
 mod marks;
 mod mirror;
 mod occluder;
@@ -54,9 +61,13 @@ mod overlay;
 #[cfg(feature = "pbr")]
 mod pbr;
 mod plugin;
+mod receivers;
+#[cfg(feature = "pbr")]
+mod render;
 mod seen;
 mod ticks;
 mod view;
+mod without;
 
 pub use engine;
 
@@ -66,6 +77,7 @@ pub use baked::{CulletBaked, CulletBakedError, CulletBakedLoader, CulletBakedPlu
 use bevy_camera::visibility::check_visibility_cpu_culling;
 pub use diagnostics::CulletDiagnosticsPlugin;
 pub use explain::{CulletExplain, CulletReason};
+pub use lights::{CulletLight, CulletLights, NoCulletLight};
 pub use mirror::CulletScene;
 pub use occluder::{CulletOccluder, CulletPrepare, NoCulletOccluder};
 pub use occlusion::CulletOcclusion;

@@ -17,7 +17,7 @@ use bevy_camera::visibility::{
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::{InternedSystemSet, ScheduleCleanupPolicy};
 
-use crate::bits::slots_of;
+use crate::bits::{slots, slots_of};
 use crate::ticks::{MANY, ROWS};
 
 /// Entities that cameras list.
@@ -30,6 +30,9 @@ pub(crate) struct Marks {
     /// Entities that were seen in the last frame, and not yet in this one.
     leaving: Vec<Entity>,
     scratch: Vec<u64>,
+    /// One bit an index of an entity: a shadow map lists it.
+    cast: Vec<u64>,
+    cast_count: usize,
     /// Mark that Bevy gives a visible entity when a frame begins.
     was_visible: ViewVisibility,
 }
@@ -39,11 +42,6 @@ pub(crate) type Marked<'w, 's> =
     Query<'w, 's, (Entity, &'static mut ViewVisibility), Without<NoCpuCulling>>;
 
 impl Marks {
-    fn is_listed(&self, entity: Entity) -> bool {
-        let at = entity.index_u32() as usize;
-        self.listed.get(at / 64).is_some_and(|word| word >> (at % 64) & 1 == 1)
-    }
-
     /// Takes over other lists, and marks what was in none before: `entity` tells the entity of an
     /// index.
     pub(crate) fn list<'a>(
@@ -52,66 +50,122 @@ impl Marks {
         entity: impl Fn(usize) -> Option<Entity>,
         all: &mut Marked,
     ) {
-        let mut next = std::mem::take(&mut self.scratch);
-        next.clear();
-        next.resize(self.listed.len(), 0);
-        for entity in lists.flatten() {
-            let at = entity.index_u32() as usize;
-            if next.len() <= at / 64 {
-                next.resize(at / 64 + 1, 0);
-            }
-            next[at / 64] |= 1 << (at % 64);
-        }
-        self.listed.resize(next.len(), 0);
-        self.count = 0;
-        for (word, (new, old)) in next.iter().zip(&self.listed).enumerate() {
-            self.count += new.count_ones() as usize;
-            for index in slots_of(word, new & !old) {
-                let entity = entity(index as usize);
-                if let Some((_, mut mark)) = entity.and_then(|entity| all.get_mut(entity).ok()) {
-                    mark.set_visible();
-                }
-            }
-        }
-        self.scratch = std::mem::replace(&mut self.listed, next);
+        self.count = take(&mut self.listed, &mut self.scratch, lists, entity, all);
+    }
+
+    /// The same for the lists of shadow maps.
+    pub(crate) fn list_casters<'a>(
+        &mut self,
+        lists: impl Iterator<Item = &'a [Entity]>,
+        entity: impl Fn(usize) -> Option<Entity>,
+        all: &mut Marked,
+    ) {
+        self.cast_count = take(&mut self.cast, &mut self.scratch, lists, entity, all);
     }
 
     /// Marks all that is listed, and notes what else was seen in the last frame. `false` where a
     /// mark is not as it was left: then those of all lists are to be set one by one.
     pub(crate) fn set(&mut self, all: &mut Marked) -> bool {
-        let (listed, was) = (&*self, self.was_visible);
-        let found = Mutex::new((0, Vec::new()));
-        let set = |entities: &[Entity], rows: &mut [ViewVisibility]| {
-            let (mut count, mut leaving) = (0, Vec::new());
-            for (entities, rows) in entities.chunks(ROWS).zip(rows.chunks_mut(ROWS)) {
-                let bits = bits_of(rows, |mark| mark != ViewVisibility::HIDDEN);
-                for row in slots_of(0, bits).map(|row| row as usize) {
-                    let is_listed = listed.is_listed(entities[row]);
-                    count += usize::from(is_listed);
-                    if is_listed && rows[row] == was {
-                        rows[row] = ViewVisibility::VISIBLE;
-                    } else if rows[row] == was {
-                        leaving.push(entities[row]);
-                    }
+        set(&self.listed, &mut self.leaving, self.was_visible, all) == self.count
+    }
+
+    /// Marks all that shadow maps list: after [`set`](Self::set).
+    pub(crate) fn cast(
+        &mut self,
+        entity: impl Fn(usize) -> Option<Entity>,
+        all: &mut Marked,
+    ) {
+        if self.cast_count == 0 {
+            return;
+        }
+        if set(&self.cast, &mut self.leaving, self.was_visible, all) != self.cast_count {
+            for entity in slots(&self.cast).filter_map(|index| entity(index as usize)) {
+                if let Ok((_, mut mark)) = all.get_mut(entity) {
+                    mark.set_visible();
                 }
             }
-            // Locked once for each part of a table.
-            if let Ok(mut found) = found.lock() {
-                found.0 += count;
-                found.1.append(&mut leaving);
-            }
-        };
-        if !is_large(all) {
-            let tables = all.contiguous_iter_mut().into_iter().flatten();
-            tables.for_each(|(entities, mut rows)| set(entities, rows.bypass_change_detection()));
-        } else if let Ok(tables) = all.contiguous_par_iter_mut() {
-            tables.for_each(|(entities, mut rows)| set(entities, rows.bypass_change_detection()));
         }
-        let (count, mut leaving) = found.into_inner().unwrap_or_default();
-        self.leaving.clear();
-        self.leaving.append(&mut leaving);
-        count == self.count
     }
+}
+
+fn has(bits: &[u64], entity: Entity) -> bool {
+    let at = entity.index_u32() as usize;
+    bits.get(at / 64).is_some_and(|word| word >> (at % 64) & 1 == 1)
+}
+
+/// Makes `bits` those of other lists, and marks what is new in them. Returns how many there are.
+fn take<'a>(
+    bits: &mut Vec<u64>,
+    scratch: &mut Vec<u64>,
+    lists: impl Iterator<Item = &'a [Entity]>,
+    entity: impl Fn(usize) -> Option<Entity>,
+    all: &mut Marked,
+) -> usize {
+    scratch.clear();
+    scratch.resize(bits.len(), 0);
+    for entity in lists.flatten() {
+        let at = entity.index_u32() as usize;
+        if scratch.len() <= at / 64 {
+            scratch.resize(at / 64 + 1, 0);
+        }
+        scratch[at / 64] |= 1 << (at % 64);
+    }
+    bits.resize(scratch.len(), 0);
+    let mut count = 0;
+    for (word, (new, old)) in scratch.iter().zip(&*bits).enumerate() {
+        count += new.count_ones() as usize;
+        for index in slots_of(word, new & !old) {
+            let entity = entity(index as usize);
+            if let Some((_, mut mark)) = entity.and_then(|entity| all.get_mut(entity).ok()) {
+                mark.set_visible();
+            }
+        }
+    }
+    std::mem::swap(bits, scratch);
+    count
+}
+
+/// Marks what has a bit and was seen in the last frame, and lists what was seen and has none.
+/// Returns how many have a bit and a mark.
+fn set(
+    bits: &[u64],
+    leaving: &mut Vec<Entity>,
+    was: ViewVisibility,
+    all: &mut Marked,
+) -> usize {
+    let found = Mutex::new((0, std::mem::take(leaving)));
+    if let Ok(mut found) = found.lock() {
+        found.1.clear();
+    }
+    let set = |entities: &[Entity], rows: &mut [ViewVisibility]| {
+        let (mut count, mut leaving) = (0, Vec::new());
+        for (entities, rows) in entities.chunks(ROWS).zip(rows.chunks_mut(ROWS)) {
+            let seen = bits_of(rows, |mark| mark != ViewVisibility::HIDDEN);
+            for row in slots_of(0, seen).map(|row| row as usize) {
+                let is_listed = has(bits, entities[row]);
+                count += usize::from(is_listed);
+                if is_listed && rows[row] == was {
+                    rows[row] = ViewVisibility::VISIBLE;
+                } else if rows[row] == was {
+                    leaving.push(entities[row]);
+                }
+            }
+        }
+        // Locked once for each part of a table.
+        if let Ok(mut found) = found.lock() {
+            found.0 += count;
+            found.1.append(&mut leaving);
+        }
+    };
+    if !is_large(all) {
+        let tables = all.contiguous_iter_mut().into_iter().flatten();
+        tables.for_each(|(entities, mut rows)| set(entities, rows.bypass_change_detection()));
+    } else if let Ok(tables) = all.contiguous_par_iter_mut() {
+        tables.for_each(|(entities, mut rows)| set(entities, rows.bypass_change_detection()));
+    }
+    let (count, found) = found.into_inner().unwrap_or_default();
+    *leaving = found;
+    count
 }
 
 fn is_large(all: &Marked) -> bool {
@@ -186,6 +240,8 @@ impl Replaced {
             count: 0,
             leaving: Vec::new(),
             scratch: Vec::new(),
+            cast: Vec::new(),
+            cast_count: 0,
             was_visible: self.was_visible,
         }
     }

@@ -11,6 +11,7 @@ use bevy_pbr::{DefaultOpaqueRendererMethod, MeshMaterial3d, StandardMaterial};
 use bevy_reflect::tuple_struct::GetTupleStructField;
 use bevy_render::render_resource::Face;
 
+use crate::receivers::Transmits;
 use crate::{CulletOccluder, CulletOcclusion, NoCulletOccluder, NoCulletOcclusion};
 
 /// Marker of entities that got their [`CulletOccluder`] here.
@@ -191,5 +192,21 @@ pub(crate) fn by_material(
     changed.iter().for_each(&mut judge);
     if !touched.is_empty() {
         all.iter().filter(|(_, material, ..)| touched.contains(&material.id())).for_each(judge);
+    }
+}
+
+/// Notes whether some material is lit from behind at a depth of its own: Bevy asks for light and
+/// shadows at a place beside the surface then, farther than anybody knows.
+pub(crate) fn transmits(
+    materials: Option<Res<Assets<StandardMaterial>>>,
+    mut events: Option<MessageReader<AssetEvent<StandardMaterial>>>,
+    mut transmits: ResMut<Transmits>,
+) {
+    let Some(materials) = materials else { return };
+    if events.iter_mut().flat_map(|events| events.read()).count() > 0 {
+        let is_deep = |material: &StandardMaterial| {
+            material.diffuse_transmission != 0.0 && material.thickness != 0.0
+        };
+        transmits.0 = materials.iter().any(|(_, material)| is_deep(material));
     }
 }

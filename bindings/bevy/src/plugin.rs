@@ -6,13 +6,21 @@ use bevy_camera::visibility::{
     VisibilitySystems, check_visibility_cpu_culling, check_visibility_ranges,
 };
 use bevy_ecs::prelude::*;
+use bevy_light::{
+    DirectionalLight, PointLight, SimulationLightSystems, SpotLight,
+    check_dir_light_mesh_visibility, check_point_light_mesh_visibility,
+};
+use bevy_transform::TransformSystems;
 
+use crate::casters::cast;
 use crate::check::{check_meshes, check_others};
 use crate::follow::follow;
 use crate::inherit::inherit;
+use crate::lights::{CulletLight, CulletLights, leave_out};
 use crate::marks::{Replaced, hide, remove, reset};
 use crate::mirror::CulletScene;
 use crate::occluder::{CulletPrepare, OccluderMeshes, prepare};
+use crate::receivers::{Receivers, Transmits};
 use crate::view::CulletView;
 
 /// Steps of the plugin, in [`PostUpdate`], within [`VisibilitySystems::CheckVisibility`].
@@ -39,7 +47,11 @@ impl Plugin for CulletPlugin {
         let replaced = Replaced::find();
         app.insert_resource(replaced.marks());
         app.insert_resource(replaced);
+        app.init_resource::<CulletLights>().init_resource::<Receivers>().init_resource::<Transmits>();
         app.register_required_components::<Camera, CulletView>();
+        app.register_required_components::<PointLight, CulletLight>();
+        app.register_required_components::<SpotLight, CulletLight>();
+        app.register_required_components::<DirectionalLight, CulletLight>();
         app.configure_sets(
             PostUpdate,
             (CulletSystems::Follow, CulletSystems::Check)
@@ -51,13 +63,13 @@ impl Plugin for CulletPlugin {
             PostUpdate,
             (
                 (follow, prepare).chain().in_set(CulletSystems::Follow),
-                (check_others, check_meshes).chain().in_set(CulletSystems::Check),
+                (check_others, check_meshes, leave_out).chain().in_set(CulletSystems::Check),
             ),
         );
         #[cfg(feature = "pbr")]
         app.add_systems(
             PostUpdate,
-            crate::pbr::by_material
+            (crate::pbr::by_material, crate::pbr::transmits)
                 .after(bevy_asset::AssetEventSystems)
                 .before(CulletSystems::Follow),
         );
@@ -66,11 +78,22 @@ impl Plugin for CulletPlugin {
     fn finish(&self, app: &mut App) {
         let Some(replaced) = app.world_mut().remove_resource::<Replaced>() else { return };
         remove(app, check_visibility_cpu_culling.into_system_set());
+        remove(app, check_dir_light_mesh_visibility.into_system_set());
+        remove(app, check_point_light_mesh_visibility.into_system_set());
         replaced.systems.iter().for_each(|&set| remove(app, set));
+        #[cfg(feature = "pbr")]
+        crate::render::build(app);
         app.add_systems(
             PostUpdate,
             (
                 (inherit, reset).in_set(VisibilitySystems::VisibilityPropagate),
+                // In the order of those that it stands for.
+                cast.in_set(SimulationLightSystems::CheckLightVisibility)
+                    .after(VisibilitySystems::CalculateBounds)
+                    .after(TransformSystems::Propagate)
+                    .after(SimulationLightSystems::UpdateLightFrusta)
+                    .after(VisibilitySystems::CheckVisibility)
+                    .before(VisibilitySystems::MarkNewlyHiddenEntitiesInvisible),
                 hide.in_set(VisibilitySystems::MarkNewlyHiddenEntitiesInvisible),
             ),
         );

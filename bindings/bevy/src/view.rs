@@ -10,7 +10,8 @@ use engine::cull::frustum::tree::Cut;
 use engine::view::Frustum as Region;
 use engine::{Scene, Simd};
 
-use crate::bits::{slots, slots_of};
+use crate::bits::slots_of;
+use crate::list::Listed;
 use crate::mirror::CulletScene;
 
 /// How many entities with a mesh each stage left, for one camera in one frame.
@@ -36,14 +37,13 @@ pub struct CulletView {
     pub(crate) cut: Cut,
     /// One bit a slot: in the frustum and the layers.
     found: Vec<u64>,
-    /// One bit a slot: seen by the last frame, ranges and occlusion included.
-    pub(crate) seen: Vec<u64>,
+    /// Seen in the last frame, ranges and occlusion included.
+    pub(crate) listed: Listed,
     pub(crate) next: Vec<u64>,
-    /// The entities of `seen`, sorted.
-    pub(crate) list: Vec<Entity>,
-    /// Inputs that `seen` was found from.
+    /// Inputs that `listed` was found from.
     pub(crate) known: Option<Known>,
-    pub(crate) scratch: Vec<Entity>,
+    /// Rises with each frame in which `listed` may have changed.
+    pub(crate) version: u64,
     pub(crate) hidden: crate::occlusion::Hidden,
     /// When `VisibleEntities` was written last, by us: nobody else wrote to it where it has not
     /// changed since.
@@ -52,6 +52,10 @@ pub struct CulletView {
     pub(crate) is_listed: bool,
     /// Entities that are listed among the meshes and are none any more.
     pub(crate) strays: Vec<Entity>,
+    /// Somebody else wrote to `VisibleEntities` since the last frame's check.
+    pub(crate) is_foreign: bool,
+    /// Something is listed that is neither a mesh nor a light, a probe or a decal.
+    pub(crate) has_unknown: bool,
 }
 
 /// Inputs of the answer: where they are the same as in the last frame, so is the answer.
@@ -75,12 +79,12 @@ pub(crate) fn half_spaces(frustum: &Frustum) -> [[f32; 4]; 5] {
 }
 
 /// The same region, of planes that point out. One that is not finite rejects nothing.
-pub(crate) fn region(half_spaces: &[[f32; 4]; 5]) -> Region {
-    let plane = |i: usize| {
-        let [x, y, z, d] = half_spaces[i].map(f64::from);
+pub(crate) fn region(half_spaces: &[[f32; 4]]) -> Region {
+    let plane = |half_space: &[f32; 4]| {
+        let [x, y, z, d] = half_space.map(f64::from);
         Plane { normal: [-x, -y, -z], d }
     };
-    Region::from_planes(std::array::from_fn(|i| (i < 5).then(|| plane(i))))
+    Region::from_planes(std::array::from_fn(|i| half_spaces.get(i).map(plane)))
 }
 
 /// Whether a box of an entity is outside of one of the half-spaces, by more than f32 rounds.
@@ -186,33 +190,9 @@ impl CulletView {
         self.next.iter().map(|word| u64::from(word.count_ones())).sum()
     }
 
-    /// Makes `next` what is seen, and brings the list after it: sorted anew where slots were, else
-    /// by what came and went. Tells whether it changed.
+    /// Makes `next` what is seen, and brings the list after it. Tells whether it changed.
     pub(crate) fn take(&mut self, mirror: &CulletScene, same_order: bool) -> bool {
-        let entity = |slot| Entity::from_bits(mirror.scene.user_data(slot));
-        if !same_order || self.seen.len() > self.next.len() {
-            self.list.clear();
-            self.list.extend(slots(&self.next).map(entity));
-            self.list.sort_unstable();
-            std::mem::swap(&mut self.seen, &mut self.next);
-            return true;
-        }
-        self.seen.resize(self.next.len(), 0);
-        let mut changed = Vec::new();
-        for (word, (old, new)) in self.seen.iter().zip(&self.next).enumerate() {
-            let differ = old ^ new;
-            changed.extend(slots_of(word, differ).map(entity));
-        }
-        if changed.is_empty() {
-            return false;
-        }
-        // An entity is in the old list or among the new ones, never in both: those that are in both
-        // lists went.
-        changed.sort_unstable();
-        merge(&self.list, &changed, &mut self.scratch);
-        std::mem::swap(&mut self.list, &mut self.scratch);
-        std::mem::swap(&mut self.seen, &mut self.next);
-        true
+        self.listed.take(mirror, same_order, &mut self.next)
     }
 }
 
@@ -245,22 +225,4 @@ fn decide(
         kept |= u64::from(straddles(entity)) << (slot % 64);
     }
     kept
-}
-
-/// Writes the entities that are in exactly one of two sorted lists.
-fn merge(a: &[Entity], b: &[Entity], out: &mut Vec<Entity>) {
-    out.clear();
-    out.reserve(a.len() + b.len());
-    let mut rest = a;
-    for &entity in b {
-        let at = rest.partition_point(|&e| e < entity);
-        out.extend_from_slice(&rest[..at]);
-        rest = &rest[at..];
-        if rest.first() == Some(&entity) {
-            rest = &rest[1..];
-        } else {
-            out.push(entity);
-        }
-    }
-    out.extend_from_slice(rest);
 }

@@ -169,7 +169,9 @@ struct Ear {
 
 fn listen(app: &mut Headless) {
     app.app.init_resource::<Ear>();
-    let cast = |ear: Res<Ear>, mut marks: Query<&mut ViewVisibility>| {
+    // Without those that the GPU culls: Bevy sets their marks in a system of no known order to this.
+    type Marks<'w, 's> = Query<'w, 's, &'static mut ViewVisibility, Without<NoCpuCulling>>;
+    let cast = |ear: Res<Ear>, mut marks: Marks| {
         for &caster in ear.casters.iter().take(20) {
             if let Ok(mut mark) = marks.get_mut(caster) {
                 mark.set_visible();
@@ -178,7 +180,7 @@ fn listen(app: &mut Headless) {
     };
     // Wherever in the frame: as custom checks, and as the shadows of lights.
     app.app.add_systems(PostUpdate, cast.in_set(VisibilitySystems::CheckVisibility));
-    let late = |ear: Res<Ear>, mut marks: Query<&mut ViewVisibility>| {
+    let late = |ear: Res<Ear>, mut marks: Marks| {
         for &caster in ear.casters.iter().rev().take(10) {
             if let Ok(mut mark) = marks.get_mut(caster) {
                 mark.set_visible();

@@ -9,8 +9,10 @@ mod first;
 #[path = "../common/picture.rs"]
 mod picture;
 
+mod cells;
 mod deformed;
 mod kit;
+mod lights;
 mod moving;
 mod mutants;
 mod overlay;

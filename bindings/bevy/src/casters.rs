@@ -1,0 +1,342 @@
+//! Casters: the lists of what each shadow map draws.
+//!
+//! Stands for Bevy's `check_dir_light_mesh_visibility` and `check_point_light_mesh_visibility`. The
+//! order of a frame:
+//!
+//! 1. [`leave_out`](crate::lights::leave_out), in [`CulletSystems::Check`](crate::CulletSystems::Check):
+//!    which lamps matter.
+//! 2. Bevy clusters what is left, and makes the frusta of the shadow maps.
+//! 3. [`cast`], in `SimulationLightSystems::CheckLightVisibility`: of each map ([`Map`]) whose inputs
+//!    ([`Known`]) changed, the hierarchy is cut by the map's half-spaces ([`View`]), as by those of
+//!    a camera; what straddles one is asked by Bevy's own tests. Of those, [`Map::allow`] keeps what
+//!    can throw a shadow onto something that is drawn: for each [`Eye`] the region of casters
+//!    ([`CasterRegion`]) of the box around what it sees in the map.
+//! 4. [`Marks::cast`] marks what the maps list, in one pass over the tables.
+//!
+//! A list is what Bevy would list, or less.
+
+use std::any::TypeId;
+
+use bevy_camera::primitives::{CascadesFrusta, CubemapFrusta, Frustum};
+use bevy_camera::visibility::{
+    CascadesVisibleEntities, CubemapVisibleEntities, NoCpuCulling, RenderLayers, ViewVisibility,
+    VisibleEntities, VisibleEntityRanges, VisibleMeshEntities,
+};
+use bevy_camera::{Camera, RenderTarget, ShadowLodOrigin};
+use bevy_ecs::change_detection::Tick;
+use bevy_ecs::entity::{EntityHashMap, EntityHashSet};
+use bevy_ecs::prelude::*;
+use bevy_ecs::system::SystemParam;
+use bevy_light::cluster::ClusterVisibilityClass;
+use bevy_light::{
+    Cascades, DirectionalLight, DirectionalLightShadowMap, PointLight, PointLightShadowMap,
+    SpotLight, VolumetricLight, get_shadow_lod_origin,
+};
+use bevy_reflect::structs::GetField;
+use bevy_transform::components::GlobalTransform;
+use engine::cull::shadow::Light;
+
+use crate::lights::{CulletLight, NoCulletLight, WIDER, forward};
+use crate::map::{Boxes, Frame, Map, Scratch, View, half_spaces};
+use crate::marks::{Marked, Marks};
+use crate::mirror::CulletScene;
+use crate::receivers::{Eyes, Receivers};
+use crate::seen::{OfMesh, Seen, mask};
+use crate::without::WithoutShadows;
+
+/// Shadow maps of a light.
+#[derive(Debug, Default)]
+pub(crate) struct Maps {
+    faces: [Map; 6],
+    spot: Map,
+    cascades: EntityHashMap<Vec<Map>>,
+    /// When each of the three lists was written last, by us.
+    written: [Option<Tick>; 3],
+}
+
+impl Maps {
+    fn all(&self) -> impl Iterator<Item = &Map> {
+        let lamps = self.faces.iter().chain([&self.spot]);
+        lamps.chain(self.cascades.values().flatten())
+    }
+}
+
+/// The maps that are drawn, and what they list.
+#[derive(Debug, Default)]
+pub(crate) struct Drawn {
+    frame: u64,
+    /// Lights, eyes and numbers of the maps of this frame, and of the last.
+    maps: [Vec<([Entity; 2], usize)>; 2],
+    is_new: bool,
+}
+
+impl Drawn {
+    fn is_empty(&self) -> bool {
+        self.maps[0].is_empty()
+    }
+
+    fn begin(&mut self) {
+        self.frame += 1;
+        self.is_new = false;
+        self.maps.swap(0, 1);
+        self.maps[0].clear();
+    }
+
+    fn put(&mut self, map: &mut Map, of: [Entity; 2], number: usize, is_new: bool) {
+        map.frame = self.frame;
+        self.maps[0].push((of, number));
+        self.is_new |= is_new;
+    }
+
+    fn is_changed(&self) -> bool {
+        self.is_new || self.maps[0] != self.maps[1]
+    }
+}
+
+/// A light, and where its maps list what they draw.
+type Lights<'w, 's> = Query<
+    'w,
+    's,
+    (
+        Entity,
+        &'static mut CulletLight,
+        &'static GlobalTransform,
+        Option<&'static RenderLayers>,
+        (Has<VolumetricLight>, Has<NoCulletLight>),
+        Option<(&'static PointLight, &'static CubemapFrusta, &'static mut CubemapVisibleEntities)>,
+        Option<(&'static SpotLight, &'static Frustum, &'static mut VisibleMeshEntities)>,
+        Option<(
+            &'static DirectionalLight,
+            &'static CascadesFrusta,
+            &'static Cascades,
+            &'static mut CascadesVisibleEntities,
+        )>,
+    ),
+>;
+
+/// Whose distance decides which level throws the shadows of lamps.
+#[derive(SystemParam)]
+pub(crate) struct LodOrigin<'w, 's> {
+    cameras: Query<'w, 's, (Entity, &'static RenderTarget), With<Camera>>,
+    origins: Query<'w, 's, Entity, With<ShadowLodOrigin>>,
+    lamps: Query<'w, 's, Entity, Or<(With<PointLight>, With<SpotLight>)>>,
+}
+
+impl LodOrigin<'_, '_> {
+    fn find(&mut self) -> Option<Entity> {
+        get_shadow_lod_origin(
+            self.cameras.transmute_lens_filtered(),
+            self.origins.transmute_lens_filtered(),
+            self.lamps.transmute_lens_filtered(),
+        )
+    }
+}
+
+/// Texels of a directional or a spot light's map that a pixel is shaded by, on each side.
+const TEXELS: f64 = 6.0;
+
+/// How far beside a receiver the maps of a lamp are read, `texel` being the size of a texel at a
+/// distance of 1 and `filter` what the filter reads around it there. `None` where there is no
+/// telling.
+fn margin(range: f32, [depth, normal]: [f32; 2], texel: f64, filter: f64) -> Option<f64> {
+    let range = f64::from(range);
+    let beside = f64::from(normal.abs()) * texel * 1.5 + filter + TEXELS * texel + 1e-4;
+    Some(range * beside + f64::from(depth.abs())).filter(|m| m.is_finite() && range > 0.0)
+}
+
+/// Maps of more texels than every device has may have fewer than they should.
+fn texels(size: usize) -> f64 {
+    size.min(2048) as f64
+}
+
+/// Fills the lists of casters of all lights, and marks what they list.
+pub(crate) fn cast(
+    mirror: Res<CulletScene>,
+    receivers: Res<Receivers>,
+    mut marks: ResMut<Marks>,
+    (eyes, mut without, mut lod_origin): (Eyes, WithoutShadows, LodOrigin),
+    views: Query<(Ref<VisibleEntities>, Option<&crate::CulletView>)>,
+    mut lights: Lights,
+    (boxes, all): (Boxes, Query<Seen, OfMesh>),
+    mut marked: Marked,
+    off_cpu: Query<&ViewVisibility, With<NoCpuCulling>>,
+    ranges: Option<Res<VisibleEntityRanges>>,
+    (point_size, sun_size): (Option<Res<PointLightShadowMap>>, Option<Res<DirectionalLightShadowMap>>),
+    mut scratch: Local<Scratch>,
+    (mut lamps, mut drawn): (Local<EntityHashSet>, Local<Drawn>),
+) {
+    let without = without.follow();
+    if lights.is_empty() && drawn.is_empty() {
+        return;
+    }
+    let scratch = &mut *scratch;
+    let gathered = eyes.gather(&mirror);
+    let restrict = eyes.restrict();
+    let frame = Frame {
+        mirror: &mirror,
+        eyes: &gathered,
+        is_foreign: views.iter().any(|(visible, state)| {
+            state.is_some_and(|state| state.written.is_some_and(|at| at != visible.last_changed()))
+        }),
+        receivers: receivers.step,
+        without,
+        boxes: &boxes,
+        all: &all,
+        ranges: ranges.as_deref(),
+    };
+    let class = TypeId::of::<ClusterVisibilityClass>();
+    lamps.clear();
+    lamps.extend(views.iter().flat_map(|(visible, _)| visible.get(class).to_vec()));
+    let origin = if mirror.checked.is_empty() { None } else { lod_origin.find() };
+    let point_texel = 2.0 / texels(point_size.map_or(0, |size| size.size));
+    let sun_texels = texels(sun_size.as_ref().map_or(0, |size| size.size));
+    // The nominal size of a texel may be that of a larger map.
+    let sun_factor = sun_size.map_or(1.0, |size| size.size as f64 / sun_texels);
+    drawn.begin();
+    for (entity, mut state, at, layers, (is_volumetric, is_exempt), point, spot, sun) in &mut lights
+    {
+        let state = state.bypass_change_detection();
+        let layers = layers.unwrap_or_default();
+        let restrict = restrict && !is_volumetric && !is_exempt;
+        let position = at.translation();
+        let sphere = |range: f32| Some([position.x, position.y, position.z, range]);
+        let place = position.as_dvec3().to_array();
+        let maps = &mut state.maps;
+        // As Bevy has it: what is both is no sun.
+        let is_spot = spot.is_some();
+        let is_listed = lamps.contains(&entity);
+        (state.faces, state.casters) = (u8::MAX, 0);
+        if let Some((light, frusta, mut lists)) = point
+            && is_listed
+            && light.shadow_maps_enabled
+        {
+            let is_soft = light.get_field::<bool>("soft_shadows_enabled") == Some(&true);
+            let bias = [light.shadow_depth_bias, light.shadow_normal_bias];
+            let margin = margin(light.range, bias, point_texel, 0.004)
+                .filter(|_| restrict && !is_soft && position.is_finite());
+            state.faces = 0;
+            let is_ours = maps.written[0] == Some(lists.last_changed());
+            for (number, (map, frustum)) in maps.faces.iter_mut().zip(&frusta.frusta).enumerate() {
+                let view = View {
+                    half_spaces: half_spaces(frustum),
+                    has_near: true,
+                    sphere: sphere(light.range),
+                    layers: mask(layers),
+                    light: Light::Point { position: place, range: light.range.into() },
+                    margin,
+                    eye: None,
+                };
+                let is_new = map.list(scratch, &frame, view, origin, layers);
+                if is_new || !is_ours {
+                    write(lists.get_mut(number), map);
+                }
+                state.faces |= u8::from(map.has_receivers) << number;
+                state.casters += map.len();
+                drawn.put(map, [entity, entity], number, is_new);
+            }
+            // Bevy writes it in each frame, and its renderer drops what is not written.
+            lists.set_changed();
+            maps.written[0] = Some(lists.last_changed());
+        }
+        if let Some((light, frustum, mut list)) = spot
+            && is_listed
+            && light.shadow_maps_enabled
+        {
+            let is_soft = light.get_field::<bool>("soft_shadows_enabled") == Some(&true);
+            let angle = f64::from(light.outer_angle);
+            let is_cone = angle > 0.0 && angle < std::f64::consts::FRAC_PI_2 - 0.05;
+            let bias = [light.shadow_depth_bias, light.shadow_normal_bias];
+            let margin = margin(light.range, bias, 2.0 * angle.tan() / sun_texels, 0.002)
+                .filter(|_| restrict && !is_soft && is_cone && position.is_finite());
+            let view = View {
+                half_spaces: half_spaces(frustum),
+                has_near: true,
+                sphere: sphere(light.range),
+                layers: mask(layers),
+                light: Light::Spot {
+                    position: place,
+                    direction: forward(at).to_array(),
+                    half_angle_radians: angle + WIDER,
+                    range: light.range.into(),
+                },
+                margin,
+                eye: None,
+            };
+            let is_ours = maps.written[1] == Some(list.last_changed());
+            let is_new = maps.spot.list(scratch, &frame, view, origin, layers);
+            if is_new || !is_ours {
+                write(&mut list, &maps.spot);
+            }
+            state.faces = state.faces & !1 | u8::from(maps.spot.has_receivers);
+            state.casters += maps.spot.len();
+            drawn.put(&mut maps.spot, [entity, entity], 6, is_new);
+            list.set_changed();
+            maps.written[1] = Some(list.last_changed());
+        }
+        if let Some((light, frusta, cascades, mut lists)) = sun
+            && !is_spot
+        {
+            let is_visible = match marked.get(entity) {
+                Ok((_, mark)) => mark.get(),
+                Err(_) => off_cpu.get(entity).is_ok_and(|mark| mark.get()),
+            };
+            let is_ours = maps.written[2] == Some(lists.last_changed());
+            if !light.shadow_maps_enabled || !is_visible {
+                lists.entities.clear();
+                maps.cascades.clear();
+                continue;
+            }
+            lists.entities.retain(|view, _| frusta.frusta.contains_key(view));
+            maps.cascades.retain(|view, _| frusta.frusta.contains_key(view));
+            let is_soft = !matches!(light.get_field::<Option<f32>>("soft_shadow_size"), None | Some(None));
+            let direction = forward(at).to_array();
+            for (&view, frusta) in &frusta.frusta {
+                let lists = lists.entities.entry(view).or_default();
+                lists.resize(frusta.len(), VisibleMeshEntities::default());
+                let maps = maps.cascades.entry(view).or_default();
+                maps.resize_with(frusta.len(), Map::default);
+                let sizes = cascades.cascades.get(&view);
+                for (number, (map, frustum)) in maps.iter_mut().zip(frusta).enumerate() {
+                    let texel = sizes.and_then(|sizes| sizes.get(number)).map(|cascade| {
+                        f64::from(cascade.texel_size) * sun_factor
+                    });
+                    let margin = texel.map(|texel| {
+                        let beside = f64::from(light.shadow_normal_bias.abs()) * texel * 1.5;
+                        beside + f64::from(light.shadow_depth_bias.abs()) + TEXELS * texel + 0.05
+                    });
+                    let view = View {
+                        half_spaces: half_spaces(frustum),
+                        has_near: false,
+                        sphere: None,
+                        layers: mask(layers),
+                        light: Light::Directional { direction },
+                        margin: margin.filter(|m| restrict && !is_soft && m.is_finite()),
+                        eye: Some(view),
+                    };
+                    let eye = view.eye;
+                    let is_new = map.list(scratch, &frame, view, eye, layers);
+                    if is_new || !is_ours {
+                        write(&mut lists[number], map);
+                    }
+                        state.casters += map.len();
+                    drawn.put(map, [entity, eye.unwrap_or(entity)], 7 + number, is_new);
+                }
+            }
+            lists.set_changed();
+            maps.written[2] = Some(lists.last_changed());
+        }
+    }
+    if drawn.is_changed() {
+        let lists = lights.iter().flat_map(|(_, state, ..)| state.maps.all());
+        let lists = lists.filter(|map| map.frame == drawn.frame).map(Map::entities);
+        marks.list_casters(lists, |index| mirror.of_index(index), &mut marked);
+    }
+    marks.cast(|index| mirror.of_index(index), &mut marked);
+}
+
+/// Writes a list of Bevy's.
+fn write(list: &mut VisibleMeshEntities, map: &Map) {
+    list.entities.clear();
+    list.entities.extend_from_slice(map.entities());
+    list.shrink();
+}

@@ -1,0 +1,280 @@
+//! A shadow map: what it shows, and what of that can matter.
+
+use bevy_camera::primitives::{Aabb, Frustum, Sphere};
+use bevy_camera::visibility::{NoFrustumCulling, RenderLayers, VisibleEntityRanges};
+use bevy_ecs::prelude::*;
+use bevy_math::Vec3A;
+use bevy_transform::components::GlobalTransform;
+use engine::Simd;
+use engine::bounds::Aabb as Bounds;
+use engine::cull::frustum::batch::Planes;
+use engine::cull::frustum::tree::Cut;
+use engine::cull::shadow::{CasterRegion, Light};
+
+use crate::bits::slots_of;
+use crate::lights::is_near;
+use crate::list::Listed;
+use crate::mirror::CulletScene;
+use crate::receivers::Eye;
+use crate::seen::{OfMesh, Seen};
+use crate::view::region;
+use crate::without;
+
+/// Shadow map: what it lists.
+#[derive(Debug, Default)]
+pub(crate) struct Map {
+    listed: Listed,
+    known: Option<Known>,
+    /// Something that is drawn may receive a shadow by it.
+    pub(crate) has_receivers: bool,
+    /// Number of the last frame in which it was drawn.
+    pub(crate) frame: u64,
+}
+
+/// Inputs of a list: where they are the same as in the last frame, so is the list.
+#[derive(Clone, Debug, PartialEq)]
+struct Known {
+    scene: [u64; 3],
+    receivers: u64,
+    without: u64,
+    is_foreign: bool,
+    view: View,
+}
+
+/// What a shadow map shows.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct View {
+    pub(crate) half_spaces: [[f32; 4]; 6],
+    /// Whether casters before the near plane count.
+    pub(crate) has_near: bool,
+    pub(crate) sphere: Option<[f32; 4]>,
+    pub(crate) layers: u32,
+    pub(crate) light: Light,
+    /// How far beside a receiver the map is read, in world units; `None` where nothing may be left
+    /// out for want of receivers.
+    pub(crate) margin: Option<f64>,
+    /// The camera of a cascade.
+    pub(crate) eye: Option<Entity>,
+}
+
+/// Memory that is used again for each map.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    cut: Cut,
+    allowed: Vec<u64>,
+    next: Vec<u64>,
+}
+
+/// What all maps of a frame are found from.
+pub(crate) struct Frame<'a, 'w, 's> {
+    pub(crate) mirror: &'a CulletScene,
+    pub(crate) eyes: &'a [Eye<'a>],
+    pub(crate) is_foreign: bool,
+    pub(crate) receivers: u64,
+    pub(crate) without: &'a without::Known,
+    pub(crate) boxes: &'a Boxes<'w, 's>,
+    pub(crate) all: &'a Query<'w, 's, Seen, OfMesh>,
+    pub(crate) ranges: Option<&'a VisibleEntityRanges>,
+}
+
+pub(crate) type Boxes<'w, 's> = Query<
+    'w,
+    's,
+    (Option<&'static Aabb>, &'static GlobalTransform, Has<NoFrustumCulling>),
+    OfMesh,
+>;
+
+/// Number of the near half-space, as Bevy counts them.
+const NEAR: usize = 4;
+
+/// The half-spaces of a frustum, the far one included.
+pub(crate) fn half_spaces(frustum: &Frustum) -> [[f32; 4]; 6] {
+    frustum.half_spaces.map(|half_space| half_space.normal_d().to_array())
+}
+
+impl View {
+    /// Bevy's own test of an entity with a box.
+    fn shows(&self, frame: &Frame<'_, '_, '_>, entity: Entity) -> bool {
+        let Ok((aabb, at, no_frustum_culling)) = frame.boxes.get(entity) else { return true };
+        let (Some(aabb), false) = (aabb, no_frustum_culling) else { return true };
+        let at = at.affine();
+        let sphere = self.sphere.map(|[x, y, z, radius]| Sphere { center: Vec3A::new(x, y, z), radius });
+        let center = at.transform_point3a(aabb.center).extend(1.0);
+        sphere.is_none_or(|sphere| sphere.intersects_obb(aabb, &at))
+            && self.used().all(|half_space| {
+                let [x, y, z, _] = *half_space;
+                let radius = aabb.relative_radius(&Vec3A::new(x, y, z), &at.matrix3);
+                // As Bevy has it: NaN is inside.
+                !(bevy_math::Vec4::from_array(*half_space).dot(center) + radius <= 0.0)
+            })
+    }
+
+    /// The half-spaces that casters are tested against.
+    fn used(&self) -> impl Iterator<Item = &[f32; 4]> {
+        let all = self.half_spaces.iter().enumerate();
+        all.filter(|&(number, _)| self.has_near || number != NEAR).map(|(_, half_space)| half_space)
+    }
+
+    /// Whether the light is sure to reach something whose box has this centre.
+    fn is_well_within(&self, bounds: &Bounds) -> bool {
+        let Some([x, y, z, radius]) = self.sphere.map(|s| s.map(f64::from)) else { return true };
+        let [cx, cy, cz] = bounds.center();
+        let square = (cx - x).powi(2) + (cy - y).powi(2) + (cz - z).powi(2);
+        square <= (radius * (1.0 - 1e-4)).powi(2)
+    }
+
+    /// A box around what an eye sees in the map, or beside it as far as it is read.
+    fn receivers(&self, cut: &Cut, frame: &Frame<'_, '_, '_>, eye: &Eye<'_>, margin: f64) -> Bounds {
+        let scene = &frame.mirror.scene;
+        let mut all = Bounds::EMPTY;
+        for word in cut.touched() {
+            let seen = eye.seen.get(word).copied().unwrap_or(0);
+            for slot in slots_of(word, cut.visible()[word] & seen) {
+                let bounds = scene.bounds(slot);
+                let is_near = self.sphere.is_none_or(|[x, y, z, radius]| {
+                    is_near([x, y, z].map(f64::from), f64::from(radius) + margin, &bounds)
+                });
+                if is_near {
+                    all = all.union(&bounds);
+                }
+            }
+        }
+        all
+    }
+}
+
+impl Map {
+    pub(crate) fn entities(&self) -> &[Entity] {
+        &self.listed.list
+    }
+
+    pub(crate) fn len(&self) -> u32 {
+        self.listed.list.len() as u32
+    }
+
+    /// Brings the list after what the map shows. Tells whether it changed.
+    pub(crate) fn list(
+        &mut self,
+        scratch: &mut Scratch,
+        frame: &Frame<'_, '_, '_>,
+        view: View,
+        lod_origin: Option<Entity>,
+        layers: &RenderLayers,
+    ) -> bool {
+        let scene = &frame.mirror.scene;
+        let now = Known {
+            scene: [scene.id(), scene.order_version(), frame.mirror.step],
+            receivers: frame.receivers,
+            without: frame.without.version,
+            is_foreign: frame.is_foreign,
+            view,
+        };
+        if self.known.as_ref() == Some(&now) && frame.mirror.checked.is_empty() {
+            return false;
+        }
+        let Scratch { cut, allowed, next, .. } = scratch;
+        next.clear();
+        next.resize(scene.hierarchy().present().len(), 0);
+        self.has_receivers = match now.view.margin {
+            Some(margin) => allow(cut, allowed, frame, &now.view, margin),
+            None => {
+                allowed.clear();
+                allowed.resize(next.len(), u64::MAX);
+                true
+            }
+        };
+        if self.has_receivers {
+            find(cut, allowed, next, frame, &now.view);
+            for &entity in &frame.mirror.checked {
+                let slot = frame.mirror.handle(entity).and_then(|handle| scene.slot(handle).ok());
+                let (Some(slot), Ok(seen)) = (slot, frame.all.get(entity)) else { continue };
+                let is_in_range = !seen.ranged
+                    || frame.ranges.is_none_or(|ranges| {
+                        lod_origin.is_some_and(|o| ranges.entity_is_in_range_of_view(entity, o))
+                    });
+                if !is_in_range || !layers.intersects(seen.layers.unwrap_or_default()) {
+                    next[slot as usize / 64] &= !(1 << (slot % 64));
+                }
+            }
+        }
+        let same_order = self.known.as_ref().is_some_and(|known| known.scene[..2] == now.scene[..2]);
+        self.known = Some(now);
+        self.listed.take(frame.mirror, same_order, next)
+    }
+}
+
+/// Finds where casters can throw a shadow onto something that is drawn, one bit a slot. `false`
+/// where there is nothing of the kind.
+fn allow(
+    cut: &mut Cut,
+    allowed: &mut Vec<u64>,
+    frame: &Frame<'_, '_, '_>,
+    view: &View,
+    margin: f64,
+) -> bool {
+    let hierarchy = frame.mirror.scene.hierarchy();
+    let (nodes, boxes) = (hierarchy.nodes(), hierarchy.boxes());
+    allowed.clear();
+    allowed.resize(hierarchy.present().len(), 0);
+    let eyes = || frame.eyes.iter().filter(|eye| view.eye.is_none_or(|own| own == eye.entity));
+    let mut found = Vec::new();
+    // The map's sides, as far out as it is read.
+    let sides: [[f32; 4]; 4] = std::array::from_fn(|i| {
+        let [x, y, z, d] = view.half_spaces[i];
+        [x, y, z, d + margin as f32 * 1.0001]
+    });
+    let sides = region(&sides);
+    if eyes().any(|eye| eye.is_known && !frame.is_foreign) {
+        cut.cull(Simd::best(), &Planes::new(&sides), nodes, boxes);
+    }
+    for eye in eyes() {
+        let receivers = (eye.is_known && !frame.is_foreign)
+            .then(|| view.receivers(cut, frame, eye, margin));
+        let mut seen = eye.region.clone();
+        for (_, side) in sides.planes() {
+            // One that is refused is one fewer to reject by.
+            let _ = seen.push(*side);
+        }
+        let region = CasterRegion::new(&seen, receivers.as_ref(), &view.light);
+        let region = region.with_margin(margin);
+        if !region.no_receiver() {
+            found.push(Planes::new(region.frustum()));
+        }
+    }
+    for planes in &found {
+        cut.cull(Simd::best(), planes, nodes, boxes);
+        cut.touched().for_each(|word| allowed[word] |= cut.visible()[word]);
+    }
+    !found.is_empty()
+}
+
+/// Finds what the map shows, one bit a slot.
+fn find(cut: &mut Cut, allowed: &[u64], next: &mut [u64], frame: &Frame<'_, '_, '_>, view: &View) {
+    let scene = &frame.mirror.scene;
+    let hierarchy = scene.hierarchy();
+    let used: Vec<[f32; 4]> = view.used().copied().collect();
+    let planes = Planes::new(&region(&used));
+    cut.cull(Simd::best(), &planes, hierarchy.nodes(), hierarchy.boxes());
+    for (word, next) in next.iter_mut().enumerate() {
+        let exempt = scene.exempt()[word];
+        let bits = (cut.visible()[word] & allowed[word] | exempt) & hierarchy.present()[word];
+        if bits == 0 {
+            continue;
+        }
+        let doubtful = !cut.inside()[word] | exempt;
+        for slot in slots_of(word, bits) {
+            let bit = 1 << (slot % 64);
+            if scene.layers(slot) & view.layers == 0 {
+                continue;
+            }
+            let entity = Entity::from_bits(scene.user_data(slot));
+            if frame.without.has(entity) {
+                continue;
+            }
+            let is_sure = doubtful & bit == 0 && view.is_well_within(&scene.bounds(slot));
+            if is_sure || view.shows(frame, entity) {
+                *next |= bit;
+            }
+        }
+    }
+}
