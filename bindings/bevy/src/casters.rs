@@ -36,7 +36,7 @@ use bevy_reflect::structs::GetField;
 use bevy_transform::components::GlobalTransform;
 use engine::cull::shadow::Light;
 
-use crate::lights::{CulletLight, NoCulletLight, WIDER, forward};
+use crate::lights::{CulletLight, NoCulletLight, Volume, WIDER, forward};
 use crate::map::{Boxes, Frame, Map, Scratch, View, half_spaces};
 use crate::marks::{Marked, Marks};
 use crate::mirror::CulletScene;
@@ -213,7 +213,7 @@ pub(crate) fn cast(
             let is_soft = light.get_field::<bool>("soft_shadows_enabled") == Some(&true);
             let bias = [light.shadow_depth_bias, light.shadow_normal_bias];
             let margin = margin(light.range, bias, point_texel, 0.004)
-                .filter(|_| restrict && !is_soft && position.is_finite());
+                .filter(|_| restrict && !is_soft && Volume::of_point(light, at).is_some());
             state.faces = 0;
             let is_ours = maps.written[0] == Some(lists.last_changed());
             for (number, (map, frustum)) in maps.faces.iter_mut().zip(&frusta.frusta).enumerate() {
@@ -244,10 +244,11 @@ pub(crate) fn cast(
         {
             let is_soft = light.get_field::<bool>("soft_shadows_enabled") == Some(&true);
             let angle = f64::from(light.outer_angle);
-            let is_cone = angle > 0.0 && angle < std::f64::consts::FRAC_PI_2 - 0.05;
+            // Wide maps are read in their corners as far out as there are numbers.
+            let is_cone = angle < std::f64::consts::FRAC_PI_2 - 0.05 && Volume::of_spot(light, at).is_some();
             let bias = [light.shadow_depth_bias, light.shadow_normal_bias];
             let margin = margin(light.range, bias, 2.0 * angle.tan() / sun_texels, 0.002)
-                .filter(|_| restrict && !is_soft && is_cone && position.is_finite());
+                .filter(|_| restrict && !is_soft && is_cone);
             let view = View {
                 half_spaces: half_spaces(frustum),
                 has_near: true,

@@ -14,6 +14,7 @@ use bevy_camera::Camera;
 use bevy_camera::visibility::{
     NoCpuCulling, SetViewVisibility, ViewVisibility, VisibilityClass, VisibleEntities,
 };
+use bevy_color::{Color, ColorToComponents};
 use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 use bevy_light::cluster::{ClusterVisibilityClass, GlobalClusterSettings};
@@ -40,13 +41,14 @@ use crate::receivers::{Eye, Eyes, Receivers};
 pub struct CulletLights {
     /// Whether lights that reach nothing that a camera draws are left out, and casters that throw
     /// no shadow onto such a thing. Else lights and casters are those of Bevy, found by the
-    /// hierarchy. It needs the feature `pbr`. Default: true.
+    /// hierarchy. Default: true with the feature `pbr`; without it nobody knows here how cameras
+    /// light what they draw.
     pub receivers: bool,
 }
 
 impl Default for CulletLights {
     fn default() -> Self {
-        Self { receivers: true }
+        Self { receivers: cfg!(feature = "pbr") }
     }
 }
 
@@ -98,16 +100,20 @@ pub(crate) struct Volume {
 
 /// How much farther light is taken to reach: the device places pixels by f32.
 const REACH: f64 = 1.001;
+/// Nearer near planes leave depth too few bits to tell what is before what.
+const NEAREST: f32 = 1e-6;
 /// How much wider, in radians: the shader knows a spot's direction by two of its coordinates.
 pub(crate) const WIDER: f64 = 0.02;
 
 impl Volume {
     /// The reach of a light around a place, with or without a cone. `None` where the numbers make
     /// no light that ends somewhere.
-    pub(crate) fn new(at: &GlobalTransform, range: f32, outer_angle: Option<f32>) -> Option<Self> {
+    fn new(at: &GlobalTransform, range: f32, outer_angle: Option<f32>) -> Option<Self> {
         let center = at.translation().as_dvec3();
         let radius = f64::from(range) * REACH + center.abs().max_element() * 1e-5;
-        if !(range > 0.0 && radius.is_finite() && center.is_finite()) {
+        // The shader divides by the square of the range.
+        let is_near = center.abs().cmplt(DVec3::splat(1e9)).all();
+        if !((1e-9..1e9).contains(&range) && is_near) {
             return None;
         }
         let mut light = Light::Point { position: center.to_array(), range: radius };
@@ -120,10 +126,8 @@ impl Volume {
             }
         }
         let angle = outer_angle.map(|angle| f64::from(angle) + WIDER);
-        let axis = forward(at);
-        if let Some(angle) = angle.filter(|a| (WIDER..std::f64::consts::FRAC_PI_2).contains(a))
-            && axis != DVec3::ZERO
-        {
+        if let Some(angle) = angle.filter(|&angle| angle < std::f64::consts::FRAC_PI_2) {
+            let axis = forward(at);
             light = Light::Spot {
                 position: center.to_array(),
                 direction: axis.to_array(),
@@ -142,6 +146,25 @@ impl Volume {
             }
         }
         Some(Self { center: center.to_array(), radius, planes, light })
+    }
+
+    pub(crate) fn of_point(light: &PointLight, at: &GlobalTransform) -> Option<Self> {
+        let PointLight { color, intensity, range, radius, .. } = *light;
+        let PointLight { shadow_depth_bias, shadow_normal_bias, shadow_map_near_z, .. } = *light;
+        let numbers = [intensity, radius, shadow_depth_bias, shadow_normal_bias];
+        let has_depth = (NEAREST..range).contains(&shadow_map_near_z);
+        (has_depth && shines(color, &numbers)).then(|| Self::new(at, range, None))?
+    }
+
+    pub(crate) fn of_spot(light: &SpotLight, at: &GlobalTransform) -> Option<Self> {
+        let SpotLight { color, intensity, range, radius, inner_angle, outer_angle, .. } = *light;
+        let SpotLight { shadow_depth_bias, shadow_normal_bias, shadow_map_near_z, .. } = *light;
+        let numbers = [intensity, radius, shadow_depth_bias, shadow_normal_bias];
+        let is_cone = (NEAREST..range).contains(&shadow_map_near_z)
+            && (1e-3..std::f32::consts::FRAC_PI_2).contains(&outer_angle)
+            && inner_angle.is_finite()
+            && forward(at) != DVec3::ZERO;
+        (is_cone && shines(color, &numbers)).then(|| Self::new(at, range, Some(outer_angle)))?
     }
 
     fn region(&self) -> Region {
@@ -171,6 +194,13 @@ impl Volume {
             !CasterRegion::new(&eye.region, Some(&all), &self.light).no_receiver()
         })
     }
+}
+
+/// Whether a light is nothing where it ends. A number that is not one, or infinite, makes colours
+/// that are not numbers wherever the light is asked, also where it is zero.
+fn shines(color: Color, numbers: &[f32]) -> bool {
+    let color = color.to_linear().to_f32_array();
+    color.iter().chain(numbers).all(|number| number.abs() < 1e20)
 }
 
 /// The way that a light shines; zero where there is none.
@@ -244,8 +274,8 @@ pub(crate) fn leave_out(
             || spot.is_some_and(|light| light.shadow_maps_enabled);
         let volume = match (point, spot) {
             _ if !may_leave_out || is_volumetric || has_shadows && !has_maps => None,
-            (Some(light), None) => Volume::new(at, light.range, None),
-            (None, Some(light)) => Volume::new(at, light.range, Some(light.outer_angle)),
+            (Some(light), None) => Volume::of_point(light, at),
+            (None, Some(light)) => Volume::of_spot(light, at),
             _ => None,
         };
         if let Some(volume) = volume {

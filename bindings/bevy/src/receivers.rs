@@ -91,8 +91,7 @@ pub(crate) struct Eyes<'w, 's> {
 impl Eyes<'_, '_> {
     /// Whether anything may be left out for want of receivers.
     pub(crate) fn restrict(&self) -> bool {
-        // Without `pbr` it is not known how cameras light what they draw.
-        cfg!(feature = "pbr") && self.settings.receivers && !self.transmits.0
+        self.settings.receivers && !self.transmits.0
     }
 
     /// The active cameras.
@@ -107,7 +106,7 @@ impl Eyes<'_, '_> {
             #[cfg(feature = "pbr")]
             let is_deferred = self.deferred.contains(entity);
             #[cfg(not(feature = "pbr"))]
-            let is_deferred = true;
+            let is_deferred = false;
             let seen = &state.listed.seen[..];
             // A pixel more on each side, for jitter; without a view of its own the frustum may show
             // anything.

@@ -11,27 +11,7 @@ use bevy::camera::visibility::{
 use bevy::ecs::entity::EntityHashSet;
 use bevy::math::{Affine3A, DVec3, Vec3A};
 use bevy::prelude::*;
-use common::{Headless, cube, solid};
-
-/// Numbers that look random.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f32 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1 << 24) as f32
-    }
-    fn within(&mut self, by: f32) -> f32 {
-        (self.unit() * 2.0 - 1.0) * by
-    }
-    fn vec(&mut self, by: f32) -> Vec3 {
-        Vec3::new(self.within(by), self.within(by), self.within(by))
-    }
-    fn one_in(&mut self, n: u32) -> bool {
-        self.unit() * (n as f32) < 1.0
-    }
-}
+use common::{Headless, Random, cube, solid};
 
 fn transform(random: &mut Random, size: f32) -> Transform {
     let turned =

@@ -73,3 +73,23 @@ pub fn solid(half: [f32; 3]) -> impl Bundle {
 pub fn cube(app: &mut Headless, at: [f32; 3]) -> Entity {
     app.world().spawn((Transform::from_translation(at.into()), solid([0.5; 3]))).id()
 }
+
+/// Numbers that look random.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn unit(&mut self) -> f32 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1 << 24) as f32
+    }
+    pub fn within(&mut self, by: f32) -> f32 {
+        (self.unit() * 2.0 - 1.0) * by
+    }
+    pub fn vec(&mut self, by: f32) -> Vec3 {
+        Vec3::new(self.within(by), self.within(by), self.within(by))
+    }
+    pub fn one_in(&mut self, n: u32) -> bool {
+        self.unit() * (n as f32) < 1.0
+    }
+}

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use bevy::app::{PluginsState, TerminalCtrlCHandlerPlugin};
+use bevy::core_pipeline::schedule::RootNonCameraView;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
@@ -66,6 +67,13 @@ impl Studio {
 
     pub(crate) fn world(&mut self) -> &mut World {
         self.app.world_mut()
+    }
+
+    /// Views of lamps that the renderer runs its schedule for.
+    #[allow(dead_code, reason = "not all tests and examples count them")]
+    pub(crate) fn lamp_views(&mut self) -> usize {
+        let world = self.app.sub_app_mut(RenderApp).world_mut();
+        world.query_filtered::<(), With<RootNonCameraView>>().iter(world).count()
     }
 
     /// Draws until nothing is on its way to the device any more. Shaders are read by other threads, and until then a picture

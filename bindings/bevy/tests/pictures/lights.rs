@@ -39,6 +39,8 @@ struct Shots {
     /// Casters of all maps, and faces without a receiver.
     casters: usize,
     faces_out: u32,
+    /// Views that the renderer ran its schedule for.
+    views: usize,
 }
 
 /// Pictures of the scenes of [`cells`], by their numbers.
@@ -65,11 +67,12 @@ fn shoot_with(
         build(&mut Kit::new(app.world_mut()));
     });
     studio.settle();
-    let mut shots = Shots { pictures: Vec::new(), out: Out::default(), casters: 0, faces_out: 0 };
+    let mut shots = Shots { pictures: Vec::new(), out: Out::default(), casters: 0, faces_out: 0, views: 0 };
     for number in pictures {
         studio.world().insert_resource(Number(number));
         step(studio.world(), number);
         shots.pictures.push(studio.shoot());
+        shots.views += studio.lamp_views();
         let world = studio.world();
         shots.out.0.insert(number, left_out(world));
         let mut points = world.query::<(&PointLight, &ViewVisibility, &CubemapVisibleEntities, Option<&CulletLight>)>();
@@ -125,9 +128,10 @@ fn lights_that_come_and_go_change_no_picture() {
     let [without, with] = same(cells::build, cells::step, all());
     let out: usize = with.out.0.values().map(BTreeSet::len).sum();
     println!(
-        "lamps left out: {out}; faces: {}; casters: {} without, {} with",
-        with.faces_out, without.casters, with.casters
+        "lamps left out: {out}; faces: {}; casters: {} without, {} with; views: {}, {}",
+        with.faces_out, without.casters, with.casters, without.views, with.views
     );
+    assert!(with.views > 0 && with.views * 2 < without.views);
     assert!(out > 20 && with.faces_out > 50 && with.casters * 10 < without.casters * 9);
 }
 

@@ -1,7 +1,9 @@
 //! Milliseconds a frame in the systems of visibility, Bevy's own and the plugin's, in turn in one run, as a table:
 //! `cargo run --release -p bevy_cullet_timing`. Words narrow it: numbers of entities, `standing`, `moving`, `turning`, and
-//! `parts` for the parts of each frame.
+//! `parts` for the parts of each frame. `lights` measures the lists of shadow casters instead.
 #![forbid(unsafe_code)]
+
+mod lights;
 
 use std::any::TypeId;
 use std::process::ExitCode;
@@ -78,7 +80,7 @@ impl Motion {
 }
 
 /// A cube of boxes around a camera that sees about a tenth of them.
-fn app(count: usize, motion: Motion, with_plugin: bool) -> App {
+fn app(count: usize, motion: Motion, with_plugin: bool, more: impl FnOnce(&mut App)) -> App {
     let mut app = App::new();
     let parts = (TaskPoolPlugin::default(), TransformPlugin, AssetPlugin::default(), MeshPlugin);
     app.add_plugins((parts, CameraPlugin));
@@ -128,6 +130,7 @@ fn app(count: usize, motion: Motion, with_plugin: bool) -> App {
             entity.insert(Mover);
         }
     }
+    more(&mut app);
     app.finish();
     app.cleanup();
     app
@@ -177,7 +180,7 @@ fn margin(app: &mut App, number: u32) -> f64 {
 }
 
 fn main() -> ExitCode {
-    let (mut counts, mut motions, mut parts) = (Vec::new(), Vec::new(), false);
+    let (mut counts, mut motions, mut parts, mut of_lights) = (Vec::new(), Vec::new(), false, false);
     for word in std::env::args().skip(1) {
         if let Ok(count @ 1..) = word.parse::<usize>() {
             counts.push(count);
@@ -185,16 +188,23 @@ fn main() -> ExitCode {
             motions.push(motion);
         } else if word == "parts" {
             parts = true;
+        } else if word == "lights" {
+            of_lights = true;
         } else {
-            eprintln!("{word}: numbers of entities, standing, moving, turning and parts are known");
+            eprintln!("{word}: numbers of entities, standing, moving, turning, parts and lights are known");
             return ExitCode::from(2);
         }
     }
-    if counts.is_empty() {
-        counts = vec![10_000, 100_000, 1_000_000];
-    }
     if motions.is_empty() {
         motions = Motion::ALL.to_vec();
+    }
+    if of_lights {
+        counts.is_empty().then(|| counts.push(50_000));
+        lights::table(&counts, &motions);
+        return ExitCode::SUCCESS;
+    }
+    if counts.is_empty() {
+        counts = vec![10_000, 100_000, 1_000_000];
     }
     println!("| entities | motion | visible | Bevy, ms | plugin, ms | ratio | its spread |");
     println!("|---|---|---|---|---|---|---|");
@@ -215,7 +225,7 @@ fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
 }
 
 fn measure(count: usize, motion: Motion, parts: bool) {
-    let mut apps = [false, true].map(|with_plugin| app(count, motion, with_plugin));
+    let mut apps = [false, true].map(|with_plugin| app(count, motion, with_plugin, |_| {}));
     let rounds = (60_000_000 / count).clamp(60, 600);
     let mut all = [Vec::new(), Vec::new()];
     for round in 0..rounds + WARM_UP {
