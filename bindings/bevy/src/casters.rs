@@ -36,12 +36,14 @@ use bevy_reflect::structs::GetField;
 use bevy_transform::components::GlobalTransform;
 use engine::cull::shadow::Light;
 
+use crate::bits;
 use crate::lights::{CulletLight, NoCulletLight, Volume, WIDER, forward};
 use crate::map::{Boxes, Frame, Map, Scratch, View, half_spaces};
 use crate::marks::{Marked, Marks};
 use crate::mirror::CulletScene;
 use crate::receivers::{Eyes, Receivers};
 use crate::seen::{OfMesh, Seen, mask};
+use crate::view::CulletView;
 use crate::without::WithoutShadows;
 
 /// Shadow maps of a light.
@@ -68,6 +70,8 @@ pub(crate) struct Drawn {
     /// Lights, eyes and numbers of the maps of this frame, and of the last.
     maps: [Vec<([Entity; 2], usize)>; 2],
     is_new: bool,
+    /// One bit a slot: some map lists it.
+    slots: Vec<u64>,
 }
 
 impl Drawn {
@@ -149,13 +153,180 @@ fn texels(size: usize) -> f64 {
     size.min(2048) as f64
 }
 
+/// What the maps of a frame share.
+struct Casting<'a, 'w, 's> {
+    frame: Frame<'a, 'w, 's>,
+    scratch: &'a mut Scratch,
+    drawn: &'a mut Drawn,
+    /// Size of a texel of a point light's map at a distance of 1.
+    point_texel: f64,
+    /// Texels across other maps, and how many times as many there should be.
+    sun_texels: [f64; 2],
+    /// Whose distance decides which level throws the shadows of lamps.
+    origin: Option<Entity>,
+}
+
+/// A light whose maps are to be listed.
+struct Caster<'a> {
+    entity: Entity,
+    at: &'a GlobalTransform,
+    layers: &'a RenderLayers,
+    /// Whether casters may be left out for want of receivers.
+    restrict: bool,
+}
+
+impl Caster<'_> {
+    fn sphere(&self, range: f32) -> Option<[f32; 4]> {
+        Some(self.at.translation().extend(range).to_array())
+    }
+}
+
+impl Casting<'_, '_, '_> {
+    /// Brings the list of a map after what it shows. Tells whether it changed.
+    fn list(&mut self, map: &mut Map, of: &Caster<'_>, number: usize, view: View) -> bool {
+        let [eye, origin] = match view.eye {
+            Some(eye) => [eye; 2].map(Some),
+            None => [None, self.origin],
+        };
+        let is_new = map.list(self.scratch, &self.frame, view, origin, of.layers);
+        self.drawn.put(map, [of.entity, eye.unwrap_or(of.entity)], number, is_new);
+        is_new
+    }
+
+    /// Lists the six faces of a point light.
+    fn point(
+        &mut self,
+        state: &mut CulletLight,
+        of: &Caster<'_>,
+        light: &PointLight,
+        frusta: &CubemapFrusta,
+        mut lists: Mut<CubemapVisibleEntities>,
+    ) {
+        let is_soft = light.get_field::<bool>("soft_shadows_enabled") == Some(&true);
+        let is_known = of.restrict && !is_soft && Volume::of_point(light, of.at).is_some();
+        let bias = [light.shadow_depth_bias, light.shadow_normal_bias];
+        let margin = margin(light.range, bias, self.point_texel, 0.004).filter(|_| is_known);
+        let position = of.at.translation().as_dvec3().to_array();
+        let maps = &mut state.maps;
+        let is_ours = maps.written[0] == Some(lists.last_changed());
+        state.faces = !0x3f;
+        for (number, (map, frustum)) in maps.faces.iter_mut().zip(&frusta.frusta).enumerate() {
+            let view = View {
+                half_spaces: half_spaces(frustum),
+                has_near: true,
+                sphere: of.sphere(light.range),
+                layers: mask(of.layers),
+                light: Light::Point { position, range: light.range.into() },
+                margin,
+                eye: None,
+            };
+            if self.list(map, of, number, view) || !is_ours {
+                write(lists.get_mut(number), map);
+            }
+            state.faces |= u8::from(map.has_receivers) << number;
+            state.casters += map.len();
+        }
+        // Bevy writes it in each frame, and its renderer drops what is not written.
+        lists.set_changed();
+        maps.written[0] = Some(lists.last_changed());
+    }
+
+    /// Lists the map of a spot light.
+    fn spot(
+        &mut self,
+        state: &mut CulletLight,
+        of: &Caster<'_>,
+        light: &SpotLight,
+        frustum: &Frustum,
+        mut list: Mut<VisibleMeshEntities>,
+    ) {
+        let is_soft = light.get_field::<bool>("soft_shadows_enabled") == Some(&true);
+        let angle = f64::from(light.outer_angle);
+        // Wide maps are read in their corners as far out as there are numbers.
+        let is_cone = angle < std::f64::consts::FRAC_PI_2 - 0.05;
+        let is_known = of.restrict && !is_soft && is_cone && Volume::of_spot(light, of.at).is_some();
+        let bias = [light.shadow_depth_bias, light.shadow_normal_bias];
+        let texel = 2.0 * angle.tan() / self.sun_texels[0];
+        let view = View {
+            half_spaces: half_spaces(frustum),
+            has_near: true,
+            sphere: of.sphere(light.range),
+            layers: mask(of.layers),
+            light: Light::Spot {
+                position: of.at.translation().as_dvec3().to_array(),
+                direction: forward(of.at).to_array(),
+                half_angle_radians: angle + WIDER,
+                range: light.range.into(),
+            },
+            margin: margin(light.range, bias, texel, 0.002).filter(|_| is_known),
+            eye: None,
+        };
+        let map = &mut state.maps.spot;
+        let is_ours = state.maps.written[1] == Some(list.last_changed());
+        if self.list(map, of, 6, view) || !is_ours {
+            write(&mut list, map);
+        }
+        state.faces = state.faces & !1 | u8::from(map.has_receivers);
+        state.casters += map.len();
+        list.set_changed();
+        state.maps.written[1] = Some(list.last_changed());
+    }
+
+    /// Lists the cascades of a directional light, for each camera.
+    fn sun(
+        &mut self,
+        state: &mut CulletLight,
+        of: &Caster<'_>,
+        light: &DirectionalLight,
+        (frusta, cascades): (&CascadesFrusta, &Cascades),
+        mut lists: Mut<CascadesVisibleEntities>,
+    ) {
+        let is_ours = state.maps.written[2] == Some(lists.last_changed());
+        lists.entities.retain(|view, _| frusta.frusta.contains_key(view));
+        state.maps.cascades.retain(|view, _| frusta.frusta.contains_key(view));
+        let soft_size = light.get_field::<Option<f32>>("soft_shadow_size");
+        let is_soft = !matches!(soft_size, None | Some(None));
+        let direction = forward(of.at).to_array();
+        for (&eye, frusta) in &frusta.frusta {
+            let lists = lists.entities.entry(eye).or_default();
+            lists.resize(frusta.len(), VisibleMeshEntities::default());
+            let maps = state.maps.cascades.entry(eye).or_default();
+            maps.resize_with(frusta.len(), Map::default);
+            let sizes = cascades.cascades.get(&eye);
+            for (number, (map, frustum)) in maps.iter_mut().zip(frusta).enumerate() {
+                let cascade = sizes.and_then(|sizes| sizes.get(number));
+                let margin = cascade.map(|cascade| {
+                    let texel = f64::from(cascade.texel_size) * self.sun_texels[1];
+                    let beside = f64::from(light.shadow_normal_bias.abs()) * texel * 1.5;
+                    beside + f64::from(light.shadow_depth_bias.abs()) + TEXELS * texel + 0.05
+                });
+                let view = View {
+                    half_spaces: half_spaces(frustum),
+                    has_near: false,
+                    sphere: None,
+                    layers: mask(of.layers),
+                    light: Light::Directional { direction },
+                    margin: margin.filter(|m| of.restrict && !is_soft && m.is_finite()),
+                    eye: Some(eye),
+                };
+                if self.list(map, of, 7 + number, view) || !is_ours {
+                    write(&mut lists[number], map);
+                }
+                state.casters += map.len();
+            }
+        }
+        lists.set_changed();
+        state.maps.written[2] = Some(lists.last_changed());
+    }
+}
+
 /// Fills the lists of casters of all lights, and marks what they list.
 pub(crate) fn cast(
     mirror: Res<CulletScene>,
     receivers: Res<Receivers>,
     mut marks: ResMut<Marks>,
     (eyes, mut without, mut lod_origin): (Eyes, WithoutShadows, LodOrigin),
-    views: Query<(Ref<VisibleEntities>, Option<&crate::CulletView>)>,
+    views: Query<(Ref<VisibleEntities>, Option<&CulletView>)>,
     mut lights: Lights,
     (boxes, all): (Boxes, Query<Seen, OfMesh>),
     mut marked: Marked,
@@ -169,110 +340,54 @@ pub(crate) fn cast(
     if lights.is_empty() && drawn.is_empty() {
         return;
     }
-    let scratch = &mut *scratch;
     let gathered = eyes.gather(&mirror);
-    let restrict = eyes.restrict();
-    let frame = Frame {
-        mirror: &mirror,
-        eyes: &gathered,
-        is_foreign: views.iter().any(|(visible, state)| {
-            state.is_some_and(|state| state.written.is_some_and(|at| at != visible.last_changed()))
-        }),
-        receivers: receivers.step,
-        without,
-        boxes: &boxes,
-        all: &all,
-        ranges: ranges.as_deref(),
+    let is_foreign = |(visible, state): (Ref<VisibleEntities>, Option<&CulletView>)| {
+        state.and_then(|state| state.written).is_some_and(|at| at != visible.last_changed())
+    };
+    let sun_size = sun_size.map_or(0, |size| size.size);
+    drawn.begin();
+    let mut casting = Casting {
+        frame: Frame {
+            mirror: &mirror,
+            eyes: &gathered,
+            is_foreign: views.iter().any(is_foreign),
+            receivers: receivers.step,
+            without,
+            boxes: &boxes,
+            all: &all,
+            ranges: ranges.as_deref(),
+        },
+        scratch: &mut scratch,
+        drawn: &mut drawn,
+        point_texel: 2.0 / texels(point_size.map_or(0, |size| size.size)),
+        // The nominal size of a texel may be that of a larger map.
+        sun_texels: [texels(sun_size), sun_size as f64 / texels(sun_size)],
+        origin: if mirror.checked.is_empty() { None } else { lod_origin.find() },
     };
     let class = TypeId::of::<ClusterVisibilityClass>();
     lamps.clear();
     lamps.extend(views.iter().flat_map(|(visible, _)| visible.get(class).to_vec()));
-    let origin = if mirror.checked.is_empty() { None } else { lod_origin.find() };
-    let point_texel = 2.0 / texels(point_size.map_or(0, |size| size.size));
-    let sun_texels = texels(sun_size.as_ref().map_or(0, |size| size.size));
-    // The nominal size of a texel may be that of a larger map.
-    let sun_factor = sun_size.map_or(1.0, |size| size.size as f64 / sun_texels);
-    drawn.begin();
+    let restrict = eyes.restrict();
     for (entity, mut state, at, layers, (is_volumetric, is_exempt), point, spot, sun) in &mut lights
     {
         let state = state.bypass_change_detection();
-        let layers = layers.unwrap_or_default();
+        (state.faces, state.casters) = (u8::MAX, 0);
         let restrict = restrict && !is_volumetric && !is_exempt;
-        let position = at.translation();
-        let sphere = |range: f32| Some([position.x, position.y, position.z, range]);
-        let place = position.as_dvec3().to_array();
-        let maps = &mut state.maps;
+        let of = Caster { entity, at, layers: layers.unwrap_or_default(), restrict };
+        let is_listed = lamps.contains(&entity);
         // As Bevy has it: what is both is no sun.
         let is_spot = spot.is_some();
-        let is_listed = lamps.contains(&entity);
-        (state.faces, state.casters) = (u8::MAX, 0);
-        if let Some((light, frusta, mut lists)) = point
+        if let Some((light, frusta, lists)) = point
             && is_listed
             && light.shadow_maps_enabled
         {
-            let is_soft = light.get_field::<bool>("soft_shadows_enabled") == Some(&true);
-            let bias = [light.shadow_depth_bias, light.shadow_normal_bias];
-            let margin = margin(light.range, bias, point_texel, 0.004)
-                .filter(|_| restrict && !is_soft && Volume::of_point(light, at).is_some());
-            state.faces = 0;
-            let is_ours = maps.written[0] == Some(lists.last_changed());
-            for (number, (map, frustum)) in maps.faces.iter_mut().zip(&frusta.frusta).enumerate() {
-                let view = View {
-                    half_spaces: half_spaces(frustum),
-                    has_near: true,
-                    sphere: sphere(light.range),
-                    layers: mask(layers),
-                    light: Light::Point { position: place, range: light.range.into() },
-                    margin,
-                    eye: None,
-                };
-                let is_new = map.list(scratch, &frame, view, origin, layers);
-                if is_new || !is_ours {
-                    write(lists.get_mut(number), map);
-                }
-                state.faces |= u8::from(map.has_receivers) << number;
-                state.casters += map.len();
-                drawn.put(map, [entity, entity], number, is_new);
-            }
-            // Bevy writes it in each frame, and its renderer drops what is not written.
-            lists.set_changed();
-            maps.written[0] = Some(lists.last_changed());
+            casting.point(state, &of, light, frusta, lists);
         }
-        if let Some((light, frustum, mut list)) = spot
+        if let Some((light, frustum, list)) = spot
             && is_listed
             && light.shadow_maps_enabled
         {
-            let is_soft = light.get_field::<bool>("soft_shadows_enabled") == Some(&true);
-            let angle = f64::from(light.outer_angle);
-            // Wide maps are read in their corners as far out as there are numbers.
-            let is_cone = angle < std::f64::consts::FRAC_PI_2 - 0.05 && Volume::of_spot(light, at).is_some();
-            let bias = [light.shadow_depth_bias, light.shadow_normal_bias];
-            let margin = margin(light.range, bias, 2.0 * angle.tan() / sun_texels, 0.002)
-                .filter(|_| restrict && !is_soft && is_cone);
-            let view = View {
-                half_spaces: half_spaces(frustum),
-                has_near: true,
-                sphere: sphere(light.range),
-                layers: mask(layers),
-                light: Light::Spot {
-                    position: place,
-                    direction: forward(at).to_array(),
-                    half_angle_radians: angle + WIDER,
-                    range: light.range.into(),
-                },
-                margin,
-                eye: None,
-            };
-            let is_ours = maps.written[1] == Some(list.last_changed());
-            let is_new = maps.spot.list(scratch, &frame, view, origin, layers);
-            if is_new || !is_ours {
-                write(&mut list, &maps.spot);
-            }
-            state.faces = state.faces & !1 | u8::from(maps.spot.has_receivers);
-            state.casters += maps.spot.len();
-            drawn.put(&mut maps.spot, [entity, entity], 6, is_new);
-            list.set_changed();
-            maps.written[1] = Some(list.last_changed());
+            casting.spot(state, &of, light, frustum, list);
         }
         if let Some((light, frusta, cascades, mut lists)) = sun
             && !is_spot
@@ -281,56 +396,27 @@ pub(crate) fn cast(
                 Ok((_, mark)) => mark.get(),
                 Err(_) => off_cpu.get(entity).is_ok_and(|mark| mark.get()),
             };
-            let is_ours = maps.written[2] == Some(lists.last_changed());
-            if !light.shadow_maps_enabled || !is_visible {
+            if light.shadow_maps_enabled && is_visible {
+                casting.sun(state, &of, light, (frusta, cascades), lists);
+            } else {
                 lists.entities.clear();
-                maps.cascades.clear();
-                continue;
+                state.maps.cascades.clear();
             }
-            lists.entities.retain(|view, _| frusta.frusta.contains_key(view));
-            maps.cascades.retain(|view, _| frusta.frusta.contains_key(view));
-            let is_soft = !matches!(light.get_field::<Option<f32>>("soft_shadow_size"), None | Some(None));
-            let direction = forward(at).to_array();
-            for (&view, frusta) in &frusta.frusta {
-                let lists = lists.entities.entry(view).or_default();
-                lists.resize(frusta.len(), VisibleMeshEntities::default());
-                let maps = maps.cascades.entry(view).or_default();
-                maps.resize_with(frusta.len(), Map::default);
-                let sizes = cascades.cascades.get(&view);
-                for (number, (map, frustum)) in maps.iter_mut().zip(frusta).enumerate() {
-                    let texel = sizes.and_then(|sizes| sizes.get(number)).map(|cascade| {
-                        f64::from(cascade.texel_size) * sun_factor
-                    });
-                    let margin = texel.map(|texel| {
-                        let beside = f64::from(light.shadow_normal_bias.abs()) * texel * 1.5;
-                        beside + f64::from(light.shadow_depth_bias.abs()) + TEXELS * texel + 0.05
-                    });
-                    let view = View {
-                        half_spaces: half_spaces(frustum),
-                        has_near: false,
-                        sphere: None,
-                        layers: mask(layers),
-                        light: Light::Directional { direction },
-                        margin: margin.filter(|m| restrict && !is_soft && m.is_finite()),
-                        eye: Some(view),
-                    };
-                    let eye = view.eye;
-                    let is_new = map.list(scratch, &frame, view, eye, layers);
-                    if is_new || !is_ours {
-                        write(&mut lists[number], map);
-                    }
-                        state.casters += map.len();
-                    drawn.put(map, [entity, eye.unwrap_or(entity)], 7 + number, is_new);
-                }
-            }
-            lists.set_changed();
-            maps.written[2] = Some(lists.last_changed());
         }
     }
     if drawn.is_changed() {
+        let Drawn { frame, slots, .. } = &mut *drawn;
         let lists = lights.iter().flat_map(|(_, state, ..)| state.maps.all());
-        let lists = lists.filter(|map| map.frame == drawn.frame).map(Map::entities);
-        marks.list_casters(lists, |index| mirror.of_index(index), &mut marked);
+        let lists = lists.filter(|map| map.frame == *frame).map(Map::slots);
+        slots.fill(0);
+        slots.resize(mirror.scene.hierarchy().present().len(), 0);
+        lists.for_each(|list| slots.iter_mut().zip(list).for_each(|(all, bits)| *all |= bits));
+        let entity = |slot| Entity::from_bits(mirror.scene.user_data(slot));
+        marks.list_casters(
+            bits::slots(slots).map(entity),
+            |index| mirror.of_index(index),
+            &mut marked,
+        );
     }
     marks.cast(|index| mirror.of_index(index), &mut marked);
 }

@@ -70,6 +70,15 @@ pub struct CulletLight {
     known: Option<(Volume, [u64; 4], bool)>,
 }
 
+impl CulletLight {
+    /// How many faces of its shadow map nothing that is drawn receives a shadow by; of a light that
+    /// is drawn with one.
+    #[must_use]
+    pub fn faces_out(&self) -> u32 {
+        (!self.faces).count_ones()
+    }
+}
+
 /// A light that is drawn and lit by as Bevy says: never left out, and with all casters.
 ///
 /// Put it where something else asks whether a light is visible, such as a halo that a system of yours

@@ -7,7 +7,7 @@ use bevy_math::Vec3A;
 use bevy_transform::components::GlobalTransform;
 use engine::Simd;
 use engine::bounds::Aabb as Bounds;
-use engine::cull::frustum::batch::Planes;
+use engine::cull::frustum::batch::{Planes, classify_boxes};
 use engine::cull::frustum::tree::Cut;
 use engine::cull::shadow::{CasterRegion, Light};
 
@@ -23,6 +23,8 @@ use crate::without;
 /// Shadow map: what it lists.
 #[derive(Debug, Default)]
 pub(crate) struct Map {
+    /// One bit a slot: the map shows it, whether it matters or not.
+    found: Vec<u64>,
     listed: Listed,
     known: Option<Known>,
     /// Something that is drawn may receive a shadow by it.
@@ -143,7 +145,21 @@ impl View {
     }
 }
 
+impl Known {
+    /// Returns the number of scene steps by which what a map shows is behind; `None` where it is
+    /// found anew.
+    fn behind(&self, now: &Self) -> Option<u64> {
+        let same = self.scene[..2] == now.scene[..2] && self.without == now.without;
+        // NaN equals nothing, and so is found anew.
+        (same && self.view == now.view).then(|| now.scene[2] - self.scene[2])
+    }
+}
+
 impl Map {
+    pub(crate) fn slots(&self) -> &[u64] {
+        &self.listed.seen
+    }
+
     pub(crate) fn entities(&self) -> &[Entity] {
         &self.listed.list
     }
@@ -172,19 +188,20 @@ impl Map {
         if self.known.as_ref() == Some(&now) && frame.mirror.checked.is_empty() {
             return false;
         }
-        let Scratch { cut, allowed, next, .. } = scratch;
-        next.clear();
-        next.resize(scene.hierarchy().present().len(), 0);
+        let Scratch { cut, allowed, next } = scratch;
+        self.find(cut, frame, &now);
+        next.clone_from(&self.found);
         self.has_receivers = match now.view.margin {
             Some(margin) => allow(cut, allowed, frame, &now.view, margin),
-            None => {
-                allowed.clear();
-                allowed.resize(next.len(), u64::MAX);
-                true
-            }
+            None => true,
         };
+        if !self.has_receivers {
+            next.fill(0);
+        } else if now.view.margin.is_some() {
+            let kept = allowed.iter().zip(scene.exempt()).map(|(allowed, exempt)| allowed | exempt);
+            next.iter_mut().zip(kept).for_each(|(next, kept)| *next &= kept);
+        }
         if self.has_receivers {
-            find(cut, allowed, next, frame, &now.view);
             for &entity in &frame.mirror.checked {
                 let slot = frame.mirror.handle(entity).and_then(|handle| scene.slot(handle).ok());
                 let (Some(slot), Ok(seen)) = (slot, frame.all.get(entity)) else { continue };
@@ -201,6 +218,59 @@ impl Map {
         self.known = Some(now);
         self.listed.take(frame.mirror, same_order, next)
     }
+}
+
+impl Map {
+    /// Finds what the map shows, one bit a slot: all, or what changed since it was found.
+    fn find(&mut self, cut: &mut Cut, frame: &Frame<'_, '_, '_>, now: &Known) {
+        let scene = &frame.mirror.scene;
+        let hierarchy = scene.hierarchy();
+        self.found.resize(hierarchy.present().len(), 0);
+        let behind = self.known.as_ref().and_then(|known| known.behind(now));
+        if behind == Some(0) {
+            return;
+        }
+        let used: Vec<[f32; 4]> = now.view.used().copied().collect();
+        let planes = Planes::new(&region(&used));
+        if behind == Some(1) {
+            for word in frame.mirror.touched() {
+                let Some(found) = self.found.get_mut(word) else { continue };
+                let [mut visible, mut inside] = [[0]; 2];
+                let boxes = hierarchy.boxes();
+                classify_boxes(Simd::best(), &planes, boxes, word, &mut visible, &mut inside);
+                *found = decide(frame, &now.view, word, [visible[0], inside[0]]);
+            }
+            return;
+        }
+        cut.cull(Simd::best(), &planes, hierarchy.nodes(), hierarchy.boxes());
+        for (word, found) in self.found.iter_mut().enumerate() {
+            *found = decide(frame, &now.view, word, [cut.visible()[word], cut.inside()[word]]);
+        }
+    }
+}
+
+/// The slots of a word that a map shows, of those whose boxes are visible, or inside all half-spaces.
+fn decide(frame: &Frame<'_, '_, '_>, view: &View, word: usize, [visible, inside]: [u64; 2]) -> u64 {
+    let scene = &frame.mirror.scene;
+    let exempt = scene.exempt()[word];
+    let bits = (visible | exempt) & scene.hierarchy().present()[word];
+    let doubtful = !inside | exempt;
+    let mut found = 0;
+    for slot in slots_of(word, bits) {
+        let bit = 1 << (slot % 64);
+        if scene.layers(slot) & view.layers == 0 {
+            continue;
+        }
+        let entity = Entity::from_bits(scene.user_data(slot));
+        if frame.without.has(entity) {
+            continue;
+        }
+        let is_sure = doubtful & bit == 0 && view.is_well_within(&scene.bounds(slot));
+        if is_sure || view.shows(frame, entity) {
+            found |= bit;
+        }
+    }
+    found
 }
 
 /// Finds where casters can throw a shadow onto something that is drawn, one bit a slot. `false`
@@ -246,35 +316,4 @@ fn allow(
         cut.touched().for_each(|word| allowed[word] |= cut.visible()[word]);
     }
     !found.is_empty()
-}
-
-/// Finds what the map shows, one bit a slot.
-fn find(cut: &mut Cut, allowed: &[u64], next: &mut [u64], frame: &Frame<'_, '_, '_>, view: &View) {
-    let scene = &frame.mirror.scene;
-    let hierarchy = scene.hierarchy();
-    let used: Vec<[f32; 4]> = view.used().copied().collect();
-    let planes = Planes::new(&region(&used));
-    cut.cull(Simd::best(), &planes, hierarchy.nodes(), hierarchy.boxes());
-    for (word, next) in next.iter_mut().enumerate() {
-        let exempt = scene.exempt()[word];
-        let bits = (cut.visible()[word] & allowed[word] | exempt) & hierarchy.present()[word];
-        if bits == 0 {
-            continue;
-        }
-        let doubtful = !cut.inside()[word] | exempt;
-        for slot in slots_of(word, bits) {
-            let bit = 1 << (slot % 64);
-            if scene.layers(slot) & view.layers == 0 {
-                continue;
-            }
-            let entity = Entity::from_bits(scene.user_data(slot));
-            if frame.without.has(entity) {
-                continue;
-            }
-            let is_sure = doubtful & bit == 0 && view.is_well_within(&scene.bounds(slot));
-            if is_sure || view.shows(frame, entity) {
-                *next |= bit;
-            }
-        }
-    }
 }

@@ -42,25 +42,26 @@ pub(crate) type Marked<'w, 's> =
     Query<'w, 's, (Entity, &'static mut ViewVisibility), Without<NoCpuCulling>>;
 
 impl Marks {
-    /// Takes over other lists, and marks what was in none before: `entity` tells the entity of an
+    /// Takes over other lists, and marks what was in none before: `of_index` tells the entity of an
     /// index.
     pub(crate) fn list<'a>(
         &mut self,
         lists: impl Iterator<Item = &'a [Entity]>,
-        entity: impl Fn(usize) -> Option<Entity>,
+        of_index: impl Fn(usize) -> Option<Entity>,
         all: &mut Marked,
     ) {
-        self.count = take(&mut self.listed, &mut self.scratch, lists, entity, all);
+        let entities = lists.flatten().copied();
+        self.count = take(&mut self.listed, &mut self.scratch, entities, of_index, all);
     }
 
-    /// The same for the lists of shadow maps.
-    pub(crate) fn list_casters<'a>(
+    /// The same for what shadow maps list.
+    pub(crate) fn list_casters(
         &mut self,
-        lists: impl Iterator<Item = &'a [Entity]>,
-        entity: impl Fn(usize) -> Option<Entity>,
+        entities: impl Iterator<Item = Entity>,
+        of_index: impl Fn(usize) -> Option<Entity>,
         all: &mut Marked,
     ) {
-        self.cast_count = take(&mut self.cast, &mut self.scratch, lists, entity, all);
+        self.cast_count = take(&mut self.cast, &mut self.scratch, entities, of_index, all);
     }
 
     /// Marks all that is listed, and notes what else was seen in the last frame. `false` where a
@@ -72,14 +73,14 @@ impl Marks {
     /// Marks all that shadow maps list: after [`set`](Self::set).
     pub(crate) fn cast(
         &mut self,
-        entity: impl Fn(usize) -> Option<Entity>,
+        of_index: impl Fn(usize) -> Option<Entity>,
         all: &mut Marked,
     ) {
         if self.cast_count == 0 {
             return;
         }
         if set(&self.cast, &mut self.leaving, self.was_visible, all) != self.cast_count {
-            for entity in slots(&self.cast).filter_map(|index| entity(index as usize)) {
+            for entity in slots(&self.cast).filter_map(|index| of_index(index as usize)) {
                 if let Ok((_, mut mark)) = all.get_mut(entity) {
                     mark.set_visible();
                 }
@@ -94,16 +95,16 @@ fn has(bits: &[u64], entity: Entity) -> bool {
 }
 
 /// Makes `bits` those of other lists, and marks what is new in them. Returns how many there are.
-fn take<'a>(
+fn take(
     bits: &mut Vec<u64>,
     scratch: &mut Vec<u64>,
-    lists: impl Iterator<Item = &'a [Entity]>,
-    entity: impl Fn(usize) -> Option<Entity>,
+    entities: impl Iterator<Item = Entity>,
+    of_index: impl Fn(usize) -> Option<Entity>,
     all: &mut Marked,
 ) -> usize {
     scratch.clear();
     scratch.resize(bits.len(), 0);
-    for entity in lists.flatten() {
+    for entity in entities {
         let at = entity.index_u32() as usize;
         if scratch.len() <= at / 64 {
             scratch.resize(at / 64 + 1, 0);
@@ -115,7 +116,7 @@ fn take<'a>(
     for (word, (new, old)) in scratch.iter().zip(&*bits).enumerate() {
         count += new.count_ones() as usize;
         for index in slots_of(word, new & !old) {
-            let entity = entity(index as usize);
+            let entity = of_index(index as usize);
             if let Some((_, mut mark)) = entity.and_then(|entity| all.get_mut(entity).ok()) {
                 mark.set_visible();
             }

@@ -4,7 +4,7 @@
 use std::any::TypeId;
 
 use bevy_app::{App, Plugin, PostUpdate, PreUpdate};
-use bevy_camera::primitives::{Aabb, Frustum};
+use bevy_camera::primitives::{Aabb, CUBE_MAP_FACES, Frustum};
 use bevy_camera::visibility::{
     InheritedVisibility, NoCpuCulling, RenderLayers, SetViewVisibility, ViewVisibility,
     VisibilityRange, VisibilitySystems, VisibleEntities, VisibleEntityRanges,
@@ -18,11 +18,13 @@ use bevy_gizmos::config::{GizmoConfig, GizmoConfigGroup};
 use bevy_gizmos::gizmos::Gizmos;
 use bevy_input::ButtonInput;
 use bevy_input::keyboard::KeyCode;
+use bevy_light::{PointLight, SpotLight};
 use bevy_math::{Isometry3d, Vec2, Vec3};
 use bevy_mesh::Mesh3d;
 use bevy_reflect::Reflect;
 use bevy_transform::components::GlobalTransform;
 
+use crate::lights::CulletLight;
 use crate::plugin::CulletSystems;
 use crate::view::{half_spaces, is_outside};
 
@@ -190,6 +192,20 @@ struct Eye {
     visible: &'static VisibleEntities,
 }
 
+type Lights<'w, 's> = Query<
+    'w,
+    's,
+    (
+        &'static CulletLight,
+        &'static GlobalTransform,
+        Option<&'static PointLight>,
+        Option<&'static SpotLight>,
+    ),
+>;
+
+/// The colour of what is left out of lights, in sRGB.
+const LEFT_OUT: [u8; 3] = [0xCC, 0x79, 0xA7];
+
 type Subjects<'w, 's> = Query<'w, 's, Subject, (With<Mesh3d>, Without<NoCpuCulling>)>;
 
 impl EyeItem<'_, '_> {
@@ -272,6 +288,7 @@ fn show(
     eyes: Query<(Eye, Option<&Frozen>), With<Camera3d>>,
     all: Subjects,
     ranges: Option<Res<VisibleEntityRanges>>,
+    lights: Lights,
     mut gizmos: Gizmos<CulletGizmos>,
     mut text: Gizmos<CulletTextGizmos>,
 ) {
@@ -307,9 +324,31 @@ fn show(
         if let Some(frozen) = frozen {
             draw_frustum(&frozen.frustum, &mut gizmos);
         }
+        lights.iter().for_each(|light| draw_light(light, &mut gizmos));
     }
     if overlay.text {
-        write(&eye, fates, frozen.is_some(), &mut text);
+        let out = lights.iter().filter(|(light, ..)| light.is_left_out).count();
+        let faces = lights.iter().map(|(light, ..)| light.faces_out()).sum::<u32>();
+        write(&eye, fates, [out as u32, faces], frozen.is_some(), &mut text);
+    }
+}
+
+/// Draws the reach of a light that is left out, and a line to each face of a shadow map that nothing
+/// drawn is shaded by.
+fn draw_light(
+    (light, at, point, spot): (&CulletLight, &GlobalTransform, Option<&PointLight>, Option<&SpotLight>),
+    gizmos: &mut Gizmos<CulletGizmos>,
+) {
+    let [r, g, b] = LEFT_OUT;
+    let color = Color::srgb_u8(r, g, b);
+    let center = at.translation();
+    let range = point.map(|light| light.range).or(spot.map(|light| light.range));
+    if let Some(range) = range.filter(|range| light.is_left_out && range.is_finite()) {
+        gizmos.sphere(Isometry3d::from_translation(center), range, color);
+    }
+    if point.is_some() && !light.is_left_out {
+        let out = CUBE_MAP_FACES.iter().enumerate().filter(|(face, _)| light.faces >> face & 1 == 0);
+        out.for_each(|(_, face)| gizmos.line(center, center + face.target * 0.5, color));
     }
 }
 
@@ -332,6 +371,7 @@ fn draw_frustum(frustum: &Frustum, gizmos: &mut Gizmos<CulletGizmos>) {
 fn write(
     eye: &EyeItem<'_, '_>,
     fates: &[(Entity, CulletFate)],
+    [lights_out, faces_out]: [u32; 2],
     is_frozen: bool,
     gizmos: &mut Gizmos<CulletTextGizmos>,
 ) {
@@ -347,11 +387,20 @@ fn write(
     };
     let count = |fate| fates.iter().filter(|f| f.1 == fate).count();
     let head = format!("{} meshes{}\n", fates.len(), if is_frozen { ", frozen" } else { "" });
+    let [r, g, b] = LEFT_OUT;
+    let of_lights = [
+        (lights_out, "lights left out: they reach nothing drawn"),
+        (faces_out, "faces of shadow maps left out: nothing drawn is shaded by them"),
+    ];
+    let of_lights = of_lights.into_iter().filter(|(n, _)| *n > 0);
+    let of_lights =
+        of_lights.map(|(n, label)| (format!("{n} {label}\n"), Color::srgb_u8(r, g, b)));
     let lines = CulletFate::ALL.map(|fate| (fate, count(fate)));
     let lines: Vec<_> = lines
         .into_iter()
         .filter(|&(fate, n)| n > 0 || fate == CulletFate::Drawn)
         .map(|(fate, n)| (format!("{n} {}\n", fate.label()), color(fate)))
+        .chain(of_lights)
         .collect();
     let mut sections = vec![(head.as_str(), Color::WHITE)];
     sections.extend(lines.iter().map(|(text, color)| (text.as_str(), *color)));

@@ -266,6 +266,11 @@ fn a_light_is_left_out_only_where_it_is_known_to_reach_nothing() {
         app.world().entity_mut(lamp).insert(bevy_cullet::NoCulletLight);
     }));
     assert!(!left_out(far, |app, _| {
+        let mut cameras = app.world().query_filtered::<Entity, With<Camera3d>>();
+        let camera = cameras.single(app.world()).expect("one camera");
+        app.world().entity_mut(camera).insert(bevy::core_pipeline::prepass::DeferredPrepass);
+    }));
+    assert!(!left_out(far, |app, _| {
         app.world().resource_mut::<CulletLights>().receivers = false;
     }));
     assert!(!left_out(far, |app, lamp| {

@@ -42,7 +42,10 @@ fn tests(draws: bool) -> Done {
     let which: &[&str] = if draws {
         &[]
     } else {
-        &["--lib", "--test", "apps", "--test", "check", "--test", "golden", "--test", "occlusion"]
+        &[
+            "--lib", "--test", "apps", "--test", "check", "--test", "golden", "--test", "lights", "--test",
+            "occlusion",
+        ]
     };
     let mut cargo = command("rustup", &[&words[..], which].concat());
     // The compiler of whoever runs this must not win over the one that is named.

@@ -111,6 +111,7 @@ fn app(count: usize, motion: Motion, with_plugin: bool, more: impl FnOnce(&mut A
             lap::<2>.after(MarkNewlyHiddenEntitiesInvisible),
         ),
     );
+    more(&mut app);
     let world = app.world_mut();
     let projection = PerspectiveProjection { fov: FOV, aspect_ratio: 1.0, ..Default::default() };
     let mut camera = world.spawn((Camera3d::default(), Projection::Perspective(projection)));
@@ -130,7 +131,6 @@ fn app(count: usize, motion: Motion, with_plugin: bool, more: impl FnOnce(&mut A
             entity.insert(Mover);
         }
     }
-    more(&mut app);
     app.finish();
     app.cleanup();
     app
