@@ -47,7 +47,8 @@ impl Parts {
 
 fn camera(world: &mut World, at: Transform, occlusion: bool) {
     let target = RenderTarget::Image(world.resource::<Canvas>().0.clone().into());
-    let mut camera = world.spawn((Camera3d::default(), target, Msaa::Off, Tonemapping::Reinhard, at));
+    let mut camera =
+        world.spawn((Camera3d::default(), target, Msaa::Off, Tonemapping::Reinhard, at));
     if occlusion {
         camera.insert(CulletOcclusion::default());
     }
@@ -74,7 +75,8 @@ fn rooms(world: &mut World, occlusion: bool) {
             let center = at + Vec3::new(place(1) * 8.0, 0.3 + place(2).abs(), place(3) * 8.0);
             parts.put(world, i, center, Vec3::splat(0.4 + place(4).abs()));
         }
-        let lamp = PointLight { intensity: 3e5, range: 6.0, shadow_maps_enabled: true, ..default() };
+        let lamp =
+            PointLight { intensity: 3e5, range: 6.0, shadow_maps_enabled: true, ..default() };
         world.spawn((lamp, Transform::from_translation(at + Vec3::Y * 3.0)));
     }
     let at = Transform::from_xyz(-4.0, 1.7, 4.0).looking_at(Vec3::new(2.0, 1.0, -2.0), Vec3::Y);

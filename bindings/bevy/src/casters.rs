@@ -244,7 +244,8 @@ impl Casting<'_, '_, '_> {
         let angle = f64::from(light.outer_angle);
         // Wide maps are read in their corners as far out as there are numbers.
         let is_cone = angle < std::f64::consts::FRAC_PI_2 - 0.05;
-        let is_known = of.restrict && !is_soft && is_cone && Volume::of_spot(light, of.at).is_some();
+        let is_known =
+            of.restrict && !is_soft && is_cone && Volume::of_spot(light, of.at).is_some();
         let bias = [light.shadow_depth_bias, light.shadow_normal_bias];
         let texel = 2.0 * angle.tan() / self.sun_texels[0];
         let view = View {
@@ -332,7 +333,10 @@ pub(crate) fn cast(
     mut marked: Marked,
     off_cpu: Query<&ViewVisibility, With<NoCpuCulling>>,
     ranges: Option<Res<VisibleEntityRanges>>,
-    (point_size, sun_size): (Option<Res<PointLightShadowMap>>, Option<Res<DirectionalLightShadowMap>>),
+    (point_size, sun_size): (
+        Option<Res<PointLightShadowMap>>,
+        Option<Res<DirectionalLightShadowMap>>,
+    ),
     mut scratch: Local<Scratch>,
     (mut lamps, mut drawn): (Local<EntityHashSet>, Local<Drawn>),
 ) {

@@ -79,12 +79,8 @@ pub(crate) struct Frame<'a, 'w, 's> {
     pub(crate) ranges: Option<&'a VisibleEntityRanges>,
 }
 
-pub(crate) type Boxes<'w, 's> = Query<
-    'w,
-    's,
-    (Option<&'static Aabb>, &'static GlobalTransform, Has<NoFrustumCulling>),
-    OfMesh,
->;
+pub(crate) type Boxes<'w, 's> =
+    Query<'w, 's, (Option<&'static Aabb>, &'static GlobalTransform, Has<NoFrustumCulling>), OfMesh>;
 
 /// Number of the near half-space, as Bevy counts them.
 const NEAR: usize = 4;
@@ -100,7 +96,8 @@ impl View {
         let Ok((aabb, at, no_frustum_culling)) = frame.boxes.get(entity) else { return true };
         let (Some(aabb), false) = (aabb, no_frustum_culling) else { return true };
         let at = at.affine();
-        let sphere = self.sphere.map(|[x, y, z, radius]| Sphere { center: Vec3A::new(x, y, z), radius });
+        let sphere =
+            self.sphere.map(|[x, y, z, radius]| Sphere { center: Vec3A::new(x, y, z), radius });
         let center = at.transform_point3a(aabb.center).extend(1.0);
         sphere.is_none_or(|sphere| sphere.intersects_obb(aabb, &at))
             && self.used().all(|half_space| {
@@ -126,7 +123,13 @@ impl View {
     }
 
     /// A box around what an eye sees in the map, or beside it as far as it is read.
-    fn receivers(&self, cut: &Cut, frame: &Frame<'_, '_, '_>, eye: &Eye<'_>, margin: f64) -> Bounds {
+    fn receivers(
+        &self,
+        cut: &Cut,
+        frame: &Frame<'_, '_, '_>,
+        eye: &Eye<'_>,
+        margin: f64,
+    ) -> Bounds {
         let scene = &frame.mirror.scene;
         let mut all = Bounds::EMPTY;
         for word in cut.touched() {
@@ -214,7 +217,8 @@ impl Map {
                 }
             }
         }
-        let same_order = self.known.as_ref().is_some_and(|known| known.scene[..2] == now.scene[..2]);
+        let same_order =
+            self.known.as_ref().is_some_and(|known| known.scene[..2] == now.scene[..2]);
         self.known = Some(now);
         self.listed.take(frame.mirror, same_order, next)
     }
@@ -298,8 +302,8 @@ fn allow(
         cut.cull(Simd::best(), &Planes::new(&sides), nodes, boxes);
     }
     for eye in eyes() {
-        let receivers = (eye.is_known && !frame.is_foreign)
-            .then(|| view.receivers(cut, frame, eye, margin));
+        let receivers =
+            (eye.is_known && !frame.is_foreign).then(|| view.receivers(cut, frame, eye, margin));
         let mut seen = eye.region.clone();
         for (_, side) in sides.planes() {
             // One that is refused is one fewer to reject by.

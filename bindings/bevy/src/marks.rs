@@ -71,11 +71,7 @@ impl Marks {
     }
 
     /// Marks all that shadow maps list: after [`set`](Self::set).
-    pub(crate) fn cast(
-        &mut self,
-        of_index: impl Fn(usize) -> Option<Entity>,
-        all: &mut Marked,
-    ) {
+    pub(crate) fn cast(&mut self, of_index: impl Fn(usize) -> Option<Entity>, all: &mut Marked) {
         if self.cast_count == 0 {
             return;
         }
@@ -128,12 +124,7 @@ fn take(
 
 /// Marks what has a bit and was seen in the last frame, and lists what was seen and has none.
 /// Returns how many have a bit and a mark.
-fn set(
-    bits: &[u64],
-    leaving: &mut Vec<Entity>,
-    was: ViewVisibility,
-    all: &mut Marked,
-) -> usize {
+fn set(bits: &[u64], leaving: &mut Vec<Entity>, was: ViewVisibility, all: &mut Marked) -> usize {
     let found = Mutex::new((0, std::mem::take(leaving)));
     if let Ok(mut found) = found.lock() {
         found.1.clear();

@@ -236,8 +236,7 @@ impl CulletScene {
         let (bounds, layers) = (seen.bounds(), seen.layers());
         // A sphere is no box to Bevy's lights: they list what has one whatever they show.
         let has_sphere_alone = seen.aabb.is_none() && seen.sphere.is_some();
-        let always_visible =
-            seen.no_frustum_culling || seen.is_never_hidden() || has_sphere_alone;
+        let always_visible = seen.no_frustum_culling || seen.is_never_hidden() || has_sphere_alone;
         let now = self.updates;
         let transform = if mesh == 0 { Transform::IDENTITY } else { seen.transform() };
         let bounds = if mesh == 0 { bounds } else { BoundsOverride::Mesh };

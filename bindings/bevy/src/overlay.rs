@@ -336,7 +336,12 @@ fn show(
 /// Draws the reach of a light that is left out, and a line to each face of a shadow map that nothing
 /// drawn is shaded by.
 fn draw_light(
-    (light, at, point, spot): (&CulletLight, &GlobalTransform, Option<&PointLight>, Option<&SpotLight>),
+    (light, at, point, spot): (
+        &CulletLight,
+        &GlobalTransform,
+        Option<&PointLight>,
+        Option<&SpotLight>,
+    ),
     gizmos: &mut Gizmos<CulletGizmos>,
 ) {
     let [r, g, b] = LEFT_OUT;
@@ -347,7 +352,8 @@ fn draw_light(
         gizmos.sphere(Isometry3d::from_translation(center), range, color);
     }
     if point.is_some() && !light.is_left_out {
-        let out = CUBE_MAP_FACES.iter().enumerate().filter(|(face, _)| light.faces >> face & 1 == 0);
+        let out =
+            CUBE_MAP_FACES.iter().enumerate().filter(|(face, _)| light.faces >> face & 1 == 0);
         out.for_each(|(_, face)| gizmos.line(center, center + face.target * 0.5, color));
     }
 }
@@ -393,8 +399,7 @@ fn write(
         (faces_out, "faces of shadow maps left out: nothing drawn is shaded by them"),
     ];
     let of_lights = of_lights.into_iter().filter(|(n, _)| *n > 0);
-    let of_lights =
-        of_lights.map(|(n, label)| (format!("{n} {label}\n"), Color::srgb_u8(r, g, b)));
+    let of_lights = of_lights.map(|(n, label)| (format!("{n} {label}\n"), Color::srgb_u8(r, g, b)));
     let lines = CulletFate::ALL.map(|fate| (fate, count(fate)));
     let lines: Vec<_> = lines
         .into_iter()

@@ -47,7 +47,9 @@ impl Plugin for CulletPlugin {
         let replaced = Replaced::find();
         app.insert_resource(replaced.marks());
         app.insert_resource(replaced);
-        app.init_resource::<CulletLights>().init_resource::<Receivers>().init_resource::<Transmits>();
+        app.init_resource::<CulletLights>()
+            .init_resource::<Receivers>()
+            .init_resource::<Transmits>();
         app.register_required_components::<Camera, CulletView>();
         app.register_required_components::<PointLight, CulletLight>();
         app.register_required_components::<SpotLight, CulletLight>();

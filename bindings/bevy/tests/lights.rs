@@ -5,11 +5,12 @@ use std::collections::BTreeSet;
 
 use bevy::camera::primitives::{Aabb, CascadesFrusta, CubemapFrusta, Frustum, Sphere};
 use bevy::camera::visibility::{
-    CascadesVisibleEntities, CubemapVisibleEntities, NoAutoAabb, NoCpuCulling, NoFrustumCulling, RenderLayers,
-    ViewVisibility, VisibilityRange, VisibleMeshEntities,
+    CascadesVisibleEntities, CubemapVisibleEntities, NoAutoAabb, NoCpuCulling, NoFrustumCulling,
+    RenderLayers, ViewVisibility, VisibilityRange, VisibleMeshEntities,
 };
 use bevy::light::{
-    CascadeShadowConfigBuilder, DirectionalLightShadowMap, LightPlugin, NotShadowCaster, PointLightShadowMap,
+    CascadeShadowConfigBuilder, DirectionalLightShadowMap, LightPlugin, NotShadowCaster,
+    PointLightShadowMap,
 };
 use bevy::math::Vec3A;
 use bevy::prelude::*;
@@ -22,9 +23,12 @@ fn app(with_plugin: bool, receivers: bool, seed: u64) -> (Headless, Vec<Entity>)
     app.app.add_plugins((bevy::time::TimePlugin, bevy::gizmos::GizmoPlugin, LightPlugin));
     app.app.insert_resource(CulletLights { receivers });
     app.app.init_resource::<Heard>();
-    app.app.add_systems(Last, |marks: Query<Entity, Changed<ViewVisibility>>, mut heard: ResMut<Heard>| {
-        heard.0 = marks.iter().collect();
-    });
+    app.app.add_systems(
+        Last,
+        |marks: Query<Entity, Changed<ViewVisibility>>, mut heard: ResMut<Heard>| {
+            heard.0 = marks.iter().collect();
+        },
+    );
     let all = spawn(app.world(), seed);
     (app, all)
 }
@@ -38,13 +42,17 @@ fn spawn(world: &mut World, seed: u64) -> Vec<Entity> {
     let mut random = Random(seed);
     let mut all = Vec::new();
     for i in 0..12 {
-        let at = Transform { translation: random.vec(20.0), rotation: turn(&mut random), ..default() };
+        let at =
+            Transform { translation: random.vec(20.0), rotation: turn(&mut random), ..default() };
         let range = 2.0 + random.unit() * 20.0;
         let mut light = match i % 3 {
             0 => world.spawn((PointLight { range, shadow_maps_enabled: true, ..default() }, at)),
             1 => {
                 let outer_angle = 0.2 + random.unit();
-                world.spawn((SpotLight { range, outer_angle, shadow_maps_enabled: true, ..default() }, at))
+                world.spawn((
+                    SpotLight { range, outer_angle, shadow_maps_enabled: true, ..default() },
+                    at,
+                ))
             }
             _ => {
                 let cascades = CascadeShadowConfigBuilder { num_cascades: 1 + i / 3, ..default() };
@@ -60,19 +68,26 @@ fn spawn(world: &mut World, seed: u64) -> Vec<Entity> {
         all.push(light.id());
     }
     for _ in 0..250 {
-        let at = Transform { translation: random.vec(30.0), rotation: turn(&mut random), ..default() };
-        let aabb = Aabb { center: Vec3A::from(random.vec(0.5)), half_extents: Vec3A::from(random.vec(2.0).abs()) };
+        let at =
+            Transform { translation: random.vec(30.0), rotation: turn(&mut random), ..default() };
+        let aabb = Aabb {
+            center: Vec3A::from(random.vec(0.5)),
+            half_extents: Vec3A::from(random.vec(2.0).abs()),
+        };
         let mut mesh = world.spawn((Mesh3d::default(), NoAutoAabb, at));
         match random.one_in(16) {
             false => drop(mesh.insert(aabb)),
-            true if random.one_in(2) => drop(mesh.insert(Sphere { center: at.translation.into(), radius: 1.0 })),
+            true if random.one_in(2) => {
+                drop(mesh.insert(Sphere { center: at.translation.into(), radius: 1.0 }))
+            }
             true => {}
         }
         all.push(mesh.id());
         change(world, *all.last().expect("one"), &mut random, 24);
     }
     for _ in 0..2 {
-        let at = Transform { translation: random.vec(15.0), rotation: turn(&mut random), ..default() };
+        let at =
+            Transform { translation: random.vec(15.0), rotation: turn(&mut random), ..default() };
         all.push(world.spawn((Camera3d::default(), at)).id());
     }
     all
@@ -152,7 +167,9 @@ fn lists(app: &Headless, all: &[Entity], light: Entity) -> Option<Vec<(Frustum, 
     } else if of.get::<DirectionalLight>().is_some_and(|light| light.shadow_maps_enabled) {
         let (frusta, lists) = (of.get::<CascadesFrusta>()?, of.get::<CascadesVisibleEntities>()?);
         for &camera in &all[all.len() - 2..] {
-            let (Some(frusta), Some(lists)) = (frusta.frusta.get(&camera), lists.entities.get(&camera)) else {
+            let (Some(frusta), Some(lists)) =
+                (frusta.frusta.get(&camera), lists.entities.get(&camera))
+            else {
                 continue;
             };
             assert_eq!(frusta.len(), lists.len());
@@ -168,7 +185,8 @@ fn is_doubtful(app: &Headless, frustum: &Frustum, light: Entity, entity: Entity)
     let Some(aabb) = world.get::<Aabb>(entity) else { return false };
     let at = world.get::<GlobalTransform>(entity).expect("placed").affine();
     let grown = |by: f32| {
-        let aabb = Aabb { half_extents: aabb.half_extents * (1.0 + by) + Vec3A::splat(by), ..*aabb };
+        let aabb =
+            Aabb { half_extents: aabb.half_extents * (1.0 + by) + Vec3A::splat(by), ..*aabb };
         let center = world.get::<GlobalTransform>(light).expect("placed").translation_vec3a();
         let range = world.get::<PointLight>(light).map(|light| light.range);
         let range = range.or_else(|| world.get::<SpotLight>(light).map(|light| light.range));
@@ -193,10 +211,16 @@ fn the_same_casters_as_bevy_in_random_scenes_that_change() {
             for place in 0..12 {
                 let theirs = lists(bevy, all, all[place]);
                 let found = lists(ours, own, own[place]);
-                assert_eq!(theirs.is_some(), found.is_some(), "seed {seed} frame {frame} light {place}");
+                assert_eq!(
+                    theirs.is_some(),
+                    found.is_some(),
+                    "seed {seed} frame {frame} light {place}"
+                );
                 let (Some(theirs), Some(found)) = (theirs, found) else { continue };
                 assert_eq!(theirs.len(), found.len(), "seed {seed} frame {frame} light {place}");
-                for (number, ((frustum, theirs), (_, found))) in theirs.iter().zip(&found).enumerate() {
+                for (number, ((frustum, theirs), (_, found))) in
+                    theirs.iter().zip(&found).enumerate()
+                {
                     compared += theirs.len();
                     for &caster in theirs.symmetric_difference(found) {
                         doubtful.insert(caster);

@@ -43,7 +43,16 @@ fn tests(draws: bool) -> Done {
         &[]
     } else {
         &[
-            "--lib", "--test", "apps", "--test", "check", "--test", "golden", "--test", "lights", "--test",
+            "--lib",
+            "--test",
+            "apps",
+            "--test",
+            "check",
+            "--test",
+            "golden",
+            "--test",
+            "lights",
+            "--test",
             "occlusion",
         ]
     };

@@ -4,7 +4,8 @@
 use bevy::camera::Viewport;
 use bevy::camera::visibility::{NoFrustumCulling, RenderLayers, VisibilityRange};
 use bevy::light::{
-    CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShadowCaster, NotShadowReceiver, PointLightShadowMap,
+    CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShadowCaster, NotShadowReceiver,
+    PointLightShadowMap,
 };
 use bevy::prelude::*;
 
@@ -92,7 +93,8 @@ fn build_cell(kit: &mut Kit, cell: u32) {
             kit.world.spawn((lamp, at))
         } else {
             let outer_angle = 0.3 + kind * 0.8;
-            let lamp = SpotLight { intensity: 1e6, range, outer_angle, shadow_maps_enabled, ..default() };
+            let lamp =
+                SpotLight { intensity: 1e6, range, outer_angle, shadow_maps_enabled, ..default() };
             let aim = Quat::from_euler(EulerRot::YXZ, turn * 6.3, -0.3 - turn, 0.0);
             kit.world.spawn((lamp, at.with_rotation(aim)))
         };
@@ -155,7 +157,8 @@ pub(crate) fn step(world: &mut World, picture: u32) {
     let (cell, step) = (picture / STEPS, picture % STEPS);
     look(world, cell, step);
     let mut parts = world.query::<(Entity, &Part)>();
-    let eighths: Vec<_> = parts.iter(world).filter(|(_, part)| part.number == 8).map(|(e, p)| (e, p.cell)).collect();
+    let eighths: Vec<_> =
+        parts.iter(world).filter(|(_, part)| part.number == 8).map(|(e, p)| (e, p.cell)).collect();
     for (entity, own) in eighths {
         // Listed wherever cameras look, so that receivers may be anywhere.
         match own == cell && cell % 8 == 3 {
@@ -167,8 +170,11 @@ pub(crate) fn step(world: &mut World, picture: u32) {
         return;
     }
     let mut parts = world.query::<(Entity, &Part)>();
-    let mut parts: Vec<_> =
-        parts.iter(world).filter(|(_, part)| part.cell == cell).map(|(e, part)| (part.number, e)).collect();
+    let mut parts: Vec<_> = parts
+        .iter(world)
+        .filter(|(_, part)| part.cell == cell)
+        .map(|(e, part)| (part.number, e))
+        .collect();
     parts.sort_unstable();
     for (number, entity) in parts {
         let mut entity = world.entity_mut(entity);
@@ -199,7 +205,9 @@ fn change_lamp(lamp: &mut EntityWorldMut<'_>, kind: u32) {
         3 => drop(lamp.insert(Visibility::Inherited)),
         4 => match (lamp.get_mut::<PointLight>(), ()) {
             (Some(mut light), ()) => light.shadow_maps_enabled ^= true,
-            _ => drop(lamp.get_mut::<SpotLight>().map(|mut light| light.shadow_maps_enabled ^= true)),
+            _ => {
+                drop(lamp.get_mut::<SpotLight>().map(|mut light| light.shadow_maps_enabled ^= true))
+            }
         },
         5 => match (lamp.get_mut::<PointLight>(), ()) {
             (Some(mut light), ()) => light.range *= 0.4,

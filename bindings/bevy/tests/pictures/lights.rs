@@ -6,10 +6,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use bevy::camera::visibility::{
     CubemapVisibleEntities, ViewVisibility, VisibilitySystems, VisibleEntities, VisibleMeshEntities,
 };
+use bevy::light::cluster::ClusterVisibilityClass;
 use bevy::light::{
     FogVolume, PointLightShadowMap, SimulationLightSystems, VolumetricFog, VolumetricLight,
 };
-use bevy::light::cluster::ClusterVisibilityClass;
 use bevy::prelude::*;
 use bevy_cullet::{CulletLight, CulletSystems};
 
@@ -69,7 +69,8 @@ fn shoot_with(
         build(&mut Kit::new(app.world_mut()));
     });
     studio.settle();
-    let mut shots = Shots { pictures: Vec::new(), out: Out::default(), casters: 0, faces_out: 0, views: 0 };
+    let mut shots =
+        Shots { pictures: Vec::new(), out: Out::default(), casters: 0, faces_out: 0, views: 0 };
     for number in pictures {
         studio.world().insert_resource(Number(number));
         step(studio.world(), number);
@@ -77,7 +78,12 @@ fn shoot_with(
         shots.views += studio.lamp_views();
         let world = studio.world();
         shots.out.0.insert(number, left_out(world));
-        let mut points = world.query::<(&PointLight, &ViewVisibility, &CubemapVisibleEntities, Option<&CulletLight>)>();
+        let mut points = world.query::<(
+            &PointLight,
+            &ViewVisibility,
+            &CubemapVisibleEntities,
+            Option<&CulletLight>,
+        )>();
         for (light, mark, faces, state) in points.iter(world) {
             if mark.get() && light.shadow_maps_enabled {
                 shots.casters += faces.iter().map(|face| face.entities.len()).sum::<usize>();
@@ -105,8 +111,10 @@ fn same(
     pictures: std::ops::Range<u32>,
     least: f64,
 ) -> [Shots; 2] {
-    let [without, with] =
-        [shoot_with(build, step, pictures.clone(), |_| {}), shoot_with(build, step, pictures, ours)];
+    let [without, with] = [
+        shoot_with(build, step, pictures.clone(), |_| {}),
+        shoot_with(build, step, pictures, ours),
+    ];
     let mut of_something = 0;
     for (number, (a, b)) in without.pictures.iter().zip(&with.pictures).enumerate() {
         let colours: BTreeSet<_> = a.pixels.iter().collect();
@@ -142,7 +150,8 @@ fn lights_that_come_and_go_change_no_picture() {
 /// Takes one caster from each list that has some.
 fn lose_casters(app: &mut App) {
     ours(app);
-    let lose = |mut points: Query<&mut CubemapVisibleEntities>, mut spots: Query<&mut VisibleMeshEntities>| {
+    let lose = |mut points: Query<&mut CubemapVisibleEntities>,
+                mut spots: Query<&mut VisibleMeshEntities>| {
         for list in points.iter_mut().flat_map(|faces| faces.into_inner().iter_mut()) {
             list.entities.pop();
         }
@@ -171,20 +180,22 @@ fn lose_face(app: &mut App) {
 fn lose_early(app: &mut App, out: Out) {
     ours(app);
     app.insert_resource(out);
-    let lose = |number: Res<Number>,
-                out: Res<Out>,
-                mut views: Query<&mut VisibleEntities>,
-                mut lamps: Query<(Entity, &Part, &mut ViewVisibility), With<CulletLight>>| {
-        let next = out.0.get(&(number.0 + 1)).cloned().unwrap_or_default();
-        for (entity, part, mut mark) in &mut lamps {
-            if next.contains(&(part.cell, part.number)) && part.cell == number.0 / STEPS {
-                *mark = ViewVisibility::HIDDEN;
-                for mut view in &mut views {
-                    view.get_mut(TypeId::of::<ClusterVisibilityClass>()).retain(|&e| e != entity);
+    let lose =
+        |number: Res<Number>,
+         out: Res<Out>,
+         mut views: Query<&mut VisibleEntities>,
+         mut lamps: Query<(Entity, &Part, &mut ViewVisibility), With<CulletLight>>| {
+            let next = out.0.get(&(number.0 + 1)).cloned().unwrap_or_default();
+            for (entity, part, mut mark) in &mut lamps {
+                if next.contains(&(part.cell, part.number)) && part.cell == number.0 / STEPS {
+                    *mark = ViewVisibility::HIDDEN;
+                    for mut view in &mut views {
+                        view.get_mut(TypeId::of::<ClusterVisibilityClass>())
+                            .retain(|&e| e != entity);
+                    }
                 }
             }
-        }
-    };
+        };
     let lose = lose.in_set(VisibilitySystems::CheckVisibility).after(CulletSystems::Check);
     app.add_systems(PostUpdate, lose);
 }
@@ -214,7 +225,8 @@ fn a_lost_caster_a_lost_face_and_a_light_that_goes_early_are_noticed() {
 
 /// Numbers of lamps that make no light, or an endless one, and what else goes wrong with lights: after `step` of them.
 fn spoil(world: &mut World, step: u32) {
-    let mut lamps = world.query::<(Entity, &Part, &mut Transform, AnyOf<(&mut PointLight, &mut SpotLight)>)>();
+    let mut lamps =
+        world.query::<(Entity, &Part, &mut Transform, AnyOf<(&mut PointLight, &mut SpotLight)>)>();
     let mut lamps: Vec<_> = lamps.iter_mut(world).filter(|(_, part, ..)| part.cell < 4).collect();
     lamps.sort_by_key(|(_, part, ..)| (part.cell, part.number));
     // A number that is not one, or infinite, may make the whole picture black: those come last.
@@ -275,7 +287,8 @@ fn crowd(kit: &mut Kit) {
     for i in 0..1000 {
         let place = Vec3::new(dice.roll() * 80.0 - 40.0, 1.5, dice.roll() * 80.0 - 40.0);
         let range = 1.0 + dice.roll() * 3.0;
-        let lamp = PointLight { intensity: 5e4, range, shadow_maps_enabled: i % 8 == 0, ..default() };
+        let lamp =
+            PointLight { intensity: 5e4, range, shadow_maps_enabled: i % 8 == 0, ..default() };
         kit.world.spawn((lamp, Transform::from_translation(place), Part { cell: 0, number: i }));
     }
     kit.camera(Transform::from_xyz(0.0, 4.0, 30.0).looking_at(Vec3::ZERO, Vec3::Y));
@@ -304,13 +317,20 @@ fn a_thousand_lights_and_none_are_as_bevy_has_them() {
 /// What receives light where no mesh is: a sheet that is lit at a depth behind it, and fog.
 fn beside(kit: &mut Kit) {
     kit.world.insert_resource(PointLightShadowMap { size: 64 });
-    let leaf = kit.material(StandardMaterial { diffuse_transmission: 1.0, thickness: 6.0, ..default() });
+    let leaf =
+        kit.material(StandardMaterial { diffuse_transmission: 1.0, thickness: 6.0, ..default() });
     let sheet = kit.put(1, [3.0, 0.0, -10.0], [3.0, 3.0, 0.1]);
     kit.world.entity_mut(sheet).insert(MeshMaterial3d(leaf.clone()));
     kit.world.insert_resource(Leaf(leaf));
     let lamp = PointLight { intensity: 3e5, range: 3.0, shadow_maps_enabled: true, ..default() };
     kit.world.spawn((lamp, Transform::from_xyz(3.0, 0.0, -17.0), Part { cell: 0, number: 0 }));
-    let shines = SpotLight { intensity: 1e7, range: 5.0, outer_angle: 0.5, shadow_maps_enabled: true, ..default() };
+    let shines = SpotLight {
+        intensity: 1e7,
+        range: 5.0,
+        outer_angle: 0.5,
+        shadow_maps_enabled: true,
+        ..default()
+    };
     let at = Transform::from_xyz(-3.0, 2.5, -8.0).looking_at(Vec3::new(-3.0, -3.0, -8.1), Vec3::Y);
     kit.world.spawn((shines, VolumetricLight, at, Part { cell: 0, number: 1 }));
     let volume = FogVolume { density_factor: 0.3, ..default() };
@@ -340,5 +360,8 @@ fn what_is_lit_where_no_mesh_is_stays_lit() {
     assert!(without.pictures[0] != without.pictures[1], "the lamp lights the sheet from behind");
     // Of the two the one that only a mesh could be lit by, and none where there is fog.
     let lamp_alone = BTreeSet::from([(0, 0)]);
-    assert_eq!(with.out.0, BTreeMap::from([(0, BTreeSet::new()), (1, lamp_alone), (2, BTreeSet::new())]));
+    assert_eq!(
+        with.out.0,
+        BTreeMap::from([(0, BTreeSet::new()), (1, lamp_alone), (2, BTreeSet::new())])
+    );
 }

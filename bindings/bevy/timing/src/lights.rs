@@ -3,7 +3,9 @@
 use std::time::Instant;
 
 use bevy_app::prelude::*;
-use bevy_camera::visibility::VisibilitySystems::{CheckVisibility, MarkNewlyHiddenEntitiesInvisible};
+use bevy_camera::visibility::VisibilitySystems::{
+    CheckVisibility, MarkNewlyHiddenEntitiesInvisible,
+};
 use bevy_camera::visibility::{CascadesVisibleEntities, VisibleMeshEntities};
 use bevy_cullet::CulletLights;
 use bevy_ecs::prelude::*;
@@ -82,12 +84,16 @@ fn casters(app: &mut App) -> [u64; 2] {
 }
 
 pub(crate) fn table(counts: &[usize], motions: &[Motion]) {
-    println!("| entities | motion | casters listed | of them by receivers | Bevy, ms | plugin, ms | ratio | by receivers, ms | ratio |");
+    println!(
+        "| entities | motion | casters listed | of them by receivers | Bevy, ms | plugin, ms | ratio | by receivers, ms | ratio |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|");
     for &count in counts {
         motions.iter().for_each(|&motion| measure(count, motion));
     }
-    println!("\nMedians of the systems that list casters, for twelve spot lights and four cascades.");
+    println!(
+        "\nMedians of the systems that list casters, for twelve spot lights and four cascades."
+    );
 }
 
 fn measure(count: usize, motion: Motion) {

@@ -180,7 +180,8 @@ fn margin(app: &mut App, number: u32) -> f64 {
 }
 
 fn main() -> ExitCode {
-    let (mut counts, mut motions, mut parts, mut of_lights) = (Vec::new(), Vec::new(), false, false);
+    let (mut counts, mut motions, mut parts, mut of_lights) =
+        (Vec::new(), Vec::new(), false, false);
     for word in std::env::args().skip(1) {
         if let Ok(count @ 1..) = word.parse::<usize>() {
             counts.push(count);
@@ -191,7 +192,9 @@ fn main() -> ExitCode {
         } else if word == "lights" {
             of_lights = true;
         } else {
-            eprintln!("{word}: numbers of entities, standing, moving, turning, parts and lights are known");
+            eprintln!(
+                "{word}: numbers of entities, standing, moving, turning, parts and lights are known"
+            );
             return ExitCode::from(2);
         }
     }
