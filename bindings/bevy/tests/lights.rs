@@ -75,12 +75,10 @@ fn spawn(world: &mut World, seed: u64) -> Vec<Entity> {
             half_extents: Vec3A::from(random.vec(2.0).abs()),
         };
         let mut mesh = world.spawn((Mesh3d::default(), NoAutoAabb, at));
-        match random.one_in(16) {
-            false => drop(mesh.insert(aabb)),
-            true if random.one_in(2) => {
-                drop(mesh.insert(Sphere { center: at.translation.into(), radius: 1.0 }))
-            }
-            true => {}
+        if !random.one_in(16) {
+            mesh.insert(aabb);
+        } else if random.one_in(2) {
+            mesh.insert(Sphere { center: at.translation.into(), radius: 1.0 });
         }
         all.push(mesh.id());
         change(world, *all.last().expect("one"), &mut random, 24);

@@ -203,16 +203,19 @@ fn change_lamp(lamp: &mut EntityWorldMut<'_>, kind: u32) {
         }
         2 => drop(lamp.insert(Visibility::Hidden)),
         3 => drop(lamp.insert(Visibility::Inherited)),
-        4 => match (lamp.get_mut::<PointLight>(), ()) {
-            (Some(mut light), ()) => light.shadow_maps_enabled ^= true,
-            _ => {
-                drop(lamp.get_mut::<SpotLight>().map(|mut light| light.shadow_maps_enabled ^= true))
+        4 | 5 => {
+            let switch = |on: &mut bool, range: &mut f32, by: f32| match kind % 9 {
+                4 => *on = !*on,
+                _ => *range *= by,
+            };
+            if let Some(mut light) = lamp.get_mut::<PointLight>() {
+                let PointLight { shadow_maps_enabled, range, .. } = &mut *light;
+                switch(shadow_maps_enabled, range, 0.4);
+            } else if let Some(mut light) = lamp.get_mut::<SpotLight>() {
+                let SpotLight { shadow_maps_enabled, range, .. } = &mut *light;
+                switch(shadow_maps_enabled, range, 1.7);
             }
-        },
-        5 => match (lamp.get_mut::<PointLight>(), ()) {
-            (Some(mut light), ()) => light.range *= 0.4,
-            _ => drop(lamp.get_mut::<SpotLight>().map(|mut light| light.range *= 1.7)),
-        },
+        }
         6 => drop(lamp.insert(Doomed)),
         _ => {}
     }
