@@ -1,0 +1,249 @@
+//! A frame: culls for all cameras, and tells Godot's server what changed.
+
+use std::time::Instant;
+
+use cullet::cull::occlusion::Occlusion;
+use cullet::{Backface, Culler, Output, Scene, ShadowView, View, ViewState, Visible};
+use godot::classes::RenderingServer;
+use godot::obj::Singleton;
+use godot::prelude::*;
+
+use crate::lights::{Lights, Receivers};
+use crate::mirror::{Mirror, item_and_part};
+use crate::probes;
+use crate::registry::Registry;
+use crate::shown::{self, Shown};
+use crate::told;
+use crate::views::{self, Eye};
+
+/// Settings of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Settings {
+    /// Pixels across the occlusion buffer and its budget; none for the frustum alone.
+    pub(crate) occlusion: Option<(u32, f32)>,
+    /// Whether casters are hidden whose shadow no camera sees.
+    pub(crate) casters: bool,
+    pub(crate) receivers: Receivers,
+}
+
+/// Counts and times of a frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Stats {
+    pub(crate) instances: usize,
+    pub(crate) cameras: usize,
+    pub(crate) visible: usize,
+    /// Drawn into shadow maps alone.
+    pub(crate) shadow_only: usize,
+    pub(crate) gone: usize,
+    pub(crate) changed: usize,
+    pub(crate) occluders: usize,
+    /// Times that occluders were found to be others than they were, and culled again.
+    pub(crate) again: usize,
+    /// Microseconds: following, culling, casters, telling the server.
+    pub(crate) us: [f64; 4],
+}
+
+/// State between frames.
+#[derive(Default)]
+pub(crate) struct Frame {
+    eyes: Vec<Eye>,
+    states: Vec<(ViewState, Visible)>,
+    reach: Vec<View>,
+    reach_states: Vec<(ViewState, Visible)>,
+    lights: Lights,
+    shadows: Vec<ShadowView>,
+    shadow_states: Vec<(ViewState, Visible)>,
+    // One bit an item.
+    seen: Vec<u64>,
+    casts: Vec<u64>,
+    drawn_occluders: Vec<u32>,
+    pub(crate) stats: Stats,
+}
+
+/// Frames in which occluders keep changing under our hands are culled so often, then without them.
+const MOST_TRIES: usize = 4;
+
+impl Frame {
+    /// Culls, and hides and shows what follows from it.
+    pub(crate) fn run(&mut self, registry: &mut Registry, settings: Settings, us_follow: f64) {
+        let mut clock = Clock(Instant::now());
+        let world = registry.world().unwrap_or(Rid::Invalid);
+        let words = registry.mirror.told.here.len();
+        for bits in [&mut self.seen, &mut self.casts] {
+            bits.clear();
+            bits.resize(words, 0);
+        }
+        let again = self.look(registry, settings, world);
+        let us_cull = clock.lap();
+        let all_cast = !self.find_casters(registry, settings, world);
+        let us_casters = clock.lap();
+        let changed = self.tell(&mut registry.mirror, all_cast);
+        let us_tell = clock.lap();
+        let told = &registry.mirror.told;
+        let (unseen, gone) = (told::count(&told.unseen), told::count(&told.gone));
+        let instances = told::count(&told.here);
+        self.stats = Stats {
+            instances,
+            cameras: self.eyes.len(),
+            visible: instances - unseen,
+            shadow_only: unseen - gone,
+            gone,
+            changed,
+            occluders: self.drawn_occluders.len(),
+            again,
+            us: [us_follow, us_cull, us_casters, us_tell],
+        };
+    }
+
+    /// Returns the answers of the cameras, in the order of the viewports.
+    pub(crate) fn answers(&self) -> impl Iterator<Item = (&Eye, &Visible)> {
+        self.eyes.iter().zip(self.states.iter().map(|(_, visible)| visible))
+    }
+
+    /// Fills `seen`. Returns how often it had to be done again.
+    fn look(&mut self, registry: &mut Registry, settings: Settings, world: Rid) -> usize {
+        let is_known = views::collect(&registry.viewports, world, &mut self.eyes)
+            & probes::collect(&registry.probes, world, &mut self.reach);
+        self.states.resize_with(self.eyes.len(), Default::default);
+        self.drawn_occluders.clear();
+        // Without a camera nothing is drawn, and nothing need be told; without knowing what one
+        // sees, everything is.
+        if !is_known || self.eyes.is_empty() {
+            self.seen.fill(u64::MAX);
+            return 0;
+        }
+        let occlusion = settings.occlusion;
+        let mut tries = 0;
+        loop {
+            let culler = culler(occlusion.filter(|_| tries < MOST_TRIES));
+            for (eye, (state, visible)) in self.eyes.iter().zip(&mut self.states) {
+                culler.cull_one(&registry.mirror.scene, &eye.view, state, visible);
+            }
+            if culler.occlusion.is_none() || self.occluders_hold(&mut registry.mirror) {
+                break;
+            }
+            tries += 1;
+            registry.mirror.settle();
+        }
+        let scene = &registry.mirror.scene;
+        self.states.iter().for_each(|(_, visible)| mark(scene, visible, &mut self.seen));
+        let plain = culler(None);
+        self.reach_states.resize_with(self.reach.len(), Default::default);
+        for (view, (state, visible)) in self.reach.iter().zip(&mut self.reach_states) {
+            plain.cull_one(scene, view, state, visible);
+            mark(scene, visible, &mut self.seen);
+        }
+        tries
+    }
+
+    /// Asks the nodes that hid others whether they are what they were. Those that are not are
+    /// brought up to date, and false is returned.
+    fn occluders_hold(&mut self, mirror: &mut Mirror) -> bool {
+        self.drawn_occluders.clear();
+        for (state, _) in &self.states {
+            self.drawn_occluders.extend(state.occluders_drawn().iter().map(|&(slot, _)| slot));
+        }
+        self.drawn_occluders.sort_unstable();
+        self.drawn_occluders.dedup();
+        let mut stale = Vec::new();
+        for &slot in &self.drawn_occluders {
+            if !mirror.still_hides(slot) {
+                stale.push(item_and_part(mirror.scene.user_data(slot)).0);
+            }
+        }
+        stale.dedup();
+        stale.iter().for_each(|&index| mirror.renew(index));
+        stale.is_empty()
+    }
+
+    /// Fills `casts`. Returns false where all cast.
+    fn find_casters(&mut self, registry: &Registry, settings: Settings, world: Rid) -> bool {
+        self.lights.collect(&registry.lights, world);
+        if !settings.casters || self.lights.keeps_all || !registry.may_drop_casters() {
+            return false;
+        }
+        let scene = &registry.mirror.scene;
+        let foreign = registry.has_foreign();
+        let receivers = if foreign { Receivers::Anywhere } else { settings.receivers };
+        let (lights, shadows) = (&self.lights, &mut self.shadows);
+        shadows.clear();
+        let eyes = self.eyes.iter().zip(&self.states);
+        let mut each =
+            eyes.map(|(eye, (_, visible))| lights.shadows(scene, eye, visible, receivers, shadows));
+        if !each.all(|is_known| is_known) {
+            return false;
+        }
+        let plain = culler(None);
+        self.shadow_states.resize_with(shadows.len() + lights.lamps.len(), Default::default);
+        let (of_suns, of_lamps) = self.shadow_states.split_at_mut(shadows.len());
+        for (shadow, (state, visible)) in shadows.iter().zip(of_suns) {
+            plain.cull_shadow(scene, shadow, state, visible);
+            mark(scene, visible, &mut self.casts);
+        }
+        for (view, (state, visible)) in lights.lamps.iter().zip(of_lamps) {
+            plain.cull_one(scene, view, state, visible);
+            mark(scene, visible, &mut self.casts);
+        }
+        true
+    }
+
+    /// Tells the server what changed. Returns of how many nodes.
+    fn tell(&mut self, mirror: &mut Mirror, all_cast: bool) -> usize {
+        let mut server = RenderingServer::singleton();
+        let mut changed = 0;
+        let (items, told) = (&mut mirror.items, &mut mirror.told);
+        for (word, (&seen, &casts)) in self.seen.iter().zip(&self.casts).enumerate() {
+            let casts = if all_cast { u64::MAX } else { casts };
+            told::each(word, told.change(word, !seen, !seen & !casts), |index| {
+                let Some(item) = items.get_mut(index).and_then(Option::as_mut) else { return };
+                let Some(geometry) = &item.geometry else { return };
+                let bit = 1_u64 << (index % 64);
+                let to = match seen & bit != 0 {
+                    true => Shown::Whole,
+                    false => shown::unseen(item.look.casts, casts & bit != 0),
+                };
+                changed += usize::from(to != item.shown);
+                shown::tell(&mut server, item.rid, geometry, item.shown, to);
+                item.shown = to;
+            });
+        }
+        changed
+    }
+}
+
+/// Returns the engine's settings: whole nodes, and all that can be proved within the budget.
+fn culler(occlusion: Option<(u32, f32)>) -> Culler {
+    let occlusion = occlusion.map(|(width, budget)| {
+        Occlusion::default().with_width(width).with_budget(budget).with_risk(None)
+    });
+    Culler::default()
+        .with_pvs(false)
+        .with_portal(false)
+        .with_backface(Backface::Off)
+        .with_degenerate(false)
+        .with_output(Output::Instances)
+        .with_occlusion(occlusion)
+}
+
+/// Sets the bits of the items of which anything is in `visible`.
+fn mark(scene: &Scene, visible: &Visible, bits: &mut [u64]) {
+    for slot in visible.slots() {
+        let (index, part) = item_and_part(scene.user_data(slot));
+        // Parts hide; whether they are drawn, their node says.
+        if part == 0 {
+            told::set(bits, index, true);
+        }
+    }
+}
+
+/// A clock of laps, in microseconds.
+struct Clock(Instant);
+
+impl Clock {
+    fn lap(&mut self) -> f64 {
+        let now = Instant::now();
+        let us = (now - std::mem::replace(&mut self.0, now)).as_secs_f64() * 1e6;
+        self.0 = now;
+        us
+    }
+}

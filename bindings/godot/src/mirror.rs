@@ -1,0 +1,444 @@
+//! The engine's scene, kept in step with the nodes of one world.
+
+use std::collections::HashMap;
+
+use cullet::scene::BoundsOverride;
+use cullet::{Instance, InstanceFlags, Scene};
+use godot::classes::{GeometryInstance3D, GridMap, Mesh, Node3D, RenderingServer};
+use godot::obj::{InstanceId, Singleton};
+use godot::prelude::*;
+
+use crate::convert;
+use crate::inbox::{Event, Inbox};
+use crate::item::Item;
+use crate::look::{self, Bounds, Kind, Look};
+use crate::marks::{self, Mark};
+use crate::material::Materials;
+use crate::meshes::{Meshes, Wanted};
+use crate::parts::{self, Place};
+use crate::shown::{self, Shown};
+use crate::told::Told;
+
+/// The engine's scene and the nodes that it stands for.
+#[derive(Default)]
+pub(crate) struct Mirror {
+    pub(crate) scene: Scene,
+    pub(crate) items: Vec<Option<Item>>,
+    free: Vec<u32>,
+    by_id: HashMap<InstanceId, u32>,
+    pub(crate) told: Told,
+    pub(crate) meshes: Meshes,
+    pub(crate) materials: Materials,
+    pub(crate) inbox: Inbox,
+    /// Nodes of `CulletOccluder` and `NoCulletOccluder` in the tree.
+    pub(crate) mark_count: usize,
+    /// Rises with each frame.
+    pub(crate) frame: u64,
+    /// Whether Godot draws nodes between the places of physics steps.
+    pub(crate) is_interpolated: bool,
+    unsorted: usize,
+    restless: usize,
+    is_loosened: bool,
+}
+
+/// Returns the number of an item and of its part from a slot's number; part 0 is the item itself.
+pub(crate) fn item_and_part(user_data: u64) -> (usize, usize) {
+    ((user_data & 0xffff_ffff) as usize, (user_data >> 32) as usize)
+}
+
+impl Mirror {
+    pub(crate) fn index(&self, id: InstanceId) -> Option<usize> {
+        self.by_id.get(&id).map(|&index| index as usize)
+    }
+
+    pub(crate) fn item(&self, index: usize) -> Option<&Item> {
+        self.items.get(index)?.as_ref()
+    }
+
+    /// Takes a node over, if it draws anything. Does nothing with one that is known.
+    pub(crate) fn add(&mut self, node: &Gd<Node3D>) {
+        let id = node.instance_id();
+        if self.by_id.contains_key(&id) {
+            return;
+        }
+        let geometry = node.clone().try_cast::<GeometryInstance3D>().ok();
+        let kind = match &geometry {
+            Some(geometry) => look::kind(geometry),
+            None => node.clone().try_cast::<GridMap>().is_ok().then_some(Kind::Grid),
+        };
+        let Some(kind) = kind else { return };
+        let signal = match kind {
+            Kind::Grid => Some("changed"),
+            // Emitted when the mesh is another.
+            Kind::Mesh => Some("property_list_changed"),
+            _ => None,
+        };
+        let on_changed = signal.map(|signal| {
+            let callable = self.inbox.callable(Event::Changed(id));
+            node.clone().connect(signal, &callable);
+            (signal, callable)
+        });
+        let index = self.free.pop().unwrap_or_else(|| {
+            self.items.push(None);
+            self.items.len() as u32 - 1
+        });
+        self.items[index as usize] = Some(Item {
+            id,
+            node: node.clone(),
+            rid: geometry.as_ref().map_or(Rid::Invalid, |geometry| geometry.get_instance()),
+            geometry,
+            kind,
+            look: Look::UNKNOWN,
+            transform: Transform3D::IDENTITY,
+            is_visible: false,
+            handle: None,
+            mesh: None,
+            parts: Vec::new(),
+            is_waiting: false,
+            mover: None,
+            on_changed,
+            born: self.frame,
+            moved_at: 0,
+            is_restless: false,
+            shown: Shown::Whole,
+        });
+        self.by_id.insert(id, index);
+        self.told.put(index as usize, kind != Kind::Grid);
+        self.look_again(index as usize);
+    }
+
+    /// Lets a node go, and gives it back to Godot as it says itself.
+    pub(crate) fn remove(&mut self, id: InstanceId) {
+        let Some(index) = self.by_id.remove(&id) else { return };
+        let Some(mut item) = self.items[index as usize].take() else { return };
+        self.free.push(index);
+        self.told.put(index as usize, false);
+        self.drop_instances(&mut item);
+        if item.node.is_instance_valid() {
+            give_back(&mut RenderingServer::singleton(), &mut item);
+            item.disconnect();
+        }
+    }
+
+    fn drop_instances(&mut self, item: &mut Item) {
+        let own = item.handle.take().into_iter();
+        for handle in own.chain(item.parts.drain(..).map(|part| part.handle)) {
+            let _ = self.scene.remove(handle);
+            self.unsorted += 1;
+        }
+        item.mesh = None;
+    }
+
+    /// Gives all nodes back to Godot, and lets them go.
+    pub(crate) fn clear(&mut self) {
+        let ids: Vec<InstanceId> = self.by_id.keys().copied().collect();
+        ids.into_iter().for_each(|id| self.remove(id));
+        self.meshes.disconnect();
+    }
+
+    /// Gives all nodes back to Godot, and goes on following them.
+    pub(crate) fn show_all(&mut self) {
+        let mut server = RenderingServer::singleton();
+        self.items.iter_mut().flatten().for_each(|item| give_back(&mut server, item));
+        self.told.forget_all();
+    }
+
+    /// Looks at a node anew. Returns whether anything of it changed.
+    pub(crate) fn look_again(&mut self, index: usize) -> bool {
+        let Some(mut item) = self.items[index].take() else { return false };
+        let changed = self.look_at(&mut item, index);
+        self.items[index] = Some(item);
+        changed
+    }
+
+    fn look_at(&mut self, item: &mut Item, index: usize) -> bool {
+        let look = self.look_of(item);
+        let is_new = item.handle.is_none() && item.parts.is_empty();
+        if look == item.look && !is_new {
+            return self.place_item(item, index, false);
+        }
+        let hid = item.look.hides.is_some() || look.hides.is_some();
+        if let Some(geometry) = &item.geometry {
+            // What was told to the server was worked out from the look of before.
+            let mut server = RenderingServer::singleton();
+            if look.casts != item.look.casts || look.layers != item.look.layers {
+                shown::tell(&mut server, item.rid, geometry, item.shown, Shown::Whole);
+                item.shown = Shown::Whole;
+                self.told.forget(index);
+            }
+        }
+        let only_layers = Look { layers: item.look.layers, casts: item.look.casts, ..look.clone() };
+        let is_other = only_layers != item.look || item.kind == Kind::Grid;
+        item.look = look;
+        if is_new || is_other && hid {
+            self.make_instances(item, index);
+        } else {
+            self.set_layers(item);
+            self.place_item(item, index, true);
+        }
+        true
+    }
+
+    fn look_of(&mut self, item: &Item) -> Look {
+        let mark = if self.mark_count == 0 {
+            Mark::default()
+        } else {
+            marks::of(&item.node.clone().upcast(), true)
+        };
+        let Some(geometry) = &item.geometry else {
+            return Look { hides: (!mark.never_hides).then_some(false), ..Look::UNKNOWN };
+        };
+        let (meshes, inbox) = (&mut self.meshes, &self.inbox);
+        let facts_of = &mut |mesh: &Gd<Mesh>| meshes.facts(mesh, inbox);
+        look::look(geometry, item.kind, mark, &mut self.materials, facts_of)
+    }
+
+    /// Makes the engine's instances of an item anew.
+    fn make_instances(&mut self, item: &mut Item, index: usize) {
+        self.drop_instances(item);
+        item.is_waiting = false;
+        item.transform = item.place_now(self.is_interpolated);
+        item.is_visible = item.node.is_visible_in_tree();
+        let layers = layers(item);
+        match item.kind {
+            Kind::Multi | Kind::Grid => self.make_parts(item, index, layers),
+            _ => item.mesh = self.own_mesh(item),
+        }
+        if item.kind == Kind::Grid {
+            return;
+        }
+        let (mesh, user_data) = (item.mesh, index as u64);
+        let flags = InstanceFlags { dynamic: item.is_restless, ..InstanceFlags::default() };
+        let instance = match mesh {
+            Some(mesh) => Instance::new(mesh, convert::transform(&item.transform)),
+            None => of_box(world_box(item)),
+        };
+        let instance = Instance { layers, user_data, flags, ..instance };
+        item.handle = self.scene.add(instance).ok();
+        self.unsorted += 1;
+    }
+
+    /// Returns the engine's mesh that an item hides by; `None` for one that hides nothing.
+    fn own_mesh(&mut self, item: &mut Item) -> Option<cullet::MeshId> {
+        let two_sided = item.look.hides?;
+        let mesh = look::mesh(item.geometry.as_ref()?, item.kind);
+        let mesh = mesh.filter(|_| is_plain(&item.transform))?;
+        match self.meshes.want(&mut self.scene, &mesh, two_sided) {
+            Wanted::Here(id) => Some(id),
+            Wanted::Soon => {
+                item.is_waiting = true;
+                None
+            }
+            Wanted::Nothing => None,
+        }
+    }
+
+    fn make_parts(&mut self, item: &mut Item, index: usize, layers: u32) {
+        let Some(two_sided) = item.look.hides else { return };
+        let places: Vec<Place> = match item.kind {
+            Kind::Multi => item.multi().map(|multi| parts::of_multi(&multi)).unwrap_or_default(),
+            _ => item.grid().map(|grid| parts::of_grid(&grid)).unwrap_or_default(),
+        };
+        for (number, place) in places.iter().enumerate() {
+            let mesh = if item.kind == Kind::Grid {
+                let facts = self.meshes.facts(&place.mesh, &self.inbox);
+                let of = |i| self.materials.facts(place.mesh.surface_get_material(i));
+                let all = (0..facts.surfaces).map(of).reduce(crate::material::Facts::and);
+                match all.and_then(|all| all.hides).filter(|_| facts.hides) {
+                    Some(sides) => self.meshes.want(&mut self.scene, &place.mesh, sides),
+                    None => Wanted::Nothing,
+                }
+            } else {
+                self.meshes.want(&mut self.scene, &place.mesh, two_sided)
+            };
+            item.is_waiting |= mesh == Wanted::Soon;
+            let Wanted::Here(mesh) = mesh else { continue };
+            let numbers = (index, number + 1);
+            let part = place.add(&mut self.scene, mesh, &item.transform, layers, numbers);
+            self.unsorted += usize::from(part.is_some());
+            item.parts.extend(part);
+        }
+    }
+
+    fn set_layers(&mut self, item: &Item) {
+        let layers = layers(item);
+        for handle in item.handle.iter().chain(item.parts.iter().map(|part| &part.handle)) {
+            let _ = self.scene.set_layers(*handle, layers);
+        }
+    }
+
+    /// Brings an item to where its node is now. Returns whether it moved, or was shown or hidden.
+    pub(crate) fn place(&mut self, index: usize) -> bool {
+        let Some(mut item) = self.items.get_mut(index).and_then(Option::take) else { return false };
+        let moved = self.place_item(&mut item, index, false);
+        self.items[index] = Some(item);
+        moved
+    }
+
+    fn place_item(&mut self, item: &mut Item, index: usize, is_forced: bool) -> bool {
+        let now = item.place_now(self.is_interpolated);
+        let is_visible = item.node.is_visible_in_tree();
+        let was_shown = is_visible != item.is_visible;
+        if was_shown {
+            item.is_visible = is_visible;
+            self.set_layers(item);
+        }
+        if now == item.transform && !is_forced {
+            return was_shown;
+        }
+        let was_plain = is_plain(&item.transform);
+        item.transform = now;
+        self.note_movement(item);
+        if was_plain != is_plain(&now) && item.look.hides.is_some() {
+            // Mirrored, it shows other sides and hides nothing.
+            self.make_instances(item, index);
+            return true;
+        }
+        if let Some(handle) = item.handle {
+            if item.mesh.is_some() {
+                let _ = self.scene.set_transform(handle, convert::transform(&now));
+            } else {
+                let _ = self.scene.set_bounds(handle, world_box(item));
+            }
+        }
+        for part in &item.parts {
+            let _ = self.scene.set_transform(part.handle, part.place(&now));
+        }
+        true
+    }
+
+    /// Puts what moves frame after frame apart, so that it loosens no node of what stands.
+    fn note_movement(&mut self, item: &mut Item) {
+        self.is_loosened = true;
+        let moves_on = self.frame.wrapping_sub(item.moved_at) == 1;
+        item.moved_at = self.frame;
+        if moves_on && !item.is_restless {
+            item.is_restless = true;
+            self.restless += 1;
+            let flags = InstanceFlags { dynamic: true, ..InstanceFlags::default() };
+            let _ = item.handle.map(|handle| self.scene.set_flags(handle, flags));
+        }
+    }
+
+    /// Brings the bounds of an item that may change without a signal up to date.
+    pub(crate) fn bounds_again(&mut self, index: usize) {
+        let Some(item) = self.item(index) else { return };
+        let Some(geometry) = &item.geometry else { return };
+        if item.look.bounds != Bounds::Unknown && geometry.get_aabb() != item.look.aabb {
+            self.look_again(index);
+        }
+    }
+
+    /// Brings everything of an item up to date, its parts too.
+    pub(crate) fn renew(&mut self, index: usize) {
+        if !self.look_again(index)
+            && let Some(mut item) = self.items.get_mut(index).and_then(Option::take)
+        {
+            self.make_instances(&mut item, index);
+            self.items[index] = Some(item);
+        }
+    }
+
+    /// Takes over the meshes that are ready, and looks again at the nodes that wait for them.
+    pub(crate) fn receive_meshes(&mut self) {
+        if !self.meshes.receive(&mut self.scene) {
+            return;
+        }
+        for index in 0..self.items.len() {
+            if let Some(mut item) = self.items[index].take_if(|item| item.is_waiting) {
+                self.make_instances(&mut item, index);
+                self.items[index] = Some(item);
+            }
+        }
+    }
+
+    /// A mesh changed: looks again at all nodes that draw it.
+    pub(crate) fn resource_changed(&mut self, id: InstanceId) {
+        if !self.meshes.forget(id) {
+            return;
+        }
+        for index in 0..self.items.len() {
+            let draws = |item: &mut Item| item.look.mesh == Some(id) || item.kind == Kind::Grid;
+            if let Some(mut item) = self.items[index].take_if(draws) {
+                // Whatever was equal, its triangles are others.
+                item.look.hides = None;
+                self.drop_instances(&mut item);
+                self.look_at(&mut item, index);
+                self.items[index] = Some(item);
+            }
+        }
+    }
+
+    /// Fits the hierarchy to what moved, and sorts it where that is due.
+    pub(crate) fn settle(&mut self) {
+        let slots = self.scene.slot_count() as usize;
+        if self.unsorted > 64 + slots / 8 || self.restless > 64 + slots / 64 {
+            self.scene.sort();
+            (self.unsorted, self.restless) = (0, 0);
+        } else if std::mem::take(&mut self.is_loosened) {
+            self.scene.refit();
+        }
+    }
+
+    /// Whether what is drawn of a slot that hides others is still what hides: asked after culling,
+    /// of the few that did hide something, so that no change of theirs can be missed.
+    pub(crate) fn still_hides(&mut self, slot: u32) -> bool {
+        let (index, part) = item_and_part(self.scene.user_data(slot));
+        let Some(mut item) = self.items.get_mut(index).and_then(Option::take) else { return true };
+        let holds = self.is_as_it_was(&mut item, part);
+        self.items[index] = Some(item);
+        holds
+    }
+
+    fn is_as_it_was(&mut self, item: &mut Item, part: usize) -> bool {
+        let now = item.place_now(self.is_interpolated);
+        if now != item.transform || item.node.is_visible_in_tree() != item.is_visible {
+            return false;
+        }
+        if self.look_of(item) != item.look {
+            return false;
+        }
+        if part == 0 {
+            return true;
+        }
+        let Some(known) = item.parts.iter().find(|known| known.number == part) else {
+            return false;
+        };
+        match (item.multi(), item.grid(), item.look.mesh) {
+            (Some(multi), _, Some(mesh)) => known.is_in_multi(&multi, mesh),
+            (_, Some(grid), _) => known.is_in_grid(&grid),
+            _ => false,
+        }
+    }
+}
+
+/// The layers that an item is in; none while it is not visible, so that it hides nothing.
+fn layers(item: &Item) -> u32 {
+    if item.is_visible { item.look.layers } else { 0 }
+}
+
+/// Whether a node at this place shows the sides that its mesh says.
+fn is_plain(at: &Transform3D) -> bool {
+    convert::is_finite(at) && at.basis.determinant() > 0.0
+}
+
+fn of_box(bounds: BoundsOverride) -> Instance {
+    match bounds {
+        BoundsOverride::World(bounds) => Instance::of_bounds(bounds),
+        other => Instance { bounds: other, ..Instance::of_bounds(cullet::bounds::Aabb::EMPTY) },
+    }
+}
+
+fn world_box(item: &Item) -> BoundsOverride {
+    let Bounds::Box(aabb, grown) = item.look.bounds else { return BoundsOverride::None };
+    convert::world_box(&aabb, &item.transform, grown)
+        .map_or(BoundsOverride::None, BoundsOverride::World)
+}
+
+/// Gives a node back to Godot.
+fn give_back(server: &mut Gd<RenderingServer>, item: &mut Item) {
+    if let Some(geometry) = item.geometry.as_ref().filter(|g| g.is_instance_valid()) {
+        shown::tell(server, item.rid, geometry, item.shown, Shown::Whole);
+    }
+    item.shown = Shown::Whole;
+}

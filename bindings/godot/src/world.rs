@@ -1,0 +1,257 @@
+//! The node that people add.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::time::Instant;
+
+use godot::classes::{Engine, INode, Node, Node3D, RenderingServer};
+use godot::obj::{InstanceId, Singleton};
+use godot::prelude::*;
+
+use crate::frame::{Frame, Settings};
+use crate::inbox::TreeSignals;
+use crate::lights::Receivers;
+use crate::registry::{Follow, Registry};
+
+/// Where shadows count that a camera may see.
+#[derive(GodotConvert, Var, Export, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[godot(via = i64)]
+pub(crate) enum ShadowReceivers {
+    /// On nodes that a camera was found to see.
+    #[default]
+    Seen,
+    /// Anywhere in a camera's picture: for scripts that draw by `RenderingServer`, without nodes.
+    Anywhere,
+}
+
+thread_local! {
+    // By scenario: the node that culls it. Nodes live on the main thread.
+    static WORLDS: RefCell<HashMap<Rid, InstanceId>> = RefCell::default();
+}
+
+/// Hides, in each frame, what no camera of its world can see behind other meshes. Add one anywhere
+/// in a scene; it finds the rest by itself.
+///
+/// Nothing of a node's own properties is changed: what is hidden is told to Godot's server alone.
+#[derive(GodotClass)]
+#[class(tool, base = Node)]
+pub struct CulletWorld {
+    /// Off: everything is given back to Godot.
+    #[export]
+    #[var(set = set_enabled)]
+    enabled: bool,
+    /// Hide what lies behind other meshes. Off: only what is outside of every camera's picture.
+    #[export]
+    occlusion: bool,
+    /// Pixels across the buffer into which occluders are drawn. More find smaller gaps.
+    #[export(range = (64.0, 4096.0, 1.0))]
+    buffer_width: i64,
+    /// Microseconds that drawing occluders may take, by the engine's model.
+    #[export(range = (0.0, 10000.0, 1.0))]
+    budget: f32,
+    /// Also hide what casts shadows that no camera sees.
+    #[export]
+    shadow_casters: bool,
+    /// Where shadows count.
+    #[export]
+    shadow_receivers: ShadowReceivers,
+    /// How movement is followed.
+    #[export]
+    follow: Follow,
+    registry: Registry,
+    frame: Frame,
+    signals: TreeSignals,
+    is_connected: bool,
+    base: Base<Node>,
+}
+
+#[godot_api]
+impl INode for CulletWorld {
+    fn init(base: Base<Node>) -> Self {
+        Self {
+            enabled: true,
+            occlusion: true,
+            buffer_width: 640,
+            budget: 200.0,
+            shadow_casters: true,
+            shadow_receivers: ShadowReceivers::Seen,
+            follow: Follow::Auto,
+            registry: Registry::default(),
+            frame: Frame::default(),
+            signals: TreeSignals::default(),
+            is_connected: false,
+            base,
+        }
+    }
+
+    fn enter_tree(&mut self) {
+        if Engine::singleton().is_editor_hint() {
+            return;
+        }
+        if let Some(mut tree) = self.base().get_tree_or_null() {
+            let inbox = self.registry.mirror.inbox.clone();
+            self.signals.connect(&mut tree, &inbox);
+        }
+        let callable = self.base().callable("cull_now");
+        RenderingServer::singleton().connect("frame_pre_draw", &callable);
+        self.is_connected = true;
+    }
+
+    fn exit_tree(&mut self) {
+        self.leave();
+        if std::mem::take(&mut self.is_connected) {
+            let callable = self.base().callable("cull_now");
+            RenderingServer::singleton().disconnect("frame_pre_draw", &callable);
+        }
+        if let Some(mut tree) = self.base().get_tree_or_null() {
+            self.signals.disconnect(&mut tree);
+        }
+    }
+
+    fn process(&mut self, _delta: f64) {
+        if self.enabled && !Engine::singleton().is_editor_hint() {
+            self.registry.add_some_movers(self.follow);
+        }
+    }
+
+    fn get_configuration_warnings(&self) -> PackedStringArray {
+        let mut warnings = PackedStringArray::new();
+        if let Some(warning) = self.second_warning() {
+            warnings.push(&GString::from(&warning));
+        }
+        warnings
+    }
+}
+
+#[godot_api]
+impl CulletWorld {
+    #[func]
+    fn set_enabled(&mut self, enabled: bool) {
+        self.enabled = enabled;
+        if !enabled {
+            self.registry.mirror.show_all();
+        }
+    }
+
+    /// Looks at the whole tree again. Never needed for what Godot reports; see the documentation
+    /// for what it does not.
+    #[func]
+    fn rebuild(&mut self) {
+        self.leave();
+    }
+
+    /// Culls now. Godot calls it before each frame; scripts need it where nothing is drawn, as in
+    /// a headless test.
+    #[func]
+    fn cull_now(&mut self) {
+        if !self.enabled || !self.join() {
+            return;
+        }
+        let clock = Instant::now();
+        let tree = self.base().get_tree_or_null();
+        let is_interpolated = tree.is_some_and(|tree| tree.is_physics_interpolation_enabled());
+        self.registry.mirror.is_interpolated = is_interpolated;
+        self.registry.follow(self.follow);
+        let us = clock.elapsed().as_secs_f64() * 1e6;
+        let width = self.buffer_width.clamp(1, 4096) as u32;
+        let budget = if self.budget >= 0.0 { self.budget } else { 0.0 };
+        let settings = Settings {
+            occlusion: self.occlusion.then_some((width, budget)),
+            casters: self.shadow_casters,
+            receivers: match self.shadow_receivers {
+                ShadowReceivers::Seen => Receivers::Seen,
+                ShadowReceivers::Anywhere => Receivers::Anywhere,
+            },
+        };
+        self.frame.run(&mut self.registry, settings, us);
+    }
+
+    /// Says that `node` may draw something else than before: a material that was changed by a
+    /// script, say. What Godot reports, and every change of what hides others, needs no call.
+    #[func]
+    fn refresh(&mut self, node: Gd<Node3D>) {
+        if let Some(index) = self.registry.mirror.index(node.instance_id()) {
+            self.registry.mirror.look_again(index);
+        }
+    }
+
+    /// Counts and times, in microseconds, of the last frame.
+    #[func]
+    fn statistics(&self) -> VarDictionary {
+        let s = &self.frame.stats;
+        let number = |n: usize| n as i64;
+        let us: f64 = s.us.iter().sum();
+        vdict! {
+            "instances" => number(s.instances),
+            "cameras" => number(s.cameras),
+            "visible" => number(s.visible),
+            "shadow_only" => number(s.shadow_only),
+            "gone" => number(s.gone),
+            "changed" => number(s.changed),
+            "occluders" => number(s.occluders),
+            "again" => number(s.again),
+            "waiting" => number(self.registry.mirror.meshes.waiting()),
+            "us" => us,
+            "us_follow" => s.us[0],
+            "us_cull" => s.us[1],
+            "us_casters" => s.us[2],
+            "us_tell" => s.us[3],
+        }
+    }
+}
+
+impl CulletWorld {
+    /// Begins to follow the world that the node is in. Returns false where another node does.
+    fn join(&mut self) -> bool {
+        let node = self.base().clone();
+        let scenario = scenario_of(&node);
+        if scenario.is_some() && scenario == self.registry.world() {
+            return true;
+        }
+        self.leave();
+        let (Some(scenario), Some(tree)) = (scenario, node.get_tree_or_null()) else {
+            return false;
+        };
+        let own = node.instance_id();
+        let is_first = WORLDS.with_borrow_mut(|worlds| {
+            let holder = *worlds.entry(scenario).or_insert(own);
+            let is_there = holder == own || Gd::<Node>::try_from_instance_id(holder).is_ok();
+            if !is_there {
+                worlds.insert(scenario, own);
+            }
+            holder == own || !is_there
+        });
+        if !is_first {
+            return false;
+        }
+        let Some(root) = tree.get_root() else { return false };
+        self.registry.collect(&root.upcast(), scenario);
+        true
+    }
+
+    /// Gives everything back.
+    fn leave(&mut self) {
+        let own = self.base().instance_id();
+        WORLDS.with_borrow_mut(|worlds| worlds.retain(|_, holder| *holder != own));
+        self.registry.clear();
+        self.frame = Frame::default();
+    }
+
+    fn second_warning(&self) -> Option<String> {
+        let scenario = scenario_of(&self.base().clone())?;
+        let own = self.base().instance_id();
+        let holder = WORLDS.with_borrow(|worlds| worlds.get(&scenario).copied());
+        let other = holder.filter(|&id| id != own)?;
+        let other = Gd::<Node>::try_from_instance_id(other).ok()?;
+        Some(format!(
+            "This world has a CulletWorld already: {}. Only that one culls; remove either.",
+            other.get_path()
+        ))
+    }
+}
+
+/// Returns the scenario of the world that a node is in.
+fn scenario_of(node: &Gd<Node>) -> Option<Rid> {
+    let world = node.get_viewport()?.find_world_3d()?;
+    Some(world.get_scenario())
+}

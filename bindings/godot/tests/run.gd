@@ -1,0 +1,60 @@
+extends Node
+# godot --path . -- CASE ...: draws each step of the cases without the culler and with it, and compares all pixels.
+
+func _ready() -> void:
+	run.call_deferred()
+
+func run() -> void:
+	var failed := 0
+	for name_ in OS.get_cmdline_user_args():
+		var parts := name_.split(":")
+		if not await one(parts[0], parts[1] if parts.size() > 1 else ""):
+			failed += 1
+	print("%d failed" % failed)
+	get_tree().quit(1 if failed else 0)
+
+func one(name_: String, mutant: String) -> bool:
+	var case: Case = load("res://cases/%s.gd" % name_).new()
+	case.rng.seed = 3
+	add_child(case)
+	case.build()
+	case.world = CulletWorld.new()
+	case.world.enabled = false
+	case.add_child(case.world)
+	await Pictures.settle(case.viewports())
+	case.world.enabled = true
+	var breaker := Mutants.new(case, mutant)
+	var wrong := 0
+	var drawn := 0.0
+	var us := 0.0
+	for i in case.steps():
+		case.step(i)
+		for k in case.frames():
+			await RenderingServer.frame_post_draw
+		var with := case.viewports().map(Pictures.of)
+		var numbers: Dictionary = case.world.statistics()
+		drawn += numbers.visible / maxf(numbers.instances, 1.0) / case.steps()
+		us += numbers.us / case.steps()
+		breaker.rest()
+		case.world.enabled = false
+		for k in case.frames():
+			await RenderingServer.frame_post_draw
+		var without := case.viewports().map(Pictures.of)
+		case.world.enabled = true
+		await RenderingServer.frame_post_draw
+		var here := 0
+		for v in with.size():
+			here += Pictures.differing(with[v], without[v])
+		if here > 0 and mutant == "":
+			print("  wrong at step ", i, ": ", here, " ", numbers)
+		wrong += here
+	breaker.end()
+	var last: Dictionary = case.world.statistics()
+	var ok := wrong == 0 and drawn <= case.most_drawn()
+	if mutant != "":
+		ok = wrong > 0
+	case.queue_free()
+	await get_tree().process_frame
+	await get_tree().process_frame
+	print("%s %s%s: %d wrong pixels, %.0f%% of %d drawn, %.0f us" % ["ok" if ok else "FAILED", name_, " broken by " + mutant if mutant else "", wrong, drawn * 100, last.instances, us])
+	return ok

@@ -1,0 +1,43 @@
+#!/bin/sh
+# run.sh GODOT LIBRARY FOLDER [RENDERER ...]: tests the extension in Godot, in a copy of the project in FOLDER. Renderers: headless,
+# gl_compatibility, mobile, forward_plus; all by default. Those that draw need xvfb, xauth and drivers of OpenGL and Vulkan.
+# CULLET_CASES names the cases to draw.
+set -eu
+here=$(cd "$(dirname "$0")" && pwd)
+godot=$1 library=$2 work=$3
+shift 3
+mkdir -p "$work"
+cp -r "$here"/. "$work"
+rm -rf "$work/addons"
+cp -r "$here/../addons" "$work/addons"
+mkdir -p "$work/addons/cullet/bin" "$work/.godot"
+cp "$library" "$work/addons/cullet/bin/libcullet_godot.so"
+cd "$work"
+# Where Godot finds an extension for the first time, `--import` aborts at its end (Godot issues 111048 and 123511): so it is told
+# of it before.
+echo "res://addons/cullet/cullet.gdextension" > .godot/extension_list.cfg
+timeout 240 "$godot" --headless --path . --import > import.log 2>&1 || { cat import.log; exit 1; }
+cases=${CULLET_CASES:-$(cat cases.txt)}
+failed=0
+for renderer in ${*:-headless gl_compatibility mobile forward_plus}; do
+    case $renderer in
+        headless) set -- timeout 240 "$godot" --headless --path . --script res://headless.gd ;;
+        gl_compatibility) driver=opengl3 ;;
+        *) driver=vulkan ;;
+    esac
+    if [ "$renderer" != headless ]; then
+        set -- timeout 460 xvfb-run -a -s "-screen 0 800x600x24" "$godot" --path . --audio-driver Dummy \
+            --rendering-method "$renderer" --rendering-driver "$driver"
+        # shellcheck disable=SC2086
+        set -- "$@" -- $cases
+    fi
+    echo "$renderer:"
+    code=0
+    "$@" > "$renderer.log" 2>&1 || code=$?
+    grep -E "^(ok|FAILED|  )|[0-9]+ failed|SCRIPT ERROR|panicked|ERROR" "$renderer.log" || true
+    if [ $code != 0 ]; then
+        echo "$renderer ended with $code; see $PWD/$renderer.log"
+        failed=1
+    fi
+done
+exit $failed
