@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Backface, Culler, Output, Scene, ShadowView, View, ViewState, Visible};
+use cullet::{Backface, Culler, Output, Scene, View, ViewState, Visible};
 use godot::classes::RenderingServer;
 use godot::obj::Singleton;
 use godot::prelude::*;
 
-use crate::lights::{Lights, Receivers};
+use crate::lights::{Lights, Receivers, SunShadows};
 use crate::mirror::{Mirror, item_and_part};
 use crate::probes;
 use crate::registry::Registry;
@@ -51,15 +51,18 @@ pub(crate) struct Frame {
     reach: Vec<View>,
     reach_states: Vec<(ViewState, Visible)>,
     lights: Lights,
-    shadows: Vec<ShadowView>,
+    shadows: Vec<SunShadows>,
     shadow_states: Vec<(ViewState, Visible)>,
     // One bit an item.
     seen: Vec<u64>,
     casts: Vec<u64>,
-    drawn_occluders: Vec<u32>,
+    occluders: Hiding,
     pub(crate) stats: Stats,
 }
 
+/// The share of the budget for what hides from a sun: asking what hid whether it still does costs
+/// more than what the last occluders hide.
+const OF_SUNS: f32 = 0.25;
 /// Frames in which occluders keep changing under our hands are culled so often, then without them.
 const MOST_TRIES: usize = 4;
 
@@ -73,12 +76,28 @@ impl Frame {
             bits.clear();
             bits.resize(words, 0);
         }
-        let again = self.look(registry, settings, world);
-        let us_cull = clock.lap();
-        let all_cast = !self.find_casters(registry, settings, world);
-        let us_casters = clock.lap();
+        let (mut again, mut us) = (0, [us_follow, 0.0, 0.0, 0.0]);
+        let all_cast = loop {
+            let trusted = Settings {
+                occlusion: settings.occlusion.filter(|_| again < MOST_TRIES),
+                ..settings
+            };
+            self.seen.fill(0);
+            self.casts.fill(0);
+            let mut holds = self.look(registry, trusted, world);
+            us[1] += clock.lap();
+            let all_cast = holds && !self.find_casters(registry, trusted, world);
+            holds &= trusted.occlusion.is_none() || self.occluders_hold(&mut registry.mirror);
+            us[2] += clock.lap();
+            if holds {
+                break all_cast;
+            }
+            // What hides was brought up to date: once more.
+            registry.mirror.settle();
+            again += 1;
+        };
         let changed = self.tell(&mut registry.mirror, all_cast);
-        let us_tell = clock.lap();
+        us[3] = clock.lap();
         let told = &registry.mirror.told;
         let (unseen, gone) = (told::count(&told.unseen), told::count(&told.gone));
         let instances = told::count(&told.here);
@@ -89,9 +108,9 @@ impl Frame {
             shadow_only: unseen - gone,
             gone,
             changed,
-            occluders: self.drawn_occluders.len(),
+            occluders: self.occluders.slots.len(),
             again,
-            us: [us_follow, us_cull, us_casters, us_tell],
+            us,
         };
     }
 
@@ -100,53 +119,43 @@ impl Frame {
         self.eyes.iter().zip(self.states.iter().map(|(_, visible)| visible))
     }
 
-    /// Fills `seen`. Returns how often it had to be done again.
-    fn look(&mut self, registry: &mut Registry, settings: Settings, world: Rid) -> usize {
+    /// Fills `seen`. Returns false where something that hid others was not what it had been.
+    fn look(&mut self, registry: &mut Registry, settings: Settings, world: Rid) -> bool {
         let is_known = views::collect(&registry.viewports, world, &mut self.eyes)
             & probes::collect(&registry.probes, world, &mut self.reach);
         self.states.resize_with(self.eyes.len(), Default::default);
-        self.drawn_occluders.clear();
+        self.occluders.clear();
         // Without a camera nothing is drawn, and nothing need be told; without knowing what one
         // sees, everything is.
         if !is_known || self.eyes.is_empty() {
             self.seen.fill(u64::MAX);
-            return 0;
+            return true;
         }
-        let occlusion = settings.occlusion;
-        let mut tries = 0;
-        loop {
-            let culler = culler(occlusion.filter(|_| tries < MOST_TRIES));
-            for (eye, (state, visible)) in self.eyes.iter().zip(&mut self.states) {
-                culler.cull_one(&registry.mirror.scene, &eye.view, state, visible);
-            }
-            if culler.occlusion.is_none() || self.occluders_hold(&mut registry.mirror) {
-                break;
-            }
-            tries += 1;
-            registry.mirror.settle();
+        let culler = culler(settings.occlusion);
+        let scene = &registry.mirror.scene;
+        for (eye, (state, visible)) in self.eyes.iter().zip(&mut self.states) {
+            culler.cull_one(scene, &eye.view, state, visible);
+            self.occluders.note(&culler, state);
+        }
+        if culler.occlusion.is_some() && !self.occluders_hold(&mut registry.mirror) {
+            return false;
         }
         let scene = &registry.mirror.scene;
         self.states.iter().for_each(|(_, visible)| mark(scene, visible, &mut self.seen));
-        let plain = culler(None);
+        let plain = plain();
         self.reach_states.resize_with(self.reach.len(), Default::default);
         for (view, (state, visible)) in self.reach.iter().zip(&mut self.reach_states) {
             plain.cull_one(scene, view, state, visible);
             mark(scene, visible, &mut self.seen);
         }
-        tries
+        true
     }
 
-    /// Asks the nodes that hid others whether they are what they were. Those that are not are
-    /// brought up to date, and false is returned.
+    /// Asks the nodes that hid others, and were not asked yet, whether they are what they were.
+    /// Those that are not are brought up to date, and false is returned.
     fn occluders_hold(&mut self, mirror: &mut Mirror) -> bool {
-        self.drawn_occluders.clear();
-        for (state, _) in &self.states {
-            self.drawn_occluders.extend(state.occluders_drawn().iter().map(|&(slot, _)| slot));
-        }
-        self.drawn_occluders.sort_unstable();
-        self.drawn_occluders.dedup();
         let mut stale = Vec::new();
-        for &slot in &self.drawn_occluders {
+        for &slot in self.occluders.fresh() {
             if !mirror.still_hides(slot) {
                 stale.push(item_and_part(mirror.scene.user_data(slot)).0);
             }
@@ -173,12 +182,27 @@ impl Frame {
         if !each.all(|is_known| is_known) {
             return false;
         }
-        let plain = culler(None);
-        self.shadow_states.resize_with(shadows.len() + lights.lamps.len(), Default::default);
-        let (of_suns, of_lamps) = self.shadow_states.split_at_mut(shadows.len());
-        for (shadow, (state, visible)) in shadows.iter().zip(of_suns) {
-            plain.cull_shadow(scene, shadow, state, visible);
-            mark(scene, visible, &mut self.casts);
+        let plain = plain();
+        let count = shadows.iter().map(|sun| sun.slices.len() + 1).sum::<usize>();
+        self.shadow_states.resize_with(count + lights.lamps.len(), Default::default);
+        let (of_suns, of_lamps) = self.shadow_states.split_at_mut(count);
+        let mut left = of_suns.iter_mut();
+        for sun in shadows.iter() {
+            let mut casts = vec![0; self.casts.len()];
+            for (shadow, (state, visible)) in sun.slices.iter().zip(&mut left) {
+                plain.cull_shadow(scene, shadow, state, visible);
+                mark(scene, visible, &mut casts);
+            }
+            if let (Some(lit), Some((state, visible))) = (&sun.lit, left.next()) {
+                let part = settings.occlusion.map(|(width, budget)| (width, budget * OF_SUNS));
+                let culler = culler(part);
+                culler.cull_shadow(scene, lit, state, visible);
+                self.occluders.note(&culler, state);
+                let mut of_map = vec![0; casts.len()];
+                mark(scene, visible, &mut of_map);
+                casts.iter_mut().zip(of_map).for_each(|(bits, of_map)| *bits &= of_map);
+            }
+            self.casts.iter_mut().zip(casts).for_each(|(bits, casts)| *bits |= casts);
         }
         for (view, (state, visible)) in lights.lamps.iter().zip(of_lamps) {
             plain.cull_one(scene, view, state, visible);
@@ -196,19 +220,64 @@ impl Frame {
             let casts = if all_cast { u64::MAX } else { casts };
             told::each(word, told.change(word, !seen, !seen & !casts), |index| {
                 let Some(item) = items.get_mut(index).and_then(Option::as_mut) else { return };
-                let Some(geometry) = &item.geometry else { return };
+                let Some(drawn) = &item.drawn else { return };
                 let bit = 1_u64 << (index % 64);
                 let to = match seen & bit != 0 {
                     true => Shown::Whole,
                     false => shown::unseen(item.look.casts, casts & bit != 0),
                 };
                 changed += usize::from(to != item.shown);
-                shown::tell(&mut server, item.rid, geometry, item.shown, to);
+                shown::tell(&mut server, item.rid, &drawn.node, item.shown, to);
                 item.shown = to;
             });
         }
         changed
     }
+}
+
+/// The slots that hid others in this frame.
+#[derive(Debug, Default)]
+struct Hiding {
+    slots: Vec<u32>,
+    seen: Vec<u64>,
+    /// How many of them were asked whether they still do.
+    asked: usize,
+}
+
+impl Hiding {
+    fn clear(&mut self) {
+        self.slots.clear();
+        self.seen.fill(0);
+        self.asked = 0;
+    }
+
+    /// Adds the slots that were drawn into the occlusion buffer of a view.
+    fn note(&mut self, culler: &Culler, state: &ViewState) {
+        if culler.occlusion.is_none() {
+            return;
+        }
+        for &(slot, _) in state.occluders_drawn() {
+            let (word, bit) = (slot as usize / 64, 1 << (slot % 64));
+            if self.seen.len() <= word {
+                self.seen.resize(word + 1, 0);
+            }
+            if self.seen[word] & bit == 0 {
+                self.seen[word] |= bit;
+                self.slots.push(slot);
+            }
+        }
+    }
+
+    /// Returns those that were not returned before.
+    fn fresh(&mut self) -> &[u32] {
+        let first = std::mem::replace(&mut self.asked, self.slots.len());
+        &self.slots[first..]
+    }
+}
+
+/// Returns the engine's settings without occlusion.
+fn plain() -> Culler {
+    culler(None)
 }
 
 /// Returns the engine's settings: whole nodes, and all that can be proved within the budget.

@@ -1,21 +1,19 @@
 //! A followed node.
 
 use cullet::{Handle, MeshId};
-use godot::classes::{GeometryInstance3D, GridMap, MultiMesh, MultiMeshInstance3D, Node3D};
-use godot::obj::InstanceId;
+use godot::classes::{GridMap, MultiMesh, Node3D};
 use godot::prelude::*;
 
-use crate::look::{Kind, Look};
+use crate::look::{Drawn, Kind, Look};
 use crate::mover::CulletMover;
 use crate::parts::Part;
 use crate::shown::Shown;
 
 /// A followed node, and what is known of it.
 pub(crate) struct Item {
-    pub(crate) id: InstanceId,
     pub(crate) node: Gd<Node3D>,
     /// The node as one that Godot draws; a `GridMap` is none.
-    pub(crate) geometry: Option<Gd<GeometryInstance3D>>,
+    pub(crate) drawn: Option<Drawn>,
     /// Its instance in Godot's server.
     pub(crate) rid: Rid,
     pub(crate) kind: Kind,
@@ -50,11 +48,12 @@ impl Item {
 
     /// Returns the MultiMesh, if it is one.
     pub(crate) fn multi(&self) -> Option<Gd<MultiMesh>> {
-        self.node.clone().try_cast::<MultiMeshInstance3D>().ok()?.get_multimesh()
+        self.drawn.as_ref()?.multi.as_ref()?.get_multimesh()
     }
 
     /// Returns the GridMap, if it is one.
     pub(crate) fn grid(&self) -> Option<Gd<GridMap>> {
+        (self.kind == Kind::Grid).then_some(())?;
         self.node.clone().try_cast::<GridMap>().ok()
     }
 

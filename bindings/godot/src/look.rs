@@ -59,8 +59,8 @@ pub(crate) struct Look {
     pub(crate) bounds: Bounds,
     pub(crate) layers: u32,
     pub(crate) casts: Casts,
-    /// The mesh, where it has one mesh.
-    pub(crate) mesh: Option<InstanceId>,
+    /// The mesh, where it has one mesh, and its version.
+    pub(crate) mesh: Option<(InstanceId, u64)>,
     /// Whether its mesh hides what is behind it: `Some` with whether both sides are drawn.
     pub(crate) hides: Option<bool>,
 }
@@ -79,11 +79,11 @@ impl Look {
 
 /// Returns the kind of a node; `None` for one that draws nothing by itself.
 pub(crate) fn kind(node: &Gd<GeometryInstance3D>) -> Option<Kind> {
-    if node.is_class("MeshInstance3D") {
+    if node.clone().try_cast::<MeshInstance3D>().is_ok() {
         let is_soft = node.clone().try_cast::<SoftBody3D>().is_ok();
         return Some(if is_soft { Kind::Other } else { Kind::Mesh });
     }
-    if node.is_class("MultiMeshInstance3D") {
+    if node.clone().try_cast::<MultiMeshInstance3D>().is_ok() {
         return Some(Kind::Multi);
     }
     if let Ok(shape) = node.clone().try_cast::<CsgShape3D>() {
@@ -91,42 +91,53 @@ pub(crate) fn kind(node: &Gd<GeometryInstance3D>) -> Option<Kind> {
         // asked again then, as they leave the tree for it.
         return shape.is_root_shape().then_some(Kind::Csg);
     }
-    if node.is_class("SpriteBase3D") || node.is_class("Label3D") {
+    let is_sprite = node.clone().try_cast::<SpriteBase3D>().is_ok();
+    if is_sprite || node.clone().try_cast::<Label3D>().is_ok() {
         return Some(Kind::Flat);
     }
     Some(Kind::Other)
 }
 
-/// Returns the mesh of a node.
-pub(crate) fn mesh(node: &Gd<GeometryInstance3D>, kind: Kind) -> Option<Gd<Mesh>> {
-    match kind {
-        Kind::Mesh => node.clone().try_cast::<MeshInstance3D>().ok()?.get_mesh(),
-        Kind::Multi => {
-            node.clone().try_cast::<MultiMeshInstance3D>().ok()?.get_multimesh()?.get_mesh()
+/// A drawn node by its own class, so that asking it takes no cast.
+#[derive(Clone, Debug)]
+pub(crate) struct Drawn {
+    pub(crate) node: Gd<GeometryInstance3D>,
+    instance: Option<Gd<MeshInstance3D>>,
+    pub(crate) multi: Option<Gd<MultiMeshInstance3D>>,
+    csg: Option<Gd<CsgShape3D>>,
+}
+
+impl Drawn {
+    pub(crate) fn new(node: Gd<GeometryInstance3D>) -> Self {
+        let instance = node.clone().try_cast::<MeshInstance3D>().ok();
+        let multi = node.clone().try_cast::<MultiMeshInstance3D>().ok();
+        let csg = node.clone().try_cast::<CsgShape3D>().ok();
+        Self { node, instance, multi, csg }
+    }
+
+    /// Returns the mesh of the node.
+    pub(crate) fn mesh(&self) -> Option<Gd<Mesh>> {
+        if let Some(instance) = &self.instance {
+            return instance.get_mesh();
         }
-        Kind::Csg => {
-            let meshes = node.clone().try_cast::<CsgShape3D>().ok()?.get_meshes();
-            meshes.get(1)?.try_to::<Gd<Mesh>>().ok()
+        if let Some(multi) = &self.multi {
+            return multi.get_multimesh()?.get_mesh();
         }
-        Kind::Flat | Kind::Grid | Kind::Other => None,
+        self.csg.as_ref()?.get_meshes().get(1)?.try_to::<Gd<Mesh>>().ok()
     }
 }
 
 /// Looks at a node.
 pub(crate) fn look(
-    node: &Gd<GeometryInstance3D>,
+    drawn: &Drawn,
     kind: Kind,
     mark: Mark,
     materials: &mut Materials,
     facts_of: &mut dyn FnMut(&Gd<Mesh>) -> MeshFacts,
 ) -> Look {
+    let node = &drawn.node;
     let layers = node.get_layer_mask();
-    let casts = match node.get_cast_shadows_setting() {
-        ShadowCastingSetting::OFF => Casts::Off,
-        ShadowCastingSetting::DOUBLE_SIDED => Casts::DoubleSided,
-        ShadowCastingSetting::SHADOWS_ONLY => Casts::Only,
-        _ => Casts::On,
-    };
+    let casts = casts(node);
     let nothing = Look { layers, casts, ..Look::UNKNOWN };
     if kind == Kind::Other || node.is_ignoring_occlusion_culling() {
         return nothing;
@@ -134,9 +145,9 @@ pub(crate) fn look(
     let own = node.get_custom_aabb();
     let margin = node.get_extra_cull_margin();
     let has_own = own.size != Vector3::ZERO;
-    let mesh = mesh(node, kind);
+    let mesh = drawn.mesh();
     let of_mesh = mesh.as_ref().map(&mut *facts_of);
-    let surface = surfaces(node, kind, mesh.as_ref(), of_mesh, materials);
+    let surface = surfaces(drawn, kind, mesh.as_ref(), of_mesh, materials);
     let is_deformed = of_mesh.is_some_and(|facts| facts.deforms);
     // Who puts a `CulletOccluder` says that shaders move nothing.
     let reach = match surface.reach {
@@ -158,48 +169,90 @@ pub(crate) fn look(
         Reach::Moved => Bounds::Box(aabb, Grown { margin, is_ball: false }),
         Reach::Ball => Bounds::Box(aabb, Grown { margin, is_ball: true }),
     };
+    // Bounds of the user's tell of vertices that move.
     let is_solid = matches!(bounds, Bounds::Box(..))
-        && !mark.never_hides
         && !has_own
         && margin <= 0.0
-        && !is_deformed
-        && casts != Casts::Only
+        && node.get_visibility_parent().is_empty();
+    let hides = of_mesh.filter(|_| is_solid && is_solid_now(node, mark));
+    let hides = hides.filter(|facts| facts.hides && !facts.deforms);
+    let hides = hides.and_then(|_| mark.hides.or(surface.hides));
+    let mesh = mesh.zip(of_mesh).map(|(mesh, facts)| (mesh.instance_id(), facts.version));
+    Look { aabb: plain, bounds, mesh, hides, ..nothing }
+}
+
+fn casts(node: &Gd<GeometryInstance3D>) -> Casts {
+    match node.get_cast_shadows_setting() {
+        ShadowCastingSetting::OFF => Casts::Off,
+        ShadowCastingSetting::DOUBLE_SIDED => Casts::DoubleSided,
+        ShadowCastingSetting::SHADOWS_ONLY => Casts::Only,
+        _ => Casts::On,
+    }
+}
+
+/// Whether a node's own settings let it hide: those that scripts may change at any time. What hides
+/// from cameras hides from suns too, so that it must cast.
+fn is_solid_now(node: &Gd<GeometryInstance3D>, mark: Mark) -> bool {
+    !mark.never_hides
         && node.get_transparency() == 0.0
-        && node.get_visibility_range_begin() <= 0.0
         && node.get_visibility_range_end() <= 0.0
-        && node.get_visibility_parent().is_empty()
-        && of_mesh.is_some_and(|facts| facts.hides);
-    let hides = is_solid.then(|| mark.hides.or(surface.hides)).flatten();
-    Look { aabb: plain, bounds, mesh: mesh.map(|mesh| mesh.instance_id()), hides, ..nothing }
+        && node.get_visibility_range_begin() <= 0.0
+        && casts(node) == Casts::On
+}
+
+/// Whether a node that hid others hides as it did, by the same mesh: for as few calls as can be.
+pub(crate) fn still_hides(
+    drawn: &Drawn,
+    look: &Look,
+    mark: Mark,
+    materials: &mut Materials,
+    facts_of: &mut dyn FnMut(&Gd<Mesh>) -> MeshFacts,
+) -> bool {
+    let node = &drawn.node;
+    let Some(mesh) = drawn.mesh() else { return false };
+    let facts = facts_of(&mesh);
+    look.mesh == Some((mesh.instance_id(), facts.version))
+        && is_solid_now(node, mark)
+        && node.get_layer_mask() == look.layers
+        && look.hides
+            == mark.hides.or_else(|| own(drawn, Some(&mesh), facts.surfaces, materials)?.hides)
+}
+
+/// Returns the facts of the materials of a node's surfaces, without an overlay.
+fn own(
+    drawn: &Drawn,
+    mesh: Option<&Gd<Mesh>>,
+    count: i32,
+    materials: &mut Materials,
+) -> Option<Facts> {
+    if let Some(material) = drawn.node.get_material_override() {
+        return Some(materials.facts(Some(material)));
+    }
+    let mesh = mesh?;
+    let of_surface = |surface| {
+        let own = drawn.instance.as_ref().and_then(|i| i.get_surface_override_material(surface));
+        materials.facts(own.or_else(|| mesh.surface_get_material(surface)))
+    };
+    // Two-sided where every surface is.
+    (0..count).map(of_surface).reduce(Facts::and)
 }
 
 /// Returns the facts of all that a node draws.
 fn surfaces(
-    node: &Gd<GeometryInstance3D>,
+    drawn: &Drawn,
     kind: Kind,
     mesh: Option<&Gd<Mesh>>,
     of_mesh: Option<MeshFacts>,
     materials: &mut Materials,
 ) -> Facts {
-    let mut facts = if kind == Kind::Flat { flat(node) } else { Facts::PLAIN };
+    let node = &drawn.node;
     let count = of_mesh.map_or(0, |facts| facts.surfaces);
-    // Two-sided where every surface is.
-    let mut all: Option<Facts> = None;
-    let mut add = |one: Facts| all = Some(all.map_or(one, |all| all.and(one)));
-    match (node.get_material_override(), mesh) {
-        (Some(material), _) => add(materials.facts(Some(material))),
-        (None, Some(mesh)) => {
-            let instance = node.clone().try_cast::<MeshInstance3D>().ok();
-            for surface in 0..count {
-                let own = instance.as_ref().and_then(|i| i.get_surface_override_material(surface));
-                add(materials.facts(own.or_else(|| mesh.surface_get_material(surface))));
-            }
-        }
-        (None, None) => {}
-    }
-    if let Some(all) = all {
-        facts = if kind == Kind::Flat { facts.and(all) } else { all };
-    }
+    let own = own(drawn, mesh, count, materials);
+    let mut facts = match (kind, own) {
+        (Kind::Flat, Some(own)) => flat(node).and(own),
+        (Kind::Flat, None) => flat(node),
+        (_, own) => own.unwrap_or(Facts::PLAIN),
+    };
     if let Some(overlay) = node.get_material_overlay() {
         let reach = materials.facts(Some(overlay)).reach;
         facts = facts.and(Facts { hides: facts.hides, reach });

@@ -44,11 +44,8 @@ pub(crate) struct Mark {
 }
 
 /// Returns the mark of `node`, from its children and the children of the nodes above it.
-pub(crate) fn of(node: &Gd<Node>, are_there: bool) -> Mark {
+pub(crate) fn of(node: &Gd<Node>) -> Mark {
     let mut mark = Mark::default();
-    if !are_there {
-        return mark;
-    }
     for child in node.get_children().iter_shared() {
         if let Ok(occluder) = child.try_cast::<CulletOccluder>() {
             let occluder = occluder.bind();

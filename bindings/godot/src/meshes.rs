@@ -23,6 +23,8 @@ pub(crate) struct MeshFacts {
     pub(crate) deforms: bool,
     /// It has triangles, and they stay as they are.
     pub(crate) hides: bool,
+    /// Rises with each change of any mesh.
+    pub(crate) version: u64,
     triangles: i64,
     has_levels: bool,
 }
@@ -44,6 +46,7 @@ pub(crate) enum Wanted {
 pub(crate) struct Meshes {
     facts: HashMap<InstanceId, (MeshFacts, Callable)>,
     made: HashMap<Key, Wanted>,
+    version: u64,
     worker: Option<Worker>,
     waiting: usize,
 }
@@ -58,9 +61,13 @@ impl Meshes {
     pub(crate) fn facts(&mut self, mesh: &Gd<Mesh>, inbox: &Inbox) -> MeshFacts {
         let id = mesh.instance_id();
         if let Some((facts, _)) = self.facts.get(&id) {
-            return *facts;
+            // Clearing a mesh emits no signal.
+            if facts.surfaces == mesh.get_surface_count() {
+                return *facts;
+            }
+            self.forget(id);
         }
-        let facts = facts(mesh);
+        let facts = MeshFacts { version: self.version, ..facts(mesh) };
         let callable = inbox.callable(Event::Resource(id));
         mesh.clone().connect("changed", &callable);
         self.facts.insert(id, (facts, callable));
@@ -71,6 +78,7 @@ impl Meshes {
     pub(crate) fn forget(&mut self, id: InstanceId) -> bool {
         let Some((_, callable)) = self.facts.remove(&id) else { return false };
         disconnect(id, &callable);
+        self.version += 1;
         for two_sided in [false, true] {
             // Of one that is being made, the result would be of the mesh as it was.
             self.made.remove(&(id, two_sided));

@@ -11,7 +11,7 @@ use godot::prelude::*;
 use crate::convert;
 use crate::inbox::{Event, Inbox};
 use crate::item::Item;
-use crate::look::{self, Bounds, Kind, Look};
+use crate::look::{self, Bounds, Drawn, Kind, Look};
 use crate::marks::{self, Mark};
 use crate::material::Materials;
 use crate::meshes::{Meshes, Wanted};
@@ -47,6 +47,11 @@ pub(crate) fn item_and_part(user_data: u64) -> (usize, usize) {
 }
 
 impl Mirror {
+    /// Returns how many nodes are followed.
+    pub(crate) fn len(&self) -> usize {
+        self.by_id.len()
+    }
+
     pub(crate) fn index(&self, id: InstanceId) -> Option<usize> {
         self.by_id.get(&id).map(|&index| index as usize)
     }
@@ -83,10 +88,9 @@ impl Mirror {
             self.items.len() as u32 - 1
         });
         self.items[index as usize] = Some(Item {
-            id,
             node: node.clone(),
             rid: geometry.as_ref().map_or(Rid::Invalid, |geometry| geometry.get_instance()),
-            geometry,
+            drawn: geometry.map(Drawn::new),
             kind,
             look: Look::UNKNOWN,
             transform: Transform3D::IDENTITY,
@@ -158,11 +162,11 @@ impl Mirror {
             return self.place_item(item, index, false);
         }
         let hid = item.look.hides.is_some() || look.hides.is_some();
-        if let Some(geometry) = &item.geometry {
+        if let Some(drawn) = &item.drawn {
             // What was told to the server was worked out from the look of before.
             let mut server = RenderingServer::singleton();
             if look.casts != item.look.casts || look.layers != item.look.layers {
-                shown::tell(&mut server, item.rid, geometry, item.shown, Shown::Whole);
+                shown::tell(&mut server, item.rid, &drawn.node, item.shown, Shown::Whole);
                 item.shown = Shown::Whole;
                 self.told.forget(index);
             }
@@ -180,17 +184,13 @@ impl Mirror {
     }
 
     fn look_of(&mut self, item: &Item) -> Look {
-        let mark = if self.mark_count == 0 {
-            Mark::default()
-        } else {
-            marks::of(&item.node.clone().upcast(), true)
-        };
-        let Some(geometry) = &item.geometry else {
+        let mark = self.mark_of(item);
+        let Some(drawn) = &item.drawn else {
             return Look { hides: (!mark.never_hides).then_some(false), ..Look::UNKNOWN };
         };
         let (meshes, inbox) = (&mut self.meshes, &self.inbox);
         let facts_of = &mut |mesh: &Gd<Mesh>| meshes.facts(mesh, inbox);
-        look::look(geometry, item.kind, mark, &mut self.materials, facts_of)
+        look::look(drawn, item.kind, mark, &mut self.materials, facts_of)
     }
 
     /// Makes the engine's instances of an item anew.
@@ -221,7 +221,7 @@ impl Mirror {
     /// Returns the engine's mesh that an item hides by; `None` for one that hides nothing.
     fn own_mesh(&mut self, item: &mut Item) -> Option<cullet::MeshId> {
         let two_sided = item.look.hides?;
-        let mesh = look::mesh(item.geometry.as_ref()?, item.kind);
+        let mesh = item.drawn.as_ref()?.mesh();
         let mesh = mesh.filter(|_| is_plain(&item.transform))?;
         match self.meshes.want(&mut self.scene, &mesh, two_sided) {
             Wanted::Here(id) => Some(id),
@@ -323,10 +323,28 @@ impl Mirror {
     /// Brings the bounds of an item that may change without a signal up to date.
     pub(crate) fn bounds_again(&mut self, index: usize) {
         let Some(item) = self.item(index) else { return };
-        let Some(geometry) = &item.geometry else { return };
-        if item.look.bounds != Bounds::Unknown && geometry.get_aabb() != item.look.aabb {
+        let Some(drawn) = &item.drawn else { return };
+        if item.look.bounds != Bounds::Unknown && drawn.node.get_aabb() != item.look.aabb {
             self.look_again(index);
         }
+    }
+
+    /// A node may draw something else: cells of a GridMap may be others.
+    pub(crate) fn changed(&mut self, index: usize) {
+        match self.item(index).map(|item| item.kind) {
+            Some(Kind::Grid) => self.renew(index),
+            _ => _ = self.look_again(index),
+        }
+    }
+
+    /// Looks at a node and the triangles of its mesh anew.
+    pub(crate) fn refresh(&mut self, id: InstanceId) {
+        let Some(index) = self.index(id) else { return };
+        self.materials.clear();
+        if let Some((mesh, _)) = self.item(index).and_then(|item| item.look.mesh) {
+            self.resource_changed(mesh);
+        }
+        self.look_again(index);
     }
 
     /// Brings everything of an item up to date, its parts too.
@@ -358,13 +376,9 @@ impl Mirror {
             return;
         }
         for index in 0..self.items.len() {
-            let draws = |item: &mut Item| item.look.mesh == Some(id) || item.kind == Kind::Grid;
-            if let Some(mut item) = self.items[index].take_if(draws) {
-                // Whatever was equal, its triangles are others.
-                item.look.hides = None;
-                self.drop_instances(&mut item);
-                self.look_at(&mut item, index);
-                self.items[index] = Some(item);
+            let draws = |item: &Item| item.look.mesh.is_some_and(|mesh| mesh.0 == id);
+            if self.item(index).is_some_and(|item| draws(item) || item.kind == Kind::Grid) {
+                self.look_again(index);
             }
         }
     }
@@ -391,24 +405,31 @@ impl Mirror {
     }
 
     fn is_as_it_was(&mut self, item: &mut Item, part: usize) -> bool {
-        let now = item.place_now(self.is_interpolated);
-        if now != item.transform || item.node.is_visible_in_tree() != item.is_visible {
-            return false;
-        }
-        if self.look_of(item) != item.look {
+        // Where it is, its mover reports, or it was asked.
+        let Some(drawn) = &item.drawn else {
+            let known = item.parts.iter().find(|known| known.number == part);
+            return item.grid().zip(known).is_some_and(|(grid, part)| part.is_in_grid(&grid));
+        };
+        let mark = self.mark_of(item);
+        let (meshes, inbox) = (&mut self.meshes, &self.inbox);
+        let facts_of = &mut |mesh: &Gd<Mesh>| meshes.facts(mesh, inbox);
+        if !look::still_hides(drawn, &item.look, mark, &mut self.materials, facts_of) {
             return false;
         }
         if part == 0 {
             return true;
         }
-        let Some(known) = item.parts.iter().find(|known| known.number == part) else {
-            return false;
-        };
-        match (item.multi(), item.grid(), item.look.mesh) {
-            (Some(multi), _, Some(mesh)) => known.is_in_multi(&multi, mesh),
-            (_, Some(grid), _) => known.is_in_grid(&grid),
-            _ => false,
+        let known = item.parts.iter().find(|known| known.number == part);
+        let (multi, mesh) = (item.multi(), item.look.mesh);
+        let known = known.zip(multi.zip(mesh));
+        known.is_some_and(|(part, (multi, (mesh, _)))| part.is_in_multi(&multi, mesh))
+    }
+
+    fn mark_of(&self, item: &Item) -> Mark {
+        if self.mark_count == 0 {
+            return Mark::default();
         }
+        marks::of(&item.node.clone().upcast())
     }
 }
 
@@ -437,8 +458,8 @@ fn world_box(item: &Item) -> BoundsOverride {
 
 /// Gives a node back to Godot.
 fn give_back(server: &mut Gd<RenderingServer>, item: &mut Item) {
-    if let Some(geometry) = item.geometry.as_ref().filter(|g| g.is_instance_valid()) {
-        shown::tell(server, item.rid, geometry, item.shown, Shown::Whole);
+    if let Some(drawn) = item.drawn.as_ref().filter(|drawn| drawn.node.is_instance_valid()) {
+        shown::tell(server, item.rid, &drawn.node, item.shown, Shown::Whole);
     }
     item.shown = Shown::Whole;
 }

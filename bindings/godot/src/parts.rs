@@ -51,8 +51,9 @@ fn drawn(multi: &Gd<MultiMesh>) -> usize {
 
 /// Returns the places of the cells of a GridMap; none where there are too many.
 pub(crate) fn of_grid(grid: &Gd<GridMap>) -> Vec<Place> {
-    // Baked meshes stand in for the cells then.
-    let is_baked = grid.get_bake_mesh_instance(0) != Rid::Invalid;
+    // Baked meshes stand in for the cells then. Godot's function for them would bake them.
+    let baked = grid.get("baked_meshes").try_to::<VarArray>();
+    let is_baked = baked.is_ok_and(|baked| !baked.is_empty());
     let Some(library) = grid.get_mesh_library().filter(|_| !is_baked) else { return Vec::new() };
     let cells = grid.get_used_cells();
     if cells.len() > MOST_PARTS {

@@ -1,8 +1,11 @@
 //! Everything of one world that is followed.
 
+use std::collections::HashMap;
+
 use godot::classes::class_db::ApiType;
 use godot::classes::{
-    ClassDb, GpuParticlesCollisionHeightField3D, Light3D, Node, Node3D, ReflectionProbe, Viewport,
+    ClassDb, GeometryInstance3D, GpuParticlesCollisionHeightField3D, GridMap, Light3D, Node,
+    Node3D, ReflectionProbe, Viewport, VisualInstance3D,
 };
 use godot::obj::{InstanceId, Singleton};
 use godot::prelude::*;
@@ -27,12 +30,12 @@ pub(crate) enum Follow {
 }
 
 /// Nodes that are asked in each frame, at the most, where there is a choice.
-const FEW: usize = 512;
+const FEW: usize = 256;
 /// Frames after which a node is taken for one that stays.
 const STAYS: u64 = 30;
 /// Nodes that get a child in one frame, and those that are looked at again without a reason.
 const AT_ONCE: usize = 256;
-const IN_TURN: usize = 16;
+const IN_TURN: usize = 3;
 
 /// The followed nodes of one world.
 #[derive(Default)]
@@ -44,6 +47,7 @@ pub(crate) struct Registry {
     height_fields: Vec<InstanceId>,
     /// Nodes of other extensions, which may draw by means of their own.
     foreign: Vec<InstanceId>,
+    classes: HashMap<String, bool>,
     marks: Vec<InstanceId>,
     /// Items that are asked in each frame where they are.
     asked: Vec<u32>,
@@ -98,7 +102,12 @@ impl Registry {
         }
         let Ok(node) = node.clone().try_cast::<Node3D>() else { return };
         let id = node.instance_id();
-        if node.is_class("VisualInstance3D") || node.is_class("GridMap") {
+        let is_drawn = node.clone().try_cast::<GeometryInstance3D>().is_ok();
+        if is_drawn || node.clone().try_cast::<GridMap>().is_ok() {
+            self.add_drawn(&node);
+            return;
+        }
+        if node.clone().try_cast::<VisualInstance3D>().is_ok() {
             self.add_visual(&node);
         } else if node.clone().try_cast::<CulletOccluder>().is_ok()
             || node.clone().try_cast::<NoCulletOccluder>().is_ok()
@@ -107,8 +116,9 @@ impl Registry {
             self.mark_changed(&node);
             return;
         }
-        let class = StringName::from(&node.get_class());
-        if is_foreign(&class) {
+        let class = node.get_class().to_string();
+        let classes = &mut self.classes;
+        if *classes.entry(class).or_insert_with_key(|class| is_foreign(class)) {
             self.foreign.push(id);
         }
     }
@@ -124,8 +134,10 @@ impl Registry {
         }
         if node.clone().try_cast::<GpuParticlesCollisionHeightField3D>().is_ok() {
             self.height_fields.push(node.instance_id());
-            return;
         }
+    }
+
+    fn add_drawn(&mut self, node: &Gd<Node3D>) {
         let own = node.get_world_3d().map(|world| world.get_scenario());
         if own.is_some() && own == self.world {
             self.mirror.add(node);
@@ -175,6 +187,15 @@ impl Registry {
         self.mirror.materials.clear();
         let mut events = std::mem::take(&mut self.events);
         self.mirror.inbox.take(&mut events);
+        // Who left for good must not be asked for what was reported before that.
+        for event in &events {
+            if let Event::Removed(id) = *event {
+                let node = Gd::<Node>::try_from_instance_id(id).ok();
+                if node.is_none_or(|node| !node.is_inside_tree()) {
+                    self.remove(id);
+                }
+            }
+        }
         for event in &events {
             self.take_over(*event);
         }
@@ -202,7 +223,7 @@ impl Registry {
             }
             Event::Changed(id) => {
                 if let Some(index) = self.mirror.index(id) {
-                    self.mirror.look_again(index);
+                    self.mirror.changed(index);
                 }
             }
             Event::Resource(id) => self.mirror.resource_changed(id),
@@ -253,7 +274,7 @@ impl Registry {
 
     /// Gives nodes that stay a child that reports, some in each frame. Not while a frame is drawn.
     pub(crate) fn add_some_movers(&mut self, how: Follow) {
-        if how == Follow::Auto && self.asked.len() > FEW {
+        if how == Follow::Auto && self.mirror.len() > FEW && !self.asked.is_empty() {
             self.add_movers(AT_ONCE, STAYS);
         }
     }
@@ -287,9 +308,7 @@ impl Registry {
 }
 
 /// Whether a class comes from another extension.
-fn is_foreign(class: &StringName) -> bool {
-    let database = ClassDb::singleton();
-    let is_own =
-        class.to_string().starts_with("Cullet") || class.to_string().starts_with("NoCullet");
-    !is_own && database.class_get_api_type(class) == ApiType::EXTENSION
+fn is_foreign(class: &str) -> bool {
+    let is_own = class.starts_with("Cullet") || class.starts_with("NoCullet");
+    !is_own && ClassDb::singleton().class_get_api_type(class) == ApiType::EXTENSION
 }

@@ -166,13 +166,12 @@ impl CulletWorld {
         self.frame.run(&mut self.registry, settings, us);
     }
 
-    /// Says that `node` may draw something else than before: a material that was changed by a
-    /// script, say. What Godot reports, and every change of what hides others, needs no call.
+    /// Says that `node` may draw something else than before: its material lost its depth test, say,
+    /// or vertices of its mesh were written in place. Most changes need no call: what Godot
+    /// reports, and changed materials of nodes that hide others.
     #[func]
     fn refresh(&mut self, node: Gd<Node3D>) {
-        if let Some(index) = self.registry.mirror.index(node.instance_id()) {
-            self.registry.mirror.look_again(index);
-        }
+        self.registry.mirror.refresh(node.instance_id());
     }
 
     /// Counts and times, in microseconds, of the last frame.

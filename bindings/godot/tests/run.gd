@@ -8,8 +8,14 @@ func run() -> void:
 	var failed := 0
 	for name_ in OS.get_cmdline_user_args():
 		var parts := name_.split(":")
-		if not await one(parts[0], parts[1] if parts.size() > 1 else ""):
-			failed += 1
+		var mutant := parts[1] if parts.size() > 1 else ""
+		# Godot makes pipelines in the background, and what has none yet is drawn by others, with other roundings: pictures that
+		# differ are drawn again, when all pipelines are there. A culler that errs errs each time.
+		var passed := false
+		for attempt in 1 if mutant else 3:
+			if not passed:
+				passed = await one(parts[0], mutant)
+		failed += int(not passed)
 	print("%d failed" % failed)
 	get_tree().quit(1 if failed else 0)
 
