@@ -36,6 +36,7 @@ const INPUTS: &[Inputs] = &[
         packages: &["cullet-io", "cullet-baker"],
         files: &["bindings/bevy/"],
     },
+    Inputs { step: "host-godot", packages: &["cullet-bake"], files: &["bindings/godot/"] },
     Inputs { step: "platforms", packages: &["cullet-lab", "cullet-c"], files: &[] },
 ];
 

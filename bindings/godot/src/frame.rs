@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Backface, Culler, Output, Scene, View, ViewState, Visible};
+use cullet::{Backface, Culler, Output, Scene, ShadowView, View, ViewState, Visible};
 use godot::classes::RenderingServer;
 use godot::obj::Singleton;
 use godot::prelude::*;
 
-use crate::lights::{Lights, Receivers, SunShadows};
+use crate::lights::{Lights, Receivers};
 use crate::mirror::{Mirror, item_and_part};
 use crate::probes;
 use crate::registry::Registry;
@@ -51,18 +51,15 @@ pub(crate) struct Frame {
     reach: Vec<View>,
     reach_states: Vec<(ViewState, Visible)>,
     lights: Lights,
-    shadows: Vec<SunShadows>,
+    shadows: Vec<ShadowView>,
     shadow_states: Vec<(ViewState, Visible)>,
     // One bit an item.
     seen: Vec<u64>,
     casts: Vec<u64>,
-    occluders: Hiding,
+    occluders: Vec<u32>,
     pub(crate) stats: Stats,
 }
 
-/// The share of the budget for what hides from a sun: asking what hid whether it still does costs
-/// more than what the last occluders hide.
-const OF_SUNS: f32 = 0.25;
 /// Frames in which occluders keep changing under our hands are culled so often, then without them.
 const MOST_TRIES: usize = 4;
 
@@ -77,25 +74,18 @@ impl Frame {
             bits.resize(words, 0);
         }
         let (mut again, mut us) = (0, [us_follow, 0.0, 0.0, 0.0]);
-        let all_cast = loop {
-            let trusted = Settings {
-                occlusion: settings.occlusion.filter(|_| again < MOST_TRIES),
-                ..settings
-            };
-            self.seen.fill(0);
-            self.casts.fill(0);
-            let mut holds = self.look(registry, trusted, world);
-            us[1] += clock.lap();
-            let all_cast = holds && !self.find_casters(registry, trusted, world);
-            holds &= trusted.occlusion.is_none() || self.occluders_hold(&mut registry.mirror);
-            us[2] += clock.lap();
-            if holds {
-                break all_cast;
+        loop {
+            let occlusion = settings.occlusion.filter(|_| again < MOST_TRIES);
+            if self.look(registry, Settings { occlusion, ..settings }, world) {
+                break;
             }
             // What hides was brought up to date: once more.
             registry.mirror.settle();
             again += 1;
-        };
+        }
+        us[1] = clock.lap();
+        let all_cast = !self.find_casters(registry, settings, world);
+        us[2] = clock.lap();
         let changed = self.tell(&mut registry.mirror, all_cast);
         us[3] = clock.lap();
         let told = &registry.mirror.told;
@@ -108,7 +98,7 @@ impl Frame {
             shadow_only: unseen - gone,
             gone,
             changed,
-            occluders: self.occluders.slots.len(),
+            occluders: self.occluders.len(),
             again,
             us,
         };
@@ -135,7 +125,8 @@ impl Frame {
         let scene = &registry.mirror.scene;
         for (eye, (state, visible)) in self.eyes.iter().zip(&mut self.states) {
             culler.cull_one(scene, &eye.view, state, visible);
-            self.occluders.note(&culler, state);
+            let drawn = state.occluders_drawn().iter().map(|&(slot, _)| slot);
+            self.occluders.extend(drawn.filter(|_| culler.occlusion.is_some()));
         }
         if culler.occlusion.is_some() && !self.occluders_hold(&mut registry.mirror) {
             return false;
@@ -151,11 +142,12 @@ impl Frame {
         true
     }
 
-    /// Asks the nodes that hid others, and were not asked yet, whether they are what they were.
-    /// Those that are not are brought up to date, and false is returned.
+    /// Asks the nodes that hid others whether they are what they were. Those that are not are brought up to date, and false is returned.
     fn occluders_hold(&mut self, mirror: &mut Mirror) -> bool {
+        self.occluders.sort_unstable();
+        self.occluders.dedup();
         let mut stale = Vec::new();
-        for &slot in self.occluders.fresh() {
+        for &slot in &self.occluders {
             if !mirror.still_hides(slot) {
                 stale.push(item_and_part(mirror.scene.user_data(slot)).0);
             }
@@ -183,26 +175,11 @@ impl Frame {
             return false;
         }
         let plain = plain();
-        let count = shadows.iter().map(|sun| sun.slices.len() + 1).sum::<usize>();
-        self.shadow_states.resize_with(count + lights.lamps.len(), Default::default);
-        let (of_suns, of_lamps) = self.shadow_states.split_at_mut(count);
-        let mut left = of_suns.iter_mut();
-        for sun in shadows.iter() {
-            let mut casts = vec![0; self.casts.len()];
-            for (shadow, (state, visible)) in sun.slices.iter().zip(&mut left) {
-                plain.cull_shadow(scene, shadow, state, visible);
-                mark(scene, visible, &mut casts);
-            }
-            if let (Some(lit), Some((state, visible))) = (&sun.lit, left.next()) {
-                let part = settings.occlusion.map(|(width, budget)| (width, budget * OF_SUNS));
-                let culler = culler(part);
-                culler.cull_shadow(scene, lit, state, visible);
-                self.occluders.note(&culler, state);
-                let mut of_map = vec![0; casts.len()];
-                mark(scene, visible, &mut of_map);
-                casts.iter_mut().zip(of_map).for_each(|(bits, of_map)| *bits &= of_map);
-            }
-            self.casts.iter_mut().zip(casts).for_each(|(bits, casts)| *bits |= casts);
+        self.shadow_states.resize_with(shadows.len() + lights.lamps.len(), Default::default);
+        let (of_suns, of_lamps) = self.shadow_states.split_at_mut(shadows.len());
+        for (shadow, (state, visible)) in shadows.iter().zip(of_suns) {
+            plain.cull_shadow(scene, shadow, state, visible);
+            mark(scene, visible, &mut self.casts);
         }
         for (view, (state, visible)) in lights.lamps.iter().zip(of_lamps) {
             plain.cull_one(scene, view, state, visible);
@@ -232,46 +209,6 @@ impl Frame {
             });
         }
         changed
-    }
-}
-
-/// The slots that hid others in this frame.
-#[derive(Debug, Default)]
-struct Hiding {
-    slots: Vec<u32>,
-    seen: Vec<u64>,
-    /// How many of them were asked whether they still do.
-    asked: usize,
-}
-
-impl Hiding {
-    fn clear(&mut self) {
-        self.slots.clear();
-        self.seen.fill(0);
-        self.asked = 0;
-    }
-
-    /// Adds the slots that were drawn into the occlusion buffer of a view.
-    fn note(&mut self, culler: &Culler, state: &ViewState) {
-        if culler.occlusion.is_none() {
-            return;
-        }
-        for &(slot, _) in state.occluders_drawn() {
-            let (word, bit) = (slot as usize / 64, 1 << (slot % 64));
-            if self.seen.len() <= word {
-                self.seen.resize(word + 1, 0);
-            }
-            if self.seen[word] & bit == 0 {
-                self.seen[word] |= bit;
-                self.slots.push(slot);
-            }
-        }
-    }
-
-    /// Returns those that were not returned before.
-    fn fresh(&mut self) -> &[u32] {
-        let first = std::mem::replace(&mut self.asked, self.slots.len());
-        &self.slots[first..]
     }
 }
 

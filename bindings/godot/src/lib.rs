@@ -2,13 +2,14 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`world`] | the node [`CulletWorld`](world::CulletWorld): settings, scripts, signals |
+//! | [`world`] | the node [`CulletWorld`](world::CulletWorld): settings, and what Godot calls |
 //! | [`inbox`], [`mover`], [`marks`] | what Godot reports: nodes that come, go, move and are marked |
 //! | [`registry`] | everything of one world that is followed: drawn nodes, viewports, lights, probes |
 //! | [`mirror`], [`item`], [`parts`] | the engine's scene, kept in step with drawn nodes |
 //! | [`look`], [`material`] | what a node's mesh and materials say: bounds, and whether it hides |
 //! | [`meshes`], [`levels`] | occluders made of Godot's meshes |
 //! | [`views`], [`probes`], [`lights`] | who looks: cameras, reflection probes, lights with shadows |
+//! | [`scripts`], [`watched`] | what scripts may ask and be told |
 //! | [`frame`], [`shown`], [`told`] | a frame: culling, and what follows for Godot's server |
 
 mod convert;
@@ -27,7 +28,9 @@ mod mover;
 mod parts;
 mod probes;
 mod registry;
+mod scripts;
 mod shown;
 mod told;
 mod views;
+mod watched;
 mod world;

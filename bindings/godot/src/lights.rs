@@ -4,10 +4,14 @@
 //! camera sees matters. The map of a lamp is drawn when something in its reach changes, and kept:
 //! a caster that is missing at that moment would be missing for good. So all in the reach of a lamp
 //! stay.
+//!
+//! What stands behind another caster, as the sun sees it, is kept. Leaving it out was tried: it
+//! halves what is left, but Godot cuts or flattens casters that reach beyond the near side of a map,
+//! and then shows what they hide.
 
 use cullet::bounds::Aabb;
 use cullet::cull::shadow::Light;
-use cullet::{Depth, Scene, ShadowView, View, Visible};
+use cullet::{Scene, ShadowView, View, Visible};
 use godot::classes::light_3d::Param;
 use godot::classes::{DirectionalLight3D, Light3D, OmniLight3D, ProjectSettings, SpotLight3D};
 use godot::obj::Singleton;
@@ -32,8 +36,6 @@ struct Sun {
     max_distance: f64,
     /// Texels of its map by which a shadow may be wide or off.
     texels: f64,
-    /// Whether its map shows fronts of all that casts, so that what is behind them does not matter.
-    shows_fronts: bool,
 }
 
 /// Lights of one frame.
@@ -84,7 +86,7 @@ impl Lights {
         }
     }
 
-    /// Appends the shadows of all suns in the picture of a camera, whose answer is `visible`.
+    /// Appends the shadow views of all suns in the picture of a camera, whose answer is `visible`.
     /// Returns false where all casters are to be kept.
     pub(crate) fn shadows(
         &self,
@@ -92,12 +94,12 @@ impl Lights {
         eye: &Eye,
         visible: &Visible,
         receivers: Receivers,
-        shadows: &mut Vec<SunShadows>,
+        shadows: &mut Vec<ShadowView>,
     ) -> bool {
         self.suns.iter().all(|sun| {
-            let of_sun = self.of_sun(sun, scene, eye, visible, receivers);
-            let is_known = of_sun.is_some();
-            shadows.extend(of_sun);
+            let slices = self.of_sun(sun, scene, eye, visible, receivers);
+            let is_known = slices.is_some();
+            shadows.extend(slices.into_iter().flatten());
             is_known
         })
     }
@@ -109,7 +111,7 @@ impl Lights {
         eye: &Eye,
         visible: &Visible,
         receivers: Receivers,
-    ) -> Option<SunShadows> {
+    ) -> Option<Vec<ShadowView>> {
         // Shadows fade out before their largest distance; a little more, for their blur.
         let deepest = (sun.max_distance * 1.02).min(eye.far);
         let mut splits = vec![eye.near];
@@ -126,11 +128,7 @@ impl Lights {
             if is_seen { view.receiving(scene, visible).ok() } else { Some(view) }
         };
         let slices = ShadowView::cascades(&eye.view, light, &splits).ok()?;
-        let slices = slices.into_iter().map(finish).collect::<Option<Vec<_>>>()?;
-        let map = if sun.shows_fronts { map_of(&whole, sun, margin_world) } else { None };
-        let lit = map
-            .and_then(|map| finish(ShadowView { map: Some(map), ..ShadowView::new(whole, light) }));
-        Some(SunShadows { slices, lit })
+        slices.into_iter().map(finish).collect()
     }
 
     /// Returns how far a shadow may fall from where a sharp one would.
@@ -147,53 +145,6 @@ impl Lights {
         // Four cascades share the texture, two by two.
         Some(2.0 * radius / (self.texture * 0.5) * sun.texels)
     }
-}
-
-/// The shadows of a sun in the picture of a camera. A caster matters if it is in the answer of any
-/// slice and in that of `lit`.
-#[derive(Clone, Debug)]
-pub(crate) struct SunShadows {
-    pub(crate) slices: Vec<ShadowView>,
-    /// What is hidden from the sun behind other casters shades nothing of its own.
-    pub(crate) lit: Option<ShadowView>,
-}
-
-/// How far from a picture a caster may stand, before and behind it as the sun sees it.
-const FARTHEST: f64 = 1e5;
-
-/// Returns a view along the light of all that can shade a slice of a camera's picture.
-fn map_of(slice: &View, sun: &Sun, margin: f64) -> Option<View> {
-    let corners = slice.frustum().corners()?.map(|[x, y, z, w]| [x / w, y / w, z / w]);
-    let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| a[i] * b[i]).sum::<f64>();
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
-    let unit = |v: [f64; 3]| {
-        let length = dot(v, v).sqrt();
-        (length > 1e-9).then(|| v.map(|c| c / length))
-    };
-    let along = unit(sun.direction)?;
-    let helper = if along[1].abs() < 0.9 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] };
-    let right = unit(cross(along, helper))?;
-    let up = cross(right, along);
-    let span = |axis: [f64; 3]| {
-        let all = corners.iter().map(|&c| dot(c, axis));
-        let (low, high) = (all.clone().fold(f64::MAX, f64::min), all.fold(f64::MIN, f64::max));
-        let half = (high - low) * 0.5 + margin;
-        ((high + low) * 0.5, half)
-    };
-    let axes = [right, up, along].map(|axis| (axis, span(axis)));
-    let mut m = [0.0; 16];
-    for (row, (axis, (middle, half))) in axes.into_iter().enumerate() {
-        let half = if row == 2 { FARTHEST + half } else { half };
-        (0..3).for_each(|column| m[column * 4 + row] = axis[column] / half);
-        m[12 + row] = -middle / half;
-    }
-    m[15] = 1.0;
-    let pixels = |half: f64| (half / axes[0].1.1.max(axes[1].1.1) * 1024.0).ceil().max(64.0) as u32;
-    let size = [pixels(axes[0].1.1), pixels(axes[1].1.1)];
-    // Layers are the camera's, as Godot has it.
-    Some(View::from_gl_matrix(m, Depth::Standard, size).ok()?.with_layers(slice.layers))
 }
 
 /// Returns the side of the texture of directional shadows that projects are set to. Scripts may
@@ -215,9 +166,7 @@ fn sun(light: &Gd<Light3D>, at: &Transform3D) -> Option<Sun> {
     let max_distance = number(Param::SHADOW_MAX_DISTANCE);
     // Lights shine along −Z.
     let direction = convert::point(at.basis.col_c()).map(|c| -c);
-    let shows_fronts =
-        !light.get_shadow_reverse_cull_face() && light.get_shadow_caster_mask() == u32::MAX;
-    let sun = Sun { direction, max_distance, texels, shows_fronts };
+    let sun = Sun { direction, max_distance, texels };
     (max_distance > 0.0 && texels.is_finite()).then_some(sun)
 }
 

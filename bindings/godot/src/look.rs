@@ -190,14 +190,13 @@ fn casts(node: &Gd<GeometryInstance3D>) -> Casts {
     }
 }
 
-/// Whether a node's own settings let it hide: those that scripts may change at any time. What hides
-/// from cameras hides from suns too, so that it must cast.
+/// Whether a node's own settings let it hide: those that scripts may change at any time.
 fn is_solid_now(node: &Gd<GeometryInstance3D>, mark: Mark) -> bool {
     !mark.never_hides
         && node.get_transparency() == 0.0
         && node.get_visibility_range_end() <= 0.0
         && node.get_visibility_range_begin() <= 0.0
-        && casts(node) == Casts::On
+        && casts(node) != Casts::Only
 }
 
 /// Whether a node that hid others hides as it did, by the same mesh: for as few calls as can be.

@@ -7,12 +7,13 @@ use godot::classes::viewport::Scaling3DMode;
 use godot::classes::{
     Camera3D, RenderingServer, SubViewport, Viewport, Window, XrInterface, XrServer,
 };
-use godot::obj::Singleton;
+use godot::obj::{InstanceId, Singleton};
 use godot::prelude::*;
 
 /// A camera that draws, and what its shadows need.
 #[derive(Clone, Debug)]
 pub(crate) struct Eye {
+    pub(crate) camera: InstanceId,
     pub(crate) view: View,
     /// Fog that is lit, whose shadows lie in the air.
     pub(crate) has_lit_fog: bool,
@@ -103,7 +104,7 @@ fn eye(camera: &Gd<Camera3D>, matrix: [f64; 16], size: [f64; 2]) -> Option<Eye> 
     let environment = camera.get_environment().or_else(fallback);
     let has_lit_fog = environment.is_some_and(|e| e.is_volumetric_fog_enabled());
     let (near, far) = (f64::from(camera.get_near()), f64::from(camera.get_far()));
-    Some(Eye { view, has_lit_fog, near, far })
+    Some(Eye { camera: camera.instance_id(), view, has_lit_fog, near, far })
 }
 
 /// Returns clip space of OpenGL from world space. Projections of Godot have it, −w ≤ z ≤ w,

@@ -4,14 +4,16 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::time::Instant;
 
-use godot::classes::{Engine, INode, Node, Node3D, RenderingServer};
+use godot::classes::{Camera3D, Engine, INode, Node, Node3D, RenderingServer};
 use godot::obj::{InstanceId, Singleton};
 use godot::prelude::*;
 
 use crate::frame::{Frame, Settings};
 use crate::inbox::TreeSignals;
 use crate::lights::Receivers;
+use crate::mirror::Mirror;
 use crate::registry::{Follow, Registry};
+use crate::watched::Watched;
 
 /// Where shadows count that a camera may see.
 #[derive(GodotConvert, Var, Export, Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -60,7 +62,8 @@ pub struct CulletWorld {
     follow: Follow,
     registry: Registry,
     frame: Frame,
-    signals: TreeSignals,
+    tree_signals: TreeSignals,
+    watched: Watched,
     is_connected: bool,
     base: Base<Node>,
 }
@@ -78,7 +81,8 @@ impl INode for CulletWorld {
             follow: Follow::Auto,
             registry: Registry::default(),
             frame: Frame::default(),
-            signals: TreeSignals::default(),
+            tree_signals: TreeSignals::default(),
+            watched: Watched::default(),
             is_connected: false,
             base,
         }
@@ -90,7 +94,7 @@ impl INode for CulletWorld {
         }
         if let Some(mut tree) = self.base().get_tree_or_null() {
             let inbox = self.registry.mirror.inbox.clone();
-            self.signals.connect(&mut tree, &inbox);
+            self.tree_signals.connect(&mut tree, &inbox);
         }
         let callable = self.base().callable("cull_now");
         RenderingServer::singleton().connect("frame_pre_draw", &callable);
@@ -104,7 +108,7 @@ impl INode for CulletWorld {
             RenderingServer::singleton().disconnect("frame_pre_draw", &callable);
         }
         if let Some(mut tree) = self.base().get_tree_or_null() {
-            self.signals.disconnect(&mut tree);
+            self.tree_signals.disconnect(&mut tree);
         }
     }
 
@@ -125,6 +129,11 @@ impl INode for CulletWorld {
 
 #[godot_api]
 impl CulletWorld {
+    /// A watched node came into the sight of a camera, or left it: emitted after the frame in which
+    /// it was found.
+    #[signal]
+    pub(crate) fn sight_changed(camera: Gd<Camera3D>, node: Gd<Node3D>, is_seen: bool);
+
     #[func]
     fn set_enabled(&mut self, enabled: bool) {
         self.enabled = enabled;
@@ -164,6 +173,12 @@ impl CulletWorld {
             },
         };
         self.frame.run(&mut self.registry, settings, us);
+        let changes = self.watched.changes(&self.registry.mirror, &self.frame);
+        for change in changes {
+            // Scripts run when the frame is done.
+            let arguments = vslice![change.camera.to_i64(), change.node.to_i64(), change.is_seen];
+            self.base_mut().call_deferred("tell_sight", arguments);
+        }
     }
 
     /// Says that `node` may draw something else than before: its material lost its depth test, say,
@@ -200,6 +215,18 @@ impl CulletWorld {
 }
 
 impl CulletWorld {
+    pub(crate) fn mirror(&self) -> &Mirror {
+        &self.registry.mirror
+    }
+
+    pub(crate) fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
+    pub(crate) fn watched_mut(&mut self) -> &mut Watched {
+        &mut self.watched
+    }
+
     /// Begins to follow the world that the node is in. Returns false where another node does.
     fn join(&mut self) -> bool {
         let node = self.base().clone();

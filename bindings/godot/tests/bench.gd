@@ -2,7 +2,7 @@ extends Node3D
 # godot --path . res://bench.tscn -- blocks=32 things=16 shadows=0 frames=20 modes=plain,cullet,godot rays=512
 # A city drawn in turn with nothing, with cullet and with Godot's own occlusion culling: nodes drawn, times, wrong pixels.
 
-var args := {"blocks": "32", "things": "16", "shadows": "0", "frames": "20", "modes": "plain,cullet,godot", "rays": "512", "spots": "20", "rounds": "2", "follow": "0", "width": "640", "budget": "200"}
+var args := {"blocks": "32", "things": "16", "shadows": "0", "pancake": "20", "frames": "20", "modes": "plain,cullet,godot", "rays": "512", "spots": "20", "rounds": "2", "follow": "0", "width": "640", "budget": "200"}
 var cam: Camera3D
 var world: CulletWorld
 var occluders := 0
@@ -20,6 +20,7 @@ func run() -> void:
 	var sun := DirectionalLight3D.new()
 	sun.shadow_enabled = args.shadows == "1"
 	sun.directional_shadow_max_distance = 150
+	sun.directional_shadow_pancake_size = float(args.pancake)
 	sun.rotation_degrees = Vector3(-50, 30, 0)
 	add_child(sun)
 	cam = Camera3D.new()

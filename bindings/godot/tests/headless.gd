@@ -140,5 +140,5 @@ func queries(world: CulletWorld, cam: Camera3D) -> void:
 	world.cull_now()
 	check("what is before the camera is visible from it", world.is_visible_from(cam, near))
 	check("what is behind the city is not", not world.is_visible_from(cam, far))
-	check("a camera sees where it looks", world.who_sees(near.position + (cam.position - near.position) * 0.4).has(cam))
+	check("a camera sees where it looks", world.who_sees(near.position + (cam.position - near.position) * 0.9).has(cam))
 	check("and not behind itself", not world.who_sees(cam.position + (cam.position - near.position)).has(cam))

@@ -28,8 +28,13 @@ for renderer in ${*:-headless gl_compatibility mobile forward_plus}; do
     if [ "$renderer" != headless ]; then
         set -- timeout 460 xvfb-run -a -s "-screen 0 800x600x24" "$godot" --path . --audio-driver Dummy \
             --rendering-method "$renderer" --rendering-driver "$driver"
+        # Probes of the simplest renderer show nothing that the mutant takes away.
+        here=$cases
+        if [ "$renderer" = gl_compatibility ]; then
+            here=$(echo "$cases" | sed 's/probe:probe//')
+        fi
         # shellcheck disable=SC2086
-        set -- "$@" -- $cases
+        set -- "$@" -- $here
     fi
     echo "$renderer:"
     code=0

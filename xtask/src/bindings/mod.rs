@@ -3,6 +3,7 @@
 
 mod bevy;
 mod c;
+mod godot;
 pub(crate) mod golden;
 pub(crate) mod python;
 mod web;
@@ -17,6 +18,7 @@ pub(crate) const STEPS: &[Step] = &[
     Step { name: "host-python", run: python::test },
     Step { name: "host-web", run: web::test },
     Step { name: "host-bevy", run: bevy::test },
+    Step { name: "host-godot", run: godot::test },
 ];
 
 /// Makes the shared answers, then builds and tests the bindings whose name contains `filter`.
