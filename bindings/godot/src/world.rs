@@ -26,6 +26,9 @@ pub(crate) enum ShadowReceivers {
     Anywhere,
 }
 
+/// All of these nodes.
+const GROUP: &str = "cullet_worlds";
+
 thread_local! {
     // By scenario: the node that culls it. Nodes live on the main thread.
     static WORLDS: RefCell<HashMap<Rid, InstanceId>> = RefCell::default();
@@ -65,6 +68,7 @@ pub struct CulletWorld {
     tree_signals: TreeSignals,
     watched: Watched,
     is_connected: bool,
+    has_warned: bool,
     base: Base<Node>,
 }
 
@@ -84,11 +88,13 @@ impl INode for CulletWorld {
             tree_signals: TreeSignals::default(),
             watched: Watched::default(),
             is_connected: false,
+            has_warned: false,
             base,
         }
     }
 
     fn enter_tree(&mut self) {
+        self.base_mut().add_to_group(GROUP);
         if Engine::singleton().is_editor_hint() {
             return;
         }
@@ -119,11 +125,7 @@ impl INode for CulletWorld {
     }
 
     fn get_configuration_warnings(&self) -> PackedStringArray {
-        let mut warnings = PackedStringArray::new();
-        if let Some(warning) = self.second_warning() {
-            warnings.push(&GString::from(&warning));
-        }
-        warnings
+        self.get_configuration_warnings_now()
     }
 }
 
@@ -189,6 +191,12 @@ impl CulletWorld {
         self.registry.mirror.refresh(node.instance_id());
     }
 
+    /// Returns the warnings that the editor shows beside the node.
+    #[func]
+    fn get_configuration_warnings_now(&self) -> PackedStringArray {
+        self.second_warning().iter().map(GString::from).collect()
+    }
+
     /// Counts and times, in microseconds, of the last frame.
     #[func]
     fn statistics(&self) -> VarDictionary {
@@ -248,6 +256,10 @@ impl CulletWorld {
             holder == own || !is_there
         });
         if !is_first {
+            if let Some(warning) = self.second_warning().filter(|_| !self.has_warned) {
+                godot_warn!("{warning}");
+                self.has_warned = true;
+            }
             return false;
         }
         let Some(root) = tree.get_root() else { return false };
@@ -263,16 +275,16 @@ impl CulletWorld {
         self.frame = Frame::default();
     }
 
+    /// Returns what is wrong where the world has another of these nodes before this one.
     fn second_warning(&self) -> Option<String> {
-        let scenario = scenario_of(&self.base().clone())?;
-        let own = self.base().instance_id();
-        let holder = WORLDS.with_borrow(|worlds| worlds.get(&scenario).copied());
-        let other = holder.filter(|&id| id != own)?;
-        let other = Gd::<Node>::try_from_instance_id(other).ok()?;
-        Some(format!(
-            "This world has a CulletWorld already: {}. Only that one culls; remove either.",
-            other.get_path()
-        ))
+        let own = self.base().clone();
+        let scenario = scenario_of(&own)?;
+        let all = own.get_tree_or_null()?.get_nodes_in_group(GROUP);
+        let first = all.iter_shared().find(|node| scenario_of(node) == Some(scenario))?;
+        (first != own).then(|| {
+            let path = first.get_path();
+            format!("This world has a CulletWorld already, {path}: only one culls. Remove either.")
+        })
     }
 }
 

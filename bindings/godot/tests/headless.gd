@@ -17,6 +17,10 @@ func add(parent: Node, at: Vector3) -> MeshInstance3D:
 	parent.add_child(node)
 	return node
 
+# What the editor shows beside a node.
+func warnings(node: Node) -> PackedStringArray:
+	return node.get_configuration_warnings_now()
+
 func run() -> void:
 	var scene := Node3D.new()
 	root.add_child(scene)
@@ -34,8 +38,7 @@ func run() -> void:
 	check("most are hidden", s.visible < count / 10)
 	check("some are seen", s.visible > 10)
 	check("without lights nothing is kept for its shadow", s.shadow_only == 0)
-	# What Godot's editor shows of it.
-	check("one world has no warning", world._get_configuration_warnings().is_empty() if world.has_method("_get_configuration_warnings") else true)
+	check("one world has no warning", warnings(world).is_empty())
 	# Bad input.
 	var odd := add(scene, Vector3.ZERO)
 	odd.transform.origin = Vector3(NAN, 0, 0)
@@ -87,6 +90,7 @@ func run() -> void:
 	scene.add_child(second)
 	second.cull_now()
 	check("a second one does nothing", second.statistics().instances == 0)
+	check("and says so in the tree", warnings(second).size() == 1 and warnings(world).is_empty())
 	world.free()
 	second.cull_now()
 	check("it takes over when the first goes", second.statistics().instances == count)
@@ -107,6 +111,20 @@ func run() -> void:
 	second.cull_now()
 	check("marks come and go", second.statistics().instances == count)
 	queries(second, cam)
+	var told := []
+	var note := func(camera: Camera3D, node: Node3D, is_seen: bool): told.append([camera, node, is_seen])
+	second.sight_changed.connect(note)
+	var watched := get_nodes_in_group("house")[0] as Node3D
+	cam.look_at(watched.position)
+	cam.position = watched.position + Vector3(0, 60, 20)
+	cam.look_at(watched.position)
+	second.watch(watched, true)
+	second.cull_now()
+	cam.rotation.x = 1.5
+	second.cull_now()
+	await process_frame
+	check("a node that comes into sight and leaves it is reported", told == [[cam, watched, true], [cam, watched, false]])
+	second.sight_changed.disconnect(note)
 	# A scene that is swapped.
 	scene.free()
 	await process_frame

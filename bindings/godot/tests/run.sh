@@ -26,7 +26,7 @@ for renderer in ${*:-headless gl_compatibility mobile forward_plus}; do
         *) driver=vulkan ;;
     esac
     if [ "$renderer" != headless ]; then
-        set -- timeout 460 xvfb-run -a -s "-screen 0 800x600x24" "$godot" --path . --audio-driver Dummy \
+        set -- timeout 460 xvfb-run -a -s "-screen 0 800x600x24" "$godot" --path . --audio-driver Dummy --fixed-fps 60 \
             --rendering-method "$renderer" --rendering-driver "$driver"
         # Probes of the simplest renderer show nothing that the mutant takes away.
         here=$cases

@@ -24,10 +24,18 @@ func steps() -> int:
 func most_drawn() -> float:
 	return 0.8
 
+var late: Array = []
+
+# What a culler would hide that heard of the movement a frame late.
+func victims_of_late_movers() -> Array:
+	return late
+
 func step(i: int) -> void:
+	late = []
 	match i:
 		1:
 			parents[1].position.y += 6
+			late = parents[1].get_children()
 		2:
 			parents[0].visible = false
 		3:
