@@ -49,7 +49,7 @@ pub(crate) struct Lights {
     texture: f64,
 }
 
-/// With more lamps than this, all casters are kept: asking for each takes longer.
+/// Number of lamps from which on all casters are kept: asking for each takes longer.
 const MOST_LAMPS: usize = 64;
 /// Depths at which a camera's picture is cut, as shares of a sun's largest distance: casters are
 /// told for each slice by what is seen in it.

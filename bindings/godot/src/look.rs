@@ -1,4 +1,4 @@
-//! What one drawn node says of itself: where it may be drawn, whether it hides, whether it casts.
+//! The look of a drawn node: where it may be drawn, whether it hides, whether it casts.
 
 use godot::builtin::Aabb;
 use godot::classes::geometry_instance_3d::ShadowCastingSetting;
@@ -31,7 +31,7 @@ pub(crate) enum Kind {
     Other,
 }
 
-/// What a node's bounds are.
+/// Bounds of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Bounds {
     /// A box in the space of the node, grown.
@@ -51,7 +51,7 @@ pub(crate) enum Casts {
     Only,
 }
 
-/// What a node says of itself.
+/// Everything that a node says of itself.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Look {
     /// The node's own box, as Godot has it.

@@ -34,7 +34,7 @@ pub(crate) struct NoCulletOccluder {
 #[godot_api]
 impl INode3D for NoCulletOccluder {}
 
-/// What the marks say of one node.
+/// Marks that hold for one node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Mark {
     /// A `CulletOccluder` without a mesh: whether both sides are drawn.

@@ -1,4 +1,4 @@
-//! What materials say: whether a surface hides, and where its vertices may be drawn.
+//! Facts of materials: whether a surface hides, and where its vertices may be drawn.
 
 use std::collections::HashMap;
 
@@ -34,7 +34,7 @@ impl Reach {
     }
 }
 
-/// What is known of a material and the passes after it.
+/// Facts of a material and of the passes after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Facts {
     /// Whether the surface hides what is behind it: `Some` with whether both sides are drawn.

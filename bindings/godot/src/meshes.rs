@@ -15,7 +15,7 @@ use godot::prelude::*;
 use crate::inbox::{Event, Inbox};
 use crate::levels;
 
-/// What is known of a mesh without looking at its triangles.
+/// Facts of a mesh that take no look at its triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct MeshFacts {
     pub(crate) surfaces: i32,

@@ -19,7 +19,7 @@ pub(crate) struct Part {
     pub(crate) number: usize,
     /// Its place in the space of its node.
     local: Transform3D,
-    /// Of a GridMap: cell and item.
+    /// Cell and item of a GridMap.
     cell: Option<(Vector3i, i32)>,
 }
 

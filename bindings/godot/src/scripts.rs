@@ -1,4 +1,4 @@
-//! What scripts may ask.
+//! Queries for scripts.
 
 use cullet_cells::query::{Find, SightOptions, line_of_sight};
 use godot::classes::{Camera3D, Node3D};

@@ -9,10 +9,10 @@ use godot::prelude::*;
 
 use crate::look::Casts;
 
-/// What Godot's server was told of a node.
+/// State of a node in Godot's server.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Shown {
-    /// As the node says.
+    /// Drawn as the node says.
     #[default]
     Whole,
     /// No camera sees it, but its shadow may be seen.
@@ -22,7 +22,7 @@ pub(crate) enum Shown {
     Gone,
 }
 
-/// What is right for a node that no camera sees.
+/// Returns the state of a node that no camera sees.
 pub(crate) fn unseen(casts: Casts, shadow_matters: bool) -> Shown {
     match casts {
         Casts::Off => Shown::Gone,

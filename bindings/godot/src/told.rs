@@ -1,4 +1,4 @@
-//! What Godot's server was told, as bits: one a node, so that a frame that changes little costs
+//! Bits of what Godot's server was told: one a node, so that a frame that changes little costs
 //! little.
 
 /// Sets of items.

@@ -11,7 +11,7 @@ use crate::mirror::{Mirror, item_and_part};
 #[derive(Debug, Default)]
 pub(crate) struct Watched {
     nodes: Vec<InstanceId>,
-    /// By node and camera: whether it was seen.
+    /// Whether a node was seen, by node and camera.
     seen: HashMap<(InstanceId, InstanceId), bool>,
 }
 
