@@ -153,7 +153,7 @@ fn texels(size: usize) -> f64 {
     size.min(2048) as f64
 }
 
-/// What the maps of a frame share.
+/// Inputs that the maps of a frame share.
 struct Casting<'a, 'w, 's> {
     frame: Frame<'a, 'w, 's>,
     scratch: &'a mut Scratch,

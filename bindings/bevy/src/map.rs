@@ -43,7 +43,7 @@ struct Known {
     view: View,
 }
 
-/// What a shadow map shows.
+/// Part of space that a shadow map shows.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct View {
     pub(crate) half_spaces: [[f32; 4]; 6],
@@ -67,7 +67,7 @@ pub(crate) struct Scratch {
     next: Vec<u64>,
 }
 
-/// What all maps of a frame are found from.
+/// Inputs from which all maps of a frame are found.
 pub(crate) struct Frame<'a, 'w, 's> {
     pub(crate) mirror: &'a CulletScene,
     pub(crate) eyes: &'a [Eye<'a>],

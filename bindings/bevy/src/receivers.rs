@@ -1,4 +1,4 @@
-//! What light and shadows can fall on: all that some camera draws.
+//! Receivers: what light and shadows can fall on, which is all that some camera draws.
 //!
 //! A receiver is known by its `Aabb`, as it is to Bevy. Where there may be others, receivers are
 //! taken to stand anywhere in the camera's frustum, or in the world: of a camera whose list somebody
@@ -20,7 +20,7 @@ use crate::occlusion::view as view_of;
 use crate::seen::mask;
 use crate::view::CulletView;
 
-/// What a camera draws, as far as light may fall on it.
+/// A camera, and what it draws of that on which light may fall.
 #[derive(Debug)]
 pub(crate) struct Eye<'a> {
     pub(crate) entity: Entity,

@@ -1,4 +1,4 @@
-//! What Bevy's renderer runs for shadow maps that nothing is lit by.
+//! Views that Bevy's renderer does not run: of shadow maps that nothing is lit by.
 //!
 //! Each face of a lamp's map is a view that Bevy runs its whole schedule for, also where the face
 //! lists nothing, and also after the lamp went out of all cameras' lists. Views of faces that no

@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemParam;
 use bevy_light::{DirectionalLight, NotShadowCaster};
 
-/// What Bevy lists as no caster.
+/// Filter of what Bevy lists as no caster.
 type Without = Or<(With<NotShadowCaster>, With<DirectionalLight>)>;
 
 /// Entities that throw no shadow, kept from frame to frame.

@@ -248,7 +248,7 @@ fn the_same_casters_as_bevy_in_random_scenes_that_change() {
     assert!(compared > 100_000 && marked > 3_000, "{compared} {marked}");
 }
 
-/// What a lamp of this range at a place does, in a room with a floor that the camera sees a part of.
+/// Effect of a lamp of this range at a place, in a room with a floor that the camera sees a part of.
 fn left_out(at: Vec3, more: impl Fn(&mut Headless, Entity)) -> bool {
     let mut app = Headless::with_plugin();
     app.app.add_plugins((bevy::time::TimePlugin, bevy::gizmos::GizmoPlugin, LightPlugin));

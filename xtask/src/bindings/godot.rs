@@ -20,12 +20,16 @@ pub(crate) fn test() -> Ended {
     let manifest = manifest.to_string_lossy();
     let target = apart("godot");
     for words in [&["build", "--release"][..], &["test", "--release"]] {
-        let mut cargo = command("cargo", &[words, &["--locked", "--manifest-path", &manifest]].concat());
+        let mut cargo =
+            command("cargo", &[words, &["--locked", "--manifest-path", &manifest]].concat());
         cargo.env("CARGO_TARGET_DIR", &target).env("CARGO_INCREMENTAL", "0");
         run(cargo)?;
     }
     let Some(godot) = godot() else {
-        return skip("the extension in Godot: not run", "set CULLET_GODOT to a Godot 4.6".to_owned());
+        return skip(
+            "the extension in Godot: not run",
+            "set CULLET_GODOT to a Godot 4.6".to_owned(),
+        );
     };
     let library = target.join("release/libcullet_godot.so");
     let work = target.join("project");
