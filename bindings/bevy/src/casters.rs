@@ -37,31 +37,15 @@ use bevy_transform::components::GlobalTransform;
 use engine::cull::shadow::Light;
 
 use crate::bits;
-use crate::lights::{CulletLight, NoCulletLight, Volume, WIDER, forward};
-use crate::map::{Boxes, Frame, Map, Scratch, View, half_spaces};
+use crate::lights::{CulletLight, NoCulletLight};
+use crate::map::{Boxes, Frame, Map, Maps, Scratch, View, half_spaces};
 use crate::marks::{Marked, Marks};
 use crate::mirror::CulletScene;
 use crate::receivers::{Eyes, Receivers};
 use crate::seen::{OfMesh, Seen, mask};
 use crate::view::CulletView;
+use crate::volume::{Volume, WIDER, forward};
 use crate::without::WithoutShadows;
-
-/// Shadow maps of a light.
-#[derive(Debug, Default)]
-pub(crate) struct Maps {
-    faces: [Map; 6],
-    spot: Map,
-    cascades: EntityHashMap<Vec<Map>>,
-    /// When each of the three lists was written last, by us.
-    written: [Option<Tick>; 3],
-}
-
-impl Maps {
-    fn all(&self) -> impl Iterator<Item = &Map> {
-        let lamps = self.faces.iter().chain([&self.spot]);
-        lamps.chain(self.cascades.values().flatten())
-    }
-}
 
 /// The maps that are drawn, and what they list.
 #[derive(Debug, Default)]

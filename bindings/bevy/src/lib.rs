@@ -67,6 +67,7 @@ mod render;
 mod seen;
 mod ticks;
 mod view;
+mod volume;
 mod without;
 
 pub use engine;
@@ -77,12 +78,13 @@ pub use baked::{CulletBaked, CulletBakedError, CulletBakedLoader, CulletBakedPlu
 use bevy_camera::visibility::check_visibility_cpu_culling;
 pub use diagnostics::CulletDiagnosticsPlugin;
 pub use explain::{CulletExplain, CulletReason};
-pub use lights::{CulletLight, CulletLights, NoCulletLight};
+pub use lights::{CulletLight, NoCulletLight};
 pub use mirror::CulletScene;
 pub use occluder::{CulletOccluder, CulletPrepare, NoCulletOccluder};
 pub use occlusion::CulletOcclusion;
 #[cfg(feature = "gizmos")]
 pub use overlay::*;
 pub use plugin::{CulletPlugin, CulletSystems};
+pub use receivers::CulletLights;
 pub use seen::NoCulletOcclusion;
 pub use view::{CulletFunnel, CulletView};

@@ -14,43 +14,25 @@ use bevy_camera::Camera;
 use bevy_camera::visibility::{
     NoCpuCulling, SetViewVisibility, ViewVisibility, VisibilityClass, VisibleEntities,
 };
-use bevy_color::{Color, ColorToComponents};
 use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 use bevy_light::cluster::{ClusterVisibilityClass, GlobalClusterSettings};
 use bevy_light::{
     ClusteredDecal, DirectionalLight, LightProbe, PointLight, RectLight, SpotLight, VolumetricLight,
 };
-use bevy_math::DVec3;
 use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
 use engine::Simd;
-use engine::bounds::{Aabb as Bounds, Plane};
+use engine::bounds::Aabb as Bounds;
 use engine::cull::frustum::batch::Planes;
 use engine::cull::frustum::tree::Cut;
-use engine::cull::shadow::{CasterRegion, Light};
-use engine::view::Frustum as Region;
+use engine::cull::shadow::CasterRegion;
 
 use crate::bits::slots_of;
-use crate::casters::Maps;
+use crate::map::Maps;
 use crate::mirror::CulletScene;
 use crate::receivers::{Eye, Eyes, Receivers};
-
-/// Settings of what is left out of lights and their shadows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Resource)]
-pub struct CulletLights {
-    /// Whether lights that reach nothing that a camera draws are left out, and casters that throw
-    /// no shadow onto such a thing. Else lights and casters are those of Bevy, found by the
-    /// hierarchy. Default: true with the feature `pbr`; without it nobody knows here how cameras
-    /// light what they draw.
-    pub receivers: bool,
-}
-
-impl Default for CulletLights {
-    fn default() -> Self {
-        Self { receivers: cfg!(feature = "pbr") }
-    }
-}
+use crate::volume::{Volume, is_near};
 
 /// State and results of a light; required by `PointLight`, `SpotLight` and `DirectionalLight`, so that
 /// each has one.
@@ -98,134 +80,23 @@ pub(crate) type Lamp = (
     Without<NoCpuCulling>,
 );
 
-/// The part of space that a light reaches.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Volume {
-    center: [f64; 3],
-    radius: f64,
-    planes: Vec<Plane>,
-    light: Light,
-}
-
-/// How much farther light is taken to reach: the device places pixels by f32.
-const REACH: f64 = 1.001;
-/// Nearer near planes leave depth too few bits to tell what is before what.
-const NEAREST: f32 = 1e-6;
-/// How much wider, in radians: the shader knows a spot's direction by two of its coordinates.
-pub(crate) const WIDER: f64 = 0.02;
-
-impl Volume {
-    /// The reach of a light around a place, with or without a cone. `None` where the numbers make
-    /// no light that ends somewhere.
-    fn new(at: &GlobalTransform, range: f32, outer_angle: Option<f32>) -> Option<Self> {
-        let center = at.translation().as_dvec3();
-        let radius = f64::from(range) * REACH + center.abs().max_element() * 1e-5;
-        // The shader divides by the square of the range.
-        let is_near = center.abs().cmplt(DVec3::splat(1e9)).all();
-        if !((1e-9..1e9).contains(&range) && is_near) {
-            return None;
+/// Whether something of what an eye sees may be in a volume.
+fn touches(volume: &Volume, cut: &mut Cut, mirror: &CulletScene, eyes: &[Eye<'_>]) -> bool {
+    let scene = &mirror.scene;
+    let hierarchy = scene.hierarchy();
+    let planes = Planes::new(&volume.region());
+    cut.cull(Simd::best(), &planes, hierarchy.nodes(), hierarchy.boxes());
+    eyes.iter().any(|eye| {
+        let mut all = Bounds::EMPTY;
+        for word in cut.touched() {
+            let bits = cut.visible()[word] & eye.seen.get(word).copied().unwrap_or(0);
+            let bounds = slots_of(word, bits).map(|slot| scene.bounds(slot));
+            let near = bounds.filter(|bounds| is_near(volume.center, volume.radius, bounds));
+            all = near.fold(all, |all, bounds| all.union(&bounds));
         }
-        let mut light = Light::Point { position: center.to_array(), range: radius };
-        let mut planes = Vec::new();
-        for axis in 0..3 {
-            for sign in [-1.0, 1.0] {
-                let mut normal = [0.0; 3];
-                normal[axis] = sign;
-                planes.push(Plane { normal, d: sign * center[axis] + radius });
-            }
-        }
-        let angle = outer_angle.map(|angle| f64::from(angle) + WIDER);
-        if let Some(angle) = angle.filter(|&angle| angle < std::f64::consts::FRAC_PI_2) {
-            let axis = forward(at);
-            light = Light::Spot {
-                position: center.to_array(),
-                direction: axis.to_array(),
-                half_angle_radians: angle,
-                range: radius,
-            };
-            let (sin, cos) = angle.sin_cos();
-            let side = axis.any_orthonormal_vector();
-            let up = axis.cross(side);
-            for out in [side, -side, up, -up] {
-                let normal = (out * cos - axis * sin).normalize();
-                planes.push(Plane {
-                    normal: normal.to_array(),
-                    d: normal.dot(center) + radius * 1e-3,
-                });
-            }
-        }
-        Some(Self { center: center.to_array(), radius, planes, light })
-    }
-
-    pub(crate) fn of_point(light: &PointLight, at: &GlobalTransform) -> Option<Self> {
-        let PointLight { color, intensity, range, radius, .. } = *light;
-        let PointLight { shadow_depth_bias, shadow_normal_bias, shadow_map_near_z, .. } = *light;
-        let numbers = [intensity, radius, shadow_depth_bias, shadow_normal_bias];
-        let has_depth = (NEAREST..range).contains(&shadow_map_near_z);
-        (has_depth && shines(color, &numbers)).then(|| Self::new(at, range, None))?
-    }
-
-    pub(crate) fn of_spot(light: &SpotLight, at: &GlobalTransform) -> Option<Self> {
-        let SpotLight { color, intensity, range, radius, inner_angle, outer_angle, .. } = *light;
-        let SpotLight { shadow_depth_bias, shadow_normal_bias, shadow_map_near_z, .. } = *light;
-        let numbers = [intensity, radius, shadow_depth_bias, shadow_normal_bias];
-        let is_cone = (NEAREST..range).contains(&shadow_map_near_z)
-            && (1e-3..std::f32::consts::FRAC_PI_2).contains(&outer_angle)
-            && inner_angle.is_finite()
-            && forward(at) != DVec3::ZERO;
-        (is_cone && shines(color, &numbers)).then(|| Self::new(at, range, Some(outer_angle)))?
-    }
-
-    fn region(&self) -> Region {
-        let mut region = Region::from_planes(std::array::from_fn(|i| self.planes.get(i).copied()));
-        for &plane in self.planes.iter().skip(6) {
-            // One that is refused is one fewer to reject by.
-            let _ = region.push(plane);
-        }
-        region
-    }
-
-    /// Whether something of what an eye sees may be in it.
-    fn touches(&self, cut: &mut Cut, mirror: &CulletScene, eyes: &[Eye<'_>]) -> bool {
-        let scene = &mirror.scene;
-        let hierarchy = scene.hierarchy();
-        let planes = Planes::new(&self.region());
-        cut.cull(Simd::best(), &planes, hierarchy.nodes(), hierarchy.boxes());
-        eyes.iter().any(|eye| {
-            let mut all = Bounds::EMPTY;
-            for word in cut.touched() {
-                let bits = cut.visible()[word] & eye.seen.get(word).copied().unwrap_or(0);
-                let bounds = slots_of(word, bits).map(|slot| scene.bounds(slot));
-                let near = bounds.filter(|bounds| is_near(self.center, self.radius, bounds));
-                all = near.fold(all, |all, bounds| all.union(&bounds));
-            }
-            // What reaches out of the picture may be lit out there alone.
-            !CasterRegion::new(&eye.region, Some(&all), &self.light).no_receiver()
-        })
-    }
-}
-
-/// Whether a light is nothing where it ends. A number that is not one, or infinite, makes colours
-/// that are not numbers wherever the light is asked, also where it is zero.
-fn shines(color: Color, numbers: &[f32]) -> bool {
-    let color = color.to_linear().to_f32_array();
-    color.iter().chain(numbers).all(|number| number.abs() < 1e20)
-}
-
-/// The way that a light shines; zero where there is none.
-pub(crate) fn forward(at: &GlobalTransform) -> DVec3 {
-    (-at.affine().matrix3.z_axis.as_dvec3()).normalize_or_zero()
-}
-
-/// Whether a box comes as near to a point as this. NaN does.
-pub(crate) fn is_near(center: [f64; 3], radius: f64, bounds: &engine::bounds::Aabb) -> bool {
-    let mut square = 0.0;
-    for axis in 0..3 {
-        let [min, max] = [bounds.min[axis], bounds.max[axis]].map(f64::from);
-        let apart = (min - center[axis]).max(center[axis] - max).max(0.0);
-        square += apart * apart;
-    }
-    !(square > radius * radius)
+        // What reaches out of the picture may be lit out there alone.
+        !CasterRegion::new(&eye.region, Some(&all), &volume.light).no_receiver()
+    })
 }
 
 /// Shadow maps that every device has room for: with more of them Bevy gives some lights none, and
@@ -290,7 +161,7 @@ pub(crate) fn leave_out(
         if let Some(volume) = volume {
             let known = state.known.take().filter(|known| known.0 == volume && known.1 == now);
             let matters = known.map_or_else(
-                || volume.touches(&mut cut, &mirror, &gathered),
+                || touches(&volume, &mut cut, &mirror, &gathered),
                 |(_, _, matters)| matters,
             );
             state.known = Some((volume, now, matters));

@@ -2,6 +2,8 @@
 
 use bevy_camera::primitives::{Aabb, Frustum, Sphere};
 use bevy_camera::visibility::{NoFrustumCulling, RenderLayers, VisibleEntityRanges};
+use bevy_ecs::change_detection::Tick;
+use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
 use bevy_math::Vec3A;
 use bevy_transform::components::GlobalTransform;
@@ -12,12 +14,12 @@ use engine::cull::frustum::tree::Cut;
 use engine::cull::shadow::{CasterRegion, Light};
 
 use crate::bits::slots_of;
-use crate::lights::is_near;
 use crate::list::Listed;
 use crate::mirror::CulletScene;
 use crate::receivers::Eye;
 use crate::seen::{OfMesh, Seen};
 use crate::view::region;
+use crate::volume::is_near;
 use crate::without;
 
 /// Shadow map: what it lists.
@@ -31,6 +33,23 @@ pub(crate) struct Map {
     pub(crate) has_receivers: bool,
     /// Number of the last frame in which it was drawn.
     pub(crate) frame: u64,
+}
+
+/// Shadow maps of a light.
+#[derive(Debug, Default)]
+pub(crate) struct Maps {
+    pub(crate) faces: [Map; 6],
+    pub(crate) spot: Map,
+    pub(crate) cascades: EntityHashMap<Vec<Map>>,
+    /// When each of the three lists was written last, by us.
+    pub(crate) written: [Option<Tick>; 3],
+}
+
+impl Maps {
+    pub(crate) fn all(&self) -> impl Iterator<Item = &Map> {
+        let lamps = self.faces.iter().chain([&self.spot]);
+        lamps.chain(self.cascades.values().flatten())
+    }
 }
 
 /// Inputs of a list: where they are the same as in the last frame, so is the list.

@@ -16,11 +16,11 @@ use crate::casters::cast;
 use crate::check::{check_meshes, check_others};
 use crate::follow::follow;
 use crate::inherit::inherit;
-use crate::lights::{CulletLight, CulletLights, leave_out};
+use crate::lights::{CulletLight, leave_out};
 use crate::marks::{Replaced, hide, remove, reset};
 use crate::mirror::CulletScene;
 use crate::occluder::{CulletPrepare, OccluderMeshes, prepare};
-use crate::receivers::{Receivers, Transmits};
+use crate::receivers::{CulletLights, Receivers, Transmits};
 use crate::view::CulletView;
 
 /// Steps of the plugin, in [`PostUpdate`], within [`VisibilitySystems::CheckVisibility`].

@@ -14,11 +14,26 @@ use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
 use engine::view::Frustum as Region;
 
-use crate::lights::CulletLights;
 use crate::mirror::CulletScene;
 use crate::occlusion::view as view_of;
 use crate::seen::mask;
 use crate::view::CulletView;
+
+/// Settings of what is left out of lights and their shadows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Resource)]
+pub struct CulletLights {
+    /// Whether lights that reach nothing that a camera draws are left out, and casters that throw
+    /// no shadow onto such a thing. Else lights and casters are those of Bevy, found by the
+    /// hierarchy. Default: true with the feature `pbr`; without it nobody knows here how cameras
+    /// light what they draw.
+    pub receivers: bool,
+}
+
+impl Default for CulletLights {
+    fn default() -> Self {
+        Self { receivers: cfg!(feature = "pbr") }
+    }
+}
 
 /// A camera, and what it draws of that on which light may fall.
 #[derive(Debug)]
