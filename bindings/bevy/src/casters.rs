@@ -23,8 +23,7 @@ use bevy_camera::visibility::{
     VisibleEntities, VisibleEntityRanges, VisibleMeshEntities,
 };
 use bevy_camera::{Camera, RenderTarget, ShadowLodOrigin};
-use bevy_ecs::change_detection::Tick;
-use bevy_ecs::entity::{EntityHashMap, EntityHashSet};
+use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemParam;
 use bevy_light::cluster::ClusterVisibilityClass;
@@ -38,7 +37,7 @@ use engine::cull::shadow::Light;
 
 use crate::bits;
 use crate::lights::{CulletLight, NoCulletLight};
-use crate::map::{Boxes, Frame, Map, Maps, Scratch, View, half_spaces};
+use crate::map::{Boxes, Frame, Map, Scratch, View, half_spaces};
 use crate::marks::{Marked, Marks};
 use crate::mirror::CulletScene;
 use crate::receivers::{Eyes, Receivers};
