@@ -116,7 +116,6 @@ pub(super) const OTHERS: &[Target] = &[
         probe: "command -v x86_64-w64-mingw32-gcc && command -v wine",
         packages: &["gcc-mingw-w64-x86-64", "wine", "wine64"],
         further: Further::Programs,
-        ..HOST
     },
 ];
 
