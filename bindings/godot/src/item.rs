@@ -14,18 +14,18 @@ pub(crate) struct Item {
     pub(crate) node: Gd<Node3D>,
     /// The node as one that Godot draws; a `GridMap` is none.
     pub(crate) drawn: Option<Drawn>,
-    /// Its instance in Godot's server.
+    /// Instance in Godot's server.
     pub(crate) rid: Rid,
     pub(crate) kind: Kind,
     pub(crate) look: Look,
     pub(crate) transform: Transform3D,
     pub(crate) is_visible: bool,
-    /// Its instance in the engine's scene.
+    /// Instance in the engine's scene.
     pub(crate) handle: Option<Handle>,
     /// The engine's mesh of that instance; `None` for a box.
     pub(crate) mesh: Option<MeshId>,
     pub(crate) parts: Vec<Part>,
-    /// Its occluder is being made.
+    /// Whether its occluder is being made.
     pub(crate) is_waiting: bool,
     pub(crate) mover: Option<Gd<CulletMover>>,
     pub(crate) on_changed: Option<(&'static str, Callable)>,

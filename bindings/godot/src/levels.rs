@@ -1,6 +1,6 @@
 //! Occluders of meshes that Godot draws coarser from afar.
 //!
-//! What hides must hide at every level, for which one is drawn is Godot's to choose. A box inside
+//! An occluder must hide at every level, for Godot chooses which one is drawn. A box inside
 //! of what one level seals off and inside of what another seals off is inside of both; so is the
 //! part that two boxes share. Boxes are made for each level by the baker, and what they share is
 //! kept.

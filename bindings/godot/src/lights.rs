@@ -5,7 +5,7 @@
 //! a caster that is missing at that moment would be missing for good. So all in the reach of a lamp
 //! stay.
 //!
-//! What stands behind another caster, as the sun sees it, is kept. Leaving it out was tried: it
+//! A caster that stands behind another, as the sun sees it, is kept. Leaving it out was tried: it
 //! halves what is left, but Godot cuts or flattens casters that reach beyond the near side of a map,
 //! and then shows what they hide.
 

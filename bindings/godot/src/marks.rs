@@ -24,7 +24,7 @@ pub(crate) struct CulletOccluder {
 #[godot_api]
 impl INode3D for CulletOccluder {}
 
-/// Its parent, and every node below that, hides nothing.
+/// Mark that keeps its parent, and every node below that, from hiding anything.
 #[derive(GodotClass)]
 #[class(init, base = Node3D)]
 pub(crate) struct NoCulletOccluder {
