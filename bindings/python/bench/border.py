@@ -15,23 +15,23 @@ import time
 
 import numpy as np
 
-import cullet
+import pycullet
 
 RUNS, TURNS = 200, 15
 
 
-def views(scene: cullet.Scene) -> dict[str, cullet.Camera]:
+def views(scene: pycullet.Scene) -> dict[str, pycullet.Camera]:
     size = (1280, 720)
     return {
-        "street": cullet.Camera.look_at((5, 1.7, 40), (5, 1.7, 0), size=size, far=4000),
-        "from above": cullet.Camera.look_at((0, 250, 900), (0, 0, 0), size=size, far=4000),
-        "all of it": cullet.Camera.look_at((0, 1500, 2600), (0, 0, 0), size=size, far=8000),
+        "street": pycullet.Camera.look_at((5, 1.7, 40), (5, 1.7, 0), size=size, far=4000),
+        "from above": pycullet.Camera.look_at((0, 250, 900), (0, 0, 0), size=size, far=4000),
+        "all of it": pycullet.Camera.look_at((0, 1500, 2600), (0, 0, 0), size=size, far=8000),
     }
 
 
 def main(program: str) -> None:
     spec = "city"
-    scene = cullet.Scene.builtin(spec)
+    scene = pycullet.Scene.builtin(spec)
     print(f"{scene.instance_count} instances; medians of {TURNS} turns of {RUNS} culls each, in microseconds")
     print(f"{'view':<12}{'visible':>9}{'Rust':>9}{'Python':>9}{'ratio':>8}")
     for name, camera in views(scene).items():

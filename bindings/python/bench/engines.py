@@ -22,8 +22,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import cullet
-from cullet import _native, distributed
+import pycullet
+from pycullet import _native, distributed
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 import test_distributed as tests  # noqa: E402
@@ -135,7 +135,7 @@ def main() -> None:
     first = statistics.median(rows["no adapter, one thread"])
     digest = hashlib.sha256(alone.sets).hexdigest()[:12]
     mean = first / alone.units
-    print(f"cullet {cullet.__version__}: {options.file}, {alone.units} units of {mean:.2f} s in the mean; sets {digest}")
+    print(f"cullet {pycullet.__version__}: {options.file}, {alone.units} units of {mean:.2f} s in the mean; sets {digest}")
     print(f"{'':<42}{'seconds':>9}{'times as fast':>15}{'after the loss':>16}")
     for words, seconds in ((words, statistics.median(took)) for words, took in rows.items()):
         base = words.removesuffix(", one lost in the middle")

@@ -21,7 +21,7 @@ import pyvista
 import trimesh
 import vtk
 
-import cullet
+import pycullet
 
 SIZE = (32, 20)
 # Poses that the others are timed on: the rest is reckoned from them.
@@ -50,14 +50,14 @@ def main(poses: int) -> None:
     file = pathlib.Path(os.environ["CULLET_DATA"]) / "intel-castle" / "intel-castle.glb"
     source = trimesh.load(file)
     assert isinstance(source, trimesh.Scene)
-    scene = cullet.Scene.from_trimesh(source, two_sided=True)
-    cameras = cullet.Cameras.along(scene, "walk", poses, size=SIZE)
+    scene = pycullet.Scene.from_trimesh(source, two_sided=True)
+    cameras = pycullet.Cameras.along(scene, "walk", poses, size=SIZE)
     # Eyes of the walk, one projection for all three.
     random = np.random.default_rng(1)
     eyes = cameras.eyes
     angles = random.uniform(0, 2 * np.pi, poses)
     targets = eyes + np.stack([np.sin(angles), np.zeros(poses), np.cos(angles)], 1)
-    cameras = cullet.Cameras.look_at(eyes, targets, size=SIZE, fov_y=FOV, near=0.1, far=FAR)
+    cameras = pycullet.Cameras.look_at(eyes, targets, size=SIZE, fov_y=FOV, near=0.1, far=FAR)
     print(f"{file.name}: {scene.instance_count} instances, {scene.triangle_count} triangles; {poses} poses")
 
     seconds: dict[str, float] = {}
@@ -114,7 +114,7 @@ def main(poses: int) -> None:
         inside = pyvista.wrap(selector.GetOutput())
         selected.append(np.unique(inside.cell_data["instance"]))
     seconds["pyvista, frustum"] = (time.perf_counter() - begin) * poses / some
-    frustum_only = scene.cull(cameras[:some], cullet.Culler("exact", output="instances", without=["occlusion"]))
+    frustum_only = scene.cull(cameras[:some], pycullet.Culler("exact", output="instances", without=["occlusion"]))
     for at in range(some):
         wider += int((~np.isin(selected[at], frustum_only[at])).sum())
     print(f"pyvista: {np.mean([len(s) for s in selected]):.1f} instances in the frustum on average; cullet's frustum lacks {wider} of them")

@@ -236,7 +236,7 @@ pub(crate) fn faces(value: &Bound<'_, PyAny>, name: &str, vertices: usize) -> Py
     Ok(indices)
 }
 
-/// Rows of plain data as a structured array; `dtype` is a name in `cullet._dtypes`.
+/// Rows of plain data as a structured array; `dtype` is a name in `pycullet._dtypes`.
 pub(crate) fn structured<'py, T: Pod>(
     py: Python<'py>,
     rows: &[T],
@@ -244,7 +244,7 @@ pub(crate) fn structured<'py, T: Pod>(
 ) -> PyResult<Bound<'py, PyAny>> {
     static DTYPES: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     let dtypes = DTYPES
-        .get_or_try_init(py, || Ok::<_, PyErr>(py.import("cullet._dtypes")?.into_any().unbind()))?;
+        .get_or_try_init(py, || Ok::<_, PyErr>(py.import("pycullet._dtypes")?.into_any().unbind()))?;
     let bytes = PyArray1::<u8>::from_slice(py, bytemuck::cast_slice(rows));
     bytes.call_method1("view", (dtypes.bind(py).getattr(dtype)?,))
 }

@@ -12,14 +12,14 @@ use crate::scene::PyScene;
 use crate::{value_error, whole};
 
 /// One camera: where it stands, what it projects, how many pixels, and which layers it sees. It never changes.
-#[pyclass(frozen, module = "cullet", name = "Camera")]
+#[pyclass(frozen, module = "pycullet", name = "Camera")]
 #[derive(Clone)]
 pub(crate) struct PyCamera {
     pub(crate) view: View,
 }
 
 /// Many cameras, for `Scene.cull` and the like. It is a sequence: ``cameras[3]`` is a `Camera`, a slice `Cameras`.
-#[pyclass(frozen, module = "cullet", name = "Cameras")]
+#[pyclass(frozen, module = "pycullet", name = "Cameras")]
 pub(crate) struct PyCameras {
     pub(crate) views: Vec<View>,
 }
@@ -208,7 +208,7 @@ impl PyCamera {
         &self,
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let rebuild = py.import("cullet._dtypes")?.getattr("rebuild_camera")?;
+        let rebuild = py.import("pycullet._dtypes")?.getattr("rebuild_camera")?;
         let args = (self.clip_from_world(py)?, self.size(), self.depth(), self.layers());
         Ok((rebuild, args.into_pyobject(py)?))
     }
@@ -219,9 +219,9 @@ impl PyCamera {
             (self.view.eye().map(|v| v + 0.0), self.view.viewport());
         match w == 0.0 {
             true => format!(
-                "<cullet.Camera orthographic from ({x:.4}, {y:.4}, {z:.4}), {width} x {height}>"
+                "<pycullet.Camera orthographic from ({x:.4}, {y:.4}, {z:.4}), {width} x {height}>"
             ),
-            false => format!("<cullet.Camera at ({x:.4}, {y:.4}, {z:.4}), {width} x {height}>"),
+            false => format!("<pycullet.Camera at ({x:.4}, {y:.4}, {z:.4}), {width} x {height}>"),
         }
     }
 }
@@ -339,7 +339,7 @@ impl PyCameras {
     }
 
     fn __repr__(&self) -> String {
-        format!("<cullet.Cameras: {}>", self.views.len())
+        format!("<pycullet.Cameras: {}>", self.views.len())
     }
 }
 
@@ -357,6 +357,6 @@ pub(crate) fn views(cameras: &Bound<'_, PyAny>) -> PyResult<(Vec<View>, bool)> {
     }
     let found = cameras.get_type().name()?;
     Err(PyTypeError::new_err(format!(
-        "camera must be a cullet.Camera or cullet.Cameras, not {found}; make one with cullet.Camera.look_at(eye, target)"
+        "camera must be a pycullet.Camera or pycullet.Cameras, not {found}; make one with pycullet.Camera.look_at(eye, target)"
     )))
 }

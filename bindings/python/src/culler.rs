@@ -6,7 +6,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 /// Settings of culling. They never change; the name of a preset stands for its settings wherever one is taken.
-#[pyclass(frozen, module = "cullet", name = "Culler")]
+#[pyclass(frozen, module = "pycullet", name = "Culler")]
 #[derive(Clone)]
 pub(crate) struct PyCuller {
     pub(crate) culler: Culler,
@@ -30,7 +30,7 @@ impl PyCuller {
     /// soonest; none drops anything visible.
     ///
     /// ``output`` is how deep the answer goes, ``reasons`` whether `Result.reasons` is kept, ``without`` the stages
-    /// that are left out, of `cullet.STAGES`. With ``min_pixels``, what is narrower and lower than that on the screen
+    /// that are left out, of `pycullet.STAGES`. With ``min_pixels``, what is narrower and lower than that on the screen
     /// is dropped too, which is the one setting that may lose something visible.
     #[new]
     #[pyo3(signature = (preset="balanced", *, output="clusters", reasons=false, without=Vec::new(), min_pixels=None))]
@@ -85,7 +85,7 @@ impl PyCuller {
     }
 
     fn __repr__(&self) -> String {
-        format!("<cullet.Culler {}: {}>", self.preset, self.stages().join(", "))
+        format!("<pycullet.Culler {}: {}>", self.preset, self.stages().join(", "))
     }
 }
 
@@ -100,6 +100,6 @@ pub(crate) fn culler(given: Option<&Bound<'_, PyAny>>) -> PyResult<Culler> {
     }
     let found = given.get_type().name()?;
     Err(PyTypeError::new_err(format!(
-        "culler must be a cullet.Culler or the name of a preset, not {found}"
+        "culler must be a pycullet.Culler or the name of a preset, not {found}"
     )))
 }

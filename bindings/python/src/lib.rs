@@ -1,7 +1,7 @@
-//! The native half of the Python package `cullet`: plain arrays in, plain arrays out, and the interpreter free to go on
+//! The native half of the Python package `pycullet`: plain arrays in, plain arrays out, and the interpreter free to go on
 //! while the engine works.
 //!
-//! What talks to trimesh, pyvista and notebooks is Python, beside this in `python/cullet`.
+//! What talks to trimesh, pyvista and notebooks is Python, beside this in `python/pycullet`.
 #![forbid(unsafe_code)]
 
 mod arrays;
@@ -24,9 +24,9 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
-create_exception!(cullet, FileError, PyValueError, "A file is of no known kind, or broken.");
+create_exception!(pycullet, FileError, PyValueError, "A file is of no known kind, or broken.");
 create_exception!(
-    cullet,
+    pycullet,
     StaleError,
     PyRuntimeError,
     "A result is of a scene as it was before it changed."

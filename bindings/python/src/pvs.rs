@@ -20,7 +20,7 @@ use crate::{FileError, value_error, whole};
 /// Visible sets of some cells, which are boxes that an eye may be in.
 ///
 /// Found by sampled lines, so not conservative: `missing` says how much is likely to be missing.
-#[pyclass(frozen, module = "cullet", name = "Pvs")]
+#[pyclass(frozen, module = "pycullet", name = "Pvs")]
 pub(crate) struct PyPvs {
     sets: SceneSets,
     /// Id of each handle, by the handle's index.
@@ -121,7 +121,7 @@ impl PyPvs {
     fn __repr__(&self) -> String {
         let [mean, _] = self.sets.stated_error();
         let (cells, share) = (self.sets.cells.len(), mean * 100.0);
-        format!("<cullet.Pvs: {cells} cells, {share:.3} % of looks estimated to miss something>")
+        format!("<pycullet.Pvs: {cells} cells, {share:.3} % of looks estimated to miss something>")
     }
 }
 
@@ -219,7 +219,7 @@ impl PyScene {
         }
         let pvs = pvs
             .cast::<PyPvs>()
-            .map_err(|_| PyTypeError::new_err("pvs must be a cullet.Pvs, or None for no sets"))?;
+            .map_err(|_| PyTypeError::new_err("pvs must be a pycullet.Pvs, or None for no sets"))?;
         let sets = pvs.get().sets.clone();
         let placed = py.detach(|| sets.place_in(&mut self.model.scene)).map_err(value_error)?;
         self.model.placed = Some(placed);

@@ -16,7 +16,7 @@ use crate::{StaleError, draw, whole};
 /// Characters of names in a structured array.
 const NAME: usize = 10;
 
-/// A row of a funnel as `cullet._dtypes` describes it.
+/// A row of a funnel as `pycullet._dtypes` describes it.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Row {
@@ -149,7 +149,7 @@ pub(crate) fn many(
 
 /// Visible instances of one camera: everything it sees is among them. In a notebook it shows both
 /// pictures and the funnel.
-#[pyclass(frozen, module = "cullet", name = "Result")]
+#[pyclass(frozen, module = "pycullet", name = "Result")]
 pub(crate) struct PyResultOne {
     scene: Py<PyScene>,
     version: u64,
@@ -224,20 +224,20 @@ impl PyResultOne {
     fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         if self.culler.output != Output::Triangles {
             return Err(pyo3::exceptions::PyAttributeError::new_err(
-                "triangles are listed where they were asked for: cull with cullet.Culler(output=\"triangles\")",
+                "triangles are listed where they were asked for: cull with pycullet.Culler(output=\"triangles\")",
             ));
         }
         structured(py, &self.answer.triangles, "TRIANGLES")
     }
 
-    /// Number of the ``stage`` in `cullet.STAGES` that dropped each id, from 1, and a ``detail``
+    /// Number of the ``stage`` in `pycullet.STAGES` that dropped each id, from 1, and a ``detail``
     /// (for the frustum, which plane); 0 for a visible instance. Raises `AttributeError` unless the
     /// culler keeps ``reasons``.
     #[getter]
     fn reasons<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         if !self.culler.reasons {
             return Err(pyo3::exceptions::PyAttributeError::new_err(
-                "reasons are kept where they were asked for: cull with cullet.Culler(reasons=True)",
+                "reasons are kept where they were asked for: cull with pycullet.Culler(reasons=True)",
             ));
         }
         structured(py, &self.answer.reasons, "REASONS")
@@ -286,7 +286,7 @@ impl PyResultOne {
     }
 
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
-        slf.py().import("cullet._html")?.call_method1("of_result", (slf,))?.extract()
+        slf.py().import("pycullet._html")?.call_method1("of_result", (slf,))?.extract()
     }
 
     /// How many instances are visible.
@@ -297,12 +297,12 @@ impl PyResultOne {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let (seen, triangles) = (self.visible.bind(py).len()?, self.answer.triangle_count);
         let of = self.answer.funnel.first().map_or(0, |row| row.counts[0]);
-        Ok(format!("<cullet.Result: {seen} of {of} instances visible, {triangles} triangles>"))
+        Ok(format!("<pycullet.Result: {seen} of {of} instances visible, {triangles} triangles>"))
     }
 }
 
 /// Visible instances of many cameras. ``results[i]`` has the ids of camera i, ascending.
-#[pyclass(frozen, module = "cullet", name = "Results")]
+#[pyclass(frozen, module = "pycullet", name = "Results")]
 pub(crate) struct PyResults {
     answers: Vec<Answer>,
     /// How many ids there were.
@@ -381,7 +381,7 @@ impl PyResults {
         let (cameras, ids) = (self.answers.len(), self.count);
         let mean = seen as f64 / cameras.max(1) as f64;
         format!(
-            "<cullet.Results: {cameras} cameras, {mean:.1} of {ids} instances visible on average>"
+            "<pycullet.Results: {cameras} cameras, {mean:.1} of {ids} instances visible on average>"
         )
     }
 }

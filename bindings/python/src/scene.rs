@@ -17,8 +17,8 @@ use crate::{FileError, value_error, whole};
 /// The id of no instance.
 pub(crate) const NO_ID: u32 = u32::MAX;
 
-/// Native part of `cullet.Scene`.
-#[pyclass(subclass, module = "cullet", name = "Scene")]
+/// Native part of `pycullet.Scene`.
+#[pyclass(subclass, module = "pycullet", name = "Scene")]
 #[derive(Default)]
 pub(crate) struct PyScene {
     pub(crate) model: Model,

@@ -12,7 +12,7 @@ use crate::jobs::{interruptible, on_threads};
 use crate::scene::{NO_ID, PyScene};
 use crate::{camera, culler, whole};
 
-/// Visible triangle that was dropped, as `cullet._dtypes` describes it.
+/// Visible triangle that was dropped, as `pycullet._dtypes` describes it.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct FalseCull {
@@ -25,7 +25,7 @@ struct FalseCull {
     stage: u32,
 }
 
-/// Figures of a view, as `cullet._dtypes` describes them.
+/// Figures of a view, as `pycullet._dtypes` describes them.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Figures {

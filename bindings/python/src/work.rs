@@ -1,4 +1,4 @@
-//! Long bakes as units that other processes run: what `cullet.distributed` stands on.
+//! Long bakes as units that other processes run: what `pycullet.distributed` stands on.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -53,7 +53,7 @@ pub(crate) fn content_hash(py: Python<'_>, scene: &str) -> PyResult<Option<u64>>
 }
 
 /// A folder of finished units, as `cullet pvs --units` has it.
-#[pyclass(frozen, module = "cullet", name = "UnitFolder")]
+#[pyclass(frozen, module = "pycullet", name = "UnitFolder")]
 pub(crate) struct PyUnitFolder {
     folder: UnitFolder,
     path: PathBuf,
@@ -112,7 +112,7 @@ impl PyUnitFolder {
 }
 
 /// Result of a job.
-#[pyclass(frozen, module = "cullet", name = "Made")]
+#[pyclass(frozen, module = "pycullet", name = "Made")]
 pub(crate) struct PyMade(Made);
 
 #[pymethods]
@@ -146,12 +146,12 @@ impl PyMade {
 
     fn __repr__(&self) -> String {
         let Made { cells, targets, visible_pairs, .. } = &self.0;
-        format!("<cullet.Made: {cells} cells, {targets} targets, {visible_pairs} pairs are seen>")
+        format!("<pycullet.Made: {cells} cells, {targets} targets, {visible_pairs} pairs are seen>")
     }
 }
 
 /// A planned bake that is held open while its units are run here and elsewhere.
-#[pyclass(frozen, module = "cullet", name = "Job")]
+#[pyclass(frozen, module = "pycullet", name = "Job")]
 pub(crate) struct PyJob(Mutex<Option<Job>>);
 
 impl PyJob {

@@ -8,7 +8,7 @@ import pathlib
 import numpy as np
 import pytest
 
-import cullet
+import pycullet
 
 QUAD = (
     np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32),
@@ -23,9 +23,9 @@ def place(x: float, y: float, z: float, scale: float = 1.0) -> np.ndarray[tuple[
 
 
 @pytest.fixture
-def wall() -> cullet.Scene:
+def wall() -> pycullet.Scene:
     """Ids: 0 the wall, 1 before it, 2 behind it, 3 beside the picture."""
-    scene = cullet.Scene()
+    scene = pycullet.Scene()
     scene.add(*QUAD, place(0, 0, -5, 50), name="wall")
     scene.add(*QUAD, np.stack([place(0, 0, -4), place(0, 0, -9), place(500, 0, -4)]), name="plate")
     scene.commit()
@@ -33,13 +33,13 @@ def wall() -> cullet.Scene:
 
 
 @pytest.fixture
-def ahead() -> cullet.Camera:
-    return cullet.Camera.look_at((0, 0, 0), (0, 0, -1), size=(320, 200))
+def ahead() -> pycullet.Camera:
+    return pycullet.Camera.look_at((0, 0, 0), (0, 0, -1), size=(320, 200))
 
 
 @pytest.fixture(scope="session")
-def city() -> cullet.Scene:
-    return cullet.Scene.builtin("city:cells=8,objects=300")
+def city() -> pycullet.Scene:
+    return pycullet.Scene.builtin("city:cells=8,objects=300")
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from conftest import QUAD, place
 
-import cullet
+import pycullet
 
 VERTICES, FACES = QUAD
 
@@ -39,7 +39,7 @@ VERTICES, FACES = QUAD
     ],
 )
 def test_meshes_that_are_none_are_refused(vertices: Any, faces: Any, error: type[Exception], message: str) -> None:
-    scene = cullet.Scene()
+    scene = pycullet.Scene()
     with pytest.raises(error, match=message):
         scene.add(vertices, faces)
     assert (scene.mesh_count, scene.instance_count) == (0, 0)
@@ -56,7 +56,7 @@ def test_meshes_that_are_none_are_refused(vertices: Any, faces: Any, error: type
     ],
 )
 def test_transforms_that_are_none_are_refused(transforms: Any, error: type[Exception], message: str) -> None:
-    scene = cullet.Scene()
+    scene = pycullet.Scene()
     with pytest.raises(error, match=message):
         scene.add(VERTICES, FACES, transforms)
     assert scene.instance_count == 0
@@ -65,7 +65,7 @@ def test_transforms_that_are_none_are_refused(transforms: Any, error: type[Excep
         scene.set_transforms(np.zeros(len(transforms) if transforms.ndim == 3 else 1, int), transforms)
 
 
-def test_whatever_lies_in_memory_as_it_likes_is_read(ahead: cullet.Camera) -> None:
+def test_whatever_lies_in_memory_as_it_likes_is_read(ahead: pycullet.Camera) -> None:
     far = VERTICES + np.array([0, 0, -5], np.float32)
     steps = np.repeat(far, 2, axis=0)[::2]
     fortran = np.asfortranarray(far)
@@ -74,12 +74,12 @@ def test_whatever_lies_in_memory_as_it_likes_is_read(ahead: cullet.Camera) -> No
     packed = np.zeros(4, [("byte", "u1"), ("point", "f4", 3)])
     packed["point"] = far
     for vertices in (steps, fortran, read_only, packed["point"], far[::-1][::-1], far.tolist()):
-        scene = cullet.Scene.from_arrays(vertices, FACES[:, ::1].astype(np.int16))
+        scene = pycullet.Scene.from_arrays(vertices, FACES[:, ::1].astype(np.int16))
         assert scene.cull(ahead).visible.tolist() == [0]
         assert np.array_equal(scene.mesh(0)[0], far) and np.array_equal(scene.mesh(0)[1], FACES)
 
 
-def test_masks_go_into_arrays_that_can_be_written(wall: cullet.Scene, ahead: cullet.Camera) -> None:
+def test_masks_go_into_arrays_that_can_be_written(wall: pycullet.Scene, ahead: pycullet.Camera) -> None:
     result = wall.cull(ahead, "exact")
     out = np.ones(4, bool)
     assert result.mask(out) is out and out.tolist() == [True, True, False, False]
@@ -97,7 +97,7 @@ def test_masks_go_into_arrays_that_can_be_written(wall: cullet.Scene, ahead: cul
         result.mask(np.ones(4))  # type: ignore[arg-type]
     with pytest.raises(TypeError, match=r"array of bool of the shape \(4,\), not list"):
         result.mask([True] * 4)  # type: ignore[arg-type]
-    many = wall.cull(cullet.Cameras.look_at(np.zeros((2, 3)), (0, 0, -1)))
+    many = wall.cull(pycullet.Cameras.look_at(np.zeros((2, 3)), (0, 0, -1)))
     with pytest.raises(ValueError, match=r"out has the shape \(4,\); it must be \(2, 4\)"):
         many.mask(np.ones(4, bool))
     assert read_only.all()
@@ -123,52 +123,52 @@ def test_masks_go_into_arrays_that_can_be_written(wall: cullet.Scene, ahead: cul
 def test_cameras_that_see_nothing_are_refused(words: dict[str, Any], message: str) -> None:
     eye = words.pop("eye", (0, 0, 0))
     with pytest.raises(ValueError, match=message):
-        cullet.Camera.look_at(eye, (0, 0, -1), **words)
+        pycullet.Camera.look_at(eye, (0, 0, -1), **words)
 
 
 def test_matrices_that_show_nothing_are_refused() -> None:
     for matrix, message in ((np.zeros((4, 4)), "singular"), (np.full((4, 4), np.nan), "not finite")):
         with pytest.raises(ValueError, match=message):
-            cullet.Camera.from_matrix(matrix, size=(64, 64))
+            pycullet.Camera.from_matrix(matrix, size=(64, 64))
     with pytest.raises(ValueError, match=r"\(2, 4, 4\); it must be \(4, 4\)"):
-        cullet.Camera.from_matrix(np.stack([np.eye(4)] * 2), size=(64, 64))
+        pycullet.Camera.from_matrix(np.stack([np.eye(4)] * 2), size=(64, 64))
     with pytest.raises(ValueError, match="camera 1: .*singular"):
-        cullet.Cameras.from_matrices(np.stack([np.eye(4), np.zeros((4, 4))]), size=(64, 64))
+        pycullet.Cameras.from_matrices(np.stack([np.eye(4), np.zeros((4, 4))]), size=(64, 64))
     with pytest.raises(ValueError, match='depth is "opengl"'):
-        cullet.Camera.from_matrix(np.eye(4), size=(64, 64), depth="opengl")  # type: ignore[arg-type]
+        pycullet.Camera.from_matrix(np.eye(4), size=(64, 64), depth="opengl")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"targets has the shape \(2, 3\); it must be \(3, 3\)"):
-        cullet.Cameras.look_at(np.zeros((3, 3)), np.ones((2, 3)))
+        pycullet.Cameras.look_at(np.zeros((3, 3)), np.ones((2, 3)))
 
 
-def test_empty_scenes_answer_with_nothing(ahead: cullet.Camera) -> None:
-    empty = cullet.Scene()
+def test_empty_scenes_answer_with_nothing(ahead: pycullet.Camera) -> None:
+    empty = pycullet.Scene()
     result = empty.cull(ahead)
     assert result.visible.tolist() == [] and result.mask().shape == (0,) and len(result.funnel) > 0
     assert empty.bounds is None and empty.verify(ahead) and (empty.render(ahead).ids == -1).all()
     assert "0 of 0" in repr(result) and "<table" in result._repr_html_()
-    assert len(empty.cull(cullet.Cameras.look_at(np.zeros((0, 3)), (0, 0, -1)))) == 0
+    assert len(empty.cull(pycullet.Cameras.look_at(np.zeros((0, 3)), (0, 0, -1)))) == 0
     with pytest.raises(ValueError, match="no instance"):
         empty.report()
     with pytest.raises(ValueError, match="nothing to see"):
         empty.bake_pvs()
-    nothing = cullet.Scene.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int))
+    nothing = pycullet.Scene.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int))
     assert nothing.cull(ahead).triangle_count == 0
 
 
-def test_things_that_are_no_camera_culler_or_id_are_named(wall: cullet.Scene, ahead: cullet.Camera) -> None:
+def test_things_that_are_no_camera_culler_or_id_are_named(wall: pycullet.Scene, ahead: pycullet.Camera) -> None:
     bad: Any = np.eye(4)
-    with pytest.raises(TypeError, match="cullet.Camera or cullet.Cameras, not ndarray; make one"):
+    with pytest.raises(TypeError, match="pycullet.Camera or pycullet.Cameras, not ndarray; make one"):
         wall.cull(bad)
     bad = 3
-    with pytest.raises(TypeError, match="cullet.Culler or the name of a preset, not int"):
+    with pytest.raises(TypeError, match="pycullet.Culler or the name of a preset, not int"):
         wall.cull(ahead, bad)
     bad = "best"
     with pytest.raises(ValueError, match='no preset "best"; there are "exact"'):
         wall.cull(ahead, bad)
     with pytest.raises(ValueError, match='no stage "frustrum"; there are layer, frustum'):
-        cullet.Culler(without=["frustrum"])
+        pycullet.Culler(without=["frustrum"])
     with pytest.raises(ValueError, match="min_pixels is -1"):
-        cullet.Culler(min_pixels=-1)
+        pycullet.Culler(min_pixels=-1)
     with pytest.raises(IndexError, match="ids is -1; it must be from 0"):
         wall.remove(-1)
     with pytest.raises(IndexError, match="ids has -1 at 1; it must be from 0"):
@@ -180,8 +180,8 @@ def test_things_that_are_no_camera_culler_or_id_are_named(wall: cullet.Scene, ah
 
 
 @pytest.mark.parametrize("number", [-1, 4, 2**32, 2**64, -(10**40), 10**40])
-def test_numbers_that_name_nothing_are_named(wall: cullet.Scene, ahead: cullet.Camera, number: int) -> None:
-    cameras = cullet.Cameras.look_at(np.zeros((3, 3)), (0, 0, -1))
+def test_numbers_that_name_nothing_are_named(wall: pycullet.Scene, ahead: pycullet.Camera, number: int) -> None:
+    cameras = pycullet.Cameras.look_at(np.zeros((3, 3)), (0, 0, -1))
     instance = rf"no instance {number}; ids of this scene are at least 0 and below 4"
     mesh = rf"no mesh {number}; the scene has 2"
     camera = rf"no camera {number}; there are 3"
@@ -204,21 +204,21 @@ def test_numbers_that_name_nothing_are_named(wall: cullet.Scene, ahead: cullet.C
 
 @pytest.mark.parametrize("number", [-1, 2**64, -(10**40), 10**40])
 def test_whole_numbers_that_are_out_of_range_are_named(
-    wall: cullet.Scene, ahead: cullet.Camera, number: int
+    wall: pycullet.Scene, ahead: pycullet.Camera, number: int
 ) -> None:
     eye, target, eyes = (0, 0, 0), (0, 0, -1), np.zeros((2, 3))
     words: dict[str, Any] = {"height": 1, "near": 0.1, "far": 9}
     calls: list[tuple[str, Callable[[], object]]] = [
-        ("layers", lambda: cullet.Camera.look_at(eye, target, layers=number)),
-        ("layers", lambda: cullet.Camera.orthographic(eye, target, layers=number, **words)),
-        ("layers", lambda: cullet.Camera.from_matrix(np.eye(4), size=(64, 64), layers=number)),
-        ("layers", lambda: cullet.Cameras.look_at(eyes, target, layers=number)),
-        ("layers", lambda: cullet.Cameras.from_matrices(np.eye(4), size=(64, 64), layers=number)),
+        ("layers", lambda: pycullet.Camera.look_at(eye, target, layers=number)),
+        ("layers", lambda: pycullet.Camera.orthographic(eye, target, layers=number, **words)),
+        ("layers", lambda: pycullet.Camera.from_matrix(np.eye(4), size=(64, 64), layers=number)),
+        ("layers", lambda: pycullet.Cameras.look_at(eyes, target, layers=number)),
+        ("layers", lambda: pycullet.Cameras.from_matrices(np.eye(4), size=(64, 64), layers=number)),
         ("layers", lambda: wall.add(VERTICES, FACES, layers=number)),
         ("layers", lambda: wall.add_instances(0, layers=number)),
         ("layers", lambda: wall.set_layers(0, number)),
-        ("count", lambda: cullet.Cameras.along(wall, "walk", number)),
-        ("seed", lambda: cullet.Cameras.along(wall, "walk", 1, seed=number)),
+        ("count", lambda: pycullet.Cameras.along(wall, "walk", number)),
+        ("seed", lambda: pycullet.Cameras.along(wall, "walk", 1, seed=number)),
         ("threads", lambda: wall.cull(ahead, threads=number)),
         ("samples", lambda: wall.verify(ahead, samples=number)),
         ("seed", lambda: wall.verify(ahead, seed=number)),
@@ -235,7 +235,7 @@ def test_whole_numbers_that_are_out_of_range_are_named(
             call()
 
 
-def test_numbers_of_another_type_are_named(wall: cullet.Scene, ahead: cullet.Camera) -> None:
+def test_numbers_of_another_type_are_named(wall: pycullet.Scene, ahead: pycullet.Camera) -> None:
     bad: Any = 1.0
     with pytest.raises(TypeError, match="id must be an integer, not float"):
         wall.explain(ahead, bad)
@@ -243,15 +243,15 @@ def test_numbers_of_another_type_are_named(wall: cullet.Scene, ahead: cullet.Cam
         wall.mesh(bad)
     with pytest.raises(TypeError, match="layers"):
         wall.set_layers(0, bad)
-    with pytest.raises(TypeError, match="cullet.Camera or cullet.Cameras, not float"):
+    with pytest.raises(TypeError, match="pycullet.Camera or pycullet.Cameras, not float"):
         wall.report(bad)
     bad = np.uint8(1)
     assert wall.name(bad) == wall.name(1)
 
 
-def test_what_is_done_to_an_array_afterwards_changes_nothing(ahead: cullet.Camera) -> None:
+def test_what_is_done_to_an_array_afterwards_changes_nothing(ahead: pycullet.Camera) -> None:
     vertices = VERTICES + np.array([0, 0, -5], np.float32)
-    scene = cullet.Scene.from_arrays(vertices, FACES)
+    scene = pycullet.Scene.from_arrays(vertices, FACES)
     vertices[:] = np.nan
     assert scene.cull(ahead).visible.tolist() == [0]
     result = scene.cull(ahead)
@@ -259,25 +259,25 @@ def test_what_is_done_to_an_array_afterwards_changes_nothing(ahead: cullet.Camer
     assert result.mask().tolist() == [False] and scene.cull(ahead).visible.tolist() == [0]
 
 
-def test_results_know_that_their_scene_has_changed(wall: cullet.Scene, ahead: cullet.Camera) -> None:
+def test_results_know_that_their_scene_has_changed(wall: pycullet.Scene, ahead: pycullet.Camera) -> None:
     result = wall.cull(ahead)
     assert result._repr_html_().count("<img") == 2
     wall.remove(0)
-    with pytest.raises(cullet.StaleError, match="cull again"):
+    with pytest.raises(pycullet.StaleError, match="cull again"):
         result.pictures()
     assert "cull again" in result._repr_html_() and result.visible.tolist()[:2] == [0, 1]
 
 
 def test_files_that_are_none_are_named(tmp_path: pathlib.Path) -> None:
     with pytest.raises(FileNotFoundError, match="there is no file .*nothing.glb"):
-        cullet.Scene.open(tmp_path / "nothing.glb")
+        pycullet.Scene.open(tmp_path / "nothing.glb")
     junk = tmp_path / "junk.glb"
     junk.write_bytes(b"junk")
-    with pytest.raises(cullet.FileError, match="junk.glb"):
-        cullet.Scene.open(junk)
+    with pytest.raises(pycullet.FileError, match="junk.glb"):
+        pycullet.Scene.open(junk)
     with pytest.raises(OSError, match="written"):
-        cullet.Scene.builtin("solids").save(tmp_path / "no" / "a.glb")
+        pycullet.Scene.builtin("solids").save(tmp_path / "no" / "a.glb")
     with pytest.raises(ValueError, match="city"):
-        cullet.Scene.builtin("citty")
+        pycullet.Scene.builtin("citty")
     with pytest.raises(ValueError, match='up is "x"'):
-        cullet.Scene.open(junk, up="x")  # type: ignore[arg-type]
+        pycullet.Scene.open(junk, up="x")  # type: ignore[arg-type]

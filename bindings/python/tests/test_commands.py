@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from cullet import distributed
+from pycullet import distributed
 
 # A command that works in units: a share leaves a file, and the end joins all that lie there.
 _COMMAND = """
@@ -95,7 +95,7 @@ def test_a_program_that_is_not_there_is_named(tmp_path: Path) -> None:
 def test_views_of_a_scene_are_verified_in_shares(tmp_path: Path) -> None:
     program = os.environ["CULLET_PROGRAM"]
     words = [program, "verify", "city:cells=3,objects=40", "--views", "6", "--size", "160x90", "--samples", "1"]
-    run = [sys.executable, "-m", "cullet.distributed", "run", "--processes", "2", "--shares", "3"]
+    run = [sys.executable, "-m", "pycullet.distributed", "run", "--processes", "2", "--shares", "3"]
     done = subprocess.run(
         [*run, "--units", str(tmp_path / "units"), *words], capture_output=True, text=True, check=False
     )

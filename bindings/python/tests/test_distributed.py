@@ -17,8 +17,8 @@ from typing import Any
 
 import pytest
 
-from cullet import FileError, _native, distributed
-from cullet.distributed import _driver, _worker
+from pycullet import FileError, _native, distributed
+from pycullet.distributed import _driver, _worker
 
 SCENE = "city:objects=150"
 SETTINGS: dict[str, Any] = {"view_cells": 10, "heights": (0.5, 3.0), "rays": 400_000}
@@ -306,7 +306,7 @@ def test_a_unit_that_always_fails_is_named_and_the_rest_is_kept(
 
 def _command(folder: Path, *words: str) -> list[str]:
     sizes = ["--view-cells", "10", "--heights", "0.5", "3", "--rays", "400000"]
-    start = [sys.executable, "-m", "cullet.distributed", "pvs", SCENE, *sizes]
+    start = [sys.executable, "-m", "pycullet.distributed", "pvs", SCENE, *sizes]
     return [*start, "--folder", str(folder), *words]
 
 
@@ -339,7 +339,7 @@ def test_a_full_disk_is_named_and_leaves_nothing_torn(tmp_path: Path) -> None:
 
 
 def test_the_command_says_what_is_wrong(tmp_path: Path) -> None:
-    start = [sys.executable, "-m", "cullet.distributed"]
+    start = [sys.executable, "-m", "pycullet.distributed"]
 
     def run(*words: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run([*start, *words], capture_output=True, text=True, cwd=tmp_path)

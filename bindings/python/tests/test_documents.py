@@ -12,7 +12,7 @@ import sys
 
 import pytest
 
-import cullet
+import pycullet
 
 HERE = pathlib.Path(__file__).resolve().parent.parent
 CHAPTER = HERE.parent.parent / "docs" / "src" / "python.md"
@@ -42,7 +42,7 @@ def test_the_first_program_is_ten_lines_at_most() -> None:
 
 
 def test_examples_in_docstrings_hold() -> None:
-    assert doctest.testmod(cullet).failed == 0 and doctest.testmod(cullet).attempted > 3
+    assert doctest.testmod(pycullet).failed == 0 and doctest.testmod(pycullet).attempted > 3
 
 
 def test_the_notebook_runs_and_shows_pictures() -> None:
@@ -57,7 +57,7 @@ def test_the_notebook_runs_and_shows_pictures() -> None:
 
 
 def test_all_that_is_public_is_documented() -> None:
-    stub = pathlib.Path(cullet.__file__).parent
+    stub = pathlib.Path(pycullet.__file__).parent
     bare = []
     for file in ("_native.pyi", "_scene.py", "_answers.py", "_report.py"):
         for node in ast.parse((stub / file).read_text(encoding="utf-8")).body:
@@ -77,8 +77,8 @@ def test_all_that_is_public_is_documented() -> None:
 
 def test_stubs_name_what_there_is() -> None:
     """Every method that the stub promises is there, and the other way round."""
-    tree = ast.parse((pathlib.Path(cullet.__file__).parent / "_native.pyi").read_text(encoding="utf-8"))
-    native = sys.modules["cullet._native"]
+    tree = ast.parse((pathlib.Path(pycullet.__file__).parent / "_native.pyi").read_text(encoding="utf-8"))
+    native = sys.modules["pycullet._native"]
     for node in tree.body:
         if not isinstance(node, ast.ClassDef):
             continue
@@ -90,7 +90,7 @@ def test_stubs_name_what_there_is() -> None:
 
 def test_help_says_what_the_stub_says() -> None:
     for name in ("cull", "set_transforms", "bake_pvs"):
-        text = getattr(cullet.Scene, name).__doc__
+        text = getattr(pycullet.Scene, name).__doc__
         assert text and len(text) > 60, name
 
 

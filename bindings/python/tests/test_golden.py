@@ -8,7 +8,7 @@ import pathlib
 import numpy as np
 import pytest
 
-import cullet
+import pycullet
 
 
 @pytest.mark.parametrize("data", ["CULLET_GOLDEN"], indirect=True)
@@ -16,11 +16,11 @@ def test_baked_files_give_the_answers_of_every_host(data: pathlib.Path) -> None:
     golden = json.loads((data / "golden.json").read_text())
     assert len(golden["scenes"]) == 5
     for expected in golden["scenes"]:
-        scene = cullet.Scene.open(data / expected["file"])
+        scene = pycullet.Scene.open(data / expected["file"])
         assert scene.instance_count == expected["instances"]
         for number, view in enumerate(expected["views"]):
             matrix = np.array(view["clip_from_world"]).reshape(4, 4).T
-            camera = cullet.Camera.from_matrix(matrix, size=tuple(view["viewport"]), depth="reversed")
+            camera = pycullet.Camera.from_matrix(matrix, size=tuple(view["viewport"]), depth="reversed")
             # Each twice: what a view remembers changes no answer.
             for _ in range(2):
                 result = scene.cull(camera, view["preset"])

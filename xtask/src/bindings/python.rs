@@ -118,8 +118,8 @@ fn build_and_test(python: &str, tools: &Path) -> Done {
     let fresh = target().join("python-fresh");
     environment(python, &fresh)?;
     pip(&fresh, &[wheel])?;
-    let first = "import cullet; scene = cullet.Scene.builtin('solids'); \
-                 camera = cullet.Cameras.along(scene, 'orbit', 1)[0]; assert scene.verify(camera); print(scene)";
+    let first = "import pycullet; scene = pycullet.Scene.builtin('solids'); \
+                 camera = pycullet.Cameras.along(scene, 'orbit', 1)[0]; assert scene.verify(camera); print(scene)";
     run(command(&program(&fresh, "python").to_string_lossy(), &["-c", first]))?;
 
     pip(tools, &["--force-reinstall", "--no-deps", wheel])?;
@@ -154,7 +154,7 @@ fn sdist_is_whole(files: &[String]) -> Done {
     for part in [
         "/bindings/python/src/lib.rs",
         "/crates/cullet/src/lib.rs",
-        "/python/cullet/py.typed",
+        "/python/pycullet/py.typed",
         "/PKG-INFO",
     ] {
         if !list.lines().any(|line| line.ends_with(part)) {

@@ -187,7 +187,7 @@ class Processes:
 
 
 class Ray:
-    """A Ray cluster: at an address, or one that is started on this machine. Needs ``cullet[ray]``.
+    """A Ray cluster: at an address, or one that is started on this machine. Needs ``pycullet[ray]``.
 
     Ray refuses 127.0.0.1; give the address that ``ray start`` prints. Its own repetition of tasks is switched off, for the driver
     repeats what was lost on every engine alike.
@@ -244,7 +244,7 @@ class Ray:
 class Dask:
     """A Dask cluster: at the address of its scheduler, a ``distributed.Client``, or workers started on this machine.
 
-    Needs ``cullet[dask]``.
+    Needs ``pycullet[dask]``.
     """
 
     def __init__(self, address: Any = None) -> None:

@@ -53,7 +53,7 @@ class Scene(_native.Scene):
 
     @classmethod
     def builtin(cls, spec: str = "city") -> Scene:
-        """A scene made by rule, such as ``"city"`` or ``"forest:n=600"``; `cullet.BUILTIN_SCENES` has the names."""
+        """A scene made by rule, such as ``"city"`` or ``"forest:n=600"``; `pycullet.BUILTIN_SCENES` has the names."""
         scene = cls()
         scene._build(spec)
         return scene
@@ -305,7 +305,7 @@ class Scene(_native.Scene):
     def __repr__(self) -> str:
         name = f" {self.title}" if self.title else ""
         return (
-            f"<cullet.Scene{name}: {self.instance_count} instances of {self.mesh_count} meshes, "
+            f"<pycullet.Scene{name}: {self.instance_count} instances of {self.mesh_count} meshes, "
             f"{self.triangle_count} triangles>"
         )
 

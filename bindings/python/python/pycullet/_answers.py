@@ -16,7 +16,7 @@ class Step:
     """What one stage found of an instance."""
 
     stage: str
-    """Its name, one of `cullet.STAGES`."""
+    """Its name, one of `pycullet.STAGES`."""
     unit: str
     """What it tested: ``instances``, ``clusters`` or ``triangles``."""
     entered: int
@@ -107,7 +107,7 @@ class Verification:
     false_culls: npt.NDArray[Any]
     """What is visible and was dropped, which is nothing unless the engine has a fault or a lossy stage is on:
     ``camera``, ``id``, ``triangle`` (−1 for an instance that is seen between pixels alone), pixel ``x`` and ``y``, and
-    the number of the stage in `cullet.STAGES`, from 1."""
+    the number of the stage in `pycullet.STAGES`, from 1."""
 
     @property
     def ok(self) -> bool:
@@ -140,7 +140,7 @@ class Verification:
     def __repr__(self) -> str:
         end = "nothing visible was lost" if self.ok else f"{len(self.false_culls)} visible triangles were lost"
         return (
-            f"<cullet.Verification of {len(self.figures)} cameras: {end}; "
+            f"<pycullet.Verification of {len(self.figures)} cameras: {end}; "
             f"{self.all} triangles, {self.kept} kept, {self.visible} visible, tightness {self.tightness:.2f}>"
         )
 

@@ -1,8 +1,8 @@
 """Finds what a 3D scene draws for nothing, and proves that nothing visible was lost.
 
->>> import cullet
->>> scene = cullet.Scene.builtin("city")
->>> camera = cullet.Camera.look_at(eye=(5, 1.7, 40), target=(5, 1.7, 0), size=(640, 400))
+>>> import pycullet
+>>> scene = pycullet.Scene.builtin("city")
+>>> camera = pycullet.Camera.look_at(eye=(5, 1.7, 40), target=(5, 1.7, 0), size=(640, 400))
 >>> result = scene.cull(camera)
 >>> bool(len(result.visible) < scene.instance_count)
 True

@@ -1,4 +1,4 @@
-"""``python -m cullet.distributed``: a bake on this machine's processes, on Ray or on Dask."""
+"""``python -m pycullet.distributed``: a bake on this machine's processes, on Ray or on Dask."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from . import Dask, Engine, Here, Processes, Ray, SharesFailed, UnitsFailed, pla
 
 _EXAMPLES = """\
 examples
-  python -m cullet.distributed pvs map.bsp                               on all processors of this machine
-  python -m cullet.distributed pvs map.bsp -o baked.bsp --ray 10.0.0.1:6379
-  python -m cullet.distributed pvs map.bsp --dask tcp://10.0.0.1:8786
-  python -m cullet.distributed pvs city --view-cells 1000 --heights 1 2.5 --ray local
-  python -m cullet.distributed pvs map.bsp --folder units                goes on where it was stopped
-  python -m cullet.distributed run --ray local --units /shared/city cullet bake city.glb -o baked.glb
-  python -m cullet.distributed run --units views cullet verify city.glb --views 1000
+  python -m pycullet.distributed pvs map.bsp                               on all processors of this machine
+  python -m pycullet.distributed pvs map.bsp -o baked.bsp --ray 10.0.0.1:6379
+  python -m pycullet.distributed pvs map.bsp --dask tcp://10.0.0.1:8786
+  python -m pycullet.distributed pvs city --view-cells 1000 --heights 1 2.5 --ray local
+  python -m pycullet.distributed pvs map.bsp --folder units                goes on where it was stopped
+  python -m pycullet.distributed run --ray local --units /shared/city cullet bake city.glb -o baked.glb
+  python -m pycullet.distributed run --units views cullet verify city.glb --views 1000
 
 exit codes
   0 fine    1 units failed each time; the rest is kept    2 wrong usage
@@ -30,7 +30,7 @@ exit codes
 
 def _arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        "python -m cullet.distributed",
+        "python -m pycullet.distributed",
         description="Bakes that many processes share, on one machine or a cluster: the same bytes as by one.",
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -115,7 +115,7 @@ def main() -> int:
         return 3
     except ImportError as error:
         extra = "ray" if options.ray else "dask"
-        print(f"{error}: pip install 'cullet[{extra}]' brings it", file=sys.stderr)
+        print(f"{error}: pip install 'pycullet[{extra}]' brings it", file=sys.stderr)
         return 2
     except ValueError as error:
         print(error, file=sys.stderr)

@@ -1,6 +1,6 @@
 """Bakes that many processes share, on one machine or a cluster.
 
->>> from cullet import distributed
+>>> from pycullet import distributed
 >>> plan = distributed.plan("city:objects=200", view_cells=8, rays=200_000)
 >>> made = distributed.run(plan)
 >>> made.cells
@@ -9,8 +9,8 @@
 A plan is a text; a bake is *rounds* of *units*. What a unit finds is a function of the plan and of the rounds before, whoever
 runs it, and when. So the result is the same bytes on any engine, for any number of workers, after any loss and any repetition.
 
-Engines: `Here` (this process), `Processes` (others on this machine), `Ray` (extra ``cullet[ray]``) and `Dask`
-(``cullet[dask]``). `run_command` shares any command of the program ``cullet`` that works in units. ``python -m cullet.distributed --help`` shows them by example.
+Engines: `Here` (this process), `Processes` (others on this machine), `Ray` (extra ``pycullet[ray]``) and `Dask`
+(``pycullet[dask]``). `run_command` shares any command of the program ``cullet`` that works in units. ``python -m pycullet.distributed --help`` shows them by example.
 """
 
 from ._commands import SharesFailed, run_command

@@ -1,4 +1,4 @@
-"""The native half of cullet. Use it through `cullet` itself, where `Scene` is made of meshes and files."""
+"""The native half of cullet. Use it through `pycullet` itself, where `Scene` is made of meshes and files."""
 
 import os
 from collections.abc import Sequence
@@ -175,7 +175,7 @@ class Culler:
         soonest; none drops anything visible.
 
         ``output`` is how deep the answer goes, ``reasons`` whether `Result.reasons` is kept, ``without`` the stages
-        that are left out, of `cullet.STAGES`. With ``min_pixels``, what is narrower and lower than that on the screen
+        that are left out, of `pycullet.STAGES`. With ``min_pixels``, what is narrower and lower than that on the screen
         is dropped too, which is the one setting that may lose something visible.
         """
 
@@ -214,7 +214,7 @@ class Result:
 
     @property
     def reasons(self) -> npt.NDArray[Any]:
-        """Number of the ``stage`` in `cullet.STAGES` that dropped each id, from 1, and a ``detail``
+        """Number of the ``stage`` in `pycullet.STAGES` that dropped each id, from 1, and a ``detail``
         (for the frustum, which plane); 0 for a visible instance. Raises `AttributeError` unless the
         culler keeps ``reasons``."""
 
@@ -306,7 +306,7 @@ class Pvs:
     def __len__(self) -> int: ...
 
 class Scene:
-    """Native part of `cullet.Scene`."""
+    """Native part of `pycullet.Scene`."""
 
     def __init__(self) -> None: ...
     title: str

@@ -52,7 +52,7 @@ def plan(
 
     A portal graph (.prt), a map (.bsp) and a scene with cells of its own get sets of those cells; any other scene, and where
     ``view_cells``, ``grid``, ``regions`` or ``heights`` are given, sets of view cells. The settings are those of ``cullet pvs``.
-    Loads the scene once. Raises `FileNotFoundError`, `cullet.FileError` and `ValueError`, as `cullet.Scene.load`.
+    Loads the scene once. Raises `FileNotFoundError`, `pycullet.FileError` and `ValueError`, as `pycullet.Scene.load`.
     """
     settings = {
         "seed": seed,

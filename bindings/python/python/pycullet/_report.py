@@ -34,7 +34,7 @@ class Report:
 
     def __repr__(self) -> str:
         return (
-            f"<cullet.Report of {self.title}: {self.wasted:.2%} of the triangles are drawn for nothing without culling, "
+            f"<pycullet.Report of {self.title}: {self.wasted:.2%} of the triangles are drawn for nothing without culling, "
             f"{self.proof.kept - self.proof.visible} of {self.proof.all} with it>"
         )
 
