@@ -13,6 +13,7 @@ mod edit;
 mod explain;
 mod jobs;
 mod occluders;
+mod program;
 mod pvs;
 mod result;
 mod scene;
@@ -43,6 +44,8 @@ mod _native {
     use super::camera::{PyCamera, PyCameras};
     #[pymodule_export]
     use super::culler::PyCuller;
+    #[pymodule_export]
+    use super::program::program;
     #[pymodule_export]
     use super::pvs::PyPvs;
     #[pymodule_export]

@@ -3,25 +3,23 @@
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::process::ExitCode;
 
 use crate::console;
 use crate::exit::{Exit, Outcome};
 
 /// Runs a program: watches for Ctrl-C, says why it failed, and turns a panic into a report of a
 /// fault of ours.
-pub fn run(name: &'static str, work: impl FnOnce() -> Outcome) -> ExitCode {
+pub fn run(name: &'static str, work: impl FnOnce() -> Outcome) -> Exit {
     std::panic::set_hook(Box::new(move |info| report_panic(name, info)));
     console::watch_interrupts();
-    let exit = match catch_unwind(AssertUnwindSafe(work)) {
+    match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(exit)) => exit,
         Ok(Err(failure)) => {
             let _ = writeln!(std::io::stderr().lock(), "error: {}", failure.message);
             failure.exit
         }
         Err(_) => Exit::Internal,
-    };
-    exit.into()
+    }
 }
 
 /// A fault of ours: says where, and what to send.

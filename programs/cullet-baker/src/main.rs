@@ -37,4 +37,5 @@ fn main() -> ExitCode {
         Command::Own(command) => command.run(cli.quiet),
         Command::Shared(command) => command.run(cli.quiet),
     })
+    .into()
 }

@@ -23,5 +23,5 @@ fn main() -> ExitCode {
     let mut cli = Cli::parse();
     bakery::provide(cullet_baker::bakery());
     cli.command.settle();
-    program::run("cullet-lab", || cli.command.run(cli.quiet))
+    program::run("cullet-lab", || cli.command.run(cli.quiet)).into()
 }

@@ -41,7 +41,7 @@ enum Command {
 fn main() -> ExitCode {
     let Cli { quiet, command: Command::Profile(mut args) } = Cli::parse();
     args.input.settle();
-    program::run("cullet-profile", || run(&args, &Console::new(quiet, args.json.as_deref())))
+    program::run("cullet-profile", || run(&args, &Console::new(quiet, args.json.as_deref()))).into()
 }
 
 fn run(args: &ProfileArgs, console: &Console) -> Outcome {

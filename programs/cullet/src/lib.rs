@@ -7,6 +7,7 @@
 
 mod args;
 pub mod baked;
+pub mod entry;
 mod explain;
 mod info;
 pub mod levels;

@@ -542,3 +542,6 @@ class Job:
 
     def finish(self) -> Made:
         """Ends the job. Raises `ValueError` where rounds are left."""
+
+def program(args: Sequence[str]) -> int:
+    """Runs the program ``cullet`` on its name and arguments, and returns its exit code. A wrong command line ends the process."""
