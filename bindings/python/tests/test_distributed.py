@@ -150,9 +150,8 @@ def test_every_engine_makes_the_same_bytes_after_any_loss(
     # Ray sometimes gives a task to nobody once a worker was killed; a second cluster shows that it is not ours.
     for tries_left in [1, 0] if kind == "ray" else [0]:
         try:
-            with _at_most(180):
-                for cluster in ENGINES[kind]():
-                    _bake_with_losses(cluster, plan, expected)
+            with _at_most(180), contextmanager(ENGINES[kind])() as cluster:
+                _bake_with_losses(cluster, plan, expected)
             return
         except TimeoutError:
             if not tries_left:
