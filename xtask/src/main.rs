@@ -57,6 +57,9 @@ cargo xtask bench-gpu masks [FOLDER]
 cargo xtask peers-cut  cullet's cuts beside those of trimesh and VTK, in a Python environment made for it
 cargo xtask semver COMMIT
                        what changed in the public interface since a commit or tag, and whether the version says so
+cargo xtask release --dry-run [NAME]
+                       makes everything that a release uploads, or what NAME is part of, runs the first example of each from it
+                       alone, and lists sizes, checksums and what is left to do by hand
 cargo xtask bare       the README's two commands as a stranger meets them: in a fresh clone of what is committed,
                        with no data beside it and nothing used but Rust and compilers of C and C++
 cargo xtask ci         what CI runs: bare, then in the same clone everything else that test has, with nothing left out; what is
@@ -92,6 +95,8 @@ fn main() -> ExitCode {
         ["bench-gpu", "masks", folder] => benches::masks(Some(folder)),
         ["peers-cut"] => benches::peers_cut(),
         ["semver", since] if !since.starts_with('-') => release::semver(since),
+        ["release", "--dry-run"] => release::rehearse(""),
+        ["release", "--dry-run", name] => release::rehearse(name),
         ["bare"] => ci::bare(),
         ["ci"] => ci::all(),
         // For `ci` alone.

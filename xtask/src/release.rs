@@ -1,11 +1,15 @@
 //! Checks for a release: packages that can be made, versions in step, the oldest compiler that is
 //! promised, and changes of the public interface since a version.
 
+mod rehearsal;
+
 use std::fs;
 use std::path::Path;
 
 use crate::runner::{End, Ended, Skip, all};
 use crate::tools::{Done, apart, cargo, cargo_install_words, command, is_ci, output, root, run};
+
+pub(crate) use rehearsal::rehearse;
 
 /// The crates that are published, as options for cargo: all libraries and programs whose manifest
 /// does not say otherwise.
@@ -39,8 +43,7 @@ pub(crate) fn packages() -> Ended {
 fn versions_in_step() -> Done {
     let read =
         |path: &Path| fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()));
-    let ours = read(&root().join("Cargo.toml"))?;
-    let ours = version(&ours).ok_or("Cargo.toml: no version")?.to_owned();
+    let ours = current_version()?;
     let folder = root().join("bindings");
     let bindings = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     for entry in bindings.flatten() {
@@ -63,6 +66,13 @@ fn versions_in_step() -> Done {
         }
     }
     Ok(())
+}
+
+/// Returns the version of the workspace.
+fn current_version() -> Result<String, String> {
+    let path = root().join("Cargo.toml");
+    let manifest = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    version(&manifest).map(str::to_owned).ok_or_else(|| "Cargo.toml: no version".into())
 }
 
 /// The version that a manifest states in a line of its own, in TOML or JSON.

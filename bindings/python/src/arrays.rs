@@ -243,8 +243,9 @@ pub(crate) fn structured<'py, T: Pod>(
     dtype: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
     static DTYPES: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-    let dtypes = DTYPES
-        .get_or_try_init(py, || Ok::<_, PyErr>(py.import("pycullet._dtypes")?.into_any().unbind()))?;
+    let dtypes = DTYPES.get_or_try_init(py, || {
+        Ok::<_, PyErr>(py.import("pycullet._dtypes")?.into_any().unbind())
+    })?;
     let bytes = PyArray1::<u8>::from_slice(py, bytemuck::cast_slice(rows));
     bytes.call_method1("view", (dtypes.bind(py).getattr(dtype)?,))
 }

@@ -3,9 +3,9 @@
 
 use std::ffi::OsString;
 
-use clap::{Arg, ArgAction, ArgMatches, FromArgMatches, Subcommand};
 use crate::Command;
 use crate::neighbours::{BAKER, ELSEWHERE, LAB, LAB_PICTURES, elsewhere, hand_on};
+use clap::{Arg, ArgAction, ArgMatches, FromArgMatches, Subcommand};
 use cullet_command::exit::{Exit, Outcome};
 use cullet_command::program;
 

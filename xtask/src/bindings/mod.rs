@@ -6,7 +6,7 @@ mod c;
 mod godot;
 pub(crate) mod golden;
 pub(crate) mod python;
-mod web;
+pub(crate) mod web;
 
 use crate::runner::{self, Step};
 use crate::tools::Done;

@@ -35,28 +35,36 @@ const OLDEST: &str = "import sys; raise SystemExit(sys.version_info < (3, 10))";
 
 /// The step of `test`.
 pub(crate) fn test() -> Ended {
+    match ready()? {
+        Ok((python, tools)) => all(build_and_test(&python, &tools)),
+        Err(skip) => Ok(End::Skipped(skip)),
+    }
+}
+
+/// Returns the interpreter and the environment that builds and tests the package, which CI installs.
+pub(crate) fn ready() -> Result<Result<(String, PathBuf), Skip>, String> {
     let what = "the Python package, in a fresh environment";
-    let cure = format!("{}, then set CI=true once", install_words(SYSTEM));
     let mut python = interpreter();
     if python.is_none() && is_ci() {
         install(SYSTEM)?;
         python = interpreter();
     }
     let Some(python) = python else {
-        return Ok(End::Skipped(Skip::new(what, cure)));
+        let cure = format!("{}, then set CI=true once", install_words(SYSTEM));
+        return Ok(Err(Skip::new(what, cure)));
     };
     let tools = cache().join("python-tools");
     let has_tools =
         ["pytest", "maturin", "dask", "ray"].iter().all(|p| program(&tools, p).exists());
     if !has_tools && !is_ci() {
         let cure = "CI=true cargo xtask bindings python, which gets maturin, trimesh, pyvista and others from PyPI";
-        return Ok(End::Skipped(Skip::new(what, cure)));
+        return Ok(Err(Skip::new(what, cure)));
     }
     if !has_tools {
         environment(&python, &tools)?;
         pip(&tools, &[BUILDING, TESTING].concat())?;
     }
-    all(build_and_test(&python, &tools))
+    Ok(Ok((python, tools)))
 }
 
 /// An interpreter that is new enough and can make environments.
@@ -88,12 +96,13 @@ pub(crate) fn pip(environment: &Path, words: &[&str]) -> Done {
     run(command(&pip.to_string_lossy(), &all))
 }
 
-fn build_and_test(python: &str, tools: &Path) -> Done {
+/// Builds the wheel and the sdist into an emptied folder, as they are published, and checks both; returns
+/// their paths in this order.
+pub(crate) fn artefacts(python: &str, tools: &Path, out: &Path) -> Result<[String; 2], String> {
     let source = root().join("bindings/python");
-    let out = target().join("wheels");
     let fail = |e: std::io::Error| format!("{}: {e}", out.display());
     if out.exists() {
-        fs::remove_dir_all(&out).map_err(fail)?;
+        fs::remove_dir_all(out).map_err(fail)?;
     }
     let maturin = |words: &[&str]| -> Command {
         let mut maturin = command(&program(tools, "maturin").to_string_lossy(), words);
@@ -101,18 +110,27 @@ fn build_and_test(python: &str, tools: &Path) -> Done {
         maturin.args(["--out", &out.to_string_lossy()]);
         maturin
     };
-    // As it is published; nearly all of it was built for the program.
+    // Nearly all of it was built for the program.
     run(maturin(&["build", "--release", "--interpreter", python]))?;
     run(maturin(&["sdist"]))?;
     let files: Vec<PathBuf> =
-        fs::read_dir(&out).map_err(fail)?.flatten().map(|entry| entry.path()).collect();
-    let names: Vec<_> = files.iter().map(|f| f.to_string_lossy().into_owned()).collect();
-    let mut words = vec!["check", "--strict"];
-    words.extend(names.iter().map(String::as_str));
-    run(command(&program(tools, "twine").to_string_lossy(), &words))?;
-    let wheel = names.iter().find(|name| name.ends_with(".whl"));
-    let wheel = wheel.ok_or_else(|| format!("{}: there is no wheel", out.display()))?;
-    sdist_is_whole(&names)?;
+        fs::read_dir(out).map_err(fail)?.flatten().map(|entry| entry.path()).collect();
+    let named = |end: &str| {
+        let names = files.iter().map(|f| f.to_string_lossy().into_owned());
+        let mut names = names.filter(|name| name.ends_with(end));
+        names.next().ok_or_else(|| format!("{}: there is no {end}", out.display()))
+    };
+    let made = [named(".whl")?, named(".tar.gz")?];
+    let twine = program(tools, "twine");
+    run(command(&twine.to_string_lossy(), &["check", "--strict", &made[0], &made[1]]))?;
+    sdist_is_whole(&made[1])?;
+    Ok(made)
+}
+
+fn build_and_test(python: &str, tools: &Path) -> Done {
+    let source = root().join("bindings/python");
+    let [wheel, _] = artefacts(python, tools, &target().join("wheels"))?;
+    let wheel = wheel.as_str();
 
     // Nothing is there but the wheel and what it names itself.
     let fresh = target().join("python-fresh");
@@ -146,9 +164,7 @@ fn build_and_test(python: &str, tools: &Path) -> Done {
 }
 
 /// The sdist has what builds the wheel: the crates of the engine lie in it too.
-fn sdist_is_whole(files: &[String]) -> Done {
-    let sdist = files.iter().find(|name| name.ends_with(".tar.gz"));
-    let sdist = sdist.ok_or("there is no sdist")?;
+fn sdist_is_whole(sdist: &str) -> Done {
     let list =
         output("tar", &["-tzf", sdist]).ok_or_else(|| format!("{sdist}: cannot be listed"))?;
     for part in [

@@ -37,7 +37,7 @@ fn build_and_test(browser: &str) -> Done {
 }
 
 /// Builds the package into a folder of the target folder.
-fn build() -> Result<PathBuf, String> {
+pub(crate) fn build() -> Result<PathBuf, String> {
     let out = target().join("npm/cullet");
     let mut node = command("node", &[&format!("{SOURCES}/build.mjs"), &out.to_string_lossy()]);
     node.env("CARGO_TARGET_DIR", apart("npm"));
