@@ -22,6 +22,7 @@ mod occlusion_jobs;
 mod occlusion_metamorphic;
 mod occlusion_query;
 mod readme;
+mod removed_meshes;
 mod serde;
 mod shadow;
 mod shadow_view;

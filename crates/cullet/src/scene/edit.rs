@@ -12,17 +12,14 @@ impl Scene {
     /// Adds an instance, in a new slot.
     ///
     /// # Errors
-    /// If the mesh does not exist or the scene is full.
+    /// If the mesh does not exist (any more) or the scene is full.
     pub fn add(&mut self, mut instance: Instance) -> Result<Handle, SceneError> {
         if instance.has_no_mesh() {
             let known = self.no_mesh;
             instance.mesh = known.unwrap_or_else(|| self.add_mesh(Mesh::default()));
             self.no_mesh = Some(instance.mesh);
         }
-        if instance.mesh as usize >= self.meshes.len() {
-            let meshes = self.meshes.len();
-            return Err(SceneError::NoMesh { mesh: instance.mesh, meshes });
-        }
+        self.find_mesh(instance.mesh)?;
         let handle = self.hierarchy.insert(&Aabb::EMPTY)?;
         self.mesh.push(instance.mesh);
         self.transforms.push(instance.transform);

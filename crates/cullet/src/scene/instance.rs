@@ -162,6 +162,14 @@ pub enum SceneError {
         /// How many there are.
         meshes: usize,
     },
+    /// An instance has the mesh that was to be [removed](super::Scene::remove_mesh).
+    #[error("mesh {mesh} is that of {instance:?}: remove its instances first")]
+    MeshInUse {
+        /// The mesh.
+        mesh: MeshId,
+        /// One of its instances.
+        instance: Handle,
+    },
     /// A result is of another scene, or its slots or clusters have other numbers by now.
     #[error("a result of {result} does not fit {scene}: cull the scene as it is now")]
     Stale {

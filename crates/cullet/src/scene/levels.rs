@@ -54,9 +54,7 @@ impl Scene {
     ) -> Result<(), LevelsError> {
         let meshes = self.meshes.len();
         for mesh in [mesh, held_by] {
-            if mesh as usize >= meshes {
-                return Err(LevelsError::NoMesh { mesh, meshes });
-            }
+            self.find_mesh(mesh).map_err(|_| LevelsError::NoMesh { mesh, meshes })?;
         }
         levels.check(&self.meshes[held_by as usize])?;
         self.levels.resize_with(meshes, Vec::new);
@@ -79,8 +77,9 @@ impl Scene {
     /// or not finite.
     pub fn add_lod(&mut self, mesh: MeshId, coarse: MeshId, error: f32) -> Result<(), LevelsError> {
         let meshes = self.meshes.len();
-        let find = |id: MeshId| {
-            self.meshes.get(id as usize).ok_or(LevelsError::NoMesh { mesh: id, meshes })
+        let find = |mesh: MeshId| match self.find_mesh(mesh) {
+            Ok(()) => Ok(&self.meshes[mesh as usize]),
+            Err(_) => Err(LevelsError::NoMesh { mesh, meshes }),
         };
         let (fine, held) = (find(mesh)?, find(coarse)?);
         let around = fine.bounds().union(&held.bounds());

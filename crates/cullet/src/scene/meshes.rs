@@ -3,7 +3,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::{MeshId, Scene};
+use super::{MeshId, Scene, SceneError};
 use crate::cull::backface::Facing;
 use crate::cull::occlusion::Occluder;
 use crate::mesh::{MAX_CLUSTER_TRIANGLES, Mesh};
@@ -67,6 +67,13 @@ impl Scene {
 
     /// Adds a mesh with what was prepared of it before, by jobs or by a bake.
     pub fn add_prepared_mesh(&mut self, mesh: Mesh, prepared: Prepared) -> MeshId {
+        if let Some(id) = self.free_meshes.pop_first() {
+            self.put_mesh(id as usize, mesh, prepared);
+            // What is kept of meshes elsewhere is by their numbers.
+            self.change += 1;
+            self.mesh_version += 1;
+            return id;
+        }
         self.tallies.add_mesh(&mesh);
         self.kinds.push(MeshKind::of(&mesh, &prepared));
         self.meshes.push(mesh);
@@ -74,7 +81,52 @@ impl Scene {
         (self.meshes.len() - 1) as MeshId
     }
 
-    /// All meshes.
+    /// Removes a mesh without instances, with its levels and those that it holds, and returns it. The
+    /// memory is given back, and the next mesh that is added gets its number. O(slots).
+    ///
+    /// # Errors
+    /// If there is no such mesh, or an instance has it.
+    pub fn remove_mesh(&mut self, mesh: MeshId) -> Result<Mesh, SceneError> {
+        self.find_mesh(mesh)?;
+        let is_of = |slot: &u32| self.mesh[*slot as usize] == mesh;
+        if let Some(instance) = (0..self.slot_count()).filter(is_of).find_map(|s| self.handle(s)) {
+            return Err(SceneError::MeshInUse { mesh, instance });
+        }
+        self.no_mesh = self.no_mesh.filter(|no_mesh| *no_mesh != mesh);
+        self.clear_levels(mesh);
+        let removed = self.put_mesh(mesh as usize, Mesh::default(), Prepared::default());
+        self.free_meshes.insert(mesh);
+        // Others lose the levels that it held.
+        let mut edited = vec![false; self.meshes.len()];
+        for (edited, levels) in edited.iter_mut().zip(&self.levels) {
+            *edited = levels.iter().any(|levels| levels.mesh == mesh);
+        }
+        self.leave_stand_ins_of(&edited);
+        self.drop_stale_levels();
+        self.change += 1;
+        self.mesh_version += 1;
+        Ok(removed)
+    }
+
+    /// Puts a mesh in the place of one without instances, and returns that.
+    fn put_mesh(&mut self, at: usize, mesh: Mesh, prepared: Prepared) -> Mesh {
+        self.tallies.set_mesh(at, &mesh);
+        self.kinds[at] = MeshKind::of(&mesh, &prepared);
+        self.prepared[at] = prepared;
+        core::mem::replace(&mut self.meshes[at], mesh)
+    }
+
+    /// Returns an error unless there is a mesh of this number.
+    pub(super) fn find_mesh(&self, mesh: MeshId) -> Result<(), SceneError> {
+        let meshes = self.meshes.len();
+        if (mesh as usize) < meshes && !self.free_meshes.contains(&mesh) {
+            return Ok(());
+        }
+        Err(SceneError::NoMesh { mesh, meshes })
+    }
+
+    /// All meshes by their numbers; an empty one for each number that a
+    /// [removed](Self::remove_mesh) mesh left.
     #[must_use]
     pub fn meshes(&self) -> &[Mesh] {
         &self.meshes
@@ -98,7 +150,8 @@ impl Scene {
     /// Gives a mesh an occluder, such as one that was baked: its shapes must lie within what the
     /// mesh hides. Nothing if there is no such mesh.
     pub fn set_occluder(&mut self, mesh: MeshId, occluder: Occluder) {
-        if let Some(own) = self.prepared.get_mut(mesh as usize) {
+        if self.find_mesh(mesh).is_ok() {
+            let own = &mut self.prepared[mesh as usize];
             *own = core::mem::take(own).with_occluder(occluder);
             self.change += 1;
         }
@@ -139,6 +192,9 @@ impl Scene {
         let mut lost = Vec::new();
         let (mut edited, mut counts_change) = (vec![false; self.meshes.len()], false);
         for at in range {
+            if self.free_meshes.contains(&(at as MeshId)) {
+                continue;
+            }
             let mesh = &mut self.meshes[at];
             let (revision, bounds) = (mesh.revision(), mesh.bounds());
             edit(at as MeshId, mesh);

@@ -113,6 +113,7 @@ impl Scene {
             meshes: _,
             prepared: _,
             kinds: _,
+            free_meshes: _,
             levels: _,
             level_count: _,
             no_mesh: _,
