@@ -13,6 +13,7 @@ use bevy_light::cluster::ClusterVisibilityClass;
 use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
 
+use crate::candidates::CulletCandidates;
 use crate::lights::{CulletLight, Lamp, is_plain};
 use crate::marks::{Marked, Marks};
 use crate::mirror::CulletScene;
@@ -116,6 +117,7 @@ pub(crate) fn check_meshes(
         &Camera,
         Has<NoCpuCulling>,
         (Option<&CulletOcclusion>, Option<&Projection>, Option<&GlobalTransform>),
+        Option<Ref<CulletCandidates>>,
     )>,
     all: Query<Seen, OfMesh>,
     boxes: Query<(Option<&Aabb>, &GlobalTransform, Has<NoFrustumCulling>), OfMesh>,
@@ -126,7 +128,9 @@ pub(crate) fn check_meshes(
     let scene = &mirror.scene;
     let mut is_changed = false;
     let mut seeing = Vec::new();
-    for (view, mut visible, mut state, frustum, layers, camera, is_exempt, occluded) in &mut views {
+    for (view, mut visible, mut state, frustum, layers, camera, is_exempt, occluded, candidates) in
+        &mut views
+    {
         if !camera.is_active {
             continue;
         }
@@ -148,6 +152,7 @@ pub(crate) fn check_meshes(
             step: mirror.step,
             planes,
             layers: mask(layers),
+            candidates: candidates.as_ref().map(|candidates| candidates.last_changed()),
         };
         let mut is_new = false;
         if state.known.as_ref() != Some(&now) || !mirror.checked.is_empty() {
@@ -170,14 +175,19 @@ pub(crate) fn check_meshes(
                     state.next[word] &= !bit;
                 }
             }
+            let may_hide =
+                candidates.as_ref().is_some_and(|c| c.take_out(&mirror, &mut state.next));
             state.funnel.in_range = state.count();
-            if let Some((occlusion, view)) = &occlusion {
-                state.hidden.take_out(&occlusion.culler(), &mirror, view, &mut state.next);
+            // What is left out and exempt from culling would be taken for an occluder.
+            if let Some((occlusion, view)) = occlusion.as_ref().filter(|_| !may_hide) {
+                let is_among = candidates.is_some();
+                state.hidden.take_out(occlusion, &mirror, view, is_among, &mut state.next);
             }
             let same = |known: &Known| (known.scene, known.order) == (now.scene, now.order);
             let same_order = state.known.as_ref().is_some_and(same);
             is_new = state.take(&mirror, same_order);
-            let is_same = |known: &Known| known.planes == now.planes && known.layers == now.layers;
+            let of_view = |known: &Known| (known.planes, known.layers, known.candidates);
+            let is_same = |known: &Known| of_view(known) == of_view(&now);
             state.version += u64::from(is_new || !state.known.as_ref().is_some_and(is_same));
             state.known = Some(now);
             state.funnel.visible = state.listed.list.len() as u64;

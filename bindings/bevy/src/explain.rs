@@ -11,8 +11,10 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemParam;
 use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
-use engine::Stage;
+use engine::explain::Explanation;
+use engine::{CullError, Handle, Stage, View};
 
+use crate::candidates::CulletCandidates;
 use crate::mirror::CulletScene;
 use crate::occlusion::{CulletOcclusion, view as view_of};
 use crate::seen::{OfMesh, Seen, mask};
@@ -37,6 +39,8 @@ pub enum CulletReason {
     Hidden,
     /// It shares no layer with the camera.
     Layer,
+    /// The camera's [`CulletCandidates`] leave it out.
+    LeftOut,
     /// It is outside of its `VisibilityRange`.
     Range,
     /// It is outside of this half-space of the camera's `Frustum`.
@@ -54,6 +58,7 @@ impl fmt::Display for CulletReason {
             Self::NoCpuCulling => write!(f, "not decided here: NoCpuCulling"),
             Self::Hidden => write!(f, "hidden by its Visibility or that of a parent"),
             Self::Layer => write!(f, "on none of the camera's layers"),
+            Self::LeftOut => write!(f, "left out by the camera's CulletCandidates"),
             Self::Range => write!(f, "outside of its VisibilityRange"),
             Self::Frustum(plane) => write!(f, "outside of the frustum's {plane} half-space"),
             Self::Occluded(by) => {
@@ -95,6 +100,7 @@ pub struct CulletExplain<'w, 's> {
             Option<&'static Projection>,
             Option<&'static RenderLayers>,
             Option<&'static CulletOcclusion>,
+            Option<&'static CulletCandidates>,
             Has<NoCpuCulling>,
         ),
     >,
@@ -113,7 +119,7 @@ impl CulletExplain<'_, '_> {
     /// occlusion.
     #[must_use]
     pub fn why(&self, camera: Entity, entity: Entity) -> CulletReason {
-        let Ok((of, frustum, at, projection, layers, occlusion, is_exempt)) =
+        let Ok((of, frustum, at, projection, layers, occlusion, candidates, is_exempt)) =
             self.cameras.get(camera)
         else {
             return CulletReason::NoCamera;
@@ -131,6 +137,9 @@ impl CulletExplain<'_, '_> {
         }
         if !layers.intersects(seen.layers.unwrap_or_default()) {
             return CulletReason::Layer;
+        }
+        if candidates.is_some_and(|candidates| candidates.is_left_out(entity)) {
+            return CulletReason::LeftOut;
         }
         let ranges = self.ranges.as_deref().filter(|_| seen.ranged);
         if ranges.is_some_and(|ranges| !ranges.entity_is_in_range_of_view(entity, camera)) {
@@ -154,12 +163,33 @@ impl CulletExplain<'_, '_> {
         let (Some((occlusion, view)), Some(handle)) = (view, self.mirror.handle(entity)) else {
             return CulletReason::Visible;
         };
-        match occlusion.culler().explain(self.mirror.scene(), &view, handle) {
+        let explained = match candidates {
+            None => occlusion.culler().explain(&self.mirror.scene, &view, handle),
+            Some(candidates) => self.explain_among(*occlusion, &view, candidates, handle),
+        };
+        match explained {
             Ok(explanation) if explanation.reason.is_some_and(|r| r.stage == Stage::Occlusion) => {
                 let by = explanation.hidden_by.iter().filter_map(|&slot| self.mirror.entity(slot));
                 CulletReason::Occluded(by.collect())
             }
             _ => CulletReason::Visible,
         }
+    }
+
+    /// Explains an entity's instance where only candidates hide.
+    fn explain_among(
+        &self,
+        occlusion: CulletOcclusion,
+        view: &View,
+        candidates: &CulletCandidates,
+        handle: Handle,
+    ) -> Result<Explanation, CullError> {
+        let scene = &self.mirror.scene;
+        let mut words = scene.hierarchy().present().to_vec();
+        let mut culler = occlusion.culler().with_pvs(true);
+        if candidates.take_out(&self.mirror, &mut words) {
+            culler = culler.with_occlusion(None);
+        }
+        Ok(culler.explain_among(scene, view, &words, &[handle])?.remove(0))
     }
 }

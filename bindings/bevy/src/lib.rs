@@ -27,6 +27,7 @@
 //! | [`CulletOcclusion`] | a camera: what lies behind other meshes is not drawn |
 //! | [`CulletOccluder`], [`NoCulletOccluder`] | an entity: what hides, and what never does |
 //! | [`NoCulletOcclusion`] | an entity: what is never hidden |
+//! | [`CulletCandidates`] | a camera: what it leaves out, as the app knows from elsewhere |
 //! | [`CulletLights`] | settings of what is left out of lights and their shadows |
 //! | [`CulletLight`] | a light, added by itself: whether it was left out, and how much it draws |
 //! | [`NoCulletLight`] | a light: it is drawn as Bevy draws it |
@@ -43,6 +44,7 @@
 #[cfg(feature = "baked")]
 mod baked;
 mod bits;
+mod candidates;
 mod casters;
 mod check;
 mod diagnostics;
@@ -76,6 +78,7 @@ pub use engine;
 pub use baked::{CulletBaked, CulletBakedError, CulletBakedLoader, CulletBakedPlugin};
 #[cfg(doc)]
 use bevy_camera::visibility::check_visibility_cpu_culling;
+pub use candidates::CulletCandidates;
 pub use diagnostics::CulletDiagnosticsPlugin;
 pub use explain::{CulletExplain, CulletReason};
 pub use lights::{CulletLight, NoCulletLight};

@@ -57,6 +57,21 @@ enum Made {
 #[derive(Debug, Default, Resource)]
 pub(crate) struct OccluderMeshes {
     made: HashMap<(AssetId<Mesh>, bool), Made>,
+    /// Meshes of the engine's scene that no entity is to have any more.
+    leaving: Vec<MeshId>,
+}
+
+impl OccluderMeshes {
+    /// Forgets what was made of a mesh. Tells whether there was anything.
+    fn forget(&mut self, id: AssetId<Mesh>) -> bool {
+        let made = [false, true].map(|sides| self.made.remove(&(id, sides)));
+        let is_known = made.iter().any(Option::is_some);
+        self.leaving.extend(made.into_iter().flatten().filter_map(|made| match made {
+            Made::Here(mesh) => Some(mesh),
+            Made::Soon(_) | Made::Nothing => None,
+        }));
+        is_known
+    }
 }
 
 /// Makes what is wanted of a mesh.
@@ -116,12 +131,9 @@ pub(crate) fn prepare(
     for event in events.iter_mut().flat_map(|events| events.read()) {
         if let AssetEvent::Added { id } | AssetEvent::Modified { id } | AssetEvent::Removed { id } =
             event
+            && meshes.forget(*id)
         {
-            let known =
-                [false, true].into_iter().any(|sides| meshes.made.remove(&(*id, sides)).is_some());
-            if known {
-                stale.push(*id);
-            }
+            stale.push(*id);
         }
     }
     let mut news = Vec::new();
@@ -138,6 +150,8 @@ pub(crate) fn prepare(
         mirror.set_mesh(entity, 0, all.get(entity).ok().as_ref());
         news.push((entity, mesh.id(), occluder.double_sided));
     }
+    // One that an entity has until it is taken over again stays until then.
+    meshes.leaving.retain(|&mesh| mirror.scene.remove_mesh(mesh).is_err());
     for (entity, id, sides) in news.drain(..).chain(std::mem::take(&mut mirror.waiting)) {
         let made = meshes.made.entry((id, sides)).or_insert_with(|| {
             let Some(data) = assets.get(id).and_then(|mesh| data(mesh, sides)) else {

@@ -59,15 +59,27 @@ pub(crate) struct Hidden {
 }
 
 impl Hidden {
-    /// Takes out of `seen`, one bit a slot, what the view does not see.
+    /// Takes out of `seen`, one bit a slot, what the view does not see; `is_among` where nothing but `seen`
+    /// may hide.
     pub(crate) fn take_out(
         &mut self,
-        culler: &Culler,
+        settings: &CulletOcclusion,
         mirror: &CulletScene,
         view: &View,
+        is_among: bool,
         seen: &mut [u64],
     ) {
-        culler.cull_one(&mirror.scene, view, &mut self.state, &mut self.visible);
+        let (culler, scene) = (settings.culler(), &mirror.scene);
+        let (state, visible) = (&mut self.state, &mut self.visible);
+        if is_among {
+            let candidates: &[u64] = seen;
+            let among = culler.with_pvs(true);
+            if among.cull_among(scene, view, &candidates, state, visible).is_err() {
+                return;
+            }
+        } else {
+            culler.cull_one(scene, view, state, visible);
+        }
         let mut kept = vec![0u64; seen.len()];
         for slot in self.visible.slots() {
             kept[slot as usize / 64] |= 1 << (slot % 64);

@@ -24,6 +24,7 @@ use bevy_mesh::Mesh3d;
 use bevy_reflect::Reflect;
 use bevy_transform::components::GlobalTransform;
 
+use crate::candidates::CulletCandidates;
 use crate::lights::CulletLight;
 use crate::plugin::CulletSystems;
 use crate::view::{half_spaces, is_outside};
@@ -39,6 +40,8 @@ pub enum CulletFate {
     Drawn,
     /// On none of the camera's layers.
     Layer,
+    /// Left out by the camera's [`CulletCandidates`].
+    LeftOut,
     /// Outside its [`VisibilityRange`].
     Range,
     /// Outside the frustum.
@@ -49,8 +52,8 @@ pub enum CulletFate {
 
 impl CulletFate {
     /// All, in the order of the funnel.
-    pub const ALL: [Self; 5] =
-        [Self::Layer, Self::Frustum, Self::Range, Self::Occluded, Self::Drawn];
+    pub const ALL: [Self; 6] =
+        [Self::Layer, Self::Frustum, Self::LeftOut, Self::Range, Self::Occluded, Self::Drawn];
 
     /// The colour of its bounds and its line of text, in sRGB: that of the reason in all pictures
     /// of cullet.
@@ -59,6 +62,7 @@ impl CulletFate {
         match self {
             Self::Drawn => [0xF6, 0xF2, 0xE8],
             Self::Layer => [0x8C, 0x93, 0x9B],
+            Self::LeftOut => [0x7F, 0xE8, 0x2E],
             Self::Range => [0x7F, 0x8F, 0x2F],
             Self::Frustum => [0x56, 0xB4, 0xE9],
             Self::Occluded => [0xD5, 0x5E, 0x00],
@@ -71,6 +75,7 @@ impl CulletFate {
         match self {
             Self::Drawn => "drawn",
             Self::Layer => "on other layers",
+            Self::LeftOut => "left out by the app",
             Self::Range => "out of range",
             Self::Frustum => "outside the view",
             Self::Occluded => "hidden behind others",
@@ -190,6 +195,7 @@ struct Eye {
     frustum: &'static Frustum,
     layers: Option<&'static RenderLayers>,
     visible: &'static VisibleEntities,
+    candidates: Option<&'static CulletCandidates>,
 }
 
 type Lights<'w, 's> = Query<
@@ -230,6 +236,7 @@ impl EyeItem<'_, '_> {
             () if !e.inherited.get() => return None,
             () if !layers.intersects(e.layers.unwrap_or_default()) => CulletFate::Layer,
             () if e.aabb.is_some_and(is_outside) => CulletFate::Frustum,
+            () if self.candidates.is_some_and(|c| c.is_left_out(e.entity)) => CulletFate::LeftOut,
             () if !ranges.is_none_or(is_in_range) => CulletFate::Range,
             () => CulletFate::Occluded,
         })

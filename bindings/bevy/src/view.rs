@@ -23,7 +23,8 @@ pub struct CulletFunnel {
     /// Entities that are not outside the frustum, are not hidden by their `Visibility` and share a
     /// layer with the camera.
     pub in_frustum: u64,
-    /// Entities among them that are in their visibility range too: what Bevy itself would list.
+    /// Entities among them that are in their visibility range too, what Bevy itself would list, and that
+    /// [`CulletCandidates`](crate::CulletCandidates) do not leave out.
     pub in_range: u64,
     /// Entities among them that are not behind others: what is drawn.
     pub visible: u64,
@@ -68,6 +69,8 @@ pub(crate) struct Known {
     pub(crate) step: u64,
     pub(crate) planes: Option<[[f32; 4]; 5]>,
     pub(crate) layers: u32,
+    /// When the camera's candidates changed last, where it has some.
+    pub(crate) candidates: Option<Tick>,
     /// Matrix and settings of occlusion, where there is some.
     pub(crate) occlusion: Option<([f64; 16], [u32; 2], crate::CulletOcclusion)>,
 }

@@ -10,7 +10,9 @@ use bevy::mesh::skinning::SkinnedMesh;
 use bevy::pbr::DefaultOpaqueRendererMethod;
 use bevy::prelude::*;
 use bevy::render::render_resource::Face;
-use bevy_cullet::{CulletOcclusion, CulletPrepare, NoCulletOccluder, NoCulletOcclusion};
+use bevy_cullet::{
+    CulletOcclusion, CulletPrepare, CulletScene, NoCulletOccluder, NoCulletOcclusion,
+};
 use common::Headless;
 
 /// A wall, and a cube behind it.
@@ -226,4 +228,42 @@ fn a_wall_hides_once_its_texture_has_come() {
     s.app.world().resource_mut::<Assets<Image>>().insert(id, Image::default()).unwrap();
     s.app.frames(3);
     assert!(s.hides());
+}
+
+#[test]
+fn meshes_that_change_or_go_leave_nothing_behind() {
+    let mut s = Stage::new();
+    // The same mesh once more, drawn from both sides, which is another one to the engine.
+    let both = StandardMaterial { cull_mode: None, ..default() };
+    let both = s.app.world().resource_mut::<Assets<StandardMaterial>>().add(both);
+    let at = Transform::from_xyz(0.0, 0.0, -8.0);
+    let second = (Mesh3d(s.mesh.clone()), MeshMaterial3d(both), at);
+    let second = s.app.world().spawn(second).id();
+    s.app.frames(4);
+    assert!(s.hides());
+    let count = |s: &Stage| s.app.app.world().resource::<CulletScene>().scene().meshes().len();
+    let before = count(&s);
+    let mesh = s.mesh.clone();
+    let change = |s: &mut Stage, size: Vec3| {
+        let mut meshes = s.app.world().resource_mut::<Assets<Mesh>>();
+        *meshes.get_mut(&mesh).unwrap() = Cuboid::from_size(size).into();
+    };
+    for round in 0..100 {
+        let is_small = round % 3 == 0;
+        change(&mut s, if is_small { Vec3::splat(0.01) } else { Vec3::new(5.0, 5.0, 0.2) });
+        s.app.frames(1);
+        assert!(!s.hides() || !is_small, "{round}: what it hid may be seen at once");
+        s.app.frames(2);
+        assert_eq!(s.hides(), !is_small, "{round}");
+        assert!(count(&s) <= before, "{round}: {} meshes, {before} before", count(&s));
+    }
+    let (wall, id) = (s.wall, mesh.id());
+    s.app.world().despawn(wall);
+    s.app.world().despawn(second);
+    s.app.world().resource_mut::<Assets<Mesh>>().remove(id);
+    s.app.frames(3);
+    let scene = s.app.app.world().resource::<CulletScene>().scene();
+    let drawn = scene.meshes().iter().filter(|mesh| mesh.triangle_count() > 0).count();
+    // The triangle that boxes share, and the cube.
+    assert!(drawn <= 2, "{drawn}");
 }

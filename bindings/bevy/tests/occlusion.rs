@@ -5,7 +5,8 @@ use bevy::camera::RenderTargetInfo;
 use bevy::ecs::system::RunSystemOnce;
 use bevy::prelude::*;
 use bevy_cullet::{
-    CulletExplain, CulletOccluder, CulletOcclusion, CulletPrepare, CulletReason, CulletView,
+    CulletCandidates, CulletExplain, CulletOccluder, CulletOcclusion, CulletPrepare, CulletReason,
+    CulletView,
 };
 use common::{Headless, cube};
 
@@ -32,6 +33,11 @@ fn wall(app: &mut Headless, at: Vec3, size: Vec3) -> (Entity, Handle<Mesh>) {
     (app.world().spawn(wall).id(), mesh)
 }
 
+fn why(app: &mut Headless, camera: Entity, entity: Entity) -> CulletReason {
+    let ask = move |explain: CulletExplain| explain.why(camera, entity);
+    app.world().run_system_once(ask).unwrap()
+}
+
 #[test]
 fn a_wall_hides_what_is_behind_it_and_says_so() {
     let (mut app, camera) = app();
@@ -45,10 +51,7 @@ fn a_wall_hides_what_is_behind_it_and_says_so() {
     assert_eq!(app.seen(camera), expected);
     let funnel = app.world().get::<CulletView>(camera).unwrap().funnel;
     assert_eq!((funnel.entities, funnel.in_frustum, funnel.in_range, funnel.visible), (4, 3, 3, 2));
-    let why = |app: &mut Headless, entity| {
-        let ask = move |explain: CulletExplain| explain.why(camera, entity);
-        app.world().run_system_once(ask).unwrap()
-    };
+    let why = |app: &mut Headless, entity| why(app, camera, entity);
     assert_eq!(why(&mut app, behind), CulletReason::Occluded(vec![wall]));
     assert_eq!(why(&mut app, beside), CulletReason::Visible);
     assert_eq!(why(&mut app, outside), CulletReason::Frustum("near"));
@@ -89,4 +92,55 @@ fn a_camera_without_a_size_hides_nothing() {
     let behind = cube(&mut app, [0.0, 0.0, -20.0]);
     app.frames(4);
     assert!(app.seen(camera).contains(&behind));
+}
+
+#[test]
+fn what_the_app_leaves_out_is_not_listed_and_hides_nothing() {
+    let (mut app, camera) = app();
+    let (wall, _) = wall(&mut app, Vec3::new(0.0, 0.0, -5.0), Vec3::new(2.0, 2.0, 0.2));
+    let behind = cube(&mut app, [0.0, 0.0, -20.0]);
+    let beside = cube(&mut app, [6.0, 6.0, -20.0]);
+    app.world().entity_mut(camera).insert(CulletCandidates::default());
+    app.frames(4);
+    let sorted = |mut entities: Vec<Entity>| {
+        entities.sort_unstable();
+        entities
+    };
+    assert_eq!(app.seen(camera), sorted(vec![wall, beside]));
+    assert_eq!(why(&mut app, camera, behind), CulletReason::Occluded(vec![wall]));
+    let change = |app: &mut Headless, change: &dyn Fn(&mut CulletCandidates)| {
+        change(&mut app.world().get_mut::<CulletCandidates>(camera).unwrap());
+        app.frames(1);
+    };
+
+    change(&mut app, &|candidates| candidates.extend([wall, beside]));
+    assert_eq!(app.seen(camera), [behind], "in the next frame, and the wall hides nothing");
+    assert_eq!(why(&mut app, camera, wall), CulletReason::LeftOut);
+    assert_eq!(why(&mut app, camera, behind), CulletReason::Visible);
+    let funnel = app.world().get::<CulletView>(camera).unwrap().funnel;
+    assert_eq!((funnel.entities, funnel.in_frustum, funnel.in_range, funnel.visible), (3, 3, 1, 1));
+    assert!(!app.world().get::<ViewVisibility>(wall).unwrap().get());
+    app.frames(3);
+    assert_eq!(app.seen(camera), [behind], "as long as it is not changed");
+
+    // One that stays listed whatever is before it would hide as well, so nothing does.
+    app.world().entity_mut(wall).insert(bevy_cullet::NoCulletOcclusion);
+    app.frames(2);
+    assert_eq!(app.seen(camera), [behind]);
+    app.world().entity_mut(wall).remove::<bevy_cullet::NoCulletOcclusion>();
+
+    change(&mut app, &|candidates| candidates.put_back(wall));
+    assert_eq!(app.seen(camera), [wall]);
+
+    // Another camera has candidates of its own.
+    let second = app.camera();
+    app.frames(2);
+    assert_eq!(app.seen(second), sorted(vec![wall, behind, beside]));
+
+    change(&mut app, &|candidates| candidates.clear());
+    assert_eq!(app.seen(camera), sorted(vec![wall, beside]));
+    change(&mut app, &|candidates| candidates.leave_out(beside));
+    app.world().entity_mut(camera).remove::<CulletCandidates>();
+    app.frames(1);
+    assert_eq!(app.seen(camera), sorted(vec![wall, beside]));
 }
