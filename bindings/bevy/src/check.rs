@@ -179,6 +179,7 @@ pub(crate) fn check_meshes(
                 candidates.as_ref().is_some_and(|c| c.take_out(&mirror, &mut state.next));
             state.funnel.in_range = state.count();
             // What is left out and exempt from culling would be taken for an occluder.
+            state.hidden.leave();
             if let Some((occlusion, view)) = occlusion.as_ref().filter(|_| !may_hide) {
                 let is_among = candidates.is_some();
                 state.hidden.take_out(occlusion, &mirror, view, is_among, &mut state.next);

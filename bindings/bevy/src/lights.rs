@@ -31,7 +31,7 @@ use engine::cull::shadow::CasterRegion;
 use crate::bits::slots_of;
 use crate::map::Maps;
 use crate::mirror::CulletScene;
-use crate::receivers::{Eye, Eyes, Receivers};
+use crate::receivers::{Eye, Eyes, HALVINGS, Receivers};
 use crate::volume::{Volume, is_near};
 
 /// State and results of a light; required by `PointLight`, `SpotLight` and `DirectionalLight`, so that
@@ -80,19 +80,33 @@ pub(crate) type Lamp = (
     Without<NoCpuCulling>,
 );
 
-/// Whether something of what an eye sees may be in a volume.
-fn touches(volume: &Volume, cut: &mut Cut, mirror: &CulletScene, eyes: &[Eye<'_>]) -> bool {
+/// Whether something of what an eye sees may be in a volume. `halvings` is how hard parts of receivers are tried to be
+/// shown hidden.
+fn touches(
+    volume: &Volume,
+    halvings: u32,
+    cut: &mut Cut,
+    mirror: &CulletScene,
+    eyes: &[Eye<'_>],
+) -> bool {
     let scene = &mirror.scene;
     let hierarchy = scene.hierarchy();
     let planes = Planes::new(&volume.region());
     cut.cull(Simd::best(), &planes, hierarchy.nodes(), hierarchy.boxes());
+    let reach = volume.bounds();
     eyes.iter().any(|eye| {
+        if eye.is_hidden(&reach, halvings) {
+            return false;
+        }
         let mut all = Bounds::EMPTY;
         for word in cut.touched() {
             let bits = cut.visible()[word] & eye.seen.get(word).copied().unwrap_or(0);
             let bounds = slots_of(word, bits).map(|slot| scene.bounds(slot));
             let near = bounds.filter(|bounds| is_near(volume.center, volume.radius, bounds));
-            all = near.fold(all, |all, bounds| all.union(&bounds));
+            // Of a large receiver the part that is lit may be hidden.
+            let lit = near.map(|bounds| bounds.intersection(&reach));
+            let seen = lit.filter(|part| !eye.is_hidden(part, halvings));
+            all = seen.fold(all, |all, part| all.union(&part));
         }
         // What reaches out of the picture may be lit out there alone.
         !CasterRegion::new(&eye.region, Some(&all), &volume.light).no_receiver()
@@ -161,7 +175,16 @@ pub(crate) fn leave_out(
         if let Some(volume) = volume {
             let known = state.known.take().filter(|known| known.0 == volume && known.1 == now);
             let matters = known.map_or_else(
-                || touches(&volume, &mut cut, &mirror, &gathered),
+                // A lamp without a map costs little more than finding that out.
+                || {
+                    touches(
+                        &volume,
+                        if has_shadows { HALVINGS } else { 0 },
+                        &mut cut,
+                        &mirror,
+                        &gathered,
+                    )
+                },
                 |(_, _, matters)| matters,
             );
             state.known = Some((volume, now, matters));

@@ -16,7 +16,7 @@ use engine::cull::shadow::{CasterRegion, Light};
 use crate::bits::slots_of;
 use crate::list::Listed;
 use crate::mirror::CulletScene;
-use crate::receivers::Eye;
+use crate::receivers::{Eye, HALVINGS};
 use crate::seen::{OfMesh, Seen};
 use crate::view::region;
 use crate::volume::is_near;
@@ -151,6 +151,11 @@ impl View {
     ) -> Bounds {
         let scene = &frame.mirror.scene;
         let mut all = Bounds::EMPTY;
+        let reach = self.sphere.map(|[x, y, z, radius]| {
+            let radius = f64::from(radius) * 1.001 + margin;
+            let [min, max] = [-radius, radius].map(|by| [x, y, z].map(|v| f64::from(v) + by));
+            Bounds::rounded_out(min, max)
+        });
         for word in cut.touched() {
             let seen = eye.seen.get(word).copied().unwrap_or(0);
             for slot in slots_of(word, cut.visible()[word] & seen) {
@@ -158,8 +163,13 @@ impl View {
                 let is_near = self.sphere.is_none_or(|[x, y, z, radius]| {
                     is_near([x, y, z].map(f64::from), f64::from(radius) + margin, &bounds)
                 });
-                if is_near {
-                    all = all.union(&bounds);
+                if !is_near {
+                    continue;
+                }
+                // Of a large receiver the part that is shaded may be hidden.
+                let part = reach.map_or(bounds, |reach| bounds.intersection(&reach));
+                if reach.is_none() || !eye.is_hidden(&part, HALVINGS) {
+                    all = all.union(&part);
                 }
             }
         }

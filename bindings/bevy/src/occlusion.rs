@@ -4,7 +4,7 @@ use bevy_camera::primitives::Frustum;
 use bevy_camera::{Camera, Projection};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::GlobalTransform;
-use engine::cull::occlusion::Occlusion;
+use engine::cull::occlusion::{Occlusion, OcclusionBuffer};
 use engine::{Backface, Culler, Depth, Output, View, ViewState, Visible};
 
 use crate::mirror::CulletScene;
@@ -56,9 +56,21 @@ impl CulletOcclusion {
 pub(crate) struct Hidden {
     state: ViewState,
     visible: Visible,
+    /// Whether the buffer of `state` is of the camera and the scene as they are.
+    is_current: bool,
 }
 
 impl Hidden {
+    /// Takes note that a frame is found without occlusion.
+    pub(crate) fn leave(&mut self) {
+        self.is_current = false;
+    }
+
+    /// Returns the buffer of what the camera draws, where it has occlusion.
+    pub(crate) fn buffer(&self) -> Option<&OcclusionBuffer> {
+        self.state.occlusion_buffer().filter(|_| self.is_current)
+    }
+
     /// Takes out of `seen`, one bit a slot, what the view does not see; `is_among` where nothing but `seen`
     /// may hide.
     pub(crate) fn take_out(
@@ -69,6 +81,7 @@ impl Hidden {
         is_among: bool,
         seen: &mut [u64],
     ) {
+        self.is_current = false;
         let (culler, scene) = (settings.culler(), &mirror.scene);
         let (state, visible) = (&mut self.state, &mut self.visible);
         if is_among {
@@ -80,6 +93,7 @@ impl Hidden {
         } else {
             culler.cull_one(scene, view, state, visible);
         }
+        self.is_current = true;
         let mut kept = vec![0u64; seen.len()];
         for slot in self.visible.slots() {
             kept[slot as usize / 64] |= 1 << (slot % 64);

@@ -12,6 +12,8 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemParam;
 use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
+use engine::bounds::Aabb as Bounds;
+use engine::cull::occlusion::{OcclusionBuffer, Visibility};
 use engine::view::Frustum as Region;
 
 use crate::mirror::CulletScene;
@@ -45,7 +47,35 @@ pub(crate) struct Eye<'a> {
     pub(crate) region: Region,
     /// Receivers are those of `seen`; else they are anywhere in `region`.
     pub(crate) is_known: bool,
+    /// What it draws hides what is behind it, a part of a receiver too.
+    buffer: Option<&'a OcclusionBuffer>,
     key: Key,
+}
+
+impl Eye<'_> {
+    /// Whether the eye sees nothing of a box.
+    pub(crate) fn is_hidden(&self, part: &Bounds, halvings: u32) -> bool {
+        self.buffer.is_some_and(|buffer| is_hidden(buffer, part, halvings))
+    }
+}
+
+/// How often a box is halved whose nearest corner and screen rectangle do not show that it is hidden, where a shadow
+/// map depends on it. Large receivers, such as floors, seldom are as a whole; few leaves are tested where one is seen.
+pub(crate) const HALVINGS: u32 = 6;
+
+fn is_hidden(buffer: &OcclusionBuffer, part: &Bounds, halvings: u32) -> bool {
+    if buffer.test_box(part) != Visibility::Visible {
+        return true;
+    }
+    if halvings == 0 || !part.is_finite() {
+        return false;
+    }
+    let size: [f32; 3] = std::array::from_fn(|axis| part.max[axis] - part.min[axis]);
+    let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
+    let middle = part.min[axis] + size[axis] * 0.5;
+    let (mut low, mut high) = (*part, *part);
+    (low.max[axis], high.min[axis]) = (middle, middle);
+    is_hidden(buffer, &low, halvings - 1) && is_hidden(buffer, &high, halvings - 1)
 }
 
 /// Inputs that an eye follows from.
@@ -142,7 +172,8 @@ impl Eyes<'_, '_> {
                 clip_from_world: view.as_ref().map(|view| view.clip_from_world()),
             };
             let region = view.map_or_else(Region::everything, |view| view.frustum());
-            eyes.push(Eye { entity, seen, region, is_known, key });
+            let buffer = state.hidden.buffer();
+            eyes.push(Eye { entity, seen, region, is_known, buffer, key });
         }
         eyes
     }

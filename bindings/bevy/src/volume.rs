@@ -4,7 +4,7 @@ use bevy_color::{Color, ColorToComponents};
 use bevy_light::{PointLight, SpotLight};
 use bevy_math::DVec3;
 use bevy_transform::components::GlobalTransform;
-use engine::bounds::Plane;
+use engine::bounds::{Aabb as Bounds, Plane};
 use engine::cull::shadow::Light;
 use engine::view::Frustum as Region;
 
@@ -86,6 +86,24 @@ impl Volume {
         (is_cone && shines(color, &numbers)).then(|| Self::new(at, range, Some(outer_angle)))?
     }
 
+    /// Returns a box around it.
+    pub(crate) fn bounds(&self) -> Bounds {
+        let [mut min, mut max] = [[0.0; 3]; 2];
+        for axis in 0..3 {
+            let [below, above] = match self.light {
+                Light::Spot { direction, half_angle_radians, .. } => {
+                    [-1.0, 1.0].map(|sign| sector(sign * direction[axis], half_angle_radians))
+                }
+                _ => [1.0; 2],
+            };
+            // A little more, for the sums are rounded.
+            let more = self.radius * 1e-6;
+            min[axis] = self.center[axis] - below * self.radius - more;
+            max[axis] = self.center[axis] + above * self.radius + more;
+        }
+        Bounds::rounded_out(min, max)
+    }
+
     /// Returns the half-spaces around it.
     pub(crate) fn region(&self) -> Region {
         let mut region = Region::from_planes(std::array::from_fn(|i| self.planes.get(i).copied()));
@@ -95,6 +113,13 @@ impl Volume {
         }
         region
     }
+}
+
+/// How far a sector of the unit ball reaches along an axis that makes an angle of cosine `cos` with the sector's
+/// own; its tip reaches 0.
+fn sector(cos: f64, half_angle: f64) -> f64 {
+    let apart = (cos.clamp(-1.0, 1.0).acos() - half_angle).max(0.0);
+    apart.cos().max(0.0)
 }
 
 /// Whether a light is nothing where it ends. A number that is not one, or infinite, makes colours
@@ -118,4 +143,55 @@ pub(crate) fn is_near(center: [f64; 3], radius: f64, bounds: &engine::bounds::Aa
         square += apart * apart;
     }
     !(square > radius * radius)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy_math::{Quat, Vec3};
+    use bevy_transform::components::Transform;
+
+    #[test]
+    fn the_box_of_a_cone_holds_it_and_is_tight() {
+        let mut state = 7u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 40) as f64 / f64::from(1 << 24) * 2.0 - 1.0
+        };
+        for _ in 0..200 {
+            let angle = (random() * 0.5 + 0.5) as f32 * 1.4 + 0.01;
+            let turn = Quat::from_euler(
+                bevy_math::EulerRot::XYZ,
+                random() as f32 * 3.0,
+                random() as f32 * 3.0,
+                random() as f32 * 3.0,
+            );
+            let at = Transform::from_translation(Vec3::new(random() as f32 * 9.0, 5.0, -3.0))
+                .with_rotation(turn);
+            let at = GlobalTransform::from(at);
+            let volume = Volume::new(&at, 10.0, Some(angle)).unwrap();
+            let bounds = volume.bounds();
+            let (axis, center) = (forward(&at), at.translation().as_dvec3());
+            let mut found = Bounds::EMPTY;
+            for _ in 0..3000 {
+                let way = DVec3::new(random(), random(), random()).normalize_or_zero();
+                // At the rim too, which random ways seldom meet.
+                let aside = (way - axis * way.dot(axis)).normalize_or_zero();
+                let (sin, cos) = f64::from(angle).sin_cos();
+                for way in [way, axis * cos + aside * sin] {
+                    if way.dot(axis) >= cos - 1e-9 {
+                        let point = (center + way * 10.0).as_vec3().to_array();
+                        assert!(bounds.contains(point), "{point:?} {bounds:?}");
+                        found = found.union(&Bounds::new(point, point));
+                    }
+                }
+            }
+            found =
+                found.union(&Bounds::new(at.translation().to_array(), at.translation().to_array()));
+            for axis in 0..3 {
+                assert!(found.min[axis] - bounds.min[axis] < 0.5, "{angle} {found:?} {bounds:?}");
+                assert!(bounds.max[axis] - found.max[axis] < 0.5, "{angle} {found:?} {bounds:?}");
+            }
+        }
+    }
 }

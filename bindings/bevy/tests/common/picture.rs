@@ -24,6 +24,10 @@ const PATIENCE: u32 = 2000;
 #[derive(Resource, Clone)]
 pub(crate) struct Canvas(pub(crate) Handle<Image>);
 
+/// When the app's own schedules ended last.
+#[derive(Resource)]
+struct AppEnd(Instant);
+
 /// An app that draws without a window.
 pub(crate) struct Studio {
     app: App,
@@ -56,6 +60,8 @@ impl Studio {
         app.insert_resource(Canvas(image));
         app.insert_resource(GlobalAmbientLight { brightness: 200.0, ..default() });
         app.insert_resource(ClearColor(Color::srgb(0.3, 0.5, 0.8)));
+        app.insert_resource(AppEnd(Instant::now()));
+        app.add_systems(Last, |mut end: ResMut<AppEnd>| end.0 = Instant::now());
         more(&mut app);
         while app.plugins_state() == PluginsState::Adding {
             bevy::tasks::tick_global_task_pools_on_main_thread();
@@ -91,12 +97,20 @@ impl Studio {
     }
 
     /// Draws a frame and waits for the device.
-    pub(crate) fn frame(&mut self) -> Duration {
+    pub(crate) fn frame(&mut self) {
+        self.frame_parts();
+    }
+
+    /// Draws a frame and waits for the device: times of the app, of the renderer's systems, and of the device after
+    /// them.
+    pub(crate) fn frame_parts(&mut self) -> [Duration; 3] {
         let start = Instant::now();
         self.app.update();
+        let updated = Instant::now();
+        let app_end = self.app.world().resource::<AppEnd>().0;
         let device = self.app.sub_app(RenderApp).world().resource::<RenderDevice>();
         device.poll(PollType::wait_indefinitely()).expect("the device answers");
-        start.elapsed()
+        [app_end - start, updated - app_end, updated.elapsed()]
     }
 
     /// The picture of the next frame.

@@ -1,23 +1,19 @@
-//! The built-in city, seen from the street: `cargo run --release --example city`.
-//!
-//! | key | does |
-//! |---|---|
-//! | arrows | walk and turn |
-//! | page up, page down | rise and sink |
-//! | O | occlusion on and off |
-//! | F3 | overlay on and off |
-//! | F4 | freeze what is drawn, and walk on to see it from elsewhere |
-
-mod scene;
+//! A scene in a window.
 
 use bevy::prelude::*;
-use bevy_cullet::{CulletOcclusion, CulletOverlayPlugin, CulletPlugin, CulletView};
+use bevy_cullet::{
+    CulletLight, CulletLights, CulletOcclusion, CulletOverlay, CulletOverlayPlugin, CulletPlugin,
+    CulletView,
+};
 
-fn main() {
+use crate::build::Scene;
+
+pub(crate) fn open(scene: &Scene) {
     let mut app = App::new();
     app.add_plugins((DefaultPlugins, CulletPlugin, CulletOverlayPlugin));
-    scene::spawn(app.world_mut(), scene::SPEC);
-    app.world_mut().spawn((Camera3d::default(), scene::street(), CulletOcclusion::default()));
+    app.insert_resource(CulletOverlay { bounds: false, ..default() });
+    (scene.build)(app.world_mut());
+    app.world_mut().spawn((Camera3d::default(), (scene.camera)(), CulletOcclusion::default()));
     app.add_systems(Update, (walk, switch, tell)).run();
 }
 
@@ -37,6 +33,7 @@ fn walk(
 fn switch(
     keys: Res<ButtonInput<KeyCode>>,
     mut commands: Commands,
+    mut lights: ResMut<CulletLights>,
     camera: Single<(Entity, Has<CulletOcclusion>), With<Camera3d>>,
 ) {
     if keys.just_pressed(KeyCode::KeyO) {
@@ -46,16 +43,31 @@ fn switch(
             false => commands.entity(camera).insert(CulletOcclusion::default()),
         };
     }
+    if keys.just_pressed(KeyCode::KeyL) {
+        lights.receivers = !lights.receivers;
+    }
 }
 
 /// The frame time and the funnel in the window's title.
 fn tell(
     time: Res<Time>,
-    view: Single<&CulletView>,
+    view: Single<(&CulletView, Has<CulletOcclusion>)>,
+    lights: Query<&CulletLight>,
+    settings: Res<CulletLights>,
     mut window: Single<&mut Window>,
     mut ms: Local<f32>,
 ) {
     *ms = *ms * 0.95 + time.delta_secs() * 1e3 * 0.05;
-    let funnel = view.funnel;
-    window.title = format!("{:.1} ms, {} of {} meshes drawn", *ms, funnel.visible, funnel.entities);
+    let (funnel, is_on) = (view.0.funnel, view.1);
+    let out = lights.iter().filter(|light| light.is_left_out).count();
+    let word = |is_on| if is_on { "on" } else { "off" };
+    window.title = format!(
+        "{:.1} ms, {} of {} meshes drawn, {out} of {} lights left out; occlusion {}, lights by receivers {}",
+        *ms,
+        funnel.visible,
+        funnel.entities,
+        lights.iter().len(),
+        word(is_on),
+        word(settings.receivers),
+    );
 }
