@@ -31,7 +31,6 @@ use bevy_light::{
     Cascades, DirectionalLight, DirectionalLightShadowMap, PointLight, PointLightShadowMap,
     SpotLight, VolumetricLight, get_shadow_lod_origin,
 };
-use bevy_reflect::structs::GetField;
 use bevy_transform::components::GlobalTransform;
 use engine::cull::shadow::Light;
 
@@ -40,6 +39,7 @@ use crate::lights::{CulletLight, NoCulletLight};
 use crate::map::{Boxes, Frame, Map, Scratch, View, half_spaces};
 use crate::marks::{Marked, Marks};
 use crate::mirror::CulletScene;
+use crate::private::has_soft_shadows;
 use crate::receivers::{Eyes, Receivers};
 use crate::seen::{OfMesh, Seen, mask};
 use crate::view::CulletView;
@@ -185,7 +185,7 @@ impl Casting<'_, '_, '_> {
         frusta: &CubemapFrusta,
         mut lists: Mut<CubemapVisibleEntities>,
     ) {
-        let is_soft = light.get_field::<bool>("soft_shadows_enabled") == Some(&true);
+        let is_soft = has_soft_shadows(light);
         let is_known = of.restrict && !is_soft && Volume::of_point(light, of.at).is_some();
         let bias = [light.shadow_depth_bias, light.shadow_normal_bias];
         let margin = margin(light.range, bias, self.point_texel, 0.004).filter(|_| is_known);
@@ -223,7 +223,7 @@ impl Casting<'_, '_, '_> {
         frustum: &Frustum,
         mut list: Mut<VisibleMeshEntities>,
     ) {
-        let is_soft = light.get_field::<bool>("soft_shadows_enabled") == Some(&true);
+        let is_soft = has_soft_shadows(light);
         let angle = f64::from(light.outer_angle);
         // Wide maps are read in their corners as far out as there are numbers.
         let is_cone = angle < std::f64::consts::FRAC_PI_2 - 0.05;
@@ -268,8 +268,7 @@ impl Casting<'_, '_, '_> {
         let is_ours = state.maps.written[2] == Some(lists.last_changed());
         lists.entities.retain(|view, _| frusta.frusta.contains_key(view));
         state.maps.cascades.retain(|view, _| frusta.frusta.contains_key(view));
-        let soft_size = light.get_field::<Option<f32>>("soft_shadow_size");
-        let is_soft = !matches!(soft_size, None | Some(None));
+        let is_soft = has_soft_shadows(light);
         let direction = forward(of.at).to_array();
         for (&eye, frusta) in &frusta.frusta {
             let lists = lists.entities.entry(eye).or_default();

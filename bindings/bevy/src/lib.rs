@@ -63,6 +63,7 @@ mod overlay;
 #[cfg(feature = "pbr")]
 mod pbr;
 mod plugin;
+mod private;
 mod receivers;
 #[cfg(feature = "pbr")]
 mod render;

@@ -7,15 +7,8 @@
 
 use std::sync::Mutex;
 
-use bevy_app::{App, PostUpdate};
-use bevy_camera::visibility::VisibilitySystems::{
-    CalculateBounds, CheckVisibility, MarkNewlyHiddenEntitiesInvisible, VisibilityPropagate,
-};
-use bevy_camera::visibility::{
-    NoCpuCulling, SetViewVisibility, ViewVisibility, VisibilityPlugin, VisibilitySystems,
-};
+use bevy_camera::visibility::{NoCpuCulling, SetViewVisibility, ViewVisibility};
 use bevy_ecs::prelude::*;
-use bevy_ecs::schedule::{InternedSystemSet, ScheduleCleanupPolicy};
 
 use crate::bits::{slots, slots_of};
 use crate::ticks::{MANY, ROWS};
@@ -35,6 +28,20 @@ pub(crate) struct Marks {
     cast_count: usize,
     /// Mark that Bevy gives a visible entity when a frame begins.
     was_visible: ViewVisibility,
+}
+
+impl Marks {
+    pub(crate) fn new(was_visible: ViewVisibility) -> Self {
+        Self {
+            listed: Vec::new(),
+            count: 0,
+            leaving: Vec::new(),
+            scratch: Vec::new(),
+            cast: Vec::new(),
+            cast_count: 0,
+            was_visible,
+        }
+    }
 }
 
 /// All that have marks which are set and cleared here.
@@ -200,74 +207,9 @@ pub(crate) fn hide(
     }
 }
 
-/// Bevy's private systems that [`reset`], [`hide`] and [`inherit`](crate::inherit::inherit) stand
-/// for, by their types.
-#[derive(Debug, Resource)]
-pub(crate) struct Replaced {
-    pub(crate) systems: Vec<InternedSystemSet>,
-    was_visible: ViewVisibility,
-}
-
-impl Replaced {
-    /// Found in an app of its own, where nobody else's systems are in the same sets.
-    pub(crate) fn find() -> Self {
-        let mut app = App::new();
-        app.add_plugins(VisibilityPlugin);
-        let mut systems = systems_of(&mut app, VisibilityPropagate);
-        systems.append(&mut systems_of(&mut app, MarkNewlyHiddenEntitiesInvisible));
-        // What the systems that begin a frame make of a mark, they are asked themselves.
-        for set in [CalculateBounds, CheckVisibility, MarkNewlyHiddenEntitiesInvisible] {
-            remove(&mut app, set);
-        }
-        let world = app.world_mut();
-        let entity = world.spawn(ViewVisibility::VISIBLE).id();
-        world.run_schedule(PostUpdate);
-        let mark = world.get::<ViewVisibility>(entity).copied();
-        Self { systems, was_visible: mark.unwrap_or(ViewVisibility::HIDDEN) }
-    }
-
-    pub(crate) fn marks(&self) -> Marks {
-        Marks {
-            listed: Vec::new(),
-            count: 0,
-            leaving: Vec::new(),
-            scratch: Vec::new(),
-            cast: Vec::new(),
-            cast_count: 0,
-            was_visible: self.was_visible,
-        }
-    }
-}
-
-/// Takes systems out of the schedule after the frame's transforms. Not an error where there are
-/// none: an app without Bevy's cameras has nothing to take out.
-pub(crate) fn remove(app: &mut App, set: impl SystemSet) {
-    let _ = app.remove_systems_in_set(PostUpdate, set, ScheduleCleanupPolicy::RemoveSystemsOnly);
-}
-
-/// The sets of one system each of those in a set.
-fn systems_of(app: &mut App, set: VisibilitySystems) -> Vec<InternedSystemSet> {
-    let found = app.world_mut().try_schedule_scope(PostUpdate, |world, schedule| {
-        schedule.initialize(world).ok()?;
-        let keys = schedule.graph().systems_in_set(set.intern()).ok()?;
-        let of_set = schedule.systems().ok()?.filter(|(key, _)| keys.contains(key));
-        let sets = of_set.flat_map(|(_, system)| system.default_system_sets());
-        Some(sets.filter(|set| set.system_type().is_some()).collect())
-    });
-    found.ok().flatten().unwrap_or_default()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_systems_of_bevy_that_are_replaced_are_found() {
-        let replaced = Replaced::find();
-        assert_eq!(replaced.systems.len(), 3, "{:?}", replaced.systems);
-        assert!(!replaced.was_visible.get());
-        assert_ne!(replaced.was_visible, ViewVisibility::HIDDEN);
-    }
 
     #[test]
     fn each_row_has_its_bit() {

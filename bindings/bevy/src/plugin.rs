@@ -17,9 +17,10 @@ use crate::check::{check_meshes, check_others};
 use crate::follow::follow;
 use crate::inherit::inherit;
 use crate::lights::{CulletLight, leave_out};
-use crate::marks::{Replaced, hide, remove, reset};
+use crate::marks::{Marks, hide, reset};
 use crate::mirror::CulletScene;
 use crate::occluder::{CulletPrepare, OccluderMeshes, prepare};
+use crate::private::{Replaced, remove};
 use crate::receivers::{CulletLights, Receivers, Transmits};
 use crate::view::CulletView;
 
@@ -45,7 +46,7 @@ impl Plugin for CulletPlugin {
         app.init_resource::<OccluderMeshes>();
         app.init_resource::<CulletPrepare>();
         let replaced = Replaced::find();
-        app.insert_resource(replaced.marks());
+        app.insert_resource(Marks::new(replaced.was_visible));
         app.insert_resource(replaced);
         app.init_resource::<CulletLights>()
             .init_resource::<Receivers>()
