@@ -11,6 +11,7 @@
 use std::any::TypeId;
 
 use bevy_camera::Camera;
+use bevy_camera::primitives::{Frustum, Sphere};
 use bevy_camera::visibility::{
     NoCpuCulling, SetViewVisibility, ViewVisibility, VisibilityClass, VisibleEntities,
 };
@@ -20,6 +21,7 @@ use bevy_light::cluster::{ClusterVisibilityClass, GlobalClusterSettings};
 use bevy_light::{
     ClusteredDecal, DirectionalLight, LightProbe, PointLight, RectLight, SpotLight, VolumetricLight,
 };
+use bevy_math::Mat4;
 use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
 use engine::Simd;
@@ -113,10 +115,40 @@ fn touches(
     })
 }
 
+/// A light that may be left out.
+type LampItem<'a> = (
+    Entity,
+    &'a CulletLight,
+    &'a ViewVisibility,
+    &'a GlobalTransform,
+    Option<&'a PointLight>,
+    Option<&'a SpotLight>,
+    bool,
+);
+
 /// Shadow maps that every device has room for: with more of them Bevy gives some lights none, and
 /// which depends on how many there are.
 const POINT_MAPS: usize = 42;
 const LAYERS: usize = 256;
+
+/// Returns the lamp that reaches farthest into a view. Bevy's clusters of the next frame end there, for light that comes
+/// farther away then as well: it stays listed, and its maps' faces go one by one.
+fn farthest_lamp<'a>(
+    lamps: impl Iterator<Item = LampItem<'a>>,
+    frustum: &Frustum,
+    eye: &GlobalTransform,
+) -> Option<Entity> {
+    // As Bevy has it, to the last bit.
+    let view_from_world = Mat4::from(eye.affine().inverse());
+    let (row, scale) = (view_from_world.row(2), eye.compute_transform().scale.recip().z);
+    let reach = lamps.filter_map(|(entity, _, _, at, point, spot, _)| {
+        let range = point.map(|light| light.range).or(spot.map(|light| light.range))?;
+        let center = at.translation_vec3a();
+        let is_in = frustum.intersects_sphere(&Sphere { center, radius: range }, true);
+        is_in.then(|| (-row.dot(at.translation().extend(1.0)) + range * scale, entity))
+    });
+    reach.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, entity)| entity)
+}
 
 /// Marks the lights that cameras list, and takes those from the lists that reach nothing which is
 /// drawn.
@@ -124,7 +156,7 @@ pub(crate) fn leave_out(
     mirror: Res<CulletScene>,
     mut receivers: ResMut<Receivers>,
     eyes: Eyes,
-    mut views: Query<(&Camera, &mut VisibleEntities)>,
+    mut views: Query<(&Camera, &mut VisibleEntities, &Frustum, &GlobalTransform)>,
     mut lights: Query<
         (
             Entity,
@@ -140,9 +172,10 @@ pub(crate) fn leave_out(
     suns: Query<&DirectionalLight>,
     clusters: Option<Res<GlobalClusterSettings>>,
     mut cut: Local<Cut>,
-    mut out: Local<EntityHashSet>,
+    (mut out, mut farthest): (Local<EntityHashSet>, Local<EntityHashSet>),
 ) {
     out.clear();
+    farthest.clear();
     let gathered = eyes.gather(&mirror);
     receivers.bypass_change_detection().follow(&gathered);
     let all_known = gathered.iter().all(|eye| eye.is_known);
@@ -153,6 +186,13 @@ pub(crate) fn leave_out(
         if state.is_listed {
             shadows[0] += usize::from(point.is_some_and(|light| light.shadow_maps_enabled));
             shadows[1] += usize::from(spot.is_some_and(|light| light.shadow_maps_enabled));
+        }
+    }
+    let class = TypeId::of::<ClusterVisibilityClass>();
+    if may_leave_out {
+        for (_, visible, frustum, at) in views.iter().filter(|(camera, ..)| camera.is_active) {
+            let lamps = visible.get(class).iter().filter_map(|&entity| lights.get(entity).ok());
+            farthest.extend(farthest_lamp(lamps, frustum, at));
         }
     }
     let has_maps = shadows[0] <= POINT_MAPS && shadows[1] <= LAYERS;
@@ -188,7 +228,7 @@ pub(crate) fn leave_out(
                 |(_, _, matters)| matters,
             );
             state.known = Some((volume, now, matters));
-            state.is_left_out = !matters;
+            state.is_left_out = !matters && !farthest.contains(&entity);
         }
         if state.is_left_out {
             out.insert(entity);
@@ -199,8 +239,7 @@ pub(crate) fn leave_out(
     if out.is_empty() {
         return;
     }
-    let class = TypeId::of::<ClusterVisibilityClass>();
-    for (camera, mut visible) in &mut views {
+    for (camera, mut visible, ..) in &mut views {
         if camera.is_active {
             // The check that wrote it marked it as changed.
             let visible = visible.bypass_change_detection();

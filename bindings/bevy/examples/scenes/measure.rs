@@ -104,32 +104,29 @@ pub(crate) fn compare(scene: &Scene) {
     }
 }
 
-/// Writes the overlay of the city from the street, and frozen and seen from above; and that of the rooms.
+/// Writes the overlay of the city from the street, and frozen and seen from above; and that of the rooms from inside.
 pub(crate) fn pictures(folder: &Path) {
-    let overlay = |app: &mut App| {
-        app.add_plugins(CulletOverlayPlugin);
-    };
     let small = Scene {
         name: "small city",
         build: |world| city::spawn(world, city::SPEC),
         camera: city::street,
     };
-    let above = |from: Vec3, at: Vec3| Transform::from_translation(from).looking_at(at, Vec3::Y);
-    let rooms = SCENES.iter().find(|scene| scene.name == "rooms").unwrap_or(&small);
-    let city_above = above(Vec3::new(110.0, 120.0, 150.0), Vec3::new(0.0, 0.0, 10.0));
-    let rooms_above = above(Vec3::new(24.0, 40.0, 34.0), Vec3::new(-1.0, 0.0, 2.0));
-    let all = [(&small, "bevy-city.png", city_above), (rooms, "bevy-lights.png", rooms_above)];
-    for (scene, name, from) in all {
-        let mut studio = studio(scene, Some(true), [640, 360], overlay);
-        if name == "bevy-city.png" {
-            studio.shoot().save(&folder.join("bevy-street.png"));
-        }
-        studio.world().resource_mut::<CulletOverlay>().frozen = true;
-        studio.settle();
-        let mut cameras = studio.world().query_filtered::<&mut Transform, With<Camera3d>>();
-        for mut at in cameras.iter_mut(studio.world()) {
-            *at = from;
-        }
-        studio.shoot().save(&folder.join(name));
+    let overlay = |scene: &Scene| {
+        studio(scene, Some(true), [640, 360], |app| {
+            app.add_plugins(CulletOverlayPlugin);
+        })
+    };
+    let mut of_city = overlay(&small);
+    of_city.shoot().save(&folder.join("bevy-street.png"));
+    of_city.world().resource_mut::<CulletOverlay>().frozen = true;
+    of_city.settle();
+    let mut cameras = of_city.world().query_filtered::<&mut Transform, With<Camera3d>>();
+    for mut at in cameras.iter_mut(of_city.world()) {
+        *at =
+            Transform::from_xyz(110.0, 120.0, 150.0).looking_at(Vec3::new(0.0, 0.0, 10.0), Vec3::Y);
+    }
+    of_city.shoot().save(&folder.join("bevy-city.png"));
+    for scene in SCENES.iter().filter(|scene| scene.name == "rooms") {
+        overlay(scene).shoot().save(&folder.join("bevy-lights.png"));
     }
 }

@@ -27,7 +27,7 @@ struct Number(u32);
 
 /// Lamps that are left out, by picture.
 #[derive(Resource, Default, Clone)]
-struct Out(BTreeMap<u32, BTreeSet<(u32, u32)>>);
+pub(crate) struct Out(pub(crate) BTreeMap<u32, BTreeSet<(u32, u32)>>);
 
 fn left_out(world: &mut World) -> BTreeSet<(u32, u32)> {
     let mut lamps = world.query::<(&Part, &CulletLight)>();
@@ -35,14 +35,14 @@ fn left_out(world: &mut World) -> BTreeSet<(u32, u32)> {
     lamps.map(|(part, _)| (part.cell, part.number)).collect()
 }
 
-struct Shots {
+pub(crate) struct Shots {
     pictures: Vec<Picture>,
-    out: Out,
+    pub(crate) out: Out,
     /// Casters of all maps, and faces without a receiver.
     casters: usize,
     faces_out: u32,
     /// Views that the renderer ran its schedule for.
-    views: usize,
+    pub(crate) views: usize,
 }
 
 /// Pictures of the scenes of [`cells`], by their numbers.
@@ -105,7 +105,7 @@ fn all() -> std::ops::Range<u32> {
 }
 
 /// Compares pictures with the plugin with those of Bevy alone.
-fn same(
+pub(crate) fn same(
     build: fn(&mut Kit),
     step: fn(&mut World, u32),
     pictures: std::ops::Range<u32>,
@@ -124,7 +124,11 @@ fn same(
             let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
             a.save(&folder.join("without.png"));
             b.save(&folder.join("with.png"));
-            panic!("{differing} pixels of picture {number} differ: see {}", folder.display());
+            panic!(
+                "{differing} pixels of picture {number} differ, {:?} out: see {}",
+                with.out.0[&(number as u32)],
+                folder.display()
+            );
         }
     }
     let share = of_something as f64 / without.pictures.len() as f64;

@@ -11,6 +11,7 @@ mod picture;
 
 mod cells;
 mod deformed;
+mod door;
 mod kit;
 mod lights;
 mod moving;
