@@ -10,6 +10,7 @@ use bevy_camera::visibility::{
 use bevy_camera::{Camera, Projection};
 use bevy_ecs::prelude::*;
 use bevy_light::cluster::ClusterVisibilityClass;
+use bevy_math::Affine3A;
 use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
 
@@ -156,10 +157,22 @@ pub(crate) fn check_meshes(
         };
         let mut is_new = false;
         if state.known.as_ref() != Some(&now) || !mirror.checked.is_empty() {
-            state.find(&mirror, &now, |entity| {
-                let Ok((aabb, at, no_frustum_culling)) = boxes.get(entity) else { return true };
-                let (Some(aabb), Some(planes)) = (aabb, &planes) else { return true };
-                no_frustum_culling || !is_outside(planes, aabb, &at.affine())
+            state.find(&mirror, &now, |entities| {
+                // Read before any is tested: reads that miss the cache wait for each other the least
+                // when nothing is between them.
+                let mut near = [None; 64];
+                for (near, &entity) in near.iter_mut().zip(entities) {
+                    *near = match boxes.get(entity) {
+                        Ok((Some(aabb), at, false)) => Some((*aabb, at.affine())),
+                        _ => None,
+                    };
+                }
+                let is_seen = |near: &Option<(Aabb, Affine3A)>| {
+                    let both = near.as_ref().zip(planes.as_ref());
+                    both.is_none_or(|((aabb, at), planes)| !is_outside(planes, aabb, at))
+                };
+                let near = near[..entities.len()].iter().enumerate();
+                near.fold(0, |bits, (at, near)| bits | u64::from(is_seen(near)) << at)
             });
             for &entity in &mirror.checked {
                 let slot = mirror.handle(entity).and_then(|handle| scene.slot(handle).ok());

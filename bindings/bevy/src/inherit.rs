@@ -112,7 +112,7 @@ fn changed(since: Since, all: &All) -> Vec<Entity> {
     let Ok(tables) = all.contiguous_iter() else { return Vec::new() };
     let most = tables.map(|(entities, ..)| entities.len()).max().unwrap_or(0);
     // Two columns at most are read: a thread more is worth it later than elsewhere.
-    if most < 4 * MANY {
+    if most < 2 * MANY {
         all.contiguous_iter().into_iter().flatten().for_each(ask);
     } else if let Ok(tables) = all.contiguous_par_iter() {
         tables.for_each(ask);

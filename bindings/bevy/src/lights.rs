@@ -103,7 +103,8 @@ fn touches(
         let mut all = Bounds::EMPTY;
         for word in cut.touched() {
             let bits = cut.visible()[word] & eye.seen.get(word).copied().unwrap_or(0);
-            let bounds = slots_of(word, bits).map(|slot| scene.bounds(slot));
+            let boxes = hierarchy.boxes();
+            let bounds = slots_of(word, bits).map(|slot| boxes.get(slot as usize));
             let near = bounds.filter(|bounds| is_near(volume.center, volume.radius, bounds));
             // Of a large receiver the part that is lit may be hidden.
             let lit = near.map(|bounds| bounds.intersection(&reach));

@@ -27,6 +27,8 @@ use crate::without;
 pub(crate) struct Map {
     /// One bit a slot: the map shows it, whether it matters or not.
     found: Vec<u64>,
+    /// Whether `found` holds also what did not matter.
+    is_whole: bool,
     listed: Listed,
     known: Option<Known>,
     /// Something that is drawn may receive a shadow by it.
@@ -134,11 +136,13 @@ impl View {
     }
 
     /// Whether the light is sure to reach something whose box has this centre.
-    fn is_well_within(&self, bounds: &Bounds) -> bool {
+    fn is_well_within(&self, bounds: impl FnOnce() -> Bounds) -> bool {
         let Some([x, y, z, radius]) = self.sphere.map(|s| s.map(f64::from)) else { return true };
-        let [cx, cy, cz] = bounds.center();
+        let [cx, cy, cz] = bounds().center();
         let square = (cx - x).powi(2) + (cy - y).powi(2) + (cz - z).powi(2);
-        square <= (radius * (1.0 - 1e-4)).powi(2)
+        // The box is one of f32, and a little larger than it was given.
+        let within = radius * (1.0 - 1e-4) - (cx.abs() + cy.abs() + cz.abs()) * 1e-6;
+        within > 0.0 && square <= within * within
     }
 
     /// A box around what an eye sees in the map, or beside it as far as it is read.
@@ -149,7 +153,7 @@ impl View {
         eye: &Eye<'_>,
         margin: f64,
     ) -> Bounds {
-        let scene = &frame.mirror.scene;
+        let boxes = frame.mirror.scene.hierarchy().boxes();
         let mut all = Bounds::EMPTY;
         let reach = self.sphere.map(|[x, y, z, radius]| {
             let radius = f64::from(radius) * 1.001 + margin;
@@ -159,7 +163,7 @@ impl View {
         for word in cut.touched() {
             let seen = eye.seen.get(word).copied().unwrap_or(0);
             for slot in slots_of(word, cut.visible()[word] & seen) {
-                let bounds = scene.bounds(slot);
+                let bounds = boxes.get(slot as usize);
                 let is_near = self.sphere.is_none_or(|[x, y, z, radius]| {
                     is_near([x, y, z].map(f64::from), f64::from(radius) + margin, &bounds)
                 });
@@ -221,16 +225,19 @@ impl Map {
             return false;
         }
         let Scratch { cut, allowed, next } = scratch;
-        self.find(cut, frame, &now);
+        self.has_receivers = true;
+        let mut kept = None;
+        if let Some(margin) = now.view.margin {
+            self.has_receivers = allow(cut, allowed, frame, &now.view, margin);
+            if self.has_receivers {
+                let each = allowed.iter_mut().zip(scene.exempt());
+                each.for_each(|(allowed, exempt)| *allowed |= exempt);
+            }
+            kept = Some(&allowed[..]);
+        }
+        self.find(cut, frame, &now, kept);
         next.clone_from(&self.found);
-        self.has_receivers = match now.view.margin {
-            Some(margin) => allow(cut, allowed, frame, &now.view, margin),
-            None => true,
-        };
-        if !self.has_receivers {
-            next.fill(0);
-        } else if now.view.margin.is_some() {
-            let kept = allowed.iter().zip(scene.exempt()).map(|(allowed, exempt)| allowed | exempt);
+        if let Some(kept) = kept {
             next.iter_mut().zip(kept).for_each(|(next, kept)| *next &= kept);
         }
         if self.has_receivers {
@@ -254,12 +261,22 @@ impl Map {
 }
 
 impl Map {
-    /// Finds what the map shows, one bit a slot: all, or what changed since it was found.
-    fn find(&mut self, cut: &mut Cut, frame: &Frame<'_, '_, '_>, now: &Known) {
+    /// Finds what the map shows, one bit a slot: all, or what changed since it was found. Of a map
+    /// that shows something else than in the last frame only what is `kept`: the next frame is
+    /// likely to ask anew.
+    fn find(
+        &mut self,
+        cut: &mut Cut,
+        frame: &Frame<'_, '_, '_>,
+        now: &Known,
+        kept: Option<&[u64]>,
+    ) {
         let scene = &frame.mirror.scene;
         let hierarchy = scene.hierarchy();
         self.found.resize(hierarchy.present().len(), 0);
         let behind = self.known.as_ref().and_then(|known| known.behind(now));
+        let is_whole = std::mem::replace(&mut self.is_whole, kept.is_none() || behind.is_some());
+        let behind = behind.filter(|_| is_whole);
         if behind == Some(0) {
             return;
         }
@@ -271,35 +288,47 @@ impl Map {
                 let [mut visible, mut inside] = [[0]; 2];
                 let boxes = hierarchy.boxes();
                 classify_boxes(Simd::best(), &planes, boxes, word, &mut visible, &mut inside);
-                *found = decide(frame, &now.view, word, [visible[0], inside[0]]);
+                *found = decide(frame, &now.view, word, [visible[0], inside[0], u64::MAX]);
             }
             return;
         }
+        let kept = kept.filter(|_| !self.is_whole);
         cut.cull(Simd::best(), &planes, hierarchy.nodes(), hierarchy.boxes());
         for (word, found) in self.found.iter_mut().enumerate() {
-            *found = decide(frame, &now.view, word, [cut.visible()[word], cut.inside()[word]]);
+            let kept = kept.map_or(u64::MAX, |kept| kept[word]);
+            let bits = [cut.visible()[word], cut.inside()[word], kept];
+            *found = decide(frame, &now.view, word, bits);
         }
     }
 }
 
-/// The slots of a word that a map shows, of those whose boxes are visible, or inside all half-spaces.
-fn decide(frame: &Frame<'_, '_, '_>, view: &View, word: usize, [visible, inside]: [u64; 2]) -> u64 {
+/// The slots of a word that a map shows, of those that are kept and whose boxes are visible, or
+/// inside all half-spaces.
+fn decide(
+    frame: &Frame<'_, '_, '_>,
+    view: &View,
+    word: usize,
+    [visible, inside, kept]: [u64; 3],
+) -> u64 {
     let scene = &frame.mirror.scene;
     let exempt = scene.exempt()[word];
-    let bits = (visible | exempt) & scene.hierarchy().present()[word];
+    let bits = (visible | exempt) & kept & scene.hierarchy().present()[word];
     let doubtful = !inside | exempt;
+    let all_shade = frame.without.is_empty();
     let mut found = 0;
     for slot in slots_of(word, bits) {
         let bit = 1 << (slot % 64);
         if scene.layers(slot) & view.layers == 0 {
             continue;
         }
-        let entity = Entity::from_bits(scene.user_data(slot));
-        if frame.without.has(entity) {
+        let is_sure = doubtful & bit == 0
+            && view.is_well_within(|| scene.hierarchy().boxes().get(slot as usize));
+        if is_sure && all_shade {
+            found |= bit;
             continue;
         }
-        let is_sure = doubtful & bit == 0 && view.is_well_within(&scene.bounds(slot));
-        if is_sure || view.shows(frame, entity) {
+        let entity = Entity::from_bits(scene.user_data(slot));
+        if !frame.without.has(entity) && (is_sure || view.shows(frame, entity)) {
             found |= bit;
         }
     }

@@ -192,6 +192,11 @@ pub(crate) fn reset(marks: Res<Marks>, mut all: Query<&mut ViewVisibility, Witho
     }
 }
 
+/// Whether [`hide`] has something to do.
+pub(crate) fn is_any_leaving(marks: Res<Marks>) -> bool {
+    !marks.leaving.is_empty()
+}
+
 /// Marks as hidden what was seen in the last frame, and in this one by nobody.
 pub(crate) fn hide(
     mut marks: ResMut<Marks>,

@@ -152,7 +152,18 @@ pub(crate) fn prepare(
     }
     // One that an entity has until it is taken over again stays until then.
     meshes.leaving.retain(|&mesh| mirror.scene.remove_mesh(mesh).is_err());
-    for (entity, id, sides) in news.drain(..).chain(std::mem::take(&mut mirror.waiting)) {
+    // One whose mesh changes in each frame would wait once for each.
+    news.append(&mut mirror.waiting);
+    news.sort_unstable();
+    news.dedup();
+    for (entity, id, sides) in news {
+        // What waited may want another by now.
+        let is_wanted = |(_, mesh, occluder): (Entity, &Mesh3d, &CulletOccluder)| {
+            (mesh.id(), occluder.double_sided) == (id, sides)
+        };
+        if !wanting.get(entity).is_ok_and(is_wanted) {
+            continue;
+        }
         let made = meshes.made.entry((id, sides)).or_insert_with(|| {
             let Some(data) = assets.get(id).and_then(|mesh| data(mesh, sides)) else {
                 return Made::Nothing;

@@ -17,7 +17,7 @@ use crate::check::{check_meshes, check_others};
 use crate::follow::follow;
 use crate::inherit::inherit;
 use crate::lights::{CulletLight, leave_out};
-use crate::marks::{Marks, hide, reset};
+use crate::marks::{Marks, hide, is_any_leaving, reset};
 use crate::mirror::CulletScene;
 use crate::occluder::{CulletPrepare, OccluderMeshes, prepare};
 use crate::private::{Replaced, remove};
@@ -65,14 +65,17 @@ impl Plugin for CulletPlugin {
         app.add_systems(
             PostUpdate,
             (
-                (follow, prepare).chain().in_set(CulletSystems::Follow),
-                (check_others, check_meshes, leave_out).chain().in_set(CulletSystems::Check),
+                // One system of several: to start one takes as long as to look at thousands of
+                // entities.
+                follow.pipe(prepare).in_set(CulletSystems::Follow),
+                check_others.pipe(check_meshes).pipe(leave_out).in_set(CulletSystems::Check),
             ),
         );
         #[cfg(feature = "pbr")]
         app.add_systems(
             PostUpdate,
-            (crate::pbr::by_material, crate::pbr::transmits)
+            crate::pbr::by_material
+                .pipe(crate::pbr::transmits)
                 .after(bevy_asset::AssetEventSystems)
                 .before(CulletSystems::Follow),
         );
@@ -89,7 +92,7 @@ impl Plugin for CulletPlugin {
         app.add_systems(
             PostUpdate,
             (
-                (inherit, reset).in_set(VisibilitySystems::VisibilityPropagate),
+                inherit.pipe(reset).in_set(VisibilitySystems::VisibilityPropagate),
                 // In the order of those that it stands for.
                 cast.in_set(SimulationLightSystems::CheckLightVisibility)
                     .after(VisibilitySystems::CalculateBounds)
@@ -97,7 +100,8 @@ impl Plugin for CulletPlugin {
                     .after(SimulationLightSystems::UpdateLightFrusta)
                     .after(VisibilitySystems::CheckVisibility)
                     .before(VisibilitySystems::MarkNewlyHiddenEntitiesInvisible),
-                hide.in_set(VisibilitySystems::MarkNewlyHiddenEntitiesInvisible),
+                hide.run_if(is_any_leaving)
+                    .in_set(VisibilitySystems::MarkNewlyHiddenEntitiesInvisible),
             ),
         );
     }

@@ -11,7 +11,7 @@ pub(crate) const RUN: usize = 16 * ROWS;
 
 /// From how many rows on a table is worth being shared out to threads, where little is asked of
 /// each.
-pub(crate) const MANY: usize = 1 << 16;
+pub(crate) const MANY: usize = 1 << 17;
 
 /// The time since a system ran last.
 #[derive(Clone, Copy, Debug)]

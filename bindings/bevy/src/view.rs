@@ -3,7 +3,7 @@
 use bevy_camera::primitives::Frustum;
 use bevy_ecs::change_detection::Tick;
 use bevy_ecs::prelude::*;
-use bevy_math::Affine3A;
+use bevy_math::{Affine3A, Vec3A};
 use engine::bounds::Plane;
 use engine::cull::frustum::batch::{Planes, classify_boxes};
 use engine::cull::frustum::tree::Cut;
@@ -38,6 +38,8 @@ pub struct CulletView {
     pub(crate) cut: Cut,
     /// One bit a slot: in the frustum and the layers.
     found: Vec<u64>,
+    /// Slots that are asked one by one.
+    doubtful: Vec<u32>,
     /// Seen in the last frame, ranges and occlusion included.
     pub(crate) listed: Listed,
     pub(crate) next: Vec<u64>,
@@ -96,19 +98,37 @@ pub(crate) fn is_outside(
     aabb: &bevy_camera::primitives::Aabb,
     at: &Affine3A,
 ) -> bool {
+    let center = at.transform_point3a(aabb.center);
+    let extents = aabb.half_extents.abs();
+    let matrix = at.matrix3.transpose();
+    // The sums below are off by nine roundings of these sizes at the most, each of half of
+    // f32::EPSILON; what f64 allows for is one of f32::EPSILON.
+    let m = &at.matrix3;
+    let c = aabb.center.abs();
+    let reach = |v: Vec3A| m.x_axis.abs() * v.x + m.y_axis.abs() * v.y + m.z_axis.abs() * v.z;
+    let sizes = reach(c + extents) + at.translation.abs();
+    half_spaces.iter().any(|plane| {
+        let normal = Vec3A::new(plane[0], plane[1], plane[2]);
+        let beyond = normal.dot(center) + plane[3] + (matrix * normal).abs().dot(extents);
+        let slack = (normal.abs().dot(sizes) + plane[3].abs()) * (16.0 * f32::EPSILON) + 1e-30;
+        // Also where something is not a number.
+        let is_clear = beyond.abs() > slack;
+        if is_clear { beyond < 0.0 } else { is_beyond(plane, aabb, at) }
+    })
+}
+
+/// Whether a box is outside of a half-space, in f64.
+fn is_beyond(plane: &[f32; 4], aabb: &bevy_camera::primitives::Aabb, at: &Affine3A) -> bool {
     let m = at.matrix3.as_dmat3();
     let center = m * aabb.center.as_dvec3() + at.translation.as_dvec3();
     let extents = aabb.half_extents.as_dvec3().abs();
-    half_spaces.iter().any(|plane| {
-        let [x, y, z, d] = plane.map(f64::from);
-        let normal = bevy_math::DVec3::new(x, y, z);
-        let radius = (m.transpose() * normal).abs().dot(extents);
-        let distance = normal.dot(center) + d;
-        // The planes themselves are rounded to f32, and so is what the shader makes of the corners.
-        let rounding =
-            (normal.abs().dot(center.abs()) + d.abs() + radius) * f64::from(f32::EPSILON);
-        distance + radius < -rounding
-    })
+    let [x, y, z, d] = plane.map(f64::from);
+    let normal = bevy_math::DVec3::new(x, y, z);
+    let radius = (m.transpose() * normal).abs().dot(extents);
+    let distance = normal.dot(center) + d;
+    // The planes themselves are rounded to f32, and so is what the shader makes of the corners.
+    let rounding = (normal.abs().dot(center.abs()) + d.abs() + radius) * f64::from(f32::EPSILON);
+    distance + radius < -rounding
 }
 
 impl Known {
@@ -128,7 +148,7 @@ impl CulletView {
         &mut self,
         mirror: &CulletScene,
         now: &Known,
-        straddles: impl Fn(Entity) -> bool,
+        straddles: impl Fn(&[Entity]) -> u64,
     ) {
         let scene = &mirror.scene;
         let words = scene.hierarchy().present().len();
@@ -144,7 +164,12 @@ impl CulletView {
     }
 
     /// Asks all words of slots, by the hierarchy.
-    fn find_all(&mut self, mirror: &CulletScene, now: &Known, straddles: &impl Fn(Entity) -> bool) {
+    fn find_all(
+        &mut self,
+        mirror: &CulletScene,
+        now: &Known,
+        straddles: &impl Fn(&[Entity]) -> u64,
+    ) {
         let scene = &mirror.scene;
         let hierarchy = scene.hierarchy();
         self.found.fill(0);
@@ -157,12 +182,14 @@ impl CulletView {
         let planes = Planes::new(&region(half_spaces));
         self.cut.cull(Simd::best(), &planes, hierarchy.nodes(), hierarchy.boxes());
         let cut = &self.cut;
+        self.doubtful.clear();
         for (word, found) in found {
             let (visible, inside) = (cut.visible()[word], cut.inside()[word]);
             if visible != 0 || scene.exempt()[word] != 0 {
-                *found = decide(scene, now, word, [visible, inside], straddles);
+                *found = sure(scene, now, word, [visible, inside], &mut self.doubtful);
             }
         }
+        ask(scene, &mut self.found, &self.doubtful, straddles);
     }
 
     /// Asks the words in which a slot changed, one by one.
@@ -170,11 +197,12 @@ impl CulletView {
         &mut self,
         mirror: &CulletScene,
         now: &Known,
-        straddles: &impl Fn(Entity) -> bool,
+        straddles: &impl Fn(&[Entity]) -> u64,
     ) {
         let scene = &mirror.scene;
         let hierarchy = scene.hierarchy();
         let planes = now.planes.as_ref().map(|planes| Planes::new(&region(planes)));
+        self.doubtful.clear();
         for word in mirror.touched() {
             let Some(found) = self.found.get_mut(word) else { continue };
             let Some(planes) = &planes else {
@@ -184,8 +212,9 @@ impl CulletView {
             let [mut visible, mut inside] = [[0]; 2];
             let boxes = hierarchy.boxes();
             classify_boxes(Simd::best(), planes, boxes, word, &mut visible, &mut inside);
-            *found = decide(scene, now, word, [visible[0], inside[0]], straddles);
+            *found = sure(scene, now, word, [visible[0], inside[0]], &mut self.doubtful);
         }
+        ask(scene, &mut self.found, &self.doubtful, straddles);
     }
 
     /// How many are in `next`.
@@ -209,23 +238,89 @@ fn in_layers(scene: &Scene, now: &Known, word: usize, mut bits: u64) -> u64 {
     bits
 }
 
-/// The slots of a word that are seen, of those whose boxes are visible, or inside all half-spaces:
-/// the boxes of those that straddle one are looser than those of Bevy, and some are tested against
-/// nothing but those.
-fn decide(
+/// The slots of a word that are sure to be seen, of those whose boxes are visible, or inside all
+/// half-spaces. Others are put to `doubtful`: the boxes of those that straddle a half-space are
+/// looser than those of Bevy, and some are tested against nothing but those.
+fn sure(
     scene: &Scene,
     now: &Known,
     word: usize,
     [visible, inside]: [u64; 2],
-    straddles: &impl Fn(Entity) -> bool,
+    doubtful: &mut Vec<u32>,
 ) -> u64 {
     let (present, exempt) = (scene.hierarchy().present()[word], scene.exempt()[word]);
     let visible = in_layers(scene, now, word, (visible | exempt) & present);
-    let doubtful = visible & (!inside | exempt);
-    let mut kept = visible & !doubtful;
-    for slot in slots_of(word, doubtful) {
-        let entity = Entity::from_bits(scene.user_data(slot));
-        kept |= u64::from(straddles(entity)) << (slot % 64);
+    let asked = visible & (!inside | exempt);
+    doubtful.extend(slots_of(word, asked));
+    visible & !asked
+}
+
+/// Adds the slots to what was found that are seen when they are asked one by one: `straddles` tells
+/// it of up to 64 at once.
+fn ask(scene: &Scene, found: &mut [u64], doubtful: &[u32], straddles: &impl Fn(&[Entity]) -> u64) {
+    for slots in doubtful.chunks(64) {
+        let mut entities = [Entity::PLACEHOLDER; 64];
+        let each = entities.iter_mut().zip(slots);
+        each.for_each(|(to, &slot)| *to = Entity::from_bits(scene.user_data(slot)));
+        for at in slots_of(0, straddles(&entities[..slots.len()])) {
+            let slot = slots[at as usize];
+            found[slot as usize / 64] |= 1 << (slot % 64);
+        }
     }
-    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers without a rule, from -1 to 1.
+    fn numbers() -> impl FnMut() -> f32 {
+        let mut state = 1_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 33) as f32 / (1_u64 << 30) as f32 - 1.0
+        }
+    }
+
+    #[test]
+    fn outside_is_what_f64_calls_so() {
+        let mut next = numbers();
+        let mut vector = |size: f32| Vec3A::new(next(), next(), next()) * size;
+        let mut found = [0; 2];
+        for round in 0..200_000 {
+            let size = [1e-3, 1.0, 50.0, 1e5][round % 4];
+            let axes = [vector(1.0), vector(1.0), vector(1.0)];
+            let matrix3 = bevy_math::Mat3A::from_cols(axes[0], axes[1], axes[2]);
+            let at = Affine3A { matrix3, translation: vector(size) };
+            let mut aabb = bevy_camera::primitives::Aabb {
+                center: vector(size * 0.1),
+                half_extents: vector(0.5).abs(),
+            };
+            if round % 97 == 0 {
+                aabb.center.x = [f32::NAN, f32::INFINITY][round % 2];
+            }
+            let planes: [[f32; 4]; 5] = std::array::from_fn(|side| {
+                let normal = vector(1.0).normalize();
+                let mut d = vector(size).x;
+                // Most touch the box, but for roundings.
+                if side > 0 {
+                    let center = at.transform_point3a(aabb.center);
+                    let radius = (at.matrix3.transpose() * normal).abs().dot(aabb.half_extents);
+                    d = -(normal.dot(center) + radius);
+                    d += d * (side as f32 - 2.0) * f32::EPSILON;
+                }
+                [normal.x, normal.y, normal.z, d]
+            });
+            for plane in planes {
+                let expected = is_beyond(&plane, &aabb, &at);
+                found[usize::from(expected)] += 1;
+                assert_eq!(
+                    is_outside(&[plane; 5], &aabb, &at),
+                    expected,
+                    "{plane:?} {aabb:?} {at:?}"
+                );
+            }
+        }
+        assert!(found.iter().all(|&count| count > 20_000), "{found:?}");
+    }
 }

@@ -21,11 +21,16 @@ pub(crate) struct WithoutShadows<'w, 's> {
 pub(crate) struct Known {
     /// One bit an index of an entity.
     bits: Vec<u64>,
+    count: usize,
     /// Rises with each change.
     pub(crate) version: u64,
 }
 
 impl Known {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
     pub(crate) fn has(&self, entity: Entity) -> bool {
         let at = entity.index_u32() as usize;
         self.bits.get(at / 64).is_some_and(|word| word >> (at % 64) & 1 == 1)
@@ -39,7 +44,10 @@ impl Known {
         let bit = 1 << (at % 64);
         let word = &mut self.bits[at / 64];
         let new = if is_without { *word | bit } else { *word & !bit };
-        self.version += u64::from(new != *word);
+        if new != *word {
+            self.version += 1;
+            self.count = if is_without { self.count + 1 } else { self.count - 1 };
+        }
         *word = new;
     }
 }
