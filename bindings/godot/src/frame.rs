@@ -24,6 +24,8 @@ pub(crate) struct Settings {
     /// Whether casters are hidden whose shadow no camera sees.
     pub(crate) casters: bool,
     pub(crate) receivers: Receivers,
+    /// Whether lamps are hidden that light nothing seen.
+    pub(crate) lamps: bool,
 }
 
 /// Counts and times of a frame.
@@ -37,6 +39,8 @@ pub(crate) struct Stats {
     pub(crate) gone: usize,
     pub(crate) changed: usize,
     pub(crate) occluders: usize,
+    /// Lamps that light nothing seen.
+    pub(crate) dark: usize,
     /// Times that occluders were found to be others than they were, and culled again.
     pub(crate) again: usize,
     /// Microseconds: following, culling, casters, telling the server.
@@ -85,6 +89,8 @@ impl Frame {
         }
         us[1] = clock.lap();
         let all_cast = !self.find_casters(registry, settings, world);
+        let is_all_seen = self.eyes.iter().all(|eye| !eye.has_lit_fog && !eye.has_sdfgi);
+        registry.darken(settings.lamps && is_all_seen && !self.eyes.is_empty(), &self.seen);
         us[2] = clock.lap();
         let changed = self.tell(&mut registry.mirror, all_cast);
         us[3] = clock.lap();
@@ -99,6 +105,7 @@ impl Frame {
             gone,
             changed,
             occluders: self.occluders.len(),
+            dark: registry.dark.len(),
             again,
             us,
         };

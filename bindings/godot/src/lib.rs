@@ -9,10 +9,12 @@
 //! | [`look`], [`material`] | what a node's mesh and materials say: bounds, and whether it hides |
 //! | [`meshes`], [`levels`] | occluders made of Godot's meshes |
 //! | [`views`], [`probes`], [`lights`] | who looks: cameras, reflection probes, lights with shadows |
+//! | [`dark`] | lamps that light nothing seen |
 //! | [`scripts`], [`watched`] | what scripts may ask and be told |
 //! | [`frame`], [`shown`], [`told`] | a frame: culling, and what follows for Godot's server |
 
 mod convert;
+mod dark;
 mod entry;
 mod frame;
 mod inbox;

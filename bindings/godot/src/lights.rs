@@ -173,15 +173,20 @@ fn sun(light: &Gd<Light3D>, at: &Transform3D) -> Option<Sun> {
 fn lamp(light: &Gd<Light3D>, at: &Transform3D) -> Option<View> {
     let is_lamp = light.clone().try_cast::<OmniLight3D>().is_ok()
         || light.clone().try_cast::<SpotLight3D>().is_ok();
-    if !is_lamp || !convert::is_finite(at) {
-        return None;
-    }
+    let reach = if is_lamp { reach(light, at) } else { None };
+    views::of_world_box(&reach?, u32::MAX)
+}
+
+/// Returns a box around all that a lamp lights; `None` where its place or range is no number.
+pub(crate) fn reach(light: &Gd<Light3D>, at: &Transform3D) -> Option<Aabb> {
     // A ball, of a spot too: its cone is asked for by Godot, not by what may change.
     let range = f64::from(light.get_param(Param::RANGE)) * 1.01;
+    if !convert::is_finite(at) || !range.is_finite() {
+        return None;
+    }
     let centre = convert::point(at.origin);
     let scale = [at.basis.col_a(), at.basis.col_b(), at.basis.col_c()];
     let scale = scale.map(|c| f64::from(c.length())).into_iter().fold(1.0, f64::max);
     let reach = range * scale;
-    let b = Aabb::rounded_out(centre.map(|c| c - reach), centre.map(|c| c + reach));
-    views::of_world_box(&b, u32::MAX)
+    Some(Aabb::rounded_out(centre.map(|c| c - reach), centre.map(|c| c + reach)))
 }

@@ -32,6 +32,8 @@ pub(crate) struct Mirror {
     pub(crate) inbox: Inbox,
     /// Nodes of `CulletOccluder` and `NoCulletOccluder` in the tree.
     pub(crate) mark_count: usize,
+    /// `GridMap`s among the items.
+    pub(crate) grid_count: usize,
     /// Rises with each frame.
     pub(crate) frame: u64,
     /// Whether Godot draws nodes between the places of physics steps.
@@ -107,6 +109,7 @@ impl Mirror {
             shown: Shown::Whole,
         });
         self.by_id.insert(id, index);
+        self.grid_count += usize::from(kind == Kind::Grid);
         self.told.put(index as usize, kind != Kind::Grid);
         self.look_again(index as usize);
     }
@@ -116,6 +119,7 @@ impl Mirror {
         let Some(index) = self.by_id.remove(&id) else { return };
         let Some(mut item) = self.items[index as usize].take() else { return };
         self.free.push(index);
+        self.grid_count -= usize::from(item.kind == Kind::Grid);
         self.told.put(index as usize, false);
         self.drop_instances(&mut item);
         if item.node.is_instance_valid() {
@@ -450,7 +454,8 @@ fn of_box(bounds: BoundsOverride) -> Instance {
     }
 }
 
-fn world_box(item: &Item) -> BoundsOverride {
+/// Returns the bounds of an item in world space.
+pub(crate) fn world_box(item: &Item) -> BoundsOverride {
     let Bounds::Box(aabb, grown) = item.look.bounds else { return BoundsOverride::None };
     convert::world_box(&aabb, &item.transform, grown)
         .map_or(BoundsOverride::None, BoundsOverride::World)

@@ -5,11 +5,12 @@ use std::collections::HashMap;
 use godot::classes::class_db::ApiType;
 use godot::classes::{
     ClassDb, GeometryInstance3D, GpuParticlesCollisionHeightField3D, GridMap, Light3D, Node,
-    Node3D, ReflectionProbe, Viewport, VisualInstance3D,
+    Node3D, ReflectionProbe, Viewport, VisualInstance3D, VoxelGi,
 };
 use godot::obj::{InstanceId, Singleton};
 use godot::prelude::*;
 
+use crate::dark::Dark;
 use crate::inbox::{self, Event};
 use crate::item::Item;
 use crate::marks::{CulletOccluder, NoCulletOccluder};
@@ -44,7 +45,10 @@ pub(crate) struct Registry {
     pub(crate) viewports: Vec<Gd<Viewport>>,
     pub(crate) lights: Vec<Gd<Light3D>>,
     pub(crate) probes: Vec<Gd<ReflectionProbe>>,
+    pub(crate) dark: Dark,
     height_fields: Vec<InstanceId>,
+    /// Nodes into which lamps shine though no camera sees them.
+    lit: Vec<InstanceId>,
     /// Nodes of other extensions, which may draw by means of their own.
     foreign: Vec<InstanceId>,
     classes: HashMap<String, bool>,
@@ -77,6 +81,7 @@ impl Registry {
     /// Gives everything back.
     pub(crate) fn clear(&mut self) {
         self.mirror.clear();
+        self.dark.give_back();
         let inbox = self.mirror.inbox.clone();
         let frame = self.mirror.frame;
         *self = Self::default();
@@ -91,6 +96,19 @@ impl Registry {
     /// Whether anything may be drawn that is in no list of ours.
     pub(crate) fn has_foreign(&self) -> bool {
         !self.foreign.is_empty()
+    }
+
+    /// Hides lamps that light no node of `seen`; `is_known` is false where more than that is lit.
+    pub(crate) fn darken(&mut self, is_known: bool, seen: &[u64]) {
+        // Cells of a GridMap are drawn, and their bounds are in no list.
+        let is_known = is_known
+            && self.lit.is_empty()
+            && self.foreign.is_empty()
+            && self.mirror.grid_count == 0;
+        match self.world.filter(|_| is_known) {
+            Some(world) => self.dark.update(&self.lights, world, &self.mirror, seen),
+            None => self.dark.give_back(),
+        }
     }
 
     fn add(&mut self, node: &Gd<Node>) {
@@ -135,6 +153,9 @@ impl Registry {
         if node.clone().try_cast::<GpuParticlesCollisionHeightField3D>().is_ok() {
             self.height_fields.push(node.instance_id());
         }
+        if node.clone().try_cast::<VoxelGi>().is_ok() {
+            self.lit.push(node.instance_id());
+        }
     }
 
     fn add_drawn(&mut self, node: &Gd<Node3D>) {
@@ -151,6 +172,7 @@ impl Registry {
         self.probes.retain(|node| node.instance_id_unchecked() != id);
         self.height_fields.retain(|&own| own != id);
         self.foreign.retain(|&own| own != id);
+        self.lit.retain(|&own| own != id);
         if let Some(at) = self.marks.iter().position(|&own| own == id) {
             self.marks.swap_remove(at);
             self.mirror.mark_count = self.marks.len();

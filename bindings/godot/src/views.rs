@@ -17,6 +17,8 @@ pub(crate) struct Eye {
     pub(crate) view: View,
     /// Fog that is lit, whose shadows lie in the air.
     pub(crate) has_lit_fog: bool,
+    /// Global illumination from distance fields, into which all lamps shine.
+    pub(crate) has_sdfgi: bool,
     pub(crate) near: f64,
     pub(crate) far: f64,
 }
@@ -100,11 +102,13 @@ fn eye(camera: &Gd<Camera3D>, matrix: [f64; 16], size: [f64; 2]) -> Option<Eye> 
     let view = View::from_gl_matrix(matrix, Depth::Standard, size).ok()?;
     let view = view.with_layers(camera.get_cull_mask());
     let world = camera.get_world_3d();
-    let fallback = || world.as_ref().and_then(|world| world.get_environment());
-    let environment = camera.get_environment().or_else(fallback);
-    let has_lit_fog = environment.is_some_and(|e| e.is_volumetric_fog_enabled());
+    let of_world = || world.as_ref().and_then(|world| world.get_environment());
+    let fallback = || world.as_ref().and_then(|world| world.get_fallback_environment());
+    let environment = camera.get_environment().or_else(of_world).or_else(fallback);
+    let has_lit_fog = environment.as_ref().is_some_and(|e| e.is_volumetric_fog_enabled());
+    let has_sdfgi = environment.is_some_and(|e| e.is_sdfgi_enabled());
     let (near, far) = (f64::from(camera.get_near()), f64::from(camera.get_far()));
-    Some(Eye { camera: camera.instance_id(), view, has_lit_fog, near, far })
+    Some(Eye { camera: camera.instance_id(), view, has_lit_fog, has_sdfgi, near, far })
 }
 
 /// Returns clip space of OpenGL from world space. Projections of Godot have it, −w ≤ z ≤ w,

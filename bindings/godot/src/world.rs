@@ -57,6 +57,9 @@ pub struct CulletWorld {
     /// Also hide what casts shadows that no camera sees.
     #[export]
     shadow_casters: bool,
+    /// Also hide omni and spot lights without shadows whose reach holds nothing that is seen.
+    #[export]
+    lamps: bool,
     /// Where shadows count.
     #[export]
     shadow_receivers: ShadowReceivers,
@@ -81,6 +84,7 @@ impl INode for CulletWorld {
             buffer_width: 640,
             budget: 200.0,
             shadow_casters: true,
+            lamps: true,
             shadow_receivers: ShadowReceivers::Seen,
             follow: Follow::Auto,
             registry: Registry::default(),
@@ -141,6 +145,7 @@ impl CulletWorld {
         self.enabled = enabled;
         if !enabled {
             self.registry.mirror.show_all();
+            self.registry.dark.give_back();
         }
     }
 
@@ -169,6 +174,7 @@ impl CulletWorld {
         let settings = Settings {
             occlusion: self.occlusion.then_some((width, budget)),
             casters: self.shadow_casters,
+            lamps: self.lamps,
             receivers: match self.shadow_receivers {
                 ShadowReceivers::Seen => Receivers::Seen,
                 ShadowReceivers::Anywhere => Receivers::Anywhere,
@@ -211,6 +217,7 @@ impl CulletWorld {
             "gone" => number(s.gone),
             "changed" => number(s.changed),
             "occluders" => number(s.occluders),
+            "dark_lamps" => number(s.dark),
             "again" => number(s.again),
             "waiting" => number(self.registry.mirror.meshes.waiting()),
             "us" => us,

@@ -21,6 +21,10 @@ func step(_i: int) -> void:
 func most_drawn() -> float:
 	return 1.0
 
+# Lamps that must be hidden in at least one step.
+func least_dark() -> int:
+	return 0
+
 # Frames between a step and the pictures of it, for what Godot itself spreads over frames.
 func frames() -> int:
 	return 1

@@ -110,6 +110,7 @@ func run() -> void:
 	unmark.free()
 	second.cull_now()
 	check("marks come and go", second.statistics().instances == count)
+	lamps(scene, second, cam)
 	queries(second, cam)
 	var told := []
 	var note := func(camera: Camera3D, node: Node3D, is_seen: bool): told.append([camera, node, is_seen])
@@ -140,6 +141,40 @@ func run() -> void:
 	await process_frame
 	print("%d failed" % failed)
 	quit(1 if failed else 0)
+
+func lamps(scene: Node, world: CulletWorld, cam: Camera3D) -> void:
+	# The ground is in the reach of all lamps near it.
+	var near := OmniLight3D.new()
+	near.position = cam.position + Vector3(0, 0, -3)
+	scene.add_child(near)
+	var high := SpotLight3D.new()
+	high.position = cam.position + Vector3(0, 300, 0)
+	scene.add_child(high)
+	world.cull_now()
+	check("a lamp that lights nothing seen is hidden", world.statistics().dark_lamps == 1)
+	high.position.y = 3
+	world.cull_now()
+	check("a lamp that comes down to the street is shown", world.statistics().dark_lamps == 0)
+	high.position.y = 300
+	high.shadow_enabled = true
+	world.cull_now()
+	check("a lamp with shadows is not hidden", world.statistics().dark_lamps == 0)
+	high.shadow_enabled = false
+	var fog := WorldEnvironment.new()
+	fog.environment = Environment.new()
+	fog.environment.volumetric_fog_enabled = true
+	scene.add_child(fog)
+	world.cull_now()
+	check("nor one that lights fog", world.statistics().dark_lamps == 0)
+	fog.free()
+	world.cull_now()
+	check("without fog it is hidden again", world.statistics().dark_lamps == 1)
+	world.lamps = false
+	world.cull_now()
+	check("hiding lamps can be switched off", world.statistics().dark_lamps == 0)
+	world.lamps = true
+	near.free()
+	high.free()
 
 func queries(world: CulletWorld, cam: Camera3D) -> void:
 	if not world.has_method("line_of_sight"):

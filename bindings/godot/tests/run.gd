@@ -79,6 +79,7 @@ func one(name_: String, mutant: String) -> bool:
 	var wrong := 0
 	var drawn := 0.0
 	var us := 0.0
+	var dark := 0
 	for i in case.steps():
 		case.step(i)
 		for k in case.frames():
@@ -87,6 +88,7 @@ func one(name_: String, mutant: String) -> bool:
 		var numbers: Dictionary = case.world.statistics()
 		drawn += numbers.visible / maxf(numbers.instances, 1.0) / case.steps()
 		us += numbers.us / case.steps()
+		dark = maxi(dark, numbers.dark_lamps)
 		breaker.rest()
 		case.world.enabled = false
 		for k in case.frames():
@@ -102,7 +104,7 @@ func one(name_: String, mutant: String) -> bool:
 		wrong += here
 	breaker.end()
 	var last: Dictionary = case.world.statistics()
-	var ok := wrong == 0 and drawn <= case.most_drawn()
+	var ok := wrong == 0 and drawn <= case.most_drawn() and dark >= case.least_dark()
 	if mutant != "":
 		ok = wrong > 0
 	case.queue_free()
