@@ -45,6 +45,10 @@ pub struct CulletWorld {
     #[export]
     #[var(set = set_enabled)]
     enabled: bool,
+    /// Keep what the last frame hid and showed, to look at it from elsewhere. Nothing is followed
+    /// meanwhile.
+    #[export]
+    frozen: bool,
     /// Hide what lies behind other meshes. Off: only what is outside of every camera's picture.
     #[export]
     occlusion: bool,
@@ -80,6 +84,7 @@ impl INode for CulletWorld {
     fn init(base: Base<Node>) -> Self {
         Self {
             enabled: true,
+            frozen: false,
             occlusion: true,
             buffer_width: 640,
             budget: 200.0,
@@ -140,6 +145,7 @@ impl CulletWorld {
     #[signal]
     pub(crate) fn sight_changed(camera: Gd<Camera3D>, node: Gd<Node3D>, is_seen: bool);
 
+    /// Switches culling on or off, as `enabled` does.
     #[func]
     fn set_enabled(&mut self, enabled: bool) {
         self.enabled = enabled;
@@ -160,7 +166,7 @@ impl CulletWorld {
     /// a headless test.
     #[func]
     fn cull_now(&mut self) {
-        if !self.enabled || !self.join() {
+        if !self.enabled || self.frozen || !self.join() {
             return;
         }
         let clock = Instant::now();
