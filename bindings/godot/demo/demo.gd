@@ -93,7 +93,7 @@ func rooms(at: Vector3, count: int) -> void:
 	var half := count * 4.0
 	for i in count + 1:
 		for k in count:
-			for side in [-1, 1]:
+			for side: int in [-1, 1]:
 				var along := k * 8.0 - half + 4.0 + side * 2.5
 				var across := i * 8.0 - half
 				add_box(at + Vector3(along, 1.5, across), Vector3(3, 3, 0.2), 5, true)
@@ -170,11 +170,11 @@ func shoot(path: String) -> void:
 	for i in 60:
 		await RenderingServer.frame_post_draw
 	get_viewport().get_texture().get_image().save_png(path)
-	# All scenes and modes once, so that a script error shows.
-	for i in 9:
-		if i % 3 == 0:
-			load_scene(i / 3)
-		set_mode(i % 3)
+	# All scenes, so that a script error shows. Not Godot's own culling, which crashes on some machines: see the README's traps.
+	for i in 6:
+		if i % 2 == 0:
+			load_scene(i / 2)
+		set_mode(i % 2 * 2)
 		for k in 4:
 			await RenderingServer.frame_post_draw
 		print(text.text.get_slice("\n", 0), " ", text.text.get_slice("\n", 1))
