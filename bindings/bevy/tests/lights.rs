@@ -258,6 +258,9 @@ fn left_out(at: Vec3, more: impl Fn(&mut Headless, Entity)) -> bool {
     common::cube(&mut app, [0.0, 0.0, -10.0]);
     let lamp = PointLight { range: 5.0, shadow_maps_enabled: true, ..default() };
     let lamp = app.world().spawn((lamp, Transform::from_translation(at))).id();
+    // The lamp that reaches farthest stays: this one.
+    let beyond = PointLight { range: 5.0, ..default() };
+    app.world().spawn((beyond, Transform::from_xyz(0.0, 0.0, -300.0)));
     more(&mut app, lamp);
     app.frames(2);
     let is_left_out = app.world().get::<CulletLight>(lamp).expect("of a light").is_left_out;
@@ -272,6 +275,7 @@ fn a_light_is_left_out_only_where_it_is_known_to_reach_nothing() {
     let far = Vec3::new(0.0, 0.0, -30.0);
     assert!(!left_out(near, |_, _| {}));
     assert!(left_out(far, |_, _| {}));
+    assert!(!left_out(Vec3::new(0.0, 0.0, -310.0), |_, _| {}), "none reaches farther");
     // What may be lit anywhere.
     assert!(!left_out(far, |app, _| {
         let cube = common::cube(app, [3.0, 0.0, -10.0]);

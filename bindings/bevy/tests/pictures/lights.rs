@@ -328,6 +328,9 @@ fn beside(kit: &mut Kit) {
     kit.world.insert_resource(Leaf(leaf));
     let lamp = PointLight { intensity: 3e5, range: 6.5, shadow_maps_enabled: true, ..default() };
     kit.world.spawn((lamp, Transform::from_xyz(3.0, 0.0, -17.0), Part { cell: 0, number: 0 }));
+    // The lamp that reaches farthest stays: this one.
+    let beyond = PointLight { range: 5.0, ..default() };
+    kit.world.spawn((beyond, Transform::from_xyz(3.0, 0.0, -90.0), Part { cell: 0, number: 2 }));
     let shines = SpotLight {
         intensity: 1e7,
         range: 5.0,
