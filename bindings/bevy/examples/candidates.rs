@@ -13,7 +13,7 @@ struct Room(IVec2);
 #[derive(Component)]
 struct Explored;
 
-/// Which of the stages run.
+/// Stages that run.
 #[derive(Resource)]
 struct Stages([bool; 3]);
 

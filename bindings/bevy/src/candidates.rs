@@ -32,7 +32,7 @@ use crate::mirror::CulletScene;
 pub struct CulletCandidates {
     /// One bit for each index of an entity.
     bits: Vec<u64>,
-    /// By index, where there is a bit: its entity, for an index is given again.
+    /// One entity for each index; of those with a bit it is the one that is left out, for indices are given again.
     entities: Vec<Entity>,
 }
 

@@ -1,5 +1,5 @@
-//! What the plugin knows of Bevy beyond its public interface, all of it in this file: systems without a public name, and fields
-//! that are there with some features alone. A port to another version of Bevy begins here; the tests below name what moved.
+//! Private parts of Bevy that the plugin knows, all of them in this file: systems without a public name, and fields that are there
+//! with some features alone. A port to another version of Bevy begins here; the tests below name what moved.
 
 use bevy_app::{App, PostUpdate};
 use bevy_camera::visibility::VisibilitySystems::{

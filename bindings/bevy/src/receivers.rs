@@ -47,7 +47,7 @@ pub(crate) struct Eye<'a> {
     pub(crate) region: Region,
     /// Receivers are those of `seen`; else they are anywhere in `region`.
     pub(crate) is_known: bool,
-    /// What it draws hides what is behind it, a part of a receiver too.
+    /// Occlusion buffer of its frame, which may hide a part of a receiver.
     buffer: Option<&'a OcclusionBuffer>,
     key: Key,
 }
