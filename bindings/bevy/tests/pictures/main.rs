@@ -17,6 +17,7 @@ mod lights;
 mod moving;
 mod mutants;
 mod overlay;
+mod ranges;
 mod scenes;
 
 use std::collections::BTreeSet;
@@ -173,6 +174,11 @@ fn skinned_and_morphed() {
 #[test]
 fn ranges() {
     same(Scene::still(scenes::ranges), 1.0);
+}
+
+#[test]
+fn ranges_that_fade_in_shadows() {
+    same(Scene { build: ranges::build, step: ranges::step, steps: ranges::STEPS }, 1.0);
 }
 
 #[test]
