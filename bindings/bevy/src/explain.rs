@@ -23,7 +23,8 @@ use crate::view::{half_spaces, is_outside};
 /// Names of the half-spaces of a `Frustum`, in Bevy's order.
 const HALF_SPACES: [&str; 5] = ["left", "right", "top", "bottom", "near"];
 
-/// Why a camera draws an entity, or not.
+/// Why a camera draws an entity, or not: the first stage that drops it, in the order of
+/// [`CulletFunnel`](crate::CulletFunnel).
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum CulletReason {
@@ -138,17 +139,8 @@ impl CulletExplain<'_, '_> {
         if !layers.intersects(seen.layers.unwrap_or_default()) {
             return CulletReason::Layer;
         }
-        if candidates.is_some_and(|candidates| candidates.is_left_out(entity)) {
-            return CulletReason::LeftOut;
-        }
-        let ranges = self.ranges.as_deref().filter(|_| seen.ranged);
-        if ranges.is_some_and(|ranges| !ranges.entity_is_in_range_of_view(entity, camera)) {
-            return CulletReason::Range;
-        }
-        if is_exempt || seen.no_frustum_culling {
-            return CulletReason::Visible;
-        }
-        if let Some(aabb) = seen.aabb {
+        let is_tested = !is_exempt && !seen.no_frustum_culling;
+        if let Some(aabb) = seen.aabb.filter(|_| is_tested) {
             let nothing = [0.0; 4];
             for (number, name) in HALF_SPACES.iter().enumerate() {
                 let mut one = [nothing; 5];
@@ -157,6 +149,16 @@ impl CulletExplain<'_, '_> {
                     return CulletReason::Frustum(name);
                 }
             }
+        }
+        if candidates.is_some_and(|candidates| candidates.is_left_out(entity)) {
+            return CulletReason::LeftOut;
+        }
+        let ranges = self.ranges.as_deref().filter(|_| seen.ranged);
+        if ranges.is_some_and(|ranges| !ranges.entity_is_in_range_of_view(entity, camera)) {
+            return CulletReason::Range;
+        }
+        if !is_tested {
+            return CulletReason::Visible;
         }
         let view =
             occlusion.and_then(|o| Some((o, view_of(of, projection, at, frustum, mask(layers))?)));

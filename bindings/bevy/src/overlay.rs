@@ -403,7 +403,7 @@ fn write(
     let [r, g, b] = LEFT_OUT;
     let of_lights = [
         (lights_out, "lights left out: they reach nothing drawn"),
-        (faces_out, "faces of shadow maps left out: nothing drawn is shaded by them"),
+        (faces_out, "faces of shadow maps left out: they shade nothing drawn"),
     ];
     let of_lights = of_lights.into_iter().filter(|(n, _)| *n > 0);
     let of_lights = of_lights.map(|(n, label)| (format!("{n} {label}\n"), Color::srgb_u8(r, g, b)));

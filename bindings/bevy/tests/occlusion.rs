@@ -6,7 +6,7 @@ use bevy::ecs::system::RunSystemOnce;
 use bevy::prelude::*;
 use bevy_cullet::{
     CulletCandidates, CulletExplain, CulletOccluder, CulletOcclusion, CulletPrepare, CulletReason,
-    CulletView,
+    CulletScene, CulletView,
 };
 use common::{Headless, cube};
 
@@ -143,4 +143,58 @@ fn what_the_app_leaves_out_is_not_listed_and_hides_nothing() {
     app.world().entity_mut(camera).remove::<CulletCandidates>();
     app.frames(1);
     assert_eq!(app.seen(camera), sorted(vec![wall, beside]));
+}
+
+#[test]
+fn a_mesh_that_changes_in_each_frame_leaves_nothing_behind() {
+    let (mut app, camera) = app();
+    let (_, mesh) = wall(&mut app, Vec3::new(0.0, 0.0, -5.0), Vec3::new(2.0, 2.0, 0.2));
+    let behind = cube(&mut app, [0.0, 0.0, -20.0]);
+    // Both sides of the same mesh, where it hides nothing.
+    let sides = (Mesh3d(mesh.clone()), CulletOccluder { double_sided: true });
+    app.world().spawn((sides, Transform::from_xyz(0.0, 0.0, 9.0)));
+    app.frames(4);
+    let held = |app: &mut Headless| {
+        let scene = app.world().resource::<CulletScene>().scene();
+        let triangles: u32 = scene.meshes().iter().map(|mesh| mesh.triangle_count()).sum();
+        [scene.meshes().len() as u32, triangles, scene.instance_count()]
+    };
+    let before = held(&mut app);
+    let mut most = 0;
+    for round in 0..1000 {
+        let size = if round % 2 == 0 { Vec3::splat(0.1) } else { Vec3::new(2.0, 2.0, 0.2) };
+        *app.world().resource_mut::<Assets<Mesh>>().get_mut(&mesh).unwrap() =
+            Cuboid::from_size(size).into();
+        app.frames(1);
+        most = most.max(app.world().resource::<CulletScene>().scene().slot_count());
+        // The box of an entity follows its mesh a frame later.
+        if round % 97 == 0 {
+            app.frames(2);
+            assert_eq!(app.seen(camera).contains(&behind), round % 2 == 0, "{round}");
+        }
+    }
+    app.frames(2);
+    assert_eq!(held(&mut app), before);
+    assert!(most < 200, "{most}");
+    // What is left without it is the triangle that all others share.
+    app.world().resource_mut::<Assets<Mesh>>().remove(&mesh);
+    app.frames(2);
+    assert_eq!(held(&mut app)[1], 1);
+}
+
+#[test]
+fn both_sides_of_a_mesh_follow_it() {
+    let (mut app, camera) = app();
+    let size = Vec3::new(1.5, 1.5, 0.2);
+    let (_, mesh) = wall(&mut app, Vec3::new(-1.0, 0.0, -5.0), size);
+    let sides = (Mesh3d(mesh.clone()), CulletOccluder { double_sided: true });
+    app.world().spawn((sides, Transform::from_xyz(1.0, 0.0, -5.0)));
+    let behind = [-4.0, 4.0].map(|x| cube(&mut app, [x, 0.0, -20.0]));
+    let hidden = |app: &mut Headless| behind.map(|cube| !app.seen(camera).contains(&cube));
+    app.frames(4);
+    assert_eq!(hidden(&mut app), [true; 2]);
+    *app.world().resource_mut::<Assets<Mesh>>().get_mut(&mesh).unwrap() =
+        Cuboid::from_size(Vec3::splat(0.1)).into();
+    app.frames(3);
+    assert_eq!(hidden(&mut app), [false; 2]);
 }

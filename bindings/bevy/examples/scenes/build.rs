@@ -114,7 +114,7 @@ fn rooms(world: &mut World) {
         let at = [(room % 3) as f32 * 14.0 - 14.0, 0.0, (room / 3) as f32 * 14.0 - 14.0];
         parts.room(world, room, at, 10.0, false);
         for i in 0..40 {
-            let place = |k: usize| ((i * 7 + k * 5) % 40) as f32 / 40.0 - 0.5;
+            let place = |k: usize| ((i * i * 7 + i * k * 13 + k * 5) % 40) as f32 / 40.0 - 0.5;
             let center = [at[0] + place(1) * 8.0, 0.3 + place(2).abs(), at[2] + place(3) * 8.0];
             parts.put(world, i, center, [0.4 + place(4).abs(); 3]);
         }
