@@ -478,7 +478,7 @@ fn structures(ui: &mut egui::Ui, session: &mut Session) {
         ui,
         &mut s.tiles,
         "its coarser level",
-        "The farthest of each tile of 8 × 8 pixels, which most questions end at",
+        "The farthest of each tile of 8 × 4 pixels, which most questions end at",
     );
     switch(
         ui,
