@@ -32,6 +32,8 @@ pub(crate) struct Item {
     /// The frame in which it came, and that in which it last moved.
     pub(crate) born: u64,
     pub(crate) moved_at: u64,
+    /// The frame in which it was last found to hide as it did.
+    pub(crate) held_at: u64,
     pub(crate) is_restless: bool,
     pub(crate) shown: Shown,
 }

@@ -4,6 +4,10 @@
 //! of what one level seals off and inside of what another seals off is inside of both; so is the
 //! part that two boxes share. Boxes are made for each level by the baker, and what they share is
 //! kept.
+//!
+//! Surfaces of one mesh choose their levels one by one, but all by the distance of the node: each takes the
+//! last level whose edges are no longer than some length on the screen allows. So there are no more
+//! mixtures than lengths, and an occluder of a mesh of several surfaces must hide in each mixture.
 
 use cullet::Mesh;
 use cullet::bounds::Aabb;
@@ -12,6 +16,27 @@ use cullet_bake::occluders::{OccluderOptions, Occluders, occluders};
 
 /// Boxes at the most.
 const MOST: usize = 16;
+/// Mixtures of levels at the most: a mesh of more hides nothing, for boxes are made for each.
+const MOST_MIXTURES: usize = 24;
+
+/// Returns the level of each surface in all mixtures that Godot draws, the finest first. `edges` holds the
+/// lengths from which on each surface is drawn coarser. `None` where there are too many, or one is no
+/// number.
+pub(crate) fn mixtures(edges: &[Vec<f32>]) -> Option<Vec<Vec<usize>>> {
+    let mut lengths: Vec<f32> = edges.iter().flatten().copied().collect();
+    if lengths.iter().any(|length| length.is_nan()) {
+        return None;
+    }
+    lengths.sort_by(f32::total_cmp);
+    let at = |most: f32| {
+        let level = |own: &Vec<f32>| own.iter().take_while(|&&length| length <= most).count();
+        edges.iter().map(level).collect::<Vec<usize>>()
+    };
+    let mut mixtures = vec![vec![0; edges.len()]];
+    mixtures.extend(lengths.into_iter().map(at));
+    mixtures.dedup();
+    (mixtures.len() <= MOST_MIXTURES).then_some(mixtures)
+}
 
 /// Returns an occluder that lies within `fine` and within each of `coarse`; `None` if there is
 /// none.
@@ -77,6 +102,21 @@ mod tests {
         let parts = vec![Part { triangle_count: 12, ..Part::default() }];
         let positions = (0..8).map(corner).collect();
         Mesh::new(MeshData { positions, indices, parts, ..MeshData::default() }).unwrap()
+    }
+
+    #[test]
+    fn surfaces_grow_coarser_by_the_length_of_their_edges() {
+        let of =
+            |edges: &[&[f32]]| mixtures(&edges.iter().map(|own| own.to_vec()).collect::<Vec<_>>());
+        assert_eq!(of(&[&[]]), Some(vec![vec![0]]));
+        assert_eq!(of(&[&[1.0, 2.0]]), Some(vec![vec![0], vec![1], vec![2]]));
+        let two = of(&[&[1.0, 3.0], &[], &[2.0, 3.0]]).unwrap();
+        assert_eq!(two, [[0, 0, 0], [1, 0, 0], [1, 0, 1], [2, 0, 2]]);
+        // Godot looks no further than to the first level that is too coarse.
+        assert_eq!(of(&[&[2.0, 1.0]]), Some(vec![vec![0], vec![2]]));
+        assert_eq!(of(&[&[f32::NAN]]), None);
+        let many: Vec<f32> = (0..30).map(|i| i as f32).collect();
+        assert_eq!(of(&[&many]), None);
     }
 
     #[test]

@@ -24,7 +24,7 @@ pub(crate) enum Reach {
 
 impl Reach {
     /// Returns what holds both.
-    fn and(self, other: Self) -> Self {
+    pub(crate) fn and(self, other: Self) -> Self {
         match (self, other) {
             (Self::Through, _) | (_, Self::Through) => Self::Through,
             (Self::Moved, _) | (_, Self::Moved) => Self::Moved,
@@ -34,21 +34,53 @@ impl Reach {
     }
 }
 
-/// Facts of a material and of the passes after it.
+/// Surfaces of a mesh that hide what is behind them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Hiding {
+    /// One bit a surface; those after the 64th hide nothing.
+    pub(crate) surfaces: u64,
+    /// Whether both sides of all of them are drawn.
+    pub(crate) two_sided: bool,
+}
+
+impl Hiding {
+    /// All surfaces of a mesh.
+    pub(crate) fn all(two_sided: bool) -> Self {
+        Self { surfaces: u64::MAX, two_sided }
+    }
+}
+
+/// Facts of a material and of the passes after it, or of the surfaces of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Facts {
-    /// Whether the surface hides what is behind it: `Some` with whether both sides are drawn.
-    pub(crate) hides: Option<bool>,
+    /// What hides what is behind it; of a material, all surfaces that are drawn by it.
+    pub(crate) hides: Option<Hiding>,
     pub(crate) reach: Reach,
 }
 
 impl Facts {
     /// A surface without a material: opaque, one-sided, drawn where it lies.
-    pub(crate) const PLAIN: Self = Self { hides: Some(false), reach: Reach::Mesh(0.0) };
+    pub(crate) const PLAIN: Self = Self {
+        hides: Some(Hiding { surfaces: u64::MAX, two_sided: false }),
+        reach: Reach::Mesh(0.0),
+    };
 
-    /// Returns the facts of a surface that draws both, one over the other or side by side.
-    pub(crate) fn and(self, other: Self) -> Self {
-        let hides = self.hides.zip(other.hides).map(|(a, b)| a && b);
+    /// Returns the facts of one surface that is drawn by this material.
+    pub(crate) fn of_surface(self, surface: i32) -> Self {
+        let surfaces = 1_u64.checked_shl(surface as u32).unwrap_or(0);
+        Self { hides: self.hides.map(|hides| Hiding { surfaces, ..hides }), ..self }
+    }
+
+    /// Returns the facts of both side by side. What hides of either hides; both sides of it only if
+    /// they do of both.
+    pub(crate) fn beside(self, other: Self) -> Self {
+        let hides = match (self.hides, other.hides) {
+            (Some(a), Some(b)) => Some(Hiding {
+                surfaces: a.surfaces | b.surfaces,
+                two_sided: a.two_sided && b.two_sided,
+            }),
+            (one, None) | (None, one) => one,
+        };
         Self { hides, reach: self.reach.and(other.reach) }
     }
 }
@@ -122,16 +154,17 @@ fn of_base(m: &Gd<BaseMaterial3D>) -> Facts {
     } else {
         Reach::Mesh(0.0)
     };
+    let culls = m.get_cull_mode();
     let hides = reach == Reach::Mesh(0.0)
         && m.get_transparency() == Transparency::DISABLED
-        && m.get_cull_mode() != CullMode::FRONT
+        && culls != CullMode::FRONT
         && m.get_depth_draw_mode() != DepthDrawMode::DISABLED
         && m.get_distance_fade() == DistanceFadeMode::DISABLED
         && m.get_blend_mode() == godot::classes::base_material_3d::BlendMode::MIX
         && !m.is_proximity_fade_enabled()
         && !m.get_feature(godot::classes::base_material_3d::Feature::REFRACTION)
         && !flag(Flags::USE_SHADOW_TO_OPACITY);
-    Facts { hides: hides.then(|| m.get_cull_mode() == CullMode::DISABLED), reach }
+    Facts { hides: hides.then(|| Hiding::all(culls == CullMode::DISABLED)), reach }
 }
 
 /// Reads where a shader draws. It never hides: what it discards is not looked for.
@@ -181,6 +214,22 @@ fn without_comments(code: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_surface_that_hides_nothing_takes_nothing_from_its_neighbours() {
+        let glass = Facts { hides: None, ..Facts::PLAIN };
+        let both_sides = Facts { hides: Some(Hiding::all(true)), ..Facts::PLAIN };
+        let of = |all: &[Facts]| {
+            let each = (0..).zip(all).map(|(i, facts)| facts.of_surface(i));
+            each.reduce(Facts::beside).and_then(|facts| facts.hides)
+        };
+        assert_eq!(of(&[glass, glass]), None);
+        let one = Some(Hiding { surfaces: 0b10, two_sided: true });
+        assert_eq!(of(&[glass, both_sides]), one);
+        let two = Some(Hiding { surfaces: 0b101, two_sided: false });
+        assert_eq!(of(&[both_sides, glass, Facts::PLAIN]), two);
+        assert_eq!(Facts::PLAIN.of_surface(64).hides.map(|hides| hides.surfaces), Some(0));
+    }
 
     #[test]
     fn a_shader_that_only_colours_stays_where_its_mesh_is() {

@@ -14,6 +14,7 @@ use godot::prelude::*;
 
 use crate::inbox::{Event, Inbox};
 use crate::levels;
+use crate::material::{Facts, Hiding, Materials};
 
 /// Facts of a mesh that take no look at its triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,8 +30,19 @@ pub(crate) struct MeshFacts {
     has_levels: bool,
 }
 
-/// A mesh and whether both sides of its triangles are drawn.
-type Key = (InstanceId, bool);
+/// A mesh as it was at a version, and what of it hides.
+type Key = (InstanceId, u64, Hiding);
+
+/// A mesh that is drawn by nodes of the world.
+struct Followed {
+    facts: MeshFacts,
+    on_changed: Callable,
+    /// The frames in which its surfaces were last counted, and the facts of its own materials found.
+    counted_at: u64,
+    materials_at: u64,
+    materials: Vec<Facts>,
+    made: Vec<(Hiding, Wanted)>,
+}
 
 /// State of the engine's mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,9 +56,9 @@ pub(crate) enum Wanted {
 /// The meshes of a world.
 #[derive(Default)]
 pub(crate) struct Meshes {
-    facts: HashMap<InstanceId, (MeshFacts, Callable)>,
-    made: HashMap<Key, Wanted>,
+    followed: HashMap<InstanceId, Followed>,
     version: u64,
+    frame: u64,
     worker: Option<Worker>,
     waiting: usize,
 }
@@ -57,56 +69,90 @@ const AT_ONCE: i64 = 4096;
 const MOST_TRIANGLES: i64 = 2_000_000;
 
 impl Meshes {
+    /// Asks meshes again for what may change without a signal, as a frame begins.
+    pub(crate) fn ask_again(&mut self) {
+        self.frame += 1;
+    }
+
     /// Returns what is known of a mesh, and listens to its changes from the first time on.
     pub(crate) fn facts(&mut self, mesh: &Gd<Mesh>, inbox: &Inbox) -> MeshFacts {
         let id = mesh.instance_id();
-        if let Some((facts, _)) = self.facts.get(&id) {
+        if let Some(known) = self.followed.get(&id) {
             // Clearing a mesh emits no signal.
-            if facts.surfaces == mesh.get_surface_count() {
-                return *facts;
+            if known.facts.surfaces == mesh.get_surface_count() {
+                return known.facts;
             }
             self.forget(id);
         }
         let facts = MeshFacts { version: self.version, ..facts(mesh) };
-        let callable = inbox.callable(Event::Resource(id));
-        mesh.clone().connect("changed", &callable);
-        self.facts.insert(id, (facts, callable));
+        let on_changed = inbox.callable(Event::Resource(id));
+        mesh.clone().connect("changed", &on_changed);
+        let (materials, made) = (Vec::new(), Vec::new());
+        let (counted_at, materials_at) = (self.frame, 0);
+        let known = Followed { facts, on_changed, counted_at, materials_at, materials, made };
+        self.followed.insert(id, known);
         facts
+    }
+
+    /// Whether a mesh is what it was at a version. It is asked once a frame.
+    pub(crate) fn is_as_it_was(&mut self, (id, version): (InstanceId, u64)) -> bool {
+        let known = self.followed.get_mut(&id).filter(|known| known.facts.version == version);
+        let Some(known) = known else { return false };
+        if known.counted_at != self.frame {
+            let Ok(mesh) = Gd::<Mesh>::try_from_instance_id(id) else { return false };
+            if mesh.get_surface_count() != known.facts.surfaces {
+                return false;
+            }
+            known.counted_at = self.frame;
+        }
+        true
+    }
+
+    /// Returns the facts of the materials of a mesh's own surfaces. They are asked once a frame.
+    pub(crate) fn own_materials(&mut self, id: InstanceId, materials: &mut Materials) -> &[Facts] {
+        let Some(known) = self.followed.get_mut(&id) else { return &[] };
+        if known.materials_at != self.frame {
+            known.materials.clear();
+            if let Ok(mesh) = Gd::<Mesh>::try_from_instance_id(id) {
+                let of = |i| materials.facts(mesh.surface_get_material(i)).of_surface(i);
+                known.materials.extend((0..known.facts.surfaces).map(of));
+            }
+            known.materials_at = self.frame;
+        }
+        &known.materials
     }
 
     /// Forgets a mesh that changed. Returns whether it was known.
     pub(crate) fn forget(&mut self, id: InstanceId) -> bool {
-        let Some((_, callable)) = self.facts.remove(&id) else { return false };
-        disconnect(id, &callable);
+        let Some(known) = self.followed.remove(&id) else { return false };
+        disconnect(id, &known.on_changed);
         self.version += 1;
-        for two_sided in [false, true] {
-            // Of one that is being made, the result would be of the mesh as it was.
-            self.made.remove(&(id, two_sided));
-        }
         true
     }
 
     /// Stops listening.
     pub(crate) fn disconnect(&mut self) {
-        self.facts.drain().for_each(|(id, (_, callable))| disconnect(id, &callable));
-        self.made.clear();
+        self.followed.drain().for_each(|(id, known)| disconnect(id, &known.on_changed));
     }
 
-    /// Returns the engine's mesh, and begins to make it where there is none.
-    pub(crate) fn want(&mut self, scene: &mut Scene, mesh: &Gd<Mesh>, two_sided: bool) -> Wanted {
-        let key = (mesh.instance_id(), two_sided);
-        if let Some(wanted) = self.made.get(&key) {
+    /// Returns the engine's mesh, and begins to make it where there is none. Its facts must be known.
+    pub(crate) fn want(&mut self, scene: &mut Scene, mesh: &Gd<Mesh>, hiding: Hiding) -> Wanted {
+        let id = mesh.instance_id();
+        let Some(known) = self.followed.get_mut(&id) else { return Wanted::Nothing };
+        let all = u64::MAX >> 64_u32.saturating_sub(known.facts.surfaces.max(1) as u32);
+        let hiding = Hiding { surfaces: hiding.surfaces & all, ..hiding };
+        if let Some((_, wanted)) = known.made.iter().find(|(made, _)| *made == hiding) {
             return *wanted;
         }
-        let facts = self.facts.get(&key.0).map(|(facts, _)| *facts).unwrap_or_default();
-        let wanted = match levels_of(mesh, two_sided) {
-            Some(levels) if !facts.has_levels && facts.triangles <= AT_ONCE => made(levels)
+        let facts = known.facts;
+        let wanted = match shape_of(mesh, hiding) {
+            Some(shape) if !facts.has_levels && facts.triangles <= AT_ONCE => made(shape)
                 .map_or(Wanted::Nothing, |(mesh, prepared)| {
                     Wanted::Here(scene.add_prepared_mesh(mesh, prepared))
                 }),
-            Some(levels) => {
+            Some(shape) => {
                 let worker = self.worker.get_or_insert_with(Worker::new);
-                if worker.send(key, levels) {
+                if worker.send((id, facts.version, hiding), shape) {
                     self.waiting += 1;
                     Wanted::Soon
                 } else {
@@ -115,7 +161,7 @@ impl Meshes {
             }
             None => Wanted::Nothing,
         };
-        self.made.insert(key, wanted);
+        known.made.push((hiding, wanted));
         wanted
     }
 
@@ -123,12 +169,14 @@ impl Meshes {
     pub(crate) fn receive(&mut self, scene: &mut Scene) -> bool {
         let Some(worker) = self.worker.as_ref().filter(|_| self.waiting > 0) else { return false };
         let mut any = false;
-        while let Ok((key, made)) = worker.results.try_recv() {
+        while let Ok(((id, version, hiding), made)) = worker.results.try_recv() {
             self.waiting -= 1;
-            // One that changed meanwhile is not waited for any more.
-            if self.made.get(&key) == Some(&Wanted::Soon) {
+            // One that changed meanwhile is not waited for any more, or is made anew.
+            let known = self.followed.get_mut(&id).filter(|known| known.facts.version == version);
+            let mut all = known.into_iter().flat_map(|known| &mut known.made);
+            if let Some((_, wanted)) = all.find(|(own, _)| *own == hiding) {
                 let id = made.map(|(mesh, prepared)| scene.add_prepared_mesh(mesh, prepared));
-                self.made.insert(key, id.map_or(Wanted::Nothing, Wanted::Here));
+                *wanted = id.map_or(Wanted::Nothing, Wanted::Here);
                 any = true;
             }
         }
@@ -149,23 +197,28 @@ fn disconnect(id: InstanceId, callable: &Callable) {
     }
 }
 
-type Levels = Vec<MeshData>;
+/// What of a mesh hides, at each level, the finest first; and all of it, where some does not.
+struct Shape {
+    hiding: Vec<MeshData>,
+    whole: Option<MeshData>,
+}
+
 type Made = Option<(cullet::Mesh, Prepared)>;
 
 /// A thread that makes occluders. It ends with what it is at when it is dropped.
 struct Worker {
-    jobs: Option<Sender<(Key, Levels)>>,
+    jobs: Option<Sender<(Key, Shape)>>,
     results: Receiver<(Key, Made)>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Worker {
     fn new() -> Self {
-        let (jobs, todo) = channel::<(Key, Levels)>();
+        let (jobs, todo) = channel::<(Key, Shape)>();
         let (done, results) = channel();
         let work = move || {
-            for (key, levels) in todo {
-                if done.send((key, made(levels))).is_err() {
+            for (key, shape) in todo {
+                if done.send((key, made(shape))).is_err() {
                     return;
                 }
             }
@@ -174,8 +227,8 @@ impl Worker {
         Self { jobs: Some(jobs), results, thread }
     }
 
-    fn send(&self, key: Key, levels: Levels) -> bool {
-        self.jobs.as_ref().is_some_and(|jobs| jobs.send((key, levels)).is_ok())
+    fn send(&self, key: Key, shape: Shape) -> bool {
+        self.jobs.as_ref().is_some_and(|jobs| jobs.send((key, shape)).is_ok())
     }
 }
 
@@ -191,18 +244,20 @@ impl Drop for Worker {
     }
 }
 
-/// Makes the engine's mesh of the finest level, with an occluder that every level holds.
-fn made(levels: Levels) -> Made {
-    let mut levels = levels.into_iter().map(cullet::Mesh::new);
+/// Makes the engine's mesh of the finest level, with an occluder that what hides of every level holds.
+fn made(shape: Shape) -> Made {
+    let mut levels = shape.hiding.into_iter().map(cullet::Mesh::new);
     let fine = levels.next()?.ok()?;
     let coarse = levels.collect::<Result<Vec<_>, _>>().ok()?;
-    if coarse.is_empty() {
-        let wanted = Preparation { occluder: true, ..Preparation::NONE };
-        let prepared = Prepared::of(&fine, wanted);
-        return Some((fine, prepared));
-    }
-    let occluder = levels::inside_all(&fine, &coarse)?;
-    Some((fine, Prepared::default().with_occluder(occluder)))
+    let prepared = if coarse.is_empty() {
+        Prepared::of(&fine, Preparation { occluder: true, ..Preparation::NONE })
+    } else {
+        Prepared::default().with_occluder(levels::inside_all(&fine, &coarse)?)
+    };
+    // Its bounds are those of all that is drawn.
+    let Some(whole) = shape.whole else { return Some((fine, prepared)) };
+    let occluder = prepared.occluder()?.clone();
+    Some((cullet::Mesh::new(whole).ok()?, Prepared::default().with_occluder(occluder)))
 }
 
 /// Asks Godot's server of a mesh.
@@ -235,56 +290,66 @@ fn has_any(list: &Variant) -> bool {
     !list.try_to::<VarArray>().is_ok_and(|list| list.is_empty())
 }
 
-/// Returns the triangles of each level of a mesh, the finest first; `None` where they cannot be
-/// told.
-fn levels_of(mesh: &Gd<Mesh>, two_sided: bool) -> Option<Levels> {
-    let mut server = RenderingServer::singleton();
+/// A surface: its triangles at each level, and the lengths from which on the coarser ones are drawn.
+struct Surface {
+    levels: Vec<Vec<u32>>,
+    edges: Vec<f32>,
+}
+
+/// Returns the triangles of a mesh; `None` where they cannot be told.
+fn shape_of(mesh: &Gd<Mesh>, hiding: Hiding) -> Option<Shape> {
     let mut positions = Vec::new();
-    // By surface, then by level.
-    let mut lists: Vec<Vec<Vec<u32>>> = Vec::new();
-    for surface in 0..mesh.get_surface_count() {
-        let info = server.mesh_get_surface(mesh.get_rid(), surface);
-        let arrays = mesh.surface_get_arrays(surface);
-        let points = arrays.get(ArrayType::VERTEX.ord() as usize)?;
-        let points = points.try_to::<PackedVector3Array>().ok()?;
-        let first = positions.len() as u32;
-        positions.extend(points.as_slice().iter().map(|p| [p.x, p.y, p.z]));
-        let list = arrays.get(ArrayType::INDEX.ord() as usize);
-        let list = list.and_then(|list| list.try_to::<PackedInt32Array>().ok());
-        let own = match &list {
-            Some(list) if !list.is_empty() => {
-                turned(list.as_slice().iter().map(|&i| i as u32), first)
-            }
-            _ => turned(0..points.len() as u32, first),
-        };
-        let count = own.len();
-        let mut levels = vec![own];
-        if let Some(lods) = info.get("lods").filter(has_any) {
-            let bytes = info.get("index_data")?.try_to::<PackedByteArray>().ok()?.len();
-            let wide = bytes >= count * 4;
-            for lod in lods.try_to::<VarArray>().ok()?.iter_shared() {
-                let lod = lod.try_to::<VarDictionary>().ok()?;
-                let bytes = lod.get("index_data")?.try_to::<PackedByteArray>().ok()?;
-                levels.push(turned(indices(bytes.as_slice(), wide), first));
-            }
-        }
-        lists.push(levels);
+    let mut surfaces = Vec::new();
+    for number in 0..mesh.get_surface_count() {
+        surfaces.push(surface_of(mesh, number, &mut positions)?);
     }
-    let most = lists.iter().map(Vec::len).max()?;
-    // Surfaces choose their levels by themselves; those of equal number are taken together, and a
-    // surface with fewer stays at its coarsest. Boxes inside each of these are inside any mixture
-    // only if the surfaces are closed one by one, so a mesh of several is taken surface by surface.
-    if most > 1 && lists.len() > 1 {
-        return None;
-    }
-    let data = (0..most).map(|level| {
-        let of = |levels: &Vec<Vec<u32>>| levels[level.min(levels.len() - 1)].clone();
-        let indices: Vec<u32> = lists.iter().flat_map(of).collect();
+    let data = |lists: &mut dyn Iterator<Item = &Vec<u32>>| {
+        let indices: Vec<u32> = lists.flatten().copied().collect();
         let triangle_count = indices.len() as u32 / 3;
-        let part = Part { triangle_count, two_sided, ..Part::default() };
+        let part = Part { triangle_count, two_sided: hiding.two_sided, ..Part::default() };
         MeshData { positions: positions.clone(), indices, parts: vec![part], ..MeshData::default() }
-    });
-    Some(data.collect())
+    };
+    let hides = |number: usize| number < 64 && hiding.surfaces >> number & 1 == 1;
+    let (mut opaque, mut edges) = (Vec::new(), Vec::new());
+    for (_, surface) in surfaces.iter().enumerate().filter(|&(number, _)| hides(number)) {
+        opaque.push(surface);
+        edges.push(surface.edges.clone());
+    }
+    let mixtures = levels::mixtures(&edges).filter(|_| !opaque.is_empty())?;
+    let of = |mixture: &Vec<usize>| {
+        data(&mut opaque.iter().zip(mixture).map(|(surface, &level)| &surface.levels[level]))
+    };
+    let is_all = opaque.len() == surfaces.len();
+    let whole = (!is_all).then(|| data(&mut surfaces.iter().map(|surface| &surface.levels[0])));
+    Some(Shape { hiding: mixtures.iter().map(of).collect(), whole })
+}
+
+fn surface_of(mesh: &Gd<Mesh>, number: i32, positions: &mut Vec<[f32; 3]>) -> Option<Surface> {
+    let info = RenderingServer::singleton().mesh_get_surface(mesh.get_rid(), number);
+    let arrays = mesh.surface_get_arrays(number);
+    let points = arrays.get(ArrayType::VERTEX.ord() as usize)?;
+    let points = points.try_to::<PackedVector3Array>().ok()?;
+    let first = positions.len() as u32;
+    positions.extend(points.as_slice().iter().map(|p| [p.x, p.y, p.z]));
+    let list = arrays.get(ArrayType::INDEX.ord() as usize);
+    let list = list.and_then(|list| list.try_to::<PackedInt32Array>().ok());
+    let own = match &list {
+        Some(list) if !list.is_empty() => turned(list.as_slice().iter().map(|&i| i as u32), first),
+        _ => turned(0..points.len() as u32, first),
+    };
+    let count = own.len();
+    let (mut levels, mut edges) = (vec![own], Vec::new());
+    if let Some(lods) = info.get("lods").filter(has_any) {
+        let bytes = info.get("index_data")?.try_to::<PackedByteArray>().ok()?.len();
+        let wide = bytes >= count * 4;
+        for lod in lods.try_to::<VarArray>().ok()?.iter_shared() {
+            let lod = lod.try_to::<VarDictionary>().ok()?;
+            let bytes = lod.get("index_data")?.try_to::<PackedByteArray>().ok()?;
+            levels.push(turned(indices(bytes.as_slice(), wide), first));
+            edges.push(lod.get("edge_length")?.try_to::<f64>().ok()? as f32);
+        }
+    }
+    Some(Surface { levels, edges })
 }
 
 /// Returns triangles wound counter-clockwise; Godot's fronts are clockwise.

@@ -4,16 +4,16 @@ use std::collections::HashMap;
 
 use cullet::scene::BoundsOverride;
 use cullet::{Instance, InstanceFlags, Scene};
-use godot::classes::{GeometryInstance3D, GridMap, Mesh, Node3D, RenderingServer};
+use godot::classes::{GeometryInstance3D, GridMap, Node3D, RenderingServer};
 use godot::obj::{InstanceId, Singleton};
 use godot::prelude::*;
 
 use crate::convert;
 use crate::inbox::{Event, Inbox};
 use crate::item::Item;
-use crate::look::{self, Bounds, Drawn, Kind, Look};
-use crate::marks::{self, Mark};
-use crate::material::Materials;
+use crate::look::{self, Bounds, Drawn, Kind, Known, Look};
+use crate::marks::Marks;
+use crate::material::{Facts, Hiding, Materials};
 use crate::meshes::{Meshes, Wanted};
 use crate::parts::{self, Place};
 use crate::shown::{self, Shown};
@@ -30,8 +30,7 @@ pub(crate) struct Mirror {
     pub(crate) meshes: Meshes,
     pub(crate) materials: Materials,
     pub(crate) inbox: Inbox,
-    /// Nodes of `CulletOccluder` and `NoCulletOccluder` in the tree.
-    pub(crate) mark_count: usize,
+    pub(crate) marks: Marks,
     /// `GridMap`s among the items.
     pub(crate) grid_count: usize,
     /// Rises with each frame.
@@ -105,6 +104,7 @@ impl Mirror {
             on_changed,
             born: self.frame,
             moved_at: 0,
+            held_at: 0,
             is_restless: false,
             shown: Shown::Whole,
         });
@@ -188,13 +188,15 @@ impl Mirror {
     }
 
     fn look_of(&mut self, item: &Item) -> Look {
-        let mark = self.mark_of(item);
+        let mark = self.marks.of(&item.node);
         let Some(drawn) = &item.drawn else {
-            return Look { hides: (!mark.never_hides).then_some(false), ..Look::UNKNOWN };
+            return Look {
+                hides: (!mark.never_hides).then_some(Hiding::all(false)),
+                ..Look::UNKNOWN
+            };
         };
-        let (meshes, inbox) = (&mut self.meshes, &self.inbox);
-        let facts_of = &mut |mesh: &Gd<Mesh>| meshes.facts(mesh, inbox);
-        look::look(drawn, item.kind, mark, &mut self.materials, facts_of)
+        let (meshes, materials, inbox) = (&mut self.meshes, &mut self.materials, &self.inbox);
+        look::look(drawn, item.kind, mark, &mut Known { meshes, materials, inbox })
     }
 
     /// Makes the engine's instances of an item anew.
@@ -214,7 +216,10 @@ impl Mirror {
         let (mesh, user_data) = (item.mesh, index as u64);
         let flags = InstanceFlags { dynamic: item.is_restless, ..InstanceFlags::default() };
         let instance = match mesh {
-            Some(mesh) => Instance::new(mesh, convert::transform(&item.transform)),
+            Some(mesh) => {
+                let at = convert::transform(&item.transform);
+                Instance { bounds: grown(item), ..Instance::new(mesh, at) }
+            }
             None => of_box(world_box(item)),
         };
         let instance = Instance { layers, user_data, flags, ..instance };
@@ -224,10 +229,10 @@ impl Mirror {
 
     /// Returns the engine's mesh that an item hides by; `None` for one that hides nothing.
     fn own_mesh(&mut self, item: &mut Item) -> Option<cullet::MeshId> {
-        let two_sided = item.look.hides?;
+        let hiding = item.look.hides?;
         let mesh = item.drawn.as_ref()?.mesh();
         let mesh = mesh.filter(|_| is_plain(&item.transform))?;
-        match self.meshes.want(&mut self.scene, &mesh, two_sided) {
+        match self.meshes.want(&mut self.scene, &mesh, hiding) {
             Wanted::Here(id) => Some(id),
             Wanted::Soon => {
                 item.is_waiting = true;
@@ -238,7 +243,7 @@ impl Mirror {
     }
 
     fn make_parts(&mut self, item: &mut Item, index: usize, layers: u32) {
-        let Some(two_sided) = item.look.hides else { return };
+        let Some(hiding) = item.look.hides else { return };
         let places: Vec<Place> = match item.kind {
             Kind::Multi => item.multi().map(|multi| parts::of_multi(&multi)).unwrap_or_default(),
             _ => item.grid().map(|grid| parts::of_grid(&grid)).unwrap_or_default(),
@@ -246,14 +251,15 @@ impl Mirror {
         for (number, place) in places.iter().enumerate() {
             let mesh = if item.kind == Kind::Grid {
                 let facts = self.meshes.facts(&place.mesh, &self.inbox);
-                let of = |i| self.materials.facts(place.mesh.surface_get_material(i));
-                let all = (0..facts.surfaces).map(of).reduce(crate::material::Facts::and);
-                match all.and_then(|all| all.hides).filter(|_| facts.hides) {
-                    Some(sides) => self.meshes.want(&mut self.scene, &place.mesh, sides),
+                let id = place.mesh.instance_id();
+                let own = self.meshes.own_materials(id, &mut self.materials).iter().copied();
+                let hides = own.reduce(Facts::beside).and_then(|own| own.hides);
+                match hides.filter(|_| facts.hides) {
+                    Some(hiding) => self.meshes.want(&mut self.scene, &place.mesh, hiding),
                     None => Wanted::Nothing,
                 }
             } else {
-                self.meshes.want(&mut self.scene, &place.mesh, two_sided)
+                self.meshes.want(&mut self.scene, &place.mesh, hiding)
             };
             item.is_waiting |= mesh == Wanted::Soon;
             let Wanted::Here(mesh) = mesh else { continue };
@@ -301,6 +307,9 @@ impl Mirror {
         if let Some(handle) = item.handle {
             if item.mesh.is_some() {
                 let _ = self.scene.set_transform(handle, convert::transform(&now));
+                if item.look.grow > 0.0 {
+                    let _ = self.scene.set_bounds(handle, grown(item));
+                }
             } else {
                 let _ = self.scene.set_bounds(handle, world_box(item));
             }
@@ -345,6 +354,7 @@ impl Mirror {
     pub(crate) fn refresh(&mut self, id: InstanceId) {
         let Some(index) = self.index(id) else { return };
         self.materials.clear();
+        self.meshes.ask_again();
         if let Some((mesh, _)) = self.item(index).and_then(|item| item.look.mesh) {
             self.resource_changed(mesh);
         }
@@ -353,6 +363,8 @@ impl Mirror {
 
     /// Brings everything of an item up to date, its parts too.
     pub(crate) fn renew(&mut self, index: usize) {
+        let item = self.items.get_mut(index).and_then(Option::as_mut);
+        item.map(|item| item.held_at = 0);
         if !self.look_again(index)
             && let Some(mut item) = self.items.get_mut(index).and_then(Option::take)
         {
@@ -402,38 +414,28 @@ impl Mirror {
     /// of the few that did hide something, so that no change of theirs can be missed.
     pub(crate) fn still_hides(&mut self, slot: u32) -> bool {
         let (index, part) = item_and_part(self.scene.user_data(slot));
-        let Some(mut item) = self.items.get_mut(index).and_then(Option::take) else { return true };
-        let holds = self.is_as_it_was(&mut item, part);
-        self.items[index] = Some(item);
-        holds
-    }
-
-    fn is_as_it_was(&mut self, item: &mut Item, part: usize) -> bool {
+        let Some(item) = self.items.get_mut(index).and_then(Option::as_mut) else { return true };
+        let known = item.parts.binary_search_by_key(&part, |known| known.number);
+        let known = known.ok().map(|at| &item.parts[at]);
         // Where it is, its mover reports, or it was asked.
         let Some(drawn) = &item.drawn else {
-            let known = item.parts.iter().find(|known| known.number == part);
             return item.grid().zip(known).is_some_and(|(grid, part)| part.is_in_grid(&grid));
         };
-        let mark = self.mark_of(item);
-        let (meshes, inbox) = (&mut self.meshes, &self.inbox);
-        let facts_of = &mut |mesh: &Gd<Mesh>| meshes.facts(mesh, inbox);
-        if !look::still_hides(drawn, &item.look, mark, &mut self.materials, facts_of) {
-            return false;
+        // Nothing changes while a frame is culled: each node is asked once, however many parts it has.
+        if item.held_at != self.frame {
+            let mark = self.marks.of(&item.node);
+            let (meshes, materials, inbox) = (&mut self.meshes, &mut self.materials, &self.inbox);
+            let known = &mut Known { meshes, materials, inbox };
+            if !look::still_hides(drawn, &item.look, mark, known) {
+                return false;
+            }
+            item.held_at = self.frame;
         }
         if part == 0 {
             return true;
         }
-        let known = item.parts.iter().find(|known| known.number == part);
-        let (multi, mesh) = (item.multi(), item.look.mesh);
-        let known = known.zip(multi.zip(mesh));
+        let known = known.zip(item.multi().zip(item.look.mesh));
         known.is_some_and(|(part, (multi, (mesh, _)))| part.is_in_multi(&multi, mesh))
-    }
-
-    fn mark_of(&self, item: &Item) -> Mark {
-        if self.mark_count == 0 {
-            return Mark::default();
-        }
-        marks::of(&item.node.clone().upcast())
     }
 }
 
@@ -452,6 +454,18 @@ fn of_box(bounds: BoundsOverride) -> Instance {
         BoundsOverride::World(bounds) => Instance::of_bounds(bounds),
         other => Instance { bounds: other, ..Instance::of_bounds(cullet::bounds::Aabb::EMPTY) },
     }
+}
+
+/// Returns the bounds of an item that is drawn by a mesh, which passes after the first may draw larger.
+fn grown(item: &Item) -> BoundsOverride {
+    if item.look.grow <= 0.0 {
+        return BoundsOverride::Mesh;
+    }
+    let axes =
+        [item.transform.basis.col_a(), item.transform.basis.col_b(), item.transform.basis.col_c()];
+    // No direction is scaled by more.
+    let scale = axes.iter().map(|axis| axis.length_squared()).sum::<f32>().sqrt();
+    BoundsOverride::Margin(item.look.grow * scale * 1.001)
 }
 
 /// Returns the bounds of an item in world space.

@@ -52,7 +52,6 @@ pub(crate) struct Registry {
     /// Nodes of other extensions, which may draw by means of their own.
     foreign: Vec<InstanceId>,
     classes: HashMap<String, bool>,
-    marks: Vec<InstanceId>,
     /// Items that are asked in each frame where they are.
     asked: Vec<u32>,
     loose: Vec<u32>,
@@ -130,7 +129,6 @@ impl Registry {
         } else if node.clone().try_cast::<CulletOccluder>().is_ok()
             || node.clone().try_cast::<NoCulletOccluder>().is_ok()
         {
-            self.marks.push(id);
             self.mark_changed(&node);
             return;
         }
@@ -173,9 +171,7 @@ impl Registry {
         self.height_fields.retain(|&own| own != id);
         self.foreign.retain(|&own| own != id);
         self.lit.retain(|&own| own != id);
-        if let Some(at) = self.marks.iter().position(|&own| own == id) {
-            self.marks.swap_remove(at);
-            self.mirror.mark_count = self.marks.len();
+        if self.mirror.marks.remove(id) {
             self.look_at_all();
         }
         if self.mirror.index(id).is_some() {
@@ -185,7 +181,7 @@ impl Registry {
     }
 
     fn mark_changed(&mut self, mark: &Gd<Node3D>) {
-        self.mirror.mark_count = self.marks.len();
+        self.mirror.marks.put(mark);
         let Some(parent) = mark.get_parent() else { return };
         let mut below = Vec::new();
         inbox::walk(&parent, &mut |node| below.push(node.instance_id()));
@@ -207,6 +203,7 @@ impl Registry {
     pub(crate) fn follow(&mut self, how: Follow) {
         self.mirror.frame += 1;
         self.mirror.materials.clear();
+        self.mirror.meshes.ask_again();
         let mut events = std::mem::take(&mut self.events);
         self.mirror.inbox.take(&mut events);
         // Who left for good must not be asked for what was reported before that.
