@@ -39,7 +39,7 @@ struct Followed {
     on_changed: Callable,
     /// The frames in which its surfaces were last counted, and the facts of its own materials found.
     counted_at: u64,
-    materials_at: u64,
+    materials_at: Option<u64>,
     materials: Vec<Facts>,
     made: Vec<(Hiding, Wanted)>,
 }
@@ -88,7 +88,7 @@ impl Meshes {
         let on_changed = inbox.callable(Event::Resource(id));
         mesh.clone().connect("changed", &on_changed);
         let (materials, made) = (Vec::new(), Vec::new());
-        let (counted_at, materials_at) = (self.frame, 0);
+        let (counted_at, materials_at) = (self.frame, None);
         let known = Followed { facts, on_changed, counted_at, materials_at, materials, made };
         self.followed.insert(id, known);
         facts
@@ -111,13 +111,13 @@ impl Meshes {
     /// Returns the facts of the materials of a mesh's own surfaces. They are asked once a frame.
     pub(crate) fn own_materials(&mut self, id: InstanceId, materials: &mut Materials) -> &[Facts] {
         let Some(known) = self.followed.get_mut(&id) else { return &[] };
-        if known.materials_at != self.frame {
+        if known.materials_at != Some(self.frame) {
             known.materials.clear();
             if let Ok(mesh) = Gd::<Mesh>::try_from_instance_id(id) {
                 let of = |i| materials.facts(mesh.surface_get_material(i)).of_surface(i);
                 known.materials.extend((0..known.facts.surfaces).map(of));
             }
-            known.materials_at = self.frame;
+            known.materials_at = Some(self.frame);
         }
         &known.materials
     }
