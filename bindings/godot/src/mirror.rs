@@ -363,8 +363,9 @@ impl Mirror {
 
     /// Brings everything of an item up to date, its parts too.
     pub(crate) fn renew(&mut self, index: usize) {
-        let item = self.items.get_mut(index).and_then(Option::as_mut);
-        item.map(|item| item.held_at = 0);
+        if let Some(item) = self.items.get_mut(index).and_then(Option::as_mut) {
+            item.held_at = 0;
+        }
         if !self.look_again(index)
             && let Some(mut item) = self.items.get_mut(index).and_then(Option::take)
         {
