@@ -74,7 +74,7 @@ fn main() {
         set.cull(0, &planes(&clip(i)));
         set.visible(0).iter().fold(0_usize, |sum, &v| sum.wrapping_add(v as usize))
     });
-    let mut scene = SceneSet::new(cullet::Scene::new(), None);
+    let mut scene = SceneSet::new(cullet::Scene::new());
     let positions: Vec<f32> = (0..8)
         .flat_map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|v| if v == 1 { 1.0 } else { -1.0 }))
         .collect();

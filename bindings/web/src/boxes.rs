@@ -1,9 +1,14 @@
 //! Boxes and planes: the smallest module.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use cullet::bounds::{Aabb, Plane};
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::Cut;
+#[cfg(feature = "occluders")]
+use cullet::cull::occlusion::OcclusionBuffer;
 use cullet::hierarchy::{Handle, Hierarchy};
 use cullet::{Simd, Transform, view::Frustum};
 
@@ -33,6 +38,8 @@ struct BoxView {
     cut: Cut,
     slots: Indices,
     visible: Ascending,
+    #[cfg(feature = "occluders")]
+    unhidden: (Vec<u64>, Indices, Ascending),
     last: Option<(u64, [u64; 24])>,
 }
 
@@ -120,7 +127,7 @@ impl BoxSet {
             }
         }
         if is_many {
-            let mut all = std::mem::take(&mut self.hierarchy);
+            let mut all = core::mem::take(&mut self.hierarchy);
             all.write_bounds(|boxes| {
                 for i in first..end {
                     boxes.set(self.slot_of[i], &self.world_box(i, moved));
@@ -175,7 +182,7 @@ impl BoxSet {
             return true;
         }
         state.last = asked;
-        let planes: [Option<Plane>; 6] = std::array::from_fn(|i| {
+        let planes: [Option<Plane>; 6] = core::array::from_fn(|i| {
             let [x, y, z, c] = [0, 1, 2, 3].map(|j| planes[i * 4 + j]);
             Some(Plane::new([-x, -y, -z], c))
         });
@@ -196,6 +203,32 @@ impl BoxSet {
     /// Returns what the last cull of a view listed; nothing before.
     pub fn visible(&self, view: usize) -> &[u32] {
         self.views.get(view).map_or(&[], |v| v.visible.list())
+    }
+
+    /// Lists, of what the last cull of a view listed, what an occlusion buffer does not hide,
+    /// ascending. Nothing for a view that was not culled. The list lies at
+    /// [`unhidden`](Self::unhidden).
+    #[cfg(feature = "occluders")]
+    pub fn hide(&mut self, view: usize, buffer: &OcclusionBuffer) {
+        let Some(state) = self.views.get_mut(view) else { return };
+        let (alive, slots, unhidden) = &mut state.unhidden;
+        alive.clear();
+        alive.resize(self.boxes.len().div_ceil(64), 0);
+        for &slot in state.slots.iter() {
+            alive[slot as usize / 64] |= 1 << (slot % 64);
+        }
+        let (nodes, boxes) = (self.hierarchy.nodes(), self.hierarchy.boxes());
+        buffer.hide_boxes(self.simd, nodes, boxes, alive);
+        slots.clear();
+        slots.append_ones(self.simd, alive, 0);
+        let numbers = slots.iter().map(|&slot| self.index_of[slot as usize]);
+        unhidden.fill(self.simd, self.boxes.len(), numbers);
+    }
+
+    /// Returns what the last [`hide`](Self::hide) of a view listed; nothing before.
+    #[cfg(feature = "occluders")]
+    pub fn unhidden(&self, view: usize) -> &[u32] {
+        self.views.get(view).map_or(&[], |v| v.unhidden.2.list())
     }
 
     /// Forgets what a view knows, and gives its memory back.

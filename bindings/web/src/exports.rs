@@ -4,7 +4,9 @@
     reason = "names are exported by an attribute that counts as unsafe: no two of one name may be"
 )]
 
-use std::cell::RefCell;
+use alloc::vec::Vec;
+
+use spin::Mutex;
 
 use crate::boxes::BoxSet;
 use crate::fault::has_room;
@@ -34,58 +36,55 @@ impl<T> Slab<T> {
     }
 }
 
-thread_local! {
-    static BOXES: RefCell<Slab<BoxSet>> = const { RefCell::new(Slab(Vec::new())) };
-    /// Buffer that the page writes arguments into. Its f64 elements align it for every type that is
-    /// read from it.
-    static SCRATCH: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
-    /// Address and length of the last answer.
-    static ANSWER: RefCell<[usize; 2]> = const { RefCell::new([0; 2]) };
-}
+static BOXES: Mutex<Slab<BoxSet>> = Mutex::new(Slab(Vec::new()));
+/// Buffer that the page writes arguments into. Its f64 elements align it for every type that is
+/// read from it.
+static SCRATCH: Mutex<Vec<f64>> = Mutex::new(Vec::new());
+/// Address and length of the last answer.
+static ANSWER: Mutex<[usize; 2]> = Mutex::new([0; 2]);
 
 fn answer<T>(items: &[T]) {
-    ANSWER.set([items.as_ptr() as usize, items.len()]);
+    *ANSWER.lock() = [items.as_ptr() as usize, items.len()];
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn answer_at() -> usize {
-    ANSWER.with_borrow(|answer| answer[0])
+    ANSWER.lock()[0]
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn answer_len() -> usize {
-    ANSWER.with_borrow(|answer| answer[1])
+    ANSWER.lock()[1]
 }
 
 /// The address of at least `bytes` to write arguments into, or 0.
 #[unsafe(no_mangle)]
 extern "C" fn scratch(bytes: usize) -> usize {
-    SCRATCH.with_borrow_mut(|scratch| {
-        let len = bytes.div_ceil(8);
-        if scratch.len() < len {
-            if !has_room(bytes) {
-                return 0;
-            }
-            scratch.resize(len, 0.0);
+    let mut scratch = SCRATCH.lock();
+    let len = bytes.div_ceil(8);
+    if scratch.len() < len {
+        if !has_room(bytes) {
+            return 0;
         }
-        scratch.as_mut_ptr() as usize
-    })
+        scratch.resize(len, 0.0);
+    }
+    scratch.as_mut_ptr() as usize
 }
 
 /// A set of boxes, or 0 where memory does not suffice.
 #[unsafe(no_mangle)]
 extern "C" fn boxes_new(len: usize) -> u32 {
-    BoxSet::new(len).map_or(0, |set| BOXES.with_borrow_mut(|all| all.add(set)))
+    BoxSet::new(len).map_or(0, |set| BOXES.lock().add(set))
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn boxes_free(set: u32) {
-    BOXES.with_borrow_mut(|all| all.free(set));
+    BOXES.lock().free(set);
 }
 
 /// Calls `with` a set; 0 for one that is not there.
 fn of_boxes(set: u32, with: impl FnOnce(&mut BoxSet) -> usize) -> usize {
-    BOXES.with_borrow_mut(|all| all.get(set).map_or(0, with))
+    BOXES.lock().get(set).map_or(0, with)
 }
 
 #[unsafe(no_mangle)]
@@ -117,7 +116,7 @@ extern "C" fn boxes_sort(set: u32) {
 /// view.
 #[unsafe(no_mangle)]
 extern "C" fn boxes_cull(set: u32, view: usize) -> usize {
-    let planes = SCRATCH.with_borrow(|scratch| scratch.first_chunk::<24>().copied());
+    let planes = SCRATCH.lock().first_chunk::<24>().copied();
     let Some(planes) = planes else { return 0 };
     of_boxes(set, |set| {
         let done = set.cull(view, &planes);
@@ -134,30 +133,120 @@ extern "C" fn boxes_forget(set: u32, view: usize) {
     });
 }
 
+#[cfg(feature = "occluders")]
+mod occluders {
+    use super::{ANSWER, BOXES, Mutex, SCRATCH, Slab, Vec, answer};
+    use crate::occluders::{Occluders, Refusal};
+
+    static OCCLUDERS: Mutex<Slab<Occluders>> = Mutex::new(Slab(Vec::new()));
+
+    /// The number of an occluder; above those 2³² − 1 for no memory and 2³² − 2 for what is invalid.
+    fn number(added: Option<Result<u32, Refusal>>) -> u32 {
+        match added {
+            Some(Ok(number)) => number,
+            Some(Err(Refusal::Memory)) => u32::MAX,
+            Some(Err(Refusal::Invalid)) | None => u32::MAX - 1,
+        }
+    }
+
+    /// Occluders and their buffer, or 0 where memory does not suffice.
+    #[unsafe(no_mangle)]
+    extern "C" fn occluders_new(width: u32, height: u32) -> u32 {
+        Occluders::new([width, height]).map_or(0, |all| OCCLUDERS.lock().add(all))
+    }
+
+    #[unsafe(no_mangle)]
+    extern "C" fn occluders_free(all: u32) {
+        OCCLUDERS.lock().free(all);
+    }
+
+    /// Six numbers of f32 lie in the scratch.
+    #[unsafe(no_mangle)]
+    extern "C" fn occluders_add_box(all: u32) -> u32 {
+        let scratch = SCRATCH.lock();
+        let corners = bytemuck::cast_slice(&scratch).first_chunk::<6>().copied();
+        let mut sets = OCCLUDERS.lock();
+        number(sets.get(all).zip(corners).map(|(all, corners)| all.add_box(corners)))
+    }
+
+    /// Positions of f32, three numbers each, and indices lie in the scratch.
+    #[unsafe(no_mangle)]
+    extern "C" fn occluders_add(all: u32, vertices: usize, indices: usize, two_sided: u32) -> u32 {
+        let scratch = SCRATCH.lock();
+        let (points, _) = bytemuck::cast_slice::<f64, f32>(&scratch).as_chunks::<3>();
+        let words: &[u32] = bytemuck::cast_slice(&scratch);
+        let (Some(points), Some(words)) =
+            (points.get(..vertices), words.get(vertices * 3..vertices * 3 + indices))
+        else {
+            return u32::MAX - 1;
+        };
+        let mut sets = OCCLUDERS.lock();
+        number(sets.get(all).map(|all| all.add_triangles(points, words, two_sided != 0)))
+    }
+
+    /// The matrix of f64 lies in the scratch. 1 where there is such an occluder.
+    #[unsafe(no_mangle)]
+    extern "C" fn occluders_place(all: u32, number: u32) -> u32 {
+        let matrix = SCRATCH.lock().first_chunk::<16>().copied();
+        let mut sets = OCCLUDERS.lock();
+        let all = sets.get(all).zip(matrix);
+        u32::from(all.is_some_and(|(all, matrix)| all.set_matrix(number, &matrix)))
+    }
+
+    /// 1 where there was such an occluder.
+    #[unsafe(no_mangle)]
+    extern "C" fn occluders_remove(all: u32, number: u32) -> u32 {
+        u32::from(OCCLUDERS.lock().get(all).is_some_and(|all| all.remove(number)))
+    }
+
+    /// The matrix of f64 lies in the scratch. 1 where it shows a volume; the answer's length is the
+    /// number of shapes that were drawn.
+    #[unsafe(no_mangle)]
+    extern "C" fn occluders_draw(all: u32, depth: u32) -> u32 {
+        let matrix = SCRATCH.lock().first_chunk::<16>().copied();
+        let mut sets = OCCLUDERS.lock();
+        let drawn = sets.get(all).zip(matrix);
+        let drawn = drawn.and_then(|(all, matrix)| all.draw(matrix, depth).ok());
+        *ANSWER.lock() = [0, drawn.unwrap_or(0)];
+        u32::from(drawn.is_some())
+    }
+
+    /// The answer is the list.
+    #[unsafe(no_mangle)]
+    extern "C" fn boxes_hide(set: u32, view: usize, occluders: u32) {
+        let (mut sets, mut occluders_of) = (BOXES.lock(), OCCLUDERS.lock());
+        if let Some((set, all)) = sets.get(set).zip(occluders_of.get(occluders)) {
+            set.hide(view, all.buffer());
+            answer(set.unhidden(view));
+        }
+    }
+}
+
 #[cfg(feature = "scene")]
 mod scenes {
-    use super::{RefCell, SCRATCH, Slab, answer};
+    use alloc::string::String;
+    use alloc::vec::Vec;
+
+    use super::{ANSWER, Mutex, SCRATCH, Slab, answer};
     use crate::fault::{Code, Fault};
     use crate::scene::{Kind, SceneSet};
     use crate::view::{SceneView, Settings};
 
-    thread_local! {
-        pub(super) static SCENES: RefCell<Slab<SceneSet>> = const { RefCell::new(Slab(Vec::new())) };
-        static VIEWS: RefCell<Slab<SceneView>> = const { RefCell::new(Slab(Vec::new())) };
-        static MESSAGE: RefCell<String> = const { RefCell::new(String::new()) };
-    }
+    static SCENES: Mutex<Slab<SceneSet>> = Mutex::new(Slab(Vec::new()));
+    static VIEWS: Mutex<Slab<SceneView>> = Mutex::new(Slab(Vec::new()));
+    static MESSAGE: Mutex<String> = Mutex::new(String::new());
 
     /// 0, or the code of a fault whose message is kept.
     fn ended(result: Result<(), Fault>) -> u32 {
         let Err(fault) = result else { return 0 };
-        MESSAGE.with_borrow_mut(|message| *message = fault.message);
+        *MESSAGE.lock() = fault.message;
         fault.code as u32
     }
 
     /// The message of the last fault becomes the answer.
     #[unsafe(no_mangle)]
     extern "C" fn message() {
-        MESSAGE.with_borrow(|message| answer(message.as_bytes()));
+        answer(MESSAGE.lock().as_bytes());
     }
 
     /// That an object is there, which the page's own objects see to.
@@ -166,7 +255,7 @@ mod scenes {
     }
 
     fn of_scene(number: u32, with: impl FnOnce(&mut SceneSet) -> Result<(), Fault>) -> u32 {
-        ended(SCENES.with_borrow_mut(|all| there(all.get(number)).and_then(with)))
+        ended(there(SCENES.lock().get(number)).and_then(with))
     }
 
     fn of_view(
@@ -174,10 +263,10 @@ mod scenes {
         scene: u32,
         with: impl FnOnce(&mut SceneView, &SceneSet) -> Result<(), Fault>,
     ) -> u32 {
-        ended(SCENES.with_borrow_mut(|scenes| {
-            let scene = there(scenes.get(scene))?;
-            VIEWS.with_borrow_mut(|views| with(there(views.get(view))?, scene))
-        }))
+        ended(
+            there(SCENES.lock().get(scene))
+                .and_then(|scene| with(there(VIEWS.lock().get(view))?, scene)),
+        )
     }
 
     /// Hands out parts of the scratch that follow each other: so many numbers, then so many.
@@ -185,20 +274,18 @@ mod scenes {
         bytes: usize,
         with: impl FnOnce(&[u8]) -> Result<R, Fault>,
     ) -> Result<R, Fault> {
-        SCRATCH.with_borrow(|scratch| {
-            let short = || Fault::new(Code::Argument, "the arguments are not all there");
-            with(bytemuck::cast_slice(scratch).get(..bytes).ok_or_else(short)?)
-        })
+        let short = || Fault::new(Code::Argument, "the arguments are not all there");
+        with(bytemuck::cast_slice(&SCRATCH.lock()).get(..bytes).ok_or_else(short)?)
     }
 
     #[unsafe(no_mangle)]
     extern "C" fn scene_new() -> u32 {
-        SCENES.with_borrow_mut(|all| all.add(SceneSet::new(cullet::Scene::new(), None)))
+        SCENES.lock().add(SceneSet::new(cullet::Scene::new()))
     }
 
     #[unsafe(no_mangle)]
     extern "C" fn scene_free(scene: u32) {
-        SCENES.with_borrow_mut(|all| all.free(scene));
+        SCENES.lock().free(scene);
     }
 
     /// Positions, indices and rows of parts lie in the scratch; the answer's address is the mesh's
@@ -218,7 +305,7 @@ mod scenes {
                 let points: &[f32] = bytemuck::cast_slice(&bytes[..a]);
                 scene.add_mesh(points, &numbers(&bytes[a..b]), &numbers(&bytes[b..]), Kind(kind))
             })?;
-            super::ANSWER.set([mesh as usize, 0]);
+            *ANSWER.lock() = [mesh as usize, 0];
             Ok(())
         })
     }
@@ -291,25 +378,22 @@ mod scenes {
     /// 0: instances; 1: meshes; 2: triangles; 3: ids that there may be.
     #[unsafe(no_mangle)]
     extern "C" fn scene_count(scene: u32, of: u32) -> f64 {
-        SCENES.with_borrow_mut(|all| {
-            all.get(scene).map_or(0.0, |scene| match of {
-                0 => f64::from(scene.scene().instance_count()),
-                1 => scene.scene().meshes().len() as f64,
-                2 => scene.scene().triangle_count() as f64,
-                _ => scene.id_count() as f64,
-            })
+        SCENES.lock().get(scene).map_or(0.0, |scene| match of {
+            0 => f64::from(scene.scene().instance_count()),
+            1 => scene.scene().meshes().len() as f64,
+            2 => scene.scene().triangle_count() as f64,
+            _ => scene.id_count() as f64,
         })
     }
 
     #[unsafe(no_mangle)]
     extern "C" fn view_new(preset: u32, output: u32, flags: u32, draw_us: f64) -> u32 {
-        let view = SceneView::new(Settings { preset, output, flags, draw_us });
-        VIEWS.with_borrow_mut(|all| all.add(view))
+        VIEWS.lock().add(SceneView::new(Settings { preset, output, flags, draw_us }))
     }
 
     #[unsafe(no_mangle)]
     extern "C" fn view_free(view: u32) {
-        VIEWS.with_borrow_mut(|all| all.free(view));
+        VIEWS.lock().free(view);
     }
 
     /// The matrix of f64 lies in the scratch.
@@ -321,15 +405,10 @@ mod scenes {
         height: u32,
         layers: u32,
     ) -> u32 {
-        let matrix = SCRATCH.with_borrow(|scratch| scratch.first_chunk::<16>().copied());
-        ended(VIEWS.with_borrow_mut(|views| {
+        let matrix = SCRATCH.lock().first_chunk::<16>().copied();
+        ended(there(VIEWS.lock().get(view)).and_then(|view| {
             let missing = || Fault::new(Code::Argument, "there is no matrix");
-            there(views.get(view))?.set_camera(
-                matrix.ok_or_else(missing)?,
-                depth,
-                [width, height],
-                layers,
-            )
+            view.set_camera(matrix.ok_or_else(missing)?, depth, [width, height], layers)
         }))
     }
 
@@ -346,7 +425,7 @@ mod scenes {
     #[unsafe(no_mangle)]
     extern "C" fn view_triangles(view: u32) -> f64 {
         let count = |view: &mut SceneView| view.triangle_count() as f64;
-        VIEWS.with_borrow_mut(|all| all.get(view).map_or(0.0, count))
+        VIEWS.lock().get(view).map_or(0.0, count)
     }
 
     /// The answer is a byte for each id.
@@ -367,26 +446,21 @@ mod scenes {
     /// Returns a filled array: 0 commands, 1 keys, 2 instances, 3 indices.
     #[unsafe(no_mangle)]
     extern "C" fn view_draws_of(view: u32, which: u32) {
-        VIEWS.with_borrow_mut(|all| {
-            if let Some(view) = all.get(view) {
-                let draws = view.draws();
-                match which {
-                    0 => answer(&draws.commands),
-                    1 => answer(&draws.keys),
-                    2 => answer(&draws.instances),
-                    _ => answer(&draws.indices),
-                }
+        if let Some(view) = VIEWS.lock().get(view) {
+            let draws = view.draws();
+            match which {
+                0 => answer(&draws.commands),
+                1 => answer(&draws.keys),
+                2 => answer(&draws.instances),
+                _ => answer(&draws.indices),
             }
-        });
+        }
     }
 
     /// The answer is eight f64 a row.
     #[unsafe(no_mangle)]
     extern "C" fn view_funnel(view: u32) -> u32 {
-        ended(
-            VIEWS
-                .with_borrow_mut(|all| there(all.get(view)).map(|view| answer(view.fill_funnel()))),
-        )
+        ended(there(VIEWS.lock().get(view)).map(|view| answer(view.fill_funnel())))
     }
 
     /// The answer is text.
@@ -407,10 +481,10 @@ mod scenes {
             crate::files::open(&String::from_utf8_lossy(&all[..name]), &all[name..])
         });
         // A file is large, and is read once.
-        SCRATCH.with_borrow_mut(|scratch| *scratch = Vec::new());
+        *SCRATCH.lock() = Vec::new();
         ended(opened.map(|set| {
-            let number = SCENES.with_borrow_mut(|all| all.add(set));
-            super::ANSWER.set([number as usize, 0]);
+            let number = SCENES.lock().add(set);
+            *ANSWER.lock() = [number as usize, 0];
         }))
     }
 }

@@ -1,5 +1,8 @@
 //! Kinds of faults in a call.
 
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
 /// Kind of a fault: the number that crosses to the page, which knows the name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]

@@ -3,6 +3,7 @@
 use cullet_io::LoadOptions;
 use cullet_maps::load_bytes;
 
+use crate::cells::Cells;
 use crate::fault::{Code, Fault, has_room};
 use crate::scene::SceneSet;
 
@@ -18,5 +19,7 @@ pub fn open(name: &str, bytes: &[u8]) -> Result<SceneSet, Fault> {
     }
     let model = load_bytes(name, bytes, &LoadOptions::default())
         .map_err(|error| Fault::new(Code::File, error))?;
-    Ok(SceneSet::new(model.scene, model.placed))
+    let mut set = SceneSet::new(model.scene);
+    set.cells = Cells(model.placed);
+    Ok(set)
 }

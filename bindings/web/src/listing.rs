@@ -1,5 +1,7 @@
 //! Numbers in ascending order, from a walk that goes in the order of space.
 
+use alloc::vec::Vec;
+
 use cullet::Simd;
 use cullet::cull::Indices;
 

@@ -1,18 +1,21 @@
 //! Scenes under ids: meshes and instances of them.
 
+use alloc::format;
+use alloc::vec::Vec;
+
 use cullet::mesh::{Alpha, Part};
 use cullet::{
     Handle, Instance, InstanceFlags, Mesh, MeshData, Scene, SceneError, Transform, draw::MeshPlace,
 };
-use cullet_cells::{Cells, InCells};
 
+use crate::cells::Cells;
 use crate::fault::{Code, Fault, has_room};
 
 /// A scene, and the instances by their ids: the indices of their handles.
 #[derive(Debug)]
 pub struct SceneSet {
     pub(crate) scene: Scene,
-    cells: Option<Cells>,
+    pub(crate) cells: Cells,
     handles: Vec<Option<Handle>>,
     pub(crate) places: Vec<MeshPlace>,
     ids: Vec<u32>,
@@ -44,10 +47,10 @@ impl Kind {
 
 impl SceneSet {
     /// An empty scene, or one that was read.
-    pub fn new(scene: Scene, cells: Option<Cells>) -> Self {
+    pub fn new(scene: Scene) -> Self {
         let mut set = Self {
             scene,
-            cells,
+            cells: Cells::default(),
             handles: Vec::new(),
             places: Vec::new(),
             ids: Vec::new(),
@@ -208,24 +211,13 @@ impl SceneSet {
     /// Sorts, and prepares meshes that came since.
     pub fn commit(&mut self) {
         self.scene.commit(&cullet::Culler::default());
-        self.update_cells();
+        self.cells.update(&self.scene);
     }
 
     /// Fits the nodes to what moved.
     pub fn refit(&mut self) {
         self.scene.refit();
-        self.update_cells();
-    }
-
-    fn update_cells(&mut self) {
-        if let Some(cells) = &mut self.cells {
-            cells.update(&self.scene);
-        }
-    }
-
-    /// The scene and its cells, to cull by.
-    pub(crate) fn in_cells(&self) -> InCells<'_> {
-        InCells::new(&self.scene, self.cells.as_ref())
+        self.cells.update(&self.scene);
     }
 
     /// Says where the renderer's buffers hold a mesh.

@@ -1,10 +1,13 @@
 //! A view of a scene: settings, what it remembers, and its answer as arrays.
 
-use std::fmt::Write;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt::Write;
 
-use cullet::{Culler, Depth, DrawList, Output, Reason, View, ViewState, Visible, funnel::Unit};
-use cullet_cells::CellView;
+use cullet::{Culler, DrawList, Output, Reason, View, ViewState, Visible, funnel::Unit};
 
+use crate::camera::view_of;
+use crate::cells::CellView;
 use crate::fault::{Code, Fault};
 use crate::listing::Ascending;
 use crate::scene::SceneSet;
@@ -38,9 +41,6 @@ pub struct SceneView {
     /// The scene and its state at the last cull: slots of the answer are of no other.
     seen: Option<(u64, u64)>,
 }
-
-/// How a page's matrix has depth.
-const WEBGL: u32 = 2;
 
 impl SceneView {
     /// A view that has not seen anything yet.
@@ -89,20 +89,13 @@ impl SceneView {
     /// If the matrix shows no volume, or the viewport has no pixel; the camera stays as it was.
     pub fn set_camera(
         &mut self,
-        mut matrix: [f64; 16],
+        matrix: [f64; 16],
         depth: u32,
         viewport: [u32; 2],
         layers: u32,
     ) -> Result<(), Fault> {
-        if depth == WEBGL {
-            for column in 0..4 {
-                let at = column * 4;
-                matrix[at + 2] = 0.5 * (matrix[at + 2] + matrix[at + 3]);
-            }
-        }
-        let depth = if depth == 1 { Depth::Reversed } else { Depth::Standard };
-        let view = View::from_matrix(matrix, depth, viewport)
-            .map_err(|error| Fault::new(Code::Camera, error))?;
+        let view =
+            view_of(matrix, depth, viewport).map_err(|error| Fault::new(Code::Camera, error))?;
         self.view = Some(view.with_layers(layers));
         Ok(())
     }
@@ -114,7 +107,7 @@ impl SceneView {
     pub fn cull(&mut self, set: &SceneSet) -> Result<(), Fault> {
         let view = self.view.as_ref().ok_or_else(no_camera)?;
         let (state, visible) = (&mut self.state, &mut self.visible);
-        self.among.cull(set.in_cells(), &self.culler, view, state, visible);
+        set.cells.cull((&set.scene, &mut self.among), &self.culler, view, state, visible);
         self.seen = Some((set.scene.id(), set.scene.change_version()));
         let scene = &set.scene;
         let ids = self.visible.slots().filter_map(|slot| Some(scene.handle(slot)?.index));
@@ -204,8 +197,8 @@ impl SceneView {
         let view = self.view.as_ref().ok_or_else(no_camera)?;
         let handle = set.handle(id)?;
         let explanation = set
-            .in_cells()
-            .explain(&self.culler, view, handle)
+            .cells
+            .explain(&set.scene, &self.culler, view, handle)
             .map_err(|error| Fault::new(Code::Id, error))?;
         self.text.clear();
         let text = &mut self.text;

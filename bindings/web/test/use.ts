@@ -1,6 +1,7 @@
 import { BoxSet, CulletError, init, Scene, STAGES, type Draws, type Explanation } from 'cullet';
 import { Scene as FileScene } from 'cullet/files';
 import * as frustum from 'cullet/frustum';
+import { BoxSet as Boxes, init as load, OccluderSet } from 'cullet/boxes';
 
 await init();
 await init(new URL('https://example.org/cullet.wasm'));
@@ -25,5 +26,12 @@ const why: Explanation = view.explain(id);
 console.log(STAGES[view.reasons()[id] ?? 0], draws.commands.length, why.reason?.stage, view.funnel()[0]?.left.triangles);
 const opened: FileScene = FileScene.open(new ArrayBuffer(1), 'model.glb');
 try { opened.remove(3); } catch (error) { if (error instanceof CulletError && error.code === 'id') console.log(error.message); }
+await load();
+const occluders = new OccluderSet(640, 360);
+const wall: number = occluders.addTriangles(new Float32Array(9), [0, 1, 2], { twoSided: false });
+occluders.setMatrix(wall, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
+console.log(occluders.draw(new Float32Array(16), 'webgl'), occluders.visible(new Boxes(3), 1).length);
+// @ts-expect-error: a box has six numbers, not three corners.
+occluders.addBox([0, 0, 0], [1, 1, 1]);
 // @ts-expect-error: a view is made by its scene.
 new (await import('cullet')).View();

@@ -56,6 +56,10 @@
 //!
 //! | feature | adds |
 //! |---|---|
+//! | `candidates` | on by default; [`Culler::cull_among`] |
+//! | `digits` | on by default; numbers with fractions in messages as decimal digits, and not as their bits, for a host that writes them itself |
+//! | `lossy` | on by default; [`Culler::detail`] and [`Culler::lod`] |
+//! | `shadows` | on by default; [`Culler::cull_shadow`] |
 //! | `mint` | matrices of [`mint`](https://docs.rs/mint), and so of glam, nalgebra and cgmath, where a [`Matrix`] is expected |
 //! | `std` | on by default; without it the crate needs no more than `core` and `alloc`, and takes [`Simd::best`] as what the compiler was told that the target has |
 //! | `rayon` | [`Culler::cull`] takes its views, and [`Scene::prepare`] its meshes, side by side on rayon's pool; and [`jobs::Rayon`], for [`Culler::cull_one_on`] |
@@ -81,6 +85,7 @@ pub mod bounds;
 pub mod costs;
 pub mod cull;
 mod culler;
+mod digits;
 pub mod exact;
 pub mod funnel;
 pub mod hierarchy;

@@ -37,6 +37,12 @@ export class Boxes {
     return this.#set;
   }
 
+  /** For occluders: the number of a set that is there, in an engine. */
+  numberIn(engine) {
+    if (engine !== this.#engine) throw new CulletError('argument', 'this BoxSet is of another entry of the package: import both from one');
+    return this.#live();
+  }
+
   // Views are empty once the memory grew, which any object may cause: made again where that happened.
   #views() {
     const { buffer } = this.#engine;

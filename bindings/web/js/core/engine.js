@@ -1,5 +1,6 @@
 // One WebAssembly module of a page or worker: how it is loaded, and what its memory holds.
 
+import { inDigits } from './digits.js';
 import { CODES, CulletError } from './error.js';
 
 // The smallest module with a vector instruction: a function that makes a vector and drops it.
@@ -65,7 +66,7 @@ export class Engine {
     const code = this.call(name, ...args);
     if (code === 0) return;
     this.call('message');
-    throw new CulletError(CODES[code] ?? 'argument', text.decode(this.answer(Uint8Array).slice()));
+    throw new CulletError(CODES[code] ?? 'argument', this.answerText());
   }
 
   /** The last answer as a view of the memory. */
@@ -74,7 +75,7 @@ export class Engine {
     return new Array(wasm.memory.buffer, wasm.answer_at(), wasm.answer_len() * each);
   }
 
-  answerText() { return text.decode(this.answer(Uint8Array).slice()); }
+  answerText() { return inDigits(text.decode(this.answer(Uint8Array).slice())); }
 
   /** Where arguments of so many bytes are written. */
   scratch(bytes) {
@@ -86,7 +87,7 @@ export class Engine {
 
 async function load(source) {
   if (typeof WebAssembly !== 'object') throw new CulletError('no-wasm', 'this browser has no WebAssembly, or the page forbids it (Content-Security-Policy: script-src needs \'wasm-unsafe-eval\')');
-  if (!WebAssembly.validate(SIMD)) throw new CulletError('no-simd', 'this browser has no WebAssembly SIMD, which all have since 2023 (Chrome 91, Firefox 89, Safari 16.4): draw without culling here');
+  if (!WebAssembly.validate(SIMD)) throw new CulletError('no-simd', 'this browser has no WebAssembly SIMD, which Chrome and Edge have from version 91 on, Firefox from 89 and Safari from 16.4 (2023): draw without culling here');
   const bytes = await fetched(source);
   try {
     const made = await WebAssembly.instantiate(bytes, {});

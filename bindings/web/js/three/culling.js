@@ -1,6 +1,7 @@
 // Culling of a scene or group of three.js, for every pass that a renderer makes.
 
 import { Kind, meshClass } from './bounds.js';
+import { isInert } from './init.js';
 import { Nodes } from './nodes.js';
 import { Occlusion } from './occlusion.js';
 import { planesOfFrustum } from './planes.js';
@@ -33,6 +34,7 @@ export class Culling {
   #turns = [];
   #always;
   #disposed = false;
+  #inert = false;
   #layersTest;
   #children;
   #gone;
@@ -41,6 +43,12 @@ export class Culling {
   constructor(root, { still = false, movesVertices = undefined, occlusion = undefined, preset = 'balanced', callbacks = false, drawMicroseconds = DRAW_MICROSECONDS } = {}) {
     check(root);
     const cameras = camerasOf(occlusion);
+    if (isInert()) {
+      this.#root = root;
+      this.#still = Boolean(still);
+      [this.#inert, this.#disposed, this.#enabled] = [true, true, false];
+      return;
+    }
     this.#wanted = cameras && { cameras, preset, callbacks: Boolean(callbacks), drawMicroseconds };
     this.#root = root;
     this.#still = Boolean(still);
@@ -75,6 +83,7 @@ export class Culling {
   get stats() { return this.#stats; }
 
   update(object) {
+    if (this.#inert) return;
     if (this.#disposed) throw new Error('cullet: update() of a culling that was disposed; make another one');
     this.#flush(true);
     if (object === undefined || object === this.#root) {

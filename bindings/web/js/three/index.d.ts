@@ -1,6 +1,15 @@
+import type { Source } from 'cullet';
 import type { Camera, Mesh, Object3D } from 'three';
 
-export { init } from 'cullet';
+/**
+ * Loads the engine, once. In a browser that cannot run it (Chrome and Edge before 91, Firefox before 89, Safari before 16.4, and all
+ * with WebAssembly turned off) it warns in the console and gives `false`: every {@link Culling} then does nothing, and three.js
+ * draws as without this package.
+ *
+ * @returns whether the engine runs.
+ * @throws {CulletError} `load` where the module is not found.
+ */
+export function init(source?: Source): Promise<boolean>;
 
 /** How a {@link Culling} works; all may be left out. */
 export interface CullingOptions {

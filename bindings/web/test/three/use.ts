@@ -2,7 +2,8 @@
 import { PerspectiveCamera, Scene } from 'three';
 import { Culling, init, type CullingOptions } from 'cullet/three';
 
-await init();
+const culls: boolean = await init();
+console.log(culls);
 const scene = new Scene();
 const camera = new PerspectiveCamera();
 const options: CullingOptions = { still: true, occlusion: [camera], preset: 'fast', movesVertices: (mesh) => mesh.geometry.attributes.wave !== undefined };

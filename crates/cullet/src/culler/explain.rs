@@ -3,10 +3,12 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
+#[cfg(feature = "candidates")]
 use super::candidates::Candidates;
 use super::evidence::Evidence;
 use super::frame::{Alone, Frame, Viewer};
 use super::pipeline::{self, Caches, Scratch};
+#[cfg(feature = "shadows")]
 use super::shadow::ShadowView;
 use super::stage::{degenerate, detail, frustum, layer, lod};
 use super::{CullError, Culler, Output};
@@ -81,6 +83,7 @@ impl Culler {
     ///
     /// # Errors
     /// If the handle names no instance.
+    #[cfg(feature = "shadows")]
     pub fn explain_shadows(
         &self,
         scene: &Scene,
@@ -96,6 +99,7 @@ impl Culler {
     ///
     /// # Errors
     /// If a handle names no instance, and the errors of [`Candidates::check`].
+    #[cfg(feature = "candidates")]
     pub fn explain_among(
         &self,
         scene: &Scene,
@@ -116,22 +120,25 @@ impl Culler {
         let slots = handles.iter().map(|&handle| scene.slot(handle));
         let slots = slots.collect::<Result<Vec<u32>, _>>()?;
         let own = viewer.settings(self).into_owned();
+        #[cfg_attr(not(feature = "lossy"), expect(unused_mut, reason = "levels are chosen anew"))]
         let mut telling = Self { reasons: true, clock: None, ..own };
         let (mut scratch, mut all) = (Scratch::default(), Visible::default());
-        let has_budget = telling.lod.is_some_and(|lod| lod.triangles.is_some());
-        let stands = telling.lod.is_some_and(|lod| lod.stand_ins) && scene.stand_ins().is_some();
+        let lod = telling.lod_settings();
+        let has_budget = lod.is_some_and(|lod| lod.triangles.is_some());
+        let stands = lod.is_some_and(|lod| lod.stand_ins) && scene.stand_ins().is_some();
         if telling.occlusion.is_some() || has_budget || stands {
             // Occluders of an instance are all the others, a budget is all instances', and who
             // stands for one does so for others too, so the whole scene is culled first.
             let instances = Self { output: Output::Instances, ..telling.clone() };
             pipeline::run((&instances, &OneThread), scene, viewer, None, &mut scratch, &mut all);
+            #[cfg(feature = "lossy")]
             if let (Some(lod), Some(pixels)) = (&mut telling.lod, all.lod_pixels) {
                 (lod.pixels, lod.triangles) = (pixels, None);
             }
         }
         let mut result = Visible::default();
         let explain = |slot| {
-            if scene.is_stand_in(slot) {
+            if scene.stand_ins().is_some() && scene.is_stand_in(slot) {
                 return of_stand_in(scene, slot, &all);
             }
             let only = Alone { slot, all: &all };

@@ -3,16 +3,21 @@
 use alloc::borrow::Cow;
 
 use super::candidates::{Candidates, Look};
+#[cfg(feature = "shadows")]
 use super::shadow::ShadowView;
 use super::{Backface, Culler, Output};
+#[cfg(feature = "shadows")]
 use crate::array::Each;
+#[cfg(feature = "shadows")]
 use crate::bounds::{Plane, ROUNDING};
 use crate::cull::frustum::batch::{Planes, VISIBLE};
 use crate::cull::shadow::{CasterReason, CasterRegion};
 use crate::funnel::Stage;
 use crate::jobs::{Jobs, OneThread};
 use crate::scene::Scene;
-use crate::view::{CullFace, Frustum, FrustumPlane, View};
+#[cfg(feature = "shadows")]
+use crate::view::FrustumPlane;
+use crate::view::{CullFace, Frustum, View};
 use crate::visible::Visible;
 
 /// Who looks: a camera, or a light for the shadows that a camera sees.
@@ -20,25 +25,35 @@ use crate::visible::Visible;
 pub(super) enum Viewer<'a> {
     Camera(&'a View),
     /// A camera that sees these candidates alone.
+    #[cfg(feature = "candidates")]
     Among(&'a View, &'a dyn Candidates),
+    #[cfg(feature = "shadows")]
     Light(&'a ShadowView),
 }
 
 impl Viewer<'_> {
     /// The settings without the stages that this viewer has no use for.
     pub(super) fn settings<'c>(&self, culler: &'c Culler) -> Cow<'c, Culler> {
-        let Self::Light(shadows) = self else { return Cow::Borrowed(culler) };
-        let mut own = match shadows.map {
-            // What a shadow falls on may be in sight where the light is not.
-            Some(_) => culler.without(Stage::Portal).without(Stage::Pvs),
-            None => [Stage::Pvs, Stage::Portal, Stage::Detail, Stage::Occlusion, Stage::Backface]
-                .into_iter()
-                .fold(culler.clone(), |culler, stage| culler.without(stage)),
-        };
-        // The six first planes of a region are not the sides of a view.
-        own.frustum_exact = false;
-        Cow::Owned(own)
+        match self {
+            #[cfg(feature = "shadows")]
+            Self::Light(shadows) => Cow::Owned(of_light(shadows, culler)),
+            _ => Cow::Borrowed(culler),
+        }
     }
+}
+
+#[cfg(feature = "shadows")]
+fn of_light(shadows: &ShadowView, culler: &Culler) -> Culler {
+    let mut own = match shadows.map {
+        // What a shadow falls on may be in sight where the light is not.
+        Some(_) => culler.without(Stage::Portal).without(Stage::Pvs),
+        None => [Stage::Pvs, Stage::Portal, Stage::Detail, Stage::Occlusion, Stage::Backface]
+            .into_iter()
+            .fold(culler.clone(), |culler, stage| culler.without(stage)),
+    };
+    // The six first planes of a region are not the sides of a view.
+    own.frustum_exact = false;
+    own
 }
 
 /// One cull of one view, as all stages see it.
@@ -59,7 +74,7 @@ pub(super) struct Frame<'a> {
     pub(super) planes: Planes,
     /// Region in which casters of the light matter, relative to the scene's origin; `None` for a
     /// camera.
-    pub(super) casters: Option<CasterRegion>,
+    casters: Option<CasterRegion>,
     /// Instances that may be visible, where the caller says which.
     candidates: Option<&'a dyn Candidates>,
     /// Threads that stages may run on.
@@ -86,12 +101,16 @@ impl<'a> Frame<'a> {
         only: Option<Alone<'a>>,
     ) -> Self {
         let origin = scene.origin();
+        let of_camera = |view: &'a View| {
+            let world = view.frustum();
+            let frustum = world.relative_to(origin);
+            (view, view, world, frustum, None)
+        };
         let (view, seen_by, world_frustum, frustum, casters) = match viewer {
-            Viewer::Camera(view) | Viewer::Among(view, _) => {
-                let world = view.frustum();
-                let frustum = world.relative_to(origin);
-                (view, view, world, frustum, None)
-            }
+            Viewer::Camera(view) => of_camera(view),
+            #[cfg(feature = "candidates")]
+            Viewer::Among(view, _) => of_camera(view),
+            #[cfg(feature = "shadows")]
             Viewer::Light(shadows) => {
                 let region = region(shadows, origin);
                 let frustum = region.frustum().clone();
@@ -101,8 +120,9 @@ impl<'a> Frame<'a> {
         };
         let planes = Planes::new(&frustum);
         let candidates = match viewer {
+            #[cfg(feature = "candidates")]
             Viewer::Among(_, candidates) => Some(candidates),
-            Viewer::Camera(_) | Viewer::Light(_) => None,
+            _ => None,
         };
         Self {
             culler,
@@ -121,7 +141,8 @@ impl<'a> Frame<'a> {
 
     /// The candidates, where they and the culler have `stage`.
     pub(super) fn candidates_of(&self, stage: Stage) -> Option<&'a dyn Candidates> {
-        let candidates = self.candidates.filter(|_| self.culler.runs(stage))?;
+        let is_on = cfg!(feature = "candidates") && self.culler.runs(stage);
+        let candidates = self.candidates.filter(|_| is_on)?;
         candidates.stages().contains(&stage).then_some(candidates)
     }
 
@@ -135,17 +156,22 @@ impl<'a> Frame<'a> {
         self.only.map(|only| only.slot)
     }
 
+    /// The region in which casters of the light matter; `None` for a camera.
+    pub(super) fn casters(&self) -> Option<&CasterRegion> {
+        self.casters.as_ref().filter(|_| cfg!(feature = "shadows"))
+    }
+
     /// Whether there is nothing to be seen at all: a light that lights nothing which its camera
     /// sees.
     pub(super) fn sees_nothing(&self) -> bool {
-        self.casters.as_ref().is_some_and(CasterRegion::no_receiver)
+        self.casters().is_some_and(CasterRegion::no_receiver)
     }
 
     /// The number of the first plane that an instance is outside of; of a light, its
     /// [`CasterReason`] as a number.
     pub(super) fn rejection(&self, slot: u32) -> u8 {
         let plane = self.planes.first_rejecting(self.scene.boxes(), slot as usize);
-        let Some(casters) = &self.casters else { return plane };
+        let Some(casters) = self.casters() else { return plane };
         let plane = (plane != VISIBLE).then_some(plane);
         let bounds = self.scene.boxes().get(slot as usize);
         casters.reason(&bounds, plane).map_or(VISIBLE, CasterReason::detail)
@@ -178,6 +204,7 @@ impl<'a> Frame<'a> {
     }
 }
 
+#[cfg(feature = "shadows")]
 /// Where casters matter, relative to an origin: near it, where f64 is finest, whatever its
 /// distance.
 fn region(shadows: &ShadowView, origin: [f64; 3]) -> CasterRegion {
@@ -199,6 +226,7 @@ fn region(shadows: &ShadowView, origin: [f64; 3]) -> CasterRegion {
     }
 }
 
+#[cfg(feature = "shadows")]
 /// Planes relative to an origin, in world space, moved out by more than that rounds.
 fn in_world(frustum: &Frustum, origin: [f64; 3]) -> Frustum {
     let out = |plane: &Plane| {

@@ -33,7 +33,9 @@ use crate::lod::Lod;
 use crate::scene::{Scene, SceneError};
 use crate::view::View;
 use crate::visible::Visible;
+#[cfg(any(feature = "candidates", feature = "shadows"))]
 use frame::Viewer;
+#[cfg(feature = "shadows")]
 use standing::Looks;
 
 /// How deep the answer goes.
@@ -116,11 +118,13 @@ pub struct Culler {
     pub degenerate: bool,
     /// Cull what is small on the screen, in pixels from 0: lossy, so off by default. Cost: a bound
     /// of the size of each instance that is not below a node of instances that are all too small.
+    #[cfg(feature = "lossy")]
     pub detail: Option<Detail>,
     /// Draw [levels of detail](crate::lod) in place of meshes that [have
     /// some](crate::Scene::add_levels), as coarse as the threshold allows: lossy, so off by
     /// default. Of rigid instances alone. Cost: that of [choosing](crate::lod::Levels::select) for
     /// each of them.
+    #[cfg(feature = "lossy")]
     pub lod: Option<Lod>,
     /// Cull instances that lie behind others, and where the output is finer, clusters of rigid
     /// instances that do. Not lossy: what is dropped is proved to be hidden, at every resolution,
@@ -248,7 +252,9 @@ impl Culler {
             portal: true,
             backface: Backface::default(),
             degenerate: true,
+            #[cfg(feature = "lossy")]
             detail: None,
+            #[cfg(feature = "lossy")]
             lod: None,
             occlusion: Some(Occlusion { risk: Some(0.015), ..Occlusion::default() }),
             costs: Costs::default(),
@@ -280,14 +286,16 @@ impl Culler {
             Stage::Frustum => only.frustum = true,
             Stage::Pvs => only.pvs = true,
             Stage::Portal => only.portal = true,
+            #[cfg(feature = "lossy")]
             Stage::Detail => only.detail = self.detail.or_else(|| Some(Detail::default())),
             Stage::Occlusion => {
                 only.occlusion = self.occlusion.or_else(|| Some(Occlusion::default()));
             }
             Stage::Backface if self.backface == Backface::Off => only.backface = Backface::Fast,
             Stage::Degenerate => only.degenerate = true,
+            #[cfg(feature = "lossy")]
             Stage::Lod => only.lod = self.lod.or_else(|| Some(Lod::default())),
-            Stage::Layer | Stage::Backface => {}
+            _ => {}
         }
         only
     }
@@ -300,12 +308,14 @@ impl Culler {
             Stage::Frustum => (without.frustum, without.frustum_exact) = (false, false),
             Stage::Pvs => without.pvs = false,
             Stage::Portal => without.portal = false,
+            #[cfg(feature = "lossy")]
             Stage::Detail => without.detail = None,
             Stage::Occlusion => without.occlusion = None,
             Stage::Backface => without.backface = Backface::Off,
             Stage::Degenerate => without.degenerate = false,
+            #[cfg(feature = "lossy")]
             Stage::Lod => without.lod = None,
-            Stage::Layer => {}
+            _ => {}
         }
         without
     }
@@ -318,11 +328,36 @@ impl Culler {
             Stage::Frustum => self.frustum,
             Stage::Pvs => self.pvs,
             Stage::Portal => self.portal,
-            Stage::Detail => self.detail.is_some(),
+            Stage::Detail => self.detail_settings().is_some(),
             Stage::Occlusion => self.occlusion.is_some(),
             Stage::Backface => self.backface != Backface::Off,
             Stage::Degenerate => self.degenerate,
-            Stage::Lod => self.lod.is_some(),
+            Stage::Lod => self.lod_settings().is_some(),
+        }
+    }
+
+    /// The field [`detail`](Self::detail); `None` without the feature that has it, so that nothing
+    /// of the stage is linked.
+    pub(crate) fn detail_settings(&self) -> Option<Detail> {
+        #[cfg(feature = "lossy")]
+        {
+            self.detail
+        }
+        #[cfg(not(feature = "lossy"))]
+        {
+            None
+        }
+    }
+
+    /// The field [`lod`](Self::lod), in the same way.
+    pub(crate) fn lod_settings(&self) -> Option<Lod> {
+        #[cfg(feature = "lossy")]
+        {
+            self.lod
+        }
+        #[cfg(not(feature = "lossy"))]
+        {
+            None
         }
     }
 
@@ -367,6 +402,7 @@ impl Culler {
     ///
     /// # Errors
     /// If there is not one state and one result for each.
+    #[cfg(feature = "shadows")]
     pub fn cull_shadows(
         &self,
         scene: &Scene,
@@ -410,6 +446,7 @@ impl Culler {
     ///
     /// # Errors
     /// The errors of [`Candidates::check`]; `state` and `result` stay as they are then.
+    #[cfg(feature = "candidates")]
     pub fn cull_among(
         &self,
         scene: &Scene,
@@ -434,6 +471,7 @@ impl Culler {
     ///
     /// Use one state for each light and camera. Cost: that of a camera's view, and the shadow
     /// region once.
+    #[cfg(feature = "shadows")]
     pub fn cull_shadow(
         &self,
         scene: &Scene,

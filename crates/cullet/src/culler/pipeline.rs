@@ -144,5 +144,5 @@ pub(super) fn run(
     let work = log.finish();
     sets.triangles.swap_with(result);
     answer::write(&frame, sets, work, result);
-    result.lod_pixels = caches.lod.pixels.filter(|_| culler.lod.is_some());
+    result.lod_pixels = caches.lod.pixels.filter(|_| culler.lod_settings().is_some());
 }

@@ -112,6 +112,7 @@ impl ShadowView {
     }
 
     /// The view that is drawn, or that of the camera while there is none.
+    #[cfg(feature = "shadows")]
     pub(super) fn drawn(&self) -> &View {
         self.map.as_ref().unwrap_or(&self.camera)
     }

@@ -7,6 +7,7 @@
 use alloc::boxed::Box;
 
 use super::Culler;
+#[cfg(feature = "shadows")]
 use super::shadow::ShadowView;
 use crate::scene::Scene;
 use crate::view::View;
@@ -31,9 +32,10 @@ struct Question {
 
 /// Who looks.
 #[derive(Clone, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "a box would be allocated in each frame")]
+#[allow(clippy::large_enum_variant, reason = "a box would be allocated in each frame")]
 pub(super) enum Looks {
     Camera(View),
+    #[cfg(feature = "shadows")]
     Light(ShadowView),
 }
 
@@ -85,8 +87,10 @@ impl PartialEq for Culler {
             portal,
             backface,
             degenerate,
-            detail,
-            lod,
+            #[cfg(feature = "lossy")]
+                detail: _,
+            #[cfg(feature = "lossy")]
+                lod: _,
             occlusion,
             costs,
             output,
@@ -97,8 +101,9 @@ impl PartialEq for Culler {
         } = self;
         (frustum, frustum_exact, pvs, portal)
             == (&other.frustum, &other.frustum_exact, &other.pvs, &other.portal)
-            && (backface, degenerate, detail, lod)
-                == (&other.backface, &other.degenerate, &other.detail, &other.lod)
+            && (backface, degenerate) == (&other.backface, &other.degenerate)
+            && self.detail_settings() == other.detail_settings()
+            && self.lod_settings() == other.lod_settings()
             && (occlusion, costs, output) == (&other.occlusion, &other.costs, &other.output)
             && (reasons, dropped, simd) == (&other.reasons, &other.dropped, &other.simd)
     }

@@ -3,8 +3,10 @@
 use super::{Backface, Culler, Output};
 use crate::Simd;
 use crate::costs::Costs;
+#[cfg(feature = "lossy")]
 use crate::cull::detail::Detail;
 use crate::cull::occlusion::Occlusion;
+#[cfg(feature = "lossy")]
 use crate::lod::Lod;
 use crate::prepared::Preparation;
 
@@ -56,12 +58,14 @@ impl Culler {
     }
 
     /// These settings with [small-object culling](Self::detail), or without.
+    #[cfg(feature = "lossy")]
     #[must_use]
     pub fn with_detail(self, detail: impl Into<Option<Detail>>) -> Self {
         Self { detail: detail.into(), ..self }
     }
 
     /// These settings with [levels of detail](Self::lod), or without.
+    #[cfg(feature = "lossy")]
     #[must_use]
     pub fn with_lod(self, lod: impl Into<Option<Lod>>) -> Self {
         Self { lod: lod.into(), ..self }

@@ -8,6 +8,7 @@ use core::fmt::{Display, Formatter, Result};
 
 use super::evidence::{CellTest, CoverTest, Evidence, PlaneTest, Sight};
 use super::explain::Step;
+use crate::digits::Digits::{self, Fixed};
 use crate::funnel::{Stage, Unit};
 use crate::view::FrustumPlane;
 
@@ -41,11 +42,12 @@ impl Display for Step {
                 write!(f, "its shadow cannot matter: {}", reason.name())
             }
             Evidence::Caster { planes, .. } => {
-                write!(f, "reaches {:.6} units into the casters' region", depth(planes))
+                write!(f, "reaches {} units into the casters' region", Fixed(depth(planes), 6))
             }
             Evidence::Cells(test) => cells(f, test),
             Evidence::Size { pixels: [w, h], weight } => {
-                write!(f, "at most {w:.2} x {h:.2} pixels on the screen, counted {weight} times")
+                let (w, h, weight) = (Fixed(*w, 2), Fixed(*h, 2), Digits::Plain32(*weight));
+                write!(f, "at most {w} x {h} pixels on the screen, counted {weight} times")
             }
             Evidence::Area { rank, with_area, triangles } => write!(
                 f,
@@ -53,13 +55,15 @@ impl Display for Step {
             ),
             Evidence::Cover(CoverTest { buffer: [w, h], min, max, nearness, covered, open }) => {
                 let ([x0, y0], [x1, y1]) = (min, max);
-                write!(f, "pixels {x0}..={x1} x {y0}..={y1} of {w} x {h}, nearness {nearness:e}")?;
+                let [nearness, covered] = [*nearness, *covered].map(Digits::Exponent32);
+                write!(f, "pixels {x0}..={x1} x {y0}..={y1} of {w} x {h}, nearness {nearness}")?;
                 match open {
                     Some([x, y]) => write!(f, ": pixel ({x}, {y}) lets it through"),
-                    None => write!(f, ", covered at {covered:e}: all covered by what is nearer"),
+                    None => write!(f, ", covered at {covered}: all covered by what is nearer"),
                 }
             }
             Evidence::Levels { drawn, triangles, pixels } => {
+                let pixels = Digits::Plain(*pixels);
                 write!(f, "{drawn} of {triangles} triangles within {pixels} pixels of the original")
             }
             Evidence::Replaced { by, count } => {
@@ -80,8 +84,10 @@ fn planes(f: &mut Formatter<'_>, tests: &[PlaneTest], is_dropped: bool) -> Resul
     let plane = plane.map_or("an extra", |plane| plane.name());
     match (is_dropped, depth < 0.0) {
         (true, false) => write!(f, "outside: no plane alone rejects it, the exact test does"),
-        (true, true) => write!(f, "outside the {plane} plane by {:.6} units", -depth),
-        _ => write!(f, "reaches {depth:.6} units inside of the {plane} plane, its nearest"),
+        (true, true) => write!(f, "outside the {plane} plane by {} units", Fixed(-depth, 6)),
+        _ => {
+            write!(f, "reaches {} units inside of the {plane} plane, its nearest", Fixed(depth, 6))
+        }
     }
 }
 

@@ -17,6 +17,7 @@ use thiserror::Error;
 
 use crate::array::Each;
 use crate::bounds::{Aabb, Boxes};
+use crate::digits::{Digits, Point};
 use crate::hierarchy::Nodes;
 use crate::math;
 
@@ -107,7 +108,7 @@ impl PartRun {
 #[non_exhaustive]
 pub enum MeshError {
     /// A vertex with a NaN or infinite coordinate.
-    #[error("vertex {vertex} is not finite: {position:?}")]
+    #[error("vertex {vertex} is not finite: {}", Point(*position, Digits::Plain32))]
     NotFinite {
         /// Number of the vertex.
         vertex: usize,

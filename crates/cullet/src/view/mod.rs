@@ -22,6 +22,7 @@ use thiserror::Error;
 
 use crate::array::Each;
 use crate::bounds::{Plane, ROUNDING};
+use crate::digits::{Digits, Point};
 use crate::matrix::Matrix;
 
 /// The end of the clip depth range that is near.
@@ -70,10 +71,14 @@ pub enum ViewError {
     #[error("{0} is not finite")]
     NotFinite(&'static str),
     /// The matrix has no inverse, so it shows no volume.
-    #[error("the view-projection matrix is singular (determinant {0:e})")]
+    #[error("the view-projection matrix is singular (determinant {})", Digits::Exponent(*_0))]
     Singular(f64),
     /// The direction is zero, or `up` lies along it.
-    #[error("direction {direction:?} and up {up:?} span no plane")]
+    #[error(
+        "direction {} and up {} span no plane",
+        Point(*direction, Digits::Plain),
+        Point(*up, Digits::Plain)
+    )]
     NoOrientation {
         /// The direction given.
         direction: [f64; 3],
@@ -81,7 +86,7 @@ pub enum ViewError {
         up: [f64; 3],
     },
     /// A projection with an empty or inverted range.
-    #[error("{what} is {value}; it must be {must}")]
+    #[error("{what} is {}; it must be {must}", Digits::Plain(*value))]
     Range {
         /// Name of the number.
         what: &'static str,

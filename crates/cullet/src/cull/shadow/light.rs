@@ -78,6 +78,7 @@ impl Light {
 
     /// The light of a map that is drawn with this homogeneous eye: it stands where that looks from,
     /// whatever place or direction it has itself; its range and its cone stay.
+    #[cfg(feature = "shadows")]
     pub(crate) fn seen_from(self, [x, y, z, w]: [f64; 4]) -> Self {
         if w == 0.0 {
             return Self::Directional { direction: [-x, -y, -z] };

@@ -16,7 +16,7 @@ use crate::transform::Transform;
 /// Drops instances whose projected box is below the threshold. Whole nodes of the hierarchy go or
 /// stay at once, where no box below them can be as large, or as small.
 pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>) {
-    let Some(detail) = frame.culler.detail else { return };
+    let Some(detail) = frame.culler.detail_settings() else { return };
     let sizes = Sizes { frame, test: of_world(frame, &detail) };
     // The nodes above a word, sixteen at once: words ascend.
     let (mut number, mut nodes) = (usize::MAX, NodeSizes::default());
@@ -104,7 +104,7 @@ impl Sizes<'_> {
 
 /// Whether clusters are dropped by themselves where they are small.
 pub(super) fn drops_clusters(frame: &Frame<'_>) -> bool {
-    frame.culler.detail.is_some_and(|detail| detail.clusters)
+    frame.culler.detail_settings().is_some_and(|detail| detail.clusters)
 }
 
 /// The same of an instance.
@@ -123,7 +123,9 @@ pub(in super::super) fn clusters(
     set: &mut Clusters,
     log: &mut Log<'_>,
 ) {
-    let Some(detail) = frame.culler.detail.filter(|detail| detail.clusters) else { return };
+    let Some(detail) = frame.culler.detail_settings().filter(|detail| detail.clusters) else {
+        return;
+    };
     let scene = frame.scene;
     set.filter(scene, Stage::Detail, log, |runs, culled| {
         let slot = runs[0].slot;
@@ -151,7 +153,7 @@ pub(in super::super) fn clusters(
 
 /// Returns the size of an instance on the screen.
 pub(in super::super) fn evidence(frame: &Frame<'_>, slot: u32) -> Evidence {
-    let test = of_world(frame, &frame.culler.detail.unwrap_or_default());
+    let test = of_world(frame, &frame.culler.detail_settings().unwrap_or_default());
     match test.bound(frame.culler.simd, &frame.scene.bounds(slot)) {
         Some(pixels) => Evidence::Size { pixels, weight: frame.scene.size_weight(slot) },
         None => Evidence::NearPlane,

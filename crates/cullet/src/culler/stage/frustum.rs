@@ -97,7 +97,7 @@ fn take_visible(
             }
         }
     }
-    if let Some(casters) = frame.casters.as_ref().filter(|c| c.has_range()) {
+    if let Some(casters) = frame.casters().filter(|c| c.has_range()) {
         drop_beyond_range(frame, casters, set);
     }
     if frame.culler.frustum_exact {
@@ -154,7 +154,7 @@ fn take_alone(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>, slot: u
         true => frame.planes.classify_box(&bounds),
         false => Side::Inside,
     };
-    let casters = frame.casters.as_ref().filter(|_| frame.culler.frustum);
+    let casters = frame.casters().filter(|_| frame.culler.frustum);
     if casters.is_some_and(|c| c.is_beyond_range(&scene.boxes().get(slot as usize))) {
         side = Side::Outside;
     }
@@ -393,7 +393,7 @@ pub(in super::super) fn evidence(frame: &Frame<'_>, slot: u32, reason: Option<Re
         PlaneTest { plane: number as u8, nearest, farthest }
     });
     let planes = tests.collect();
-    match frame.casters {
+    match frame.casters() {
         Some(_) => Evidence::Caster { reason: reason.and_then(Reason::caster), planes },
         None => Evidence::Planes(planes),
     }

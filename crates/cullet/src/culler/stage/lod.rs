@@ -32,7 +32,7 @@ pub(in super::super) fn instances(
     log: &mut Log<'_>,
 ) {
     cache.pixels = None;
-    let Some(mut lod) = frame.culler.lod else { return };
+    let Some(mut lod) = frame.culler.lod_settings() else { return };
     let scene = frame.scene;
     let mut taken = Tally::default();
     if let Some(slot) = stand_ins::replaced_alone(frame).filter(|&slot| set.has(slot)) {
@@ -167,7 +167,7 @@ fn replace(
 /// Returns how large the errors of an instance are allowed to be, and what is drawn of it.
 pub(in super::super) fn evidence(frame: &Frame<'_>, cache: &Cache, slot: u32) -> Evidence {
     let scene = frame.scene;
-    let Some(lod) = &frame.culler.lod else { return Evidence::None };
+    let Some(lod) = frame.culler.lod_settings() else { return Evidence::None };
     if let Some(by) = stand_ins::evidence(frame, slot) {
         return by;
     }

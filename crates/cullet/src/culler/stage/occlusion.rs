@@ -277,7 +277,7 @@ fn search<'a>(
         coarse,
         density,
         view: frame.view,
-        fade: frame.culler.detail.filter(|detail| detail.fade > 0.0),
+        fade: frame.culler.detail_settings().filter(|detail| detail.fade > 0.0),
     }
 }
 

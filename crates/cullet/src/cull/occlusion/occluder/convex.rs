@@ -12,7 +12,15 @@ use crate::array::{self, Each};
 use crate::bounds::Aabb;
 use crate::exact;
 use crate::mesh::weld;
-use crate::sort::{pair, sort_by_key};
+
+/// Numbers under numbers: one kind of map for all, since the code of each kind is as much as that
+/// of a stage.
+type Numbers = BTreeMap<u64, u32>;
+
+/// An edge as the key of a map, in the order of its ends.
+fn edge(a: u32, b: u32) -> u64 {
+    u64::from(a) << 32 | u64::from(b)
+}
 
 /// Eight points, an array for each axis.
 type Points = [[f32; 8]; 3];
@@ -101,27 +109,29 @@ impl Convex {
     #[must_use]
     pub fn from_mesh(positions: &[[f32; 3]], indices: &[u32]) -> Option<Self> {
         // The positions may be those of much more.
-        let mut number = BTreeMap::new();
+        let mut number = Numbers::new();
         let mut used = Vec::new();
         let mut local = Vec::with_capacity(indices.len());
         for &v in indices {
             let position = *positions.get(v as usize)?;
-            local.push(*number.entry(v).or_insert_with(|| {
+            let known = number.get(&v.into()).copied();
+            local.push(known.unwrap_or_else(|| {
                 used.push(position);
-                used.len() - 1
+                used.len() as u32 - 1
             }));
+            number.insert(v.into(), local[local.len() - 1]);
         }
         let (positions, first) = (&used, weld(&used));
         let triangles: Vec<[u32; 3]> =
-            local.chunks_exact(3).map(|t| [t[0], t[1], t[2]].each(|v| first[v])).collect();
+            local.as_chunks::<3>().0.iter().map(|t| t.each(|v| first[v as usize])).collect();
         if triangles.len() < 4 {
             return None;
         }
         let corners = |t: usize| triangles[t].each(|v| positions[v as usize]);
-        let mut half_edges = BTreeMap::new();
+        let mut half_edges = Numbers::new();
         for (t, v) in triangles.iter().enumerate() {
             for k in 0..3 {
-                if half_edges.insert((v[k], v[(k + 1) % 3]), t).is_some() {
+                if half_edges.insert(edge(v[k], v[(k + 1) % 3]), t as u32).is_some() {
                     return None;
                 }
             }
@@ -144,7 +154,7 @@ impl Convex {
                 at += 1;
                 for k in 0..3 {
                     let (a, b) = (triangles[t][k], triangles[t][(k + 1) % 3]);
-                    let &other = half_edges.get(&(b, a))?;
+                    let other = *half_edges.get(&edge(b, a))? as usize;
                     let flat = triangles[other]
                         .iter()
                         .all(|&v| exact::side_sign(&plane, positions[v as usize]) == 0);
@@ -169,34 +179,34 @@ impl Convex {
             }
         }
         // A vertex where fewer than three faces meet lies within a face or an edge.
-        let mut around: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-        for (t, v) in triangles.iter().enumerate() {
-            for &v in v {
-                let faces = around.entry(v).or_default();
-                if !faces.contains(&face[t]) {
-                    faces.push(face[t]);
-                }
-            }
-        }
-        let mut number = BTreeMap::new();
+        let corners_of = triangles.iter().zip(&face);
+        let around = corners_of.flat_map(|(v, &face)| v.map(|v| edge(v, face as u32)));
+        let mut around: Vec<u64> = around.collect();
+        around.sort_unstable();
+        around.dedup();
+        let mut number = Numbers::new();
         let mut vertices = Vec::new();
-        for &v in used.iter().filter(|v| around[v].len() >= 3) {
-            number.insert(v, vertices.len() as u32);
-            vertices.push(positions[v as usize]);
+        for faces in around.chunk_by(|a, b| a >> 32 == b >> 32).filter(|faces| faces.len() >= 3) {
+            number.insert(faces[0] >> 32, vertices.len() as u32);
+            vertices.push(positions[(faces[0] >> 32) as usize]);
         }
         let mut loops = Vec::with_capacity(faces.len());
         for members in &faces {
-            let rim: BTreeMap<u32, u32> = members
-                .iter()
-                .flat_map(|&t| (0..3).map(move |k| (t, k)))
-                .map(|(t, k)| (triangles[t][k], triangles[t][(k + 1) % 3]))
-                .filter(|&(a, b)| face[half_edges[&(b, a)]] != face[half_edges[&(a, b)]])
-                .collect();
-            let start = *rim.keys().min()?;
+            let mut rim = Numbers::new();
+            let face_of = |a, b| face[half_edges[&edge(a, b)] as usize];
+            for &t in members {
+                for k in 0..3 {
+                    let (a, b) = (triangles[t][k], triangles[t][(k + 1) % 3]);
+                    if face_of(b, a) != face_of(a, b) {
+                        rim.insert(a.into(), b);
+                    }
+                }
+            }
+            let start = *rim.keys().next()?;
             let (mut v, mut outline) = (start, Vec::new());
             for _ in 0..rim.len() {
                 outline.extend(number.get(&v).copied());
-                v = *rim.get(&v)?;
+                v = u64::from(*rim.get(&v)?);
             }
             if v != start {
                 return None;
@@ -219,18 +229,19 @@ impl Convex {
         if vertices.len() > Self::MAX_VERTICES {
             return Err(OcclusionError::TooManyVertices(vertices.len(), Self::MAX_VERTICES));
         }
-        let mut half_edges = BTreeMap::new();
+        let mut half_edges = Numbers::new();
         for (f, corners) in loops.iter().enumerate() {
             for k in 0..corners.len() {
-                half_edges.insert((corners[k], corners[(k + 1) % corners.len()]), f as u32);
+                half_edges.insert(edge(corners[k], corners[(k + 1) % corners.len()]), f as u32);
             }
         }
-        let mut edges: Vec<[u32; 4]> = half_edges
+        // In the order of their ends.
+        let edges: Vec<[u32; 4]> = half_edges
             .iter()
-            .filter(|&(&(a, b), _)| a < b)
-            .filter_map(|(&(a, b), &f)| Some([a, b, f, *half_edges.get(&(b, a))?]))
+            .map(|(&ends, &f)| ((ends >> 32) as u32, ends as u32, f))
+            .filter(|&(a, b, _)| a < b)
+            .filter_map(|(a, b, f)| Some([a, b, f, *half_edges.get(&edge(b, a))?]))
             .collect();
-        sort_by_key(&mut edges, |&[a, b, ..]| pair(a, b));
         if edges.len() * 2 != half_edges.len() {
             return Err(OcclusionError::Open);
         }

@@ -7,7 +7,7 @@
 //! Σ |vₐ| Σ |aᵢₐ| over the axes a, exact for boxes, and at most √(Σ |aᵢ| · vᵀ (Σ aᵢ aᵢᵀ / |aᵢ|) v) by
 //! the inequality of Cauchy and Schwarz, exact for what is flat.
 
-use alloc::collections::BTreeMap;
+use alloc::vec::Vec;
 
 use super::super::raster::{Connected, FACETS};
 #[cfg(not(feature = "std"))]
@@ -82,17 +82,20 @@ impl Facing {
 
 /// Mean length of the outline of the own facets of a patch.
 fn mean_outline(mesh: &Connected) -> f32 {
-    let mut normals = BTreeMap::new();
+    let mut normals = Vec::new();
     mesh.for_facets(|number, is_own, corners| {
         let [u, v] = [1, 2].map(|k: usize| [0, 1, 2].map(|a: usize| corners[k][a] - corners[0][a]));
         let n = cross(u, v);
         let length = dot(n, n).sqrt();
-        normals.insert(number, (is_own, n.map(|v| v / length)));
+        let number = usize::from(number);
+        normals.resize(normals.len().max(number + 1), None);
+        normals[number] = Some((is_own, n.map(|v| v / length)));
     });
     let mut sum = 0.0;
     for edges in &mesh.edges {
         for lane in 0..FACETS {
-            let [left, right] = [0, 1].map(|side: usize| normals.get(&edges[side][lane]));
+            let normal = |side: usize| normals.get(usize::from(edges[side][lane]))?.as_ref();
+            let [left, right] = [0, 1].map(normal);
             let share = match (left, right) {
                 // Normals at an angle have the eye between them as often as that is of half a turn.
                 (Some((a, n)), Some((b, m))) if *a || *b => (1.0 - dot(*n, *m)) * 0.5,
