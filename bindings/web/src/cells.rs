@@ -1,7 +1,8 @@
 //! Cells of a scene: those of a file, for nothing else makes any.
 
-use cullet::explain::Explanation;
-use cullet::{CullError, Culler, Handle, Scene, View, ViewState, Visible};
+#[cfg(feature = "clusters")]
+use cullet::{CullError, Handle, explain::Explanation};
+use cullet::{Culler, Scene, View, ViewState, Visible};
 #[cfg(feature = "files")]
 use cullet_cells::InCells;
 
@@ -58,6 +59,7 @@ impl Cells {
         culler.cull_one(scene, view, state, visible);
     }
 
+    #[cfg(feature = "clusters")]
     pub(crate) fn explain(
         &self,
         scene: &Scene,

@@ -359,6 +359,7 @@ mod scenes {
         })
     }
 
+    #[cfg(feature = "clusters")]
     #[unsafe(no_mangle)]
     extern "C" fn scene_set_place(
         scene: u32,
@@ -370,6 +371,7 @@ mod scenes {
     }
 
     /// The answer is the mesh's indices.
+    #[cfg(feature = "clusters")]
     #[unsafe(no_mangle)]
     extern "C" fn scene_indices(scene: u32, mesh: u32) -> u32 {
         of_scene(scene, |scene| scene.indices(mesh).map(answer))
@@ -422,6 +424,7 @@ mod scenes {
         })
     }
 
+    #[cfg(feature = "clusters")]
     #[unsafe(no_mangle)]
     extern "C" fn view_triangles(view: u32) -> f64 {
         let count = |view: &mut SceneView| view.triangle_count() as f64;
@@ -429,6 +432,7 @@ mod scenes {
     }
 
     /// The answer is a byte for each id.
+    #[cfg(feature = "clusters")]
     #[unsafe(no_mangle)]
     extern "C" fn view_reasons(view: u32, scene: u32) -> u32 {
         of_view(view, scene, |view, scene| {
@@ -438,12 +442,14 @@ mod scenes {
     }
 
     /// Fills the draws, which `view_draws_of` then answers with.
+    #[cfg(feature = "clusters")]
     #[unsafe(no_mangle)]
     extern "C" fn view_draws(view: u32, scene: u32) -> u32 {
         of_view(view, scene, SceneView::fill_draws)
     }
 
     /// Returns a filled array: 0 commands, 1 keys, 2 instances, 3 indices.
+    #[cfg(feature = "clusters")]
     #[unsafe(no_mangle)]
     extern "C" fn view_draws_of(view: u32, which: u32) {
         if let Some(view) = VIEWS.lock().get(view) {
@@ -458,12 +464,14 @@ mod scenes {
     }
 
     /// The answer is eight f64 a row.
+    #[cfg(feature = "clusters")]
     #[unsafe(no_mangle)]
     extern "C" fn view_funnel(view: u32) -> u32 {
         ended(there(VIEWS.lock().get(view)).map(|view| answer(view.fill_funnel())))
     }
 
     /// The answer is text.
+    #[cfg(feature = "clusters")]
     #[unsafe(no_mangle)]
     extern "C" fn view_explain(view: u32, scene: u32, id: u32) -> u32 {
         of_view(view, scene, |view, scene| {

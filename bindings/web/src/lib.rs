@@ -1,7 +1,7 @@
 //! The engine behind the npm package `cullet`: boxes against planes, scenes with all stages, and
 //! model files.
 //!
-//! Four modules for the web are built of it, by features: none, `occluders`, `scene`, `files`. A page holds
+//! Five modules for the web are built of it, by features: none, `occluders`, `scene`, `clusters`, `files`. A page holds
 //! objects by number, writes into memory at addresses that it is told, and reads answers where they
 //! lie; nothing here follows an address that came from outside, so no argument can make it read or
 //! write where it must not. What can be wrong of a call is a [`Fault`], whose code and message the
@@ -13,6 +13,8 @@
 
 extern crate alloc;
 
+#[cfg(feature = "clusters")]
+mod answers;
 mod boxes;
 #[cfg(any(feature = "occluders", feature = "scene"))]
 mod camera;

@@ -1,10 +1,6 @@
 //! A view of a scene: settings, what it remembers, and its answer as arrays.
 
-use alloc::string::String;
-use alloc::vec::Vec;
-use core::fmt::Write;
-
-use cullet::{Culler, DrawList, Output, Reason, View, ViewState, Visible, funnel::Unit};
+use cullet::{Culler, Output, View, ViewState, Visible};
 
 use crate::camera::view_of;
 use crate::cells::CellView;
@@ -28,18 +24,14 @@ pub struct Settings {
 /// One view of one scene.
 #[derive(Debug)]
 pub struct SceneView {
-    culler: Culler,
-    view: Option<View>,
+    pub(crate) culler: Culler,
+    pub(crate) view: Option<View>,
     state: ViewState,
     among: CellView,
-    visible: Visible,
+    pub(crate) visible: Visible,
     ids: Ascending,
-    reasons: Vec<u8>,
-    draws: DrawList,
-    funnel: Vec<f64>,
-    text: String,
-    /// The scene and its state at the last cull: slots of the answer are of no other.
-    seen: Option<(u64, u64)>,
+    #[cfg(feature = "clusters")]
+    pub(crate) more: crate::answers::More,
 }
 
 impl SceneView {
@@ -51,9 +43,11 @@ impl SceneView {
             _ => Culler::balanced(),
         };
         culler.output = match settings.output {
-            0 => Output::Instances,
+            #[cfg(feature = "clusters")]
+            1 => Output::Clusters,
+            #[cfg(feature = "clusters")]
             2 => Output::Triangles,
-            _ => Output::Clusters,
+            _ => Output::Instances,
         };
         if settings.flags & 1 != 0 {
             culler.occlusion = None;
@@ -69,11 +63,8 @@ impl SceneView {
             among: CellView::default(),
             visible: Visible::default(),
             ids: Ascending::default(),
-            reasons: Vec::new(),
-            draws: DrawList::default(),
-            funnel: Vec::new(),
-            text: String::new(),
-            seen: None,
+            #[cfg(feature = "clusters")]
+            more: Default::default(),
         }
     }
 
@@ -108,7 +99,8 @@ impl SceneView {
         let view = self.view.as_ref().ok_or_else(no_camera)?;
         let (state, visible) = (&mut self.state, &mut self.visible);
         set.cells.cull((&set.scene, &mut self.among), &self.culler, view, state, visible);
-        self.seen = Some((set.scene.id(), set.scene.change_version()));
+        #[cfg(feature = "clusters")]
+        self.more.note(set.scene.id(), set.scene.change_version());
         let scene = &set.scene;
         let ids = self.visible.slots().filter_map(|slot| Some(scene.handle(slot)?.index));
         self.ids.fill(self.culler.simd, set.id_count(), ids);
@@ -124,101 +116,9 @@ impl SceneView {
     pub fn triangle_count(&self) -> u64 {
         self.visible.triangle_count
     }
-
-    /// That the scene is as it was culled.
-    fn check_unchanged(&self, set: &SceneSet) -> Result<(), Fault> {
-        if self.seen == Some((set.scene.id(), set.scene.change_version())) {
-            return Ok(());
-        }
-        let message =
-            "the scene has changed since this view culled it last, or it never did: cull first";
-        Err(Fault::new(Code::Argument, message))
-    }
-
-    /// The stage that took each instance, by id; 0 for what is visible and for ids that name
-    /// nothing.
-    ///
-    /// # Errors
-    /// If the scene has changed since it was culled.
-    pub fn reasons(&mut self, set: &SceneSet) -> Result<&[u8], Fault> {
-        self.check_unchanged(set)?;
-        self.reasons.clear();
-        self.reasons.resize(set.id_count(), 0);
-        for (slot, reason) in self.visible.reasons.iter().enumerate() {
-            if let (Some(reason), Some(handle)) = (reason, set.scene.handle(slot as u32)) {
-                self.reasons[handle.index as usize] = reason.stage as u8;
-            }
-        }
-        Ok(&self.reasons)
-    }
-
-    /// Fills the draws of the last answer; instances by id.
-    ///
-    /// # Errors
-    /// If the scene has changed since it was culled.
-    pub fn fill_draws(&mut self, set: &SceneSet) -> Result<(), Fault> {
-        self.check_unchanged(set)?;
-        if self.culler.output == Output::Triangles {
-            self.draws.fill_triangles(&set.scene, &self.visible, &set.places)
-        } else {
-            self.draws.fill(&set.scene, &self.visible, &set.places)
-        }
-        .map_err(|stale| Fault::new(Code::Argument, stale))?;
-        for entry in &mut self.draws.instances {
-            *entry = set.scene.handle(*entry).map_or(0, |handle| handle.index);
-        }
-        Ok(())
-    }
-
-    /// The draws that were filled.
-    pub fn draws(&self) -> &DrawList {
-        &self.draws
-    }
-
-    /// The rows of the funnel, eight numbers each: stage, unit, three counts in, three out.
-    pub fn fill_funnel(&mut self) -> &[f64] {
-        self.funnel.clear();
-        for row in &self.visible.funnel.rows {
-            let counts = [row.entered, row.left];
-            let counts = counts.iter().flat_map(|c| [c.instances, c.clusters, c.triangles]);
-            self.funnel.extend([f64::from(row.stage as u8), f64::from(row.unit as u8)]);
-            self.funnel.extend(counts.map(|n| n as f64));
-        }
-        &self.funnel
-    }
-
-    /// Why an instance is drawn or not, as lines: the stage and detail that took it, or nothing;
-    /// the ids that hide it; then a line for each stage with unit, counts and finding, all parted
-    /// by tabs.
-    ///
-    /// # Errors
-    /// If the id names nothing, or there is no camera yet.
-    pub fn explain(&mut self, set: &SceneSet, id: u32) -> Result<&str, Fault> {
-        let view = self.view.as_ref().ok_or_else(no_camera)?;
-        let handle = set.handle(id)?;
-        let explanation = set
-            .cells
-            .explain(&set.scene, &self.culler, view, handle)
-            .map_err(|error| Fault::new(Code::Id, error))?;
-        self.text.clear();
-        let text = &mut self.text;
-        if let Some(Reason { stage, detail }) = explanation.reason {
-            let _ = write!(text, "{}\t{detail}", stage.name());
-        }
-        text.push('\n');
-        let hiders = explanation.hidden_by.iter().filter_map(|&slot| set.scene.handle(slot));
-        for (i, handle) in hiders.enumerate() {
-            let _ = write!(text, "{}{}", if i > 0 { "\t" } else { "" }, handle.index);
-        }
-        for step in &explanation.steps {
-            let (stage, unit) = (step.stage.name(), Unit::name(step.unit));
-            let _ = write!(text, "\n{stage}\t{unit}\t{}\t{}\t{step}", step.entered, step.left);
-        }
-        Ok(text)
-    }
 }
 
-fn no_camera() -> Fault {
+pub(crate) fn no_camera() -> Fault {
     Fault::new(
         Code::Camera,
         "the view has no camera yet: call setCamera(clipFromWorld, width, height) first",

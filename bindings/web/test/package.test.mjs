@@ -45,7 +45,7 @@ test('npm pack holds what is used, and nothing else', () => {
   const names = files.map((file) => file.path).filter((path) => !path.startsWith('js/three/')).sort();
   const core = ['boxes', 'check', 'digits', 'engine', 'error', 'occluders', 'scene', 'view'].map((name) => `js/core/${name}.js`);
   const types = ['js/core/boxes.d.ts', 'js/core/scene.d.ts', ...['boxes', 'files', 'frustum', 'index'].map((name) => `js/${name}.d.ts`)];
-  const wasm = ['js/cullet.wasm', 'js/cullet-boxes.wasm', 'js/cullet-files.wasm', 'js/cullet-frustum.wasm'];
+  const wasm = ['js/cullet.wasm', ...['boxes', 'files', 'frustum', 'three'].map((name) => `js/cullet-${name}.wasm`)];
   const about = ['CHANGELOG.md', 'LICENSE-APACHE', 'LICENSE-MIT', 'README.md', 'package.json'];
   assert.deepEqual(names, [...about, ...core, ...types, ...wasm, ...['boxes', 'files', 'frustum', 'index'].map((name) => `js/${name}.js`)].sort());
   const manifest = readFileSync(join(here, '../../../Cargo.toml'), 'utf8');

@@ -11,6 +11,7 @@ import { folder } from './package.mjs';
 const limits = {
   'cullet-frustum.wasm': 25,
   'cullet-boxes.wasm': 999,
+  'cullet-three.wasm': 999,
   'cullet.wasm': 999,
   'cullet-files.wasm': 999,
 };
@@ -27,7 +28,7 @@ for (const [name, limit] of Object.entries(limits)) {
 
 test('the book gives the sizes', () => {
   const book = readFileSync(fileURLToPath(new URL('../../../docs/src/web.md', import.meta.url)), 'utf8');
-  const rows = [['cullet/frustum', 'cullet-frustum.wasm'], ['cullet/boxes', 'cullet-boxes.wasm'], ['cullet', 'cullet.wasm'], ['cullet/files', 'cullet-files.wasm']];
+  const rows = [['cullet/frustum', 'cullet-frustum.wasm'], ['cullet/boxes', 'cullet-boxes.wasm'], ['cullet/three', 'cullet-three.wasm'], ['cullet', 'cullet.wasm'], ['cullet/files', 'cullet-files.wasm']];
   for (const [entry, name] of rows) {
     const told = Number(book.match(new RegExp(`^\\| \`${entry}\` \\|.*\\| (\\d+) kB \\|$`, 'm'))?.[1]);
     const size = kilobytes(name);

@@ -57,6 +57,7 @@
 //! | feature | adds |
 //! |---|---|
 //! | `candidates` | on by default; [`Culler::cull_among`] |
+//! | `clusters` | on by default; [`Output::Clusters`] and [`Output::Triangles`], and with them the culling of back faces |
 //! | `digits` | on by default; numbers with fractions in messages as decimal digits, and not as their bits, for a host that writes them itself |
 //! | `lossy` | on by default; [`Culler::detail`] and [`Culler::lod`] |
 //! | `shadows` | on by default; [`Culler::cull_shadow`] |

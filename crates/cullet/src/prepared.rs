@@ -89,14 +89,14 @@ impl Prepared {
 
     /// Makes what is wanted and not yet there, of the mesh of which the rest was made.
     pub fn add(&mut self, mesh: &Mesh, wanted: Preparation) {
-        let has_backs = !mesh.is_deformable() && !mesh.is_two_sided();
+        let has_backs = cfg!(feature = "clusters") && !mesh.is_deformable() && !mesh.is_two_sided();
         let wants_planes = wanted.backfaces || wanted.frontfaces;
         if has_backs && wants_planes && self.planes.is_none() {
             let one_sided = mesh.clusters().iter().filter(|c| is_one_sided(mesh, c));
             let one_sided = one_sided.map(Cluster::triangles);
             self.planes = Some(Backfaces::new(mesh.positions(), mesh.indices(), one_sided));
         }
-        if let Some(planes) = &self.planes {
+        if let Some(planes) = self.planes.as_ref().filter(|_| cfg!(feature = "clusters")) {
             let cones = |facing| {
                 let of = |c: &Cluster| is_one_sided(mesh, c).then(|| c.triangles());
                 let ranges = mesh.clusters().iter().map(of);

@@ -1,6 +1,6 @@
 // Instances of a BatchedMesh: three.js lists and sorts them as ever, but out of those only that were found visible.
 
-import { BoxSet } from 'cullet';
+import { BoxSet } from './engine.js';
 import { never, writeBox } from './bounds.js';
 import { planesInto, planesOfCamera } from './planes.js';
 

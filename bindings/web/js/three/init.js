@@ -1,6 +1,6 @@
 // The engine, or that a browser cannot run it: then nothing is culled, and three.js draws as without this package.
 
-import { init as load } from 'cullet';
+import { load } from './engine.js';
 
 let isMissing = false;
 

@@ -3,7 +3,7 @@
 // WebGL uploads an object's instances once a render(), before shadows are drawn, so one buffer cannot serve two passes.
 // A stand-in has the mesh as its prototype: material, layers, callbacks and matrices are the mesh's own.
 
-import { BoxSet } from 'cullet';
+import { BoxSet } from './engine.js';
 import { boxOf } from './bounds.js';
 import { planesInto } from './planes.js';
 

@@ -1,6 +1,6 @@
 // The objects below a root, one number each: parents before children, what was seen of each, and its box.
 
-import { BoxSet } from 'cullet';
+import { BoxSet } from './engine.js';
 import { Batch } from './batch.js';
 import { boxOf, isMorphed, Kind, kindOf, never } from './bounds.js';
 import { Instances } from './instances.js';

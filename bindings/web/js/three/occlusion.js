@@ -3,7 +3,7 @@
 // The engine keeps a scene of its own of all that is culled by its box, with the triangles of what may hide others. It is
 // conservative at every resolution, so what it drops would have covered no pixel.
 
-import { Scene } from 'cullet';
+import { Scene } from './engine.js';
 import { boxOf, Kind } from './bounds.js';
 import { callsBack, ignore, judge, listen, May, refusal, rendererOf } from './hiding.js';
 import { planesOfCamera } from './planes.js';

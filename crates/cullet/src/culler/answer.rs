@@ -8,6 +8,7 @@ use super::log::Work;
 use super::run::Run;
 use super::sets::Sets;
 use crate::bits;
+use crate::funnel::Unit;
 use crate::visible::{DrawRange, SlotRange, Visible};
 
 /// Writes what is left. The triangles are in the answer's own lists already.
@@ -33,7 +34,7 @@ pub(super) fn write(frame: &Frame<'_>, sets: &Sets, work: Work, result: &mut Vis
 
 /// Writes slot ranges and draw ranges.
 fn write_clusters(frame: &Frame<'_>, sets: &Sets, result: &mut Visible) {
-    let by_triangle = frame.culler.output == Output::Triangles;
+    let by_triangle = frame.culler.output.unit() == Unit::Triangles;
     let mut settled = Settled::new(&sets.instances.live, &sets.clusters.settled);
     let mut ranges = result.triangle_ranges.iter().peekable();
     for runs in sets.clusters.runs.chunk_by(|a, b| a.slot == b.slot) {

@@ -187,7 +187,7 @@ impl<'a> Frame<'a> {
     pub(super) fn culls_backs_by_cluster(&self) -> bool {
         self.culler.backface == Backface::Fast
             && self.view.cull_face != CullFace::None
-            && self.culler.output >= Output::Clusters
+            && self.culler.output != Output::Instances
     }
 
     /// Whether back faces are culled by triangles; not of two eyes, which share whole clusters

@@ -27,7 +27,7 @@ use crate::Simd;
 use crate::costs::Costs;
 use crate::cull::detail::Detail;
 use crate::cull::occlusion::{Occlusion, OcclusionBuffer};
-use crate::funnel::Stage;
+use crate::funnel::{Stage, Unit};
 use crate::jobs::OneThread;
 use crate::lod::Lod;
 use crate::scene::{Scene, SceneError};
@@ -44,13 +44,29 @@ use standing::Looks;
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Output {
     /// Whole instances: [`Visible::whole`] alone.
+    #[cfg_attr(not(feature = "clusters"), default)]
     Instances,
     /// Instances, and of those that straddle the frustum or are one-sided the clusters that are
     /// left.
+    #[cfg(feature = "clusters")]
     #[default]
     Clusters,
     /// Triangles of every visible instance, in [`Visible::triangles`].
+    #[cfg(feature = "clusters")]
     Triangles,
+}
+
+impl Output {
+    /// The deepest unit of the answer.
+    pub(crate) const fn unit(self) -> Unit {
+        match self {
+            Self::Instances => Unit::Instances,
+            #[cfg(feature = "clusters")]
+            Self::Clusters => Unit::Clusters,
+            #[cfg(feature = "clusters")]
+            Self::Triangles => Unit::Triangles,
+        }
+    }
 }
 
 /// How back faces of one-sided parts are culled; of rigid instances alone, whatever the way.

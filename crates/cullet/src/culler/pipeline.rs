@@ -5,12 +5,12 @@
 //! triangles. A stage goes over all of a set before the next begins, cheapest test first, so that
 //! its time and its counts are its own.
 
+use super::Culler;
 use super::answer;
 use super::frame::{Alone, Frame, Viewer};
 use super::log::Log;
 use super::sets::Sets;
 use super::stage::{backface, candidates, degenerate, detail, frustum, layer, lod, occlusion};
-use super::{Culler, Output};
 use crate::funnel::{Stage, Unit};
 use crate::jobs::Jobs;
 use crate::scene::Scene;
@@ -29,11 +29,13 @@ struct Step {
 type Run = fn(&Frame<'_>, &mut Caches, &mut Sets, &mut Log<'_>);
 
 const fn opens(stage: Stage, unit: Unit, run: Run) -> Step {
-    Step { stage, unit, opens: true, run }
+    Step { opens: true, ..then(stage, unit, run) }
 }
 
 const fn then(stage: Stage, unit: Unit, run: Run) -> Step {
-    Step { stage, unit, opens: false, run }
+    // What no answer goes as deep as is not linked.
+    let is_on = cfg!(feature = "clusters") || matches!(unit, Unit::Instances);
+    Step { stage, unit, opens: false, run: if is_on { run } else { |_, _, _, _| {} } }
 }
 
 /// The one list of what runs when. A step is left out where its stage is off, and where the answer
@@ -89,15 +91,6 @@ const PIPELINE: [Step; 16] = [
     }),
 ];
 
-/// The deepest unit of an answer.
-fn depth(output: Output) -> Unit {
-    match output {
-        Output::Instances => Unit::Instances,
-        Output::Clusters => Unit::Clusters,
-        Output::Triangles => Unit::Triangles,
-    }
-}
-
 /// State that stages keep between frames: memory, and results proved in the last one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Caches {
@@ -132,7 +125,7 @@ pub(super) fn run(
     sets.triangles.swap_with(result);
     sets.clear();
     let mut log = Log::new(&frame, result);
-    let depth = depth(culler.output);
+    let depth = culler.output.unit();
     for step in &PIPELINE {
         if step.unit <= depth && (step.opens || culler.runs(step.stage)) {
             (step.run)(&frame, caches, sets, &mut log);

@@ -3,7 +3,6 @@
 
 use alloc::vec::Vec;
 
-use super::super::Output;
 use super::super::evidence::{Evidence, PlaneTest};
 use super::super::frame::Frame;
 use super::super::log::Log;
@@ -184,7 +183,7 @@ pub(in super::super) fn clusters(
 ) {
     let scene = frame.scene;
     let by_cluster = frame.culler.frustum;
-    let settles = frame.culler.output == Output::Clusters;
+    let settles = frame.culler.output.unit() == Unit::Clusters;
     let backs = frame.culls_backs_by_cluster().then(|| Backs::new(frame));
     let Sets { instances, coarse, clusters, .. } = sets;
     clusters.settled.resize(instances.alive.len(), 0);
