@@ -25,10 +25,12 @@ use thiserror::Error;
 
 use crate::Simd;
 use crate::costs::Costs;
+#[cfg(feature = "lossy")]
 use crate::cull::detail::Detail;
 use crate::cull::occlusion::{Occlusion, OcclusionBuffer};
 use crate::funnel::{Stage, Unit};
 use crate::jobs::OneThread;
+#[cfg(feature = "lossy")]
 use crate::lod::Lod;
 use crate::scene::{Scene, SceneError};
 use crate::view::View;
@@ -334,47 +336,6 @@ impl Culler {
             _ => {}
         }
         without
-    }
-
-    /// Whether a stage runs.
-    #[must_use]
-    pub fn runs(&self, stage: Stage) -> bool {
-        match stage {
-            Stage::Layer => true,
-            Stage::Frustum => self.frustum,
-            Stage::Pvs => self.pvs,
-            Stage::Portal => self.portal,
-            Stage::Detail => self.detail_settings().is_some(),
-            Stage::Occlusion => self.occlusion.is_some(),
-            Stage::Backface => self.backface != Backface::Off,
-            Stage::Degenerate => self.degenerate,
-            Stage::Lod => self.lod_settings().is_some(),
-        }
-    }
-
-    /// The field [`detail`](Self::detail); `None` without the feature that has it, so that nothing
-    /// of the stage is linked.
-    pub(crate) fn detail_settings(&self) -> Option<Detail> {
-        #[cfg(feature = "lossy")]
-        {
-            self.detail
-        }
-        #[cfg(not(feature = "lossy"))]
-        {
-            None
-        }
-    }
-
-    /// The field [`lod`](Self::lod), in the same way.
-    pub(crate) fn lod_settings(&self) -> Option<Lod> {
-        #[cfg(feature = "lossy")]
-        {
-            self.lod
-        }
-        #[cfg(not(feature = "lossy"))]
-        {
-            None
-        }
     }
 
     /// Culls one scene for several views, each as [`cull_one`](Self::cull_one) would; with the

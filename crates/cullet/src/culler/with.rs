@@ -3,10 +3,9 @@
 use super::{Backface, Culler, Output};
 use crate::Simd;
 use crate::costs::Costs;
-#[cfg(feature = "lossy")]
 use crate::cull::detail::Detail;
 use crate::cull::occlusion::Occlusion;
-#[cfg(feature = "lossy")]
+use crate::funnel::Stage;
 use crate::lod::Lod;
 use crate::prepared::Preparation;
 
@@ -111,6 +110,47 @@ impl Culler {
     #[must_use]
     pub fn with_clock(self, clock: Option<fn() -> u64>) -> Self {
         Self { clock, ..self }
+    }
+
+    /// Whether a stage runs.
+    #[must_use]
+    pub fn runs(&self, stage: Stage) -> bool {
+        match stage {
+            Stage::Layer => true,
+            Stage::Frustum => self.frustum,
+            Stage::Pvs => self.pvs,
+            Stage::Portal => self.portal,
+            Stage::Detail => self.detail_settings().is_some(),
+            Stage::Occlusion => self.occlusion.is_some(),
+            Stage::Backface => self.backface != Backface::Off,
+            Stage::Degenerate => self.degenerate,
+            Stage::Lod => self.lod_settings().is_some(),
+        }
+    }
+
+    /// The field [`detail`](Self::detail); `None` without the feature that has it, so that nothing
+    /// of the stage is linked.
+    pub(crate) fn detail_settings(&self) -> Option<Detail> {
+        #[cfg(feature = "lossy")]
+        {
+            self.detail
+        }
+        #[cfg(not(feature = "lossy"))]
+        {
+            None
+        }
+    }
+
+    /// The field [`lod`](Self::lod), in the same way.
+    pub(crate) fn lod_settings(&self) -> Option<Lod> {
+        #[cfg(feature = "lossy")]
+        {
+            self.lod
+        }
+        #[cfg(not(feature = "lossy"))]
+        {
+            None
+        }
     }
 }
 
