@@ -1,7 +1,10 @@
 // Boxes behind occluders, without a scene.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { test } from 'node:test';
-import { at, box, entry, perspective } from './package.mjs';
+import { pathToFileURL } from 'node:url';
+import { at, box, entry, folder, perspective } from './package.mjs';
 
 const { BoxSet, CulletError, init, OccluderSet } = await entry('boxes');
 const clip = perspective(1, 1.6, 0.1, 300);
@@ -111,4 +114,15 @@ test('mistakes are told, and change nothing', async () => {
   occluders.dispose();
   assert.ok(occluders.isDisposed);
   assert.throws(() => occluders.draw(clip), code('disposed'));
+});
+
+test('the example of the book and of the types runs, and drops what the box hides', async () => {
+  const text = (name) => readFileSync(new URL(name, import.meta.url), 'utf8');
+  const [, example] = text('../../../docs/src/web.md').match(/```js\n(import \{ BoxSet, init, OccluderSet \}[^`]*)```/);
+  const typed = text('../js/boxes.d.ts').match(/```js\n([^`]*)```/)[1].replace(/^ \* ?/gm, '');
+  assert.equal(typed.trim(), example.trim());
+  const program = `${example.replace("'cullet/boxes'", JSON.stringify(pathToFileURL(join(folder, 'js/boxes.js'))))}\nexport default [...visible];`;
+  const { default: visible } = await import(`data:text/javascript,${encodeURIComponent(program)}`);
+  // Of x from -20 to 20, which the camera sees, those beside the box.
+  assert.deepEqual(visible, [...Array(11).keys()].map((i) => 30 + i).concat([...Array(12).keys()].map((i) => 59 + i)));
 });

@@ -20,7 +20,7 @@ export type Numbers = Float32Array | Float64Array | readonly number[];
  * | `not-ready` | `await init()` first |
  * | `disposed` | the object was disposed of |
  * | `load` | the module is not where it should be, or is another |
- * | `no-simd`, `no-wasm` | a browser of before 2023: draw without culling |
+ * | `no-simd`, `no-wasm` | Chrome or Edge before 91, Firefox before 89, Safari before 16.4: draw without culling |
  * | `dead` | an error of ours ended the engine: load the page or worker anew, and report it |
  */
 export type CulletErrorCode =
@@ -37,7 +37,7 @@ export class CulletError extends Error {
 /**
  * Loads the engine of this entry, once: later calls wait for the first. After a failure the next call tries again.
  *
- * Each entry (`cullet`, `cullet/frustum`, `cullet/files`) and each worker has an engine and memory of its own.
+ * Each entry (`cullet`, `cullet/frustum`, `cullet/boxes`, `cullet/three`, `cullet/files`) and each worker has an engine and memory of its own.
  *
  * @param source where the module is, or the module; a compiled `WebAssembly.Module` may be sent to workers.
  * @throws {CulletError} `no-simd`, `no-wasm`, `load`.
