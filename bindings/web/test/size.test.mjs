@@ -13,7 +13,7 @@ const limits = {
   'cullet-boxes.wasm': 82.5,
   'cullet-three.wasm': 144,
   'cullet.wasm': 183,
-  'cullet-files.wasm': 999,
+  'cullet-files.wasm': 546,
 };
 const kilobytes = (name) => brotliCompressSync(readFileSync(join(folder, 'js', name))).length / 1000;
 
