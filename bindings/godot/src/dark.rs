@@ -47,20 +47,9 @@ impl Dark {
         mirror: &Mirror,
         seen: &[u64],
     ) {
-        self.collect(lights, world, mirror.is_interpolated);
-        if self.lamps.is_empty() || self.lamps.len() > MOST_LAMPS {
-            return self.give_back();
-        }
-        let most = MOST_PAIRS / self.lamps.len();
-        if !receivers(mirror, seen, most, &mut self.receivers) {
-            return self.give_back();
-        }
+        let dark = self.find(lights, world, mirror, seen);
         let mut before = std::mem::take(&mut self.hidden);
-        for (lamp, reach) in self.lamps.drain(..) {
-            let is_lit = reach.is_none_or(|reach| self.receivers.iter().any(|b| touch(b, &reach)));
-            if is_lit {
-                continue;
-            }
+        for lamp in dark {
             let id = lamp.instance_id();
             if before.remove(&id).is_none() {
                 RenderingServer::singleton().instance_set_layer_mask(lamp.get_instance(), 0);
@@ -68,6 +57,29 @@ impl Dark {
             self.hidden.insert(id, lamp);
         }
         before.into_values().for_each(show);
+    }
+
+    /// Returns the lamps of `lights` whose reach holds no node of `seen`; none where there are too
+    /// many to tell.
+    pub(crate) fn find(
+        &mut self,
+        lights: &[Gd<Light3D>],
+        world: Rid,
+        mirror: &Mirror,
+        seen: &[u64],
+    ) -> Vec<Gd<Light3D>> {
+        self.collect(lights, world, mirror.is_interpolated);
+        if self.lamps.is_empty() || self.lamps.len() > MOST_LAMPS {
+            return Vec::new();
+        }
+        let most = MOST_PAIRS / self.lamps.len();
+        if !receivers(mirror, seen, most, &mut self.receivers) {
+            return Vec::new();
+        }
+        let receivers = &self.receivers;
+        let is_dark = |reach: Aabb| !receivers.iter().any(|b| touch(b, &reach));
+        let lamps = self.lamps.drain(..).filter(|(_, reach)| reach.is_some_and(is_dark));
+        lamps.map(|(lamp, _)| lamp).collect()
     }
 
     fn collect(&mut self, lights: &[Gd<Light3D>], world: Rid, is_interpolated: bool) {

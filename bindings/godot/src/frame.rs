@@ -16,6 +16,9 @@ use crate::shown::{self, Shown};
 use crate::told;
 use crate::views::{self, Eye};
 
+mod decide;
+pub(crate) use decide::Fate;
+
 /// Settings of a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Settings {
@@ -225,7 +228,7 @@ fn plain() -> Culler {
 }
 
 /// Returns the engine's settings: whole nodes, and all that can be proved within the budget.
-fn culler(occlusion: Option<(u32, f32)>) -> Culler {
+pub(crate) fn culler(occlusion: Option<(u32, f32)>) -> Culler {
     let occlusion = occlusion.map(|(width, budget)| {
         Occlusion::default().with_width(width).with_budget(budget).with_risk(None)
     });

@@ -80,6 +80,11 @@ impl TreeSignals {
         }
     }
 
+    /// Whether it listens.
+    pub(crate) fn is_connected(&self) -> bool {
+        !self.0.is_empty()
+    }
+
     /// Stops listening.
     pub(crate) fn disconnect(&mut self, tree: &mut Gd<SceneTree>) {
         for (name, callable) in self.0.drain(..) {

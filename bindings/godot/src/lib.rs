@@ -11,11 +11,13 @@
 //! | [`views`], [`probes`], [`lights`] | who looks: cameras, reflection probes, lights with shadows |
 //! | [`dark`] | lamps that light nothing seen |
 //! | [`scripts`], [`watched`] | what scripts may ask and be told |
+//! | [`explain`], [`preview`] | why a node is drawn or not; decisions that hide nothing, for the editor |
 //! | [`frame`], [`shown`], [`told`] | a frame: culling, and what follows for Godot's server |
 
 mod convert;
 mod dark;
 mod entry;
+mod explain;
 mod frame;
 mod inbox;
 mod item;
@@ -28,6 +30,7 @@ mod meshes;
 mod mirror;
 mod mover;
 mod parts;
+mod preview;
 mod probes;
 mod registry;
 mod scripts;

@@ -13,7 +13,7 @@ use godot::prelude::*;
 /// no vertex and cuts nothing out. With a `mesh` it stands for itself, at its own place: a simple
 /// shape inside a building, say. Whatever it hides must be hidden by something that is drawn.
 #[derive(GodotClass)]
-#[class(init, base = Node3D)]
+#[class(tool, init, base = Node3D)]
 pub(crate) struct CulletOccluder {
     /// The shape that hides; none for the parent's mesh.
     #[export]
@@ -29,7 +29,7 @@ impl INode3D for CulletOccluder {}
 
 /// Mark that keeps its parent, and every node below that, from hiding anything.
 #[derive(GodotClass)]
-#[class(init, base = Node3D)]
+#[class(tool, init, base = Node3D)]
 pub(crate) struct NoCulletOccluder {
     base: Base<Node3D>,
 }

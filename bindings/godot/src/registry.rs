@@ -99,15 +99,23 @@ impl Registry {
 
     /// Hides lamps that light no node of `seen`; `is_known` is false where more than that is lit.
     pub(crate) fn darken(&mut self, is_known: bool, seen: &[u64]) {
-        // Cells of a GridMap are drawn, and their bounds are in no list.
-        let is_known = is_known
-            && self.lit.is_empty()
-            && self.foreign.is_empty()
-            && self.mirror.grid_count == 0;
-        match self.world.filter(|_| is_known) {
+        match self.world.filter(|_| is_known && self.knows_receivers()) {
             Some(world) => self.dark.update(&self.lights, world, &self.mirror, seen),
             None => self.dark.give_back(),
         }
+    }
+
+    /// Returns the number of lamps that `darken` would hide, and hides none.
+    pub(crate) fn count_dark(&self, is_known: bool, seen: &[u64]) -> usize {
+        let world = self.world.filter(|_| is_known && self.knows_receivers());
+        let find = |world| Dark::default().find(&self.lights, world, &self.mirror, seen);
+        world.map_or(0, |world| find(world).len())
+    }
+
+    /// Whether the bounds of everything that a lamp may light are in a list.
+    fn knows_receivers(&self) -> bool {
+        // Cells of a GridMap are drawn, and their bounds are in no list.
+        self.lit.is_empty() && self.foreign.is_empty() && self.mirror.grid_count == 0
     }
 
     fn add(&mut self, node: &Gd<Node>) {

@@ -51,6 +51,11 @@ pub(crate) fn set(bits: &mut [u64], index: usize, on: bool) {
     }
 }
 
+/// Returns one bit.
+pub(crate) fn has(bits: &[u64], index: usize) -> bool {
+    bits.get(index / 64).is_some_and(|word| word & (1 << (index % 64)) != 0)
+}
+
 /// Returns how many bits are set.
 pub(crate) fn count(bits: &[u64]) -> usize {
     bits.iter().map(|word| word.count_ones() as usize).sum()

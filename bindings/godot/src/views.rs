@@ -2,6 +2,7 @@
 
 use cullet::bounds::Aabb;
 use cullet::{Depth, View};
+use godot::classes::camera_3d::{KeepAspect, ProjectionType};
 use godot::classes::rendering_server::ViewportUpdateMode;
 use godot::classes::viewport::Scaling3DMode;
 use godot::classes::{
@@ -65,6 +66,32 @@ fn size_of(viewport: &Gd<Viewport>) -> [f64; 2] {
         Vector2i::new(rect.size.x as i32, rect.size.y as i32)
     };
     [size.x, size.y].map(|side| f64::from(side.max(1)))
+}
+
+/// Returns what `camera` would show in a picture of `size` pixels, whichever viewport it is in; `None`
+/// where that is no volume.
+pub(crate) fn of_size(camera: &Gd<Camera3D>, size: Vector2i) -> Option<Eye> {
+    let size = [size.x, size.y].map(|side| f64::from(side.max(1)));
+    let aspect = (size[0] / size[1]) as f32;
+    let (near, far, extent) = (camera.get_near(), camera.get_far(), camera.get_size());
+    let by_width = camera.get_keep_aspect_mode() == KeepAspect::WIDTH;
+    let projection = match camera.get_projection() {
+        ProjectionType::ORTHOGONAL => {
+            Projection::create_orthogonal_aspect(extent, aspect, near, far, by_width)
+        }
+        ProjectionType::FRUSTUM => {
+            let offset = camera.get_frustum_offset();
+            Projection::create_frustum_aspect(extent, aspect, offset, near, far, by_width)
+        }
+        _ => Projection::create_perspective(camera.get_fov(), aspect, near, far, by_width),
+    };
+    eye(camera, matrix(&projection, &camera.get_camera_transform(), [1.0; 2]), size)
+}
+
+/// Returns the size of a viewport in pixels.
+pub(crate) fn pixels(viewport: &Gd<Viewport>) -> Vector2i {
+    let [x, y] = size_of(viewport);
+    Vector2i::new(x as i32, y as i32)
 }
 
 fn of_camera(viewport: &Gd<Viewport>, camera: &Gd<Camera3D>, eyes: &mut Vec<Eye>) -> Option<()> {

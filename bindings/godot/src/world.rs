@@ -175,17 +175,7 @@ impl CulletWorld {
         self.registry.mirror.is_interpolated = is_interpolated;
         self.registry.follow(self.follow);
         let us = clock.elapsed().as_secs_f64() * 1e6;
-        let width = self.buffer_width.clamp(1, 4096) as u32;
-        let budget = if self.budget >= 0.0 { self.budget } else { 0.0 };
-        let settings = Settings {
-            occlusion: self.occlusion.then_some((width, budget)),
-            casters: self.shadow_casters,
-            lamps: self.lamps,
-            receivers: match self.shadow_receivers {
-                ShadowReceivers::Seen => Receivers::Seen,
-                ShadowReceivers::Anywhere => Receivers::Anywhere,
-            },
-        };
+        let settings = self.settings();
         self.frame.run(&mut self.registry, settings, us);
         let changes = self.watched.changes(&self.registry.mirror, &self.frame);
         for change in changes {
@@ -244,6 +234,37 @@ impl CulletWorld {
         &self.frame
     }
 
+    pub(crate) fn settings(&self) -> Settings {
+        let width = self.buffer_width.clamp(1, 4096) as u32;
+        let budget = if self.budget >= 0.0 { self.budget } else { 0.0 };
+        Settings {
+            occlusion: self.occlusion.then_some((width, budget)),
+            casters: self.shadow_casters,
+            lamps: self.lamps,
+            receivers: match self.shadow_receivers {
+                ShadowReceivers::Seen => Receivers::Seen,
+                ShadowReceivers::Anywhere => Receivers::Anywhere,
+            },
+        }
+    }
+
+    /// Brings what is followed up to date outside of a frame, in the editor too. Returns what is
+    /// followed; `None` where another node culls this world, or there is none.
+    pub(crate) fn up_to_date(&mut self) -> Option<&mut Registry> {
+        let is_editor = Engine::singleton().is_editor_hint();
+        if is_editor && !self.tree_signals.is_connected() {
+            let mut tree = self.base().get_tree_or_null()?;
+            let inbox = self.registry.mirror.inbox.clone();
+            self.tree_signals.connect(&mut tree, &inbox);
+        }
+        if !self.join() {
+            return None;
+        }
+        // Nodes of an edited scene get no child.
+        self.registry.follow(if is_editor { Follow::Ask } else { self.follow });
+        Some(&mut self.registry)
+    }
+
     pub(crate) fn watched_mut(&mut self) -> &mut Watched {
         &mut self.watched
     }
@@ -275,8 +296,13 @@ impl CulletWorld {
             }
             return false;
         }
-        let Some(root) = tree.get_root() else { return false };
-        self.registry.collect(&root.upcast(), scenario);
+        // The editor's own nodes are no part of the scene.
+        let root = match Engine::singleton().is_editor_hint() {
+            true => tree.get_edited_scene_root(),
+            false => tree.get_root().map(Gd::upcast),
+        };
+        let Some(root) = root else { return false };
+        self.registry.collect(&root, scenario);
         true
     }
 

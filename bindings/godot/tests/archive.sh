@@ -6,7 +6,7 @@ godot=$1 archive=$2 work=$3
 rm -rf "$work"
 mkdir -p "$work/.godot"
 unzip -q "$archive" -d "$work"
-for file in README.md LICENSE.md icon.svg cullet.gdextension; do
+for file in README.md LICENSE.md icon.svg cullet.gdextension plugin.cfg plugin.gd dock.gd map.gd; do
     test -s "$work/addons/cullet/$file" || { echo "$archive lacks addons/cullet/$file"; exit 1; }
 done
 cd "$work"
@@ -43,7 +43,8 @@ END
 timeout 120 "$godot" --headless --path . --import > import.log 2>&1 || { cat import.log; exit 1; }
 timeout 60 "$godot" --headless --path . --script res://check.gd > check.log 2>&1 || { cat check.log; exit 1; }
 # Godot's own help is read from the library by the editor alone; `--doctool` writes empty pages.
-for words in "Hides, in each frame, what no camera" "Counts and times, in microseconds" "came into the sight of a camera"; do
+for words in "Hides, in each frame, what no camera" "Counts and times, in microseconds" "came into the sight of a camera" \
+    "Says in plain English why"; do
     grep -q "$words" addons/cullet/bin/libcullet_godot.so || { echo "the library has no help: $words"; exit 1; }
 done
 echo "ok: $archive works in an empty project"

@@ -112,6 +112,7 @@ func run() -> void:
 	check("marks come and go", second.statistics().instances == count)
 	lamps(scene, second, cam)
 	queries(second, cam)
+	Explained.run(check, scene, second, cam)
 	var told := []
 	var note := func(camera: Camera3D, node: Node3D, is_seen: bool): told.append([camera, node, is_seen])
 	second.sight_changed.connect(note)

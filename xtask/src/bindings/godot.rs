@@ -103,9 +103,13 @@ fn archive(
     }
     std::fs::create_dir_all(&bin).map_err(failed)?;
     let addon = root().join("bindings/godot/addons/cullet");
-    for name in ["README.md", "LICENSE.md", "icon.svg", "cullet.gdextension"] {
-        let to = staged.join("addons/cullet").join(name);
-        std::fs::copy(addon.join(name), to).map_err(failed)?;
+    // Its files, and none of `bin`.
+    for entry in std::fs::read_dir(&addon).map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        if entry.path().is_file() {
+            let to = staged.join("addons/cullet").join(entry.file_name());
+            std::fs::copy(entry.path(), to).map_err(failed)?;
+        }
     }
     std::fs::copy(library, bin.join("libcullet_godot.so")).map_err(failed)?;
     let targets = output("rustup", &["target", "list", "--installed"]).unwrap_or_default();

@@ -1,0 +1,182 @@
+@tool
+extends EditorPlugin
+# godot --headless --editor --path . -- editor-test: opens scenes in the editor and works the dock. Without the library, only that
+# the dock says so.
+
+var failed := 0
+var dock: Control
+
+func check(what: String, is_right: bool) -> void:
+	print("ok " if is_right else "FAILED ", what)
+	failed += 0 if is_right else 1
+
+func _enter_tree() -> void:
+	if OS.get_cmdline_user_args().has("editor-test"):
+		run.call_deferred()
+
+func run() -> void:
+	while EditorInterface.get_resource_filesystem().is_scanning():
+		await frames(1)
+	await frames(5)
+	var found := get_tree().root.find_children("Cullet", "ScrollContainer", true, false)
+	check("the dock is there", found.size() == 1)
+	dock = found[0] if found else null
+	if dock and ClassDB.class_exists("CulletWorld"):
+		await with_library()
+	elif dock:
+		check("without the library the dock says so, and nothing else", dock.message.text.contains("is not loaded") and not dock.body.visible and not dock.add_world.visible)
+	print("%d failed" % failed)
+	get_tree().quit(1 if failed else 0)
+
+func frames(count: int) -> void:
+	for i in count:
+		await get_tree().process_frame
+
+func open(path: String) -> Node:
+	EditorInterface.open_scene_from_path(path)
+	await frames(3)
+	return EditorInterface.get_edited_scene_root()
+
+func save(root: Node, path: String) -> void:
+	for node in root.find_children("*", "", true, false):
+		node.owner = root
+	var packed := PackedScene.new()
+	packed.pack(root)
+	ResourceSaver.save(packed, path)
+	root.free()
+
+func city() -> void:
+	var root := Node3D.new()
+	root.name = "City"
+	load("res://city.gd").build(root, 6, 8)
+	var camera := Camera3D.new()
+	camera.name = "Eye"
+	camera.position = Vector3(-4, 1.7, 60)
+	root.add_child(camera)
+	save(root, "res://city.tscn")
+	var empty := Node3D.new()
+	empty.name = "Empty"
+	save(empty, "res://empty.tscn")
+
+func with_library() -> void:
+	check("library and dock are of one version", dock.get_meta("library") == "")
+	city()
+	var root: Node = await open("res://city.tscn")
+	check("a scene without a CulletWorld is offered one", dock.add_world.visible and not dock.body.visible)
+	dock.add_world.pressed.emit()
+	await frames(2)
+	var world: Node = root.get_node_or_null("CulletWorld")
+	check("it is added to the scene, and can be used", world != null and world.owner == root and dock.body.visible)
+	var history: UndoRedo = get_undo_redo().get_history_undo_redo(get_undo_redo().get_object_history_id(root))
+	history.undo()
+	await frames(2)
+	check("and taken away by undo", not root.has_node("CulletWorld") and dock.add_world.visible)
+	history.redo()
+	await frames(2)
+	decisions(root)
+	await movement(root)
+	selection(root)
+	reports()
+	var other: Node = await open("res://empty.tscn")
+	check("in another scene the decision is forgotten", other.name == "Empty" and dock.decision == null and dock.overlay.instances.is_empty())
+	root = await open("res://city.tscn")
+	check("and the first scene can be decided about again", choose(root) and dock.decision.counts().nodes > 100)
+	dock.forget()
+
+# Chooses the scene's own camera, and switches the preview on.
+func choose(root: Node) -> bool:
+	dock.list_cameras()
+	for i in dock.camera_choice.item_count:
+		if dock.camera_choice.get_item_text(i) == "Eye":
+			dock.camera_choice.select(i)
+	dock.live.button_pressed = true
+	dock.thaw()
+	return dock.camera_now() == root.get_node("Eye") and dock.decision != null
+
+func decisions(root: Node) -> void:
+	var before := root.find_children("*", "", true, false).size()
+	check("the scene's camera can be chosen", choose(root))
+	var n: Dictionary = dock.decision.counts()
+	check("nodes are drawn, outside of the picture, and hidden", n.drawn > 5 and n.frustum > 50 and n.occlusion > 50 and n.drawn + n.frustum + n.occlusion == n.nodes)
+	check("the list says so", dock.rows.occlusion.count.text == str(n.occlusion) and dock.rows.drawn.bar.value == n.drawn)
+	check("and their bounds are shown, and the frustum", dock.overlay.instances.size() == 3)
+	check("and the map, but for what is not asked for", dock.map.rects.has("drawn") and dock.map.rects.occlusion.size() == n.occlusion and not dock.map.rects.has("frustum"))
+	check("nothing is added to the scene", root.find_children("*", "", true, false).size() == before and root.get_child(0).get_child_count(true) == 0)
+	dock.rows.frustum.check.button_pressed = true
+	check("what is outside can be shown too", dock.overlay.instances.size() == 4)
+	dock.rows.frustum.check.button_pressed = false
+	dock.camera_choice.select(0)
+	dock.thaw()
+	check("the editor's own view is decided about", dock.decision != null and dock.decision.counts().nodes == n.nodes)
+
+func movement(root: Node) -> void:
+	choose(root)
+	var eye: Camera3D = root.get_node("Eye")
+	var n: Dictionary = dock.decision.counts()
+	dock.frozen.button_pressed = true
+	eye.rotation.y = PI
+	dock.age = 10.0
+	dock._process(0.1)
+	await frames(20)
+	check("frozen, the decision stays", dock.decision.counts() == n)
+	dock.frozen.button_pressed = false
+	dock.age = 10.0
+	dock.decide()
+	check("thawed, it is another", dock.decision.counts() != n)
+	eye.rotation.y = 0.0
+	dock.decide()
+	check("and back there the first", dock.decision.counts() == n)
+	var crate := MeshInstance3D.new()
+	crate.mesh = BoxMesh.new()
+	crate.name = "Crate"
+	root.add_child(crate)
+	crate.position = eye.position + Vector3(0, 0, -3)
+	dock.decide()
+	check("a node that came is decided about", dock.decision.fate_of(crate) == "drawn")
+	crate.position = eye.position + Vector3(0, 0, 9)
+	dock.decide()
+	check("and where it went", dock.decision.fate_of(crate) == "frustum")
+	crate.free()
+	dock.decide()
+	check("and it leaves", dock.decision.counts() == n)
+
+func selection(root: Node) -> void:
+	var hidden: Node3D = null
+	for node in root.get_children():
+		if node is MeshInstance3D and dock.decision.fate_of(node) == "occlusion":
+			hidden = node
+	var selected := EditorInterface.get_selection()
+	selected.clear()
+	selected.add_node(hidden)
+	dock.show_selection()
+	check("the selected node is explained", dock.why.text.contains("%s is not drawn: it lies behind " % hidden.name))
+	check("its bounds and those of what hides it are shown", dock.of_selection.instances.size() > 1)
+	selected.clear()
+	selected.add_node(root.get_node("Eye"))
+	dock.show_selection()
+	check("a camera is left to Godot", dock.why.text.contains("left to Godot"))
+
+func reports() -> void:
+	var settings := EditorInterface.get_editor_settings()
+	settings.set_setting("cullet/program", "/nowhere/cullet")
+	dock.report_button.pressed.emit()
+	check("without the program the dock says what to do", dock.report_message.text.contains("was not found") and not dock.report_button.disabled)
+	check("a program that writes a page is run", ended("mkdir -p \"$6\"; test -s \"$2\" && grep -q eye \"${4#file:}\" && echo page > \"$6/index.html\"").contains("The report is"))
+	check("one that fails is told of", ended("exit 3").contains("ended with code 3"))
+	settings.set_setting("cullet/program", "")
+
+# Runs a script in place of the program, and returns what the dock says in the end.
+func ended(script: String) -> String:
+	var path := ProjectSettings.globalize_path("user://program.sh")
+	var file := FileAccess.open(path, FileAccess.WRITE)
+	file.store_string("#!/bin/sh\n%s\n" % script)
+	file.close()
+	OS.execute("chmod", ["+x", path])
+	EditorInterface.get_editor_settings().set_setting("cullet/program", path)
+	dock.report_button.pressed.emit()
+	for i in 200:
+		OS.delay_msec(20)
+		dock._process(0.0)
+		if not dock.report_button.disabled:
+			break
+	return dock.report_message.text
