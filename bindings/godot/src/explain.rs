@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cullet::explain::{Evidence, Explanation};
+use cullet::explain::{Evidence, Explanation, PlaneTest};
 use cullet::scene::BoundsOverride;
 use cullet::view::FrustumPlane;
 use cullet::{Culler, Stage};
@@ -128,7 +128,7 @@ fn headline(mirror: &Mirror, item: &Item, explanation: &Explanation) -> String {
             write!(text, "its own `visible`, or that of a node above it, is off.")
         }
         Stage::Layer => write!(text, "it shares no layer with the camera's cull mask."),
-        Stage::Frustum => write!(text, "{}.", outside(explanation, reason.detail)),
+        Stage::Frustum => write!(text, "{}.", outside(explanation)),
         Stage::Occlusion => {
             let by = of_slots(mirror, &explanation.hidden_by);
             write!(text, "it lies behind {}.", names(&by))
@@ -187,20 +187,28 @@ fn drawn(item: &Item, explanation: &Explanation) -> String {
     text
 }
 
-/// Says on which side of the picture a node lies.
-fn outside(explanation: &Explanation, plane: u8) -> String {
+/// Says on which side of the picture a node lies: behind the camera, or else the side that it is
+/// farthest from.
+fn outside(explanation: &Explanation) -> String {
+    let near = FrustumPlane::Near as u8;
     let steps = explanation.steps.iter().filter(|step| step.stage == Stage::Frustum);
-    let mut tests = steps.filter_map(|step| match &step.evidence {
-        Evidence::Planes(tests) => tests.iter().find(|test| test.plane == plane),
+    let tests = steps.filter_map(|step| match &step.evidence {
+        Evidence::Planes(tests) => Some(tests),
         _ => None,
     });
-    let by =
-        tests.next().map_or_else(String::new, |test| format!(" {} units", round(test.nearest)));
-    match FrustumPlane::ALL.get(usize::from(plane)) {
-        Some(FrustumPlane::Near) => format!("it lies{by} behind the camera's near plane"),
-        Some(FrustumPlane::Far) => format!("it lies{by} beyond the camera's far distance"),
-        Some(side) => format!("it lies{by} outside of the picture's {} side", side.name()),
-        None => "it lies outside of the camera's picture".to_owned(),
+    let outside = tests.flatten().filter(|test| test.nearest > 0.0);
+    let rank = |test: &PlaneTest| (test.plane == near, test.nearest);
+    let farthest = outside.max_by(|a, b| {
+        let ((a, far), (b, from)) = (rank(a), rank(b));
+        a.cmp(&b).then(far.total_cmp(&from))
+    });
+    let Some(test) = farthest else { return "it lies outside of the camera's picture".to_owned() };
+    let by = round(test.nearest);
+    match FrustumPlane::ALL.get(usize::from(test.plane)) {
+        Some(FrustumPlane::Near) => format!("it lies {by} units behind the camera's near plane"),
+        Some(FrustumPlane::Far) => format!("it lies {by} units beyond the camera's far distance"),
+        Some(side) => format!("it lies {by} units outside of the picture's {} side", side.name()),
+        None => format!("it lies {by} units outside of the camera's picture"),
     }
 }
 
@@ -239,7 +247,7 @@ fn hiding(mirror: &Mirror, item: &Item) -> &'static str {
     let node = item.drawn.as_ref().map(|drawn| &drawn.node);
     match item.look.hides {
         Some(_) => "It hides nothing: it is mirrored, or its mesh has no use as an occluder.",
-        None if mirror.mark_of(item).never_hides => "It hides nothing: a NoCulletOccluder says so.",
+        None if mirror.marks.of(&item.node).never_hides => "It hides nothing: a NoCulletOccluder says so.",
         None if item.look.casts == Casts::Only => {
             "It hides nothing: it is drawn into shadow maps alone."
         }

@@ -6,8 +6,8 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use godot::classes::{Node, Node3D, SceneTree, Viewport};
-use godot::obj::InstanceId;
+use godot::classes::{Engine, Node, Node3D, Object, SceneTree, Viewport};
+use godot::obj::{InstanceId, Singleton};
 use godot::prelude::*;
 
 /// A report.
@@ -75,7 +75,7 @@ impl TreeSignals {
             ("node_removed", inbox.callable_of_node(Event::Removed)),
         ];
         for (name, callable) in signals {
-            tree.connect(name, &callable);
+            connect(tree, name, &callable);
             self.0.push((name, callable));
         }
     }
@@ -92,6 +92,19 @@ impl TreeSignals {
                 tree.disconnect(name, &callable);
             }
         }
+    }
+}
+
+/// Connects a closure to a signal.
+///
+/// In the editor godot-rust keeps a list of such connections for a reload of the library, which this
+/// one does not allow, and goes through all of it at each further one: there Godot is called itself.
+pub(crate) fn connect<T: Inherits<Object>>(object: &Gd<T>, signal: &str, callable: &Callable) {
+    let mut object = object.clone().upcast::<Object>();
+    if Engine::singleton().is_editor_hint() {
+        object.call("connect", &[signal.to_variant(), callable.to_variant()]);
+    } else {
+        object.connect(signal, callable);
     }
 }
 

@@ -12,7 +12,7 @@ use godot::classes::{ImmediateMesh, Mesh, PlaceholderMesh, RenderingServer};
 use godot::obj::{InstanceId, Singleton};
 use godot::prelude::*;
 
-use crate::inbox::{Event, Inbox};
+use crate::inbox::{self, Event, Inbox};
 use crate::levels;
 use crate::material::{Facts, Hiding, Materials};
 
@@ -86,7 +86,7 @@ impl Meshes {
         }
         let facts = MeshFacts { version: self.version, ..facts(mesh) };
         let on_changed = inbox.callable(Event::Resource(id));
-        mesh.clone().connect("changed", &on_changed);
+        inbox::connect(mesh, "changed", &on_changed);
         let (materials, made) = (Vec::new(), Vec::new());
         let (counted_at, materials_at) = (self.frame, None);
         let known = Followed { facts, on_changed, counted_at, materials_at, materials, made };

@@ -9,7 +9,7 @@ use godot::obj::{InstanceId, Singleton};
 use godot::prelude::*;
 
 use crate::convert;
-use crate::inbox::{Event, Inbox};
+use crate::inbox::{self, Event, Inbox};
 use crate::item::Item;
 use crate::look::{self, Bounds, Drawn, Kind, Known, Look};
 use crate::marks::Marks;
@@ -81,7 +81,7 @@ impl Mirror {
         };
         let on_changed = signal.map(|signal| {
             let callable = self.inbox.callable(Event::Changed(id));
-            node.clone().connect(signal, &callable);
+            inbox::connect(node, signal, &callable);
             (signal, callable)
         });
         let index = self.free.pop().unwrap_or_else(|| {

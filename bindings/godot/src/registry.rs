@@ -229,7 +229,7 @@ impl Registry {
         self.events = events;
         self.ask(how);
         self.mirror.receive_meshes();
-        self.look_in_turn();
+        self.look_in_turn(IN_TURN);
         self.mirror.settle();
     }
 
@@ -325,9 +325,9 @@ impl Registry {
     }
 
     /// Looks at a few nodes without a reason: materials change without any signal.
-    fn look_in_turn(&mut self) {
+    pub(crate) fn look_in_turn(&mut self, most: usize) {
         let count = self.mirror.items.len();
-        for _ in 0..IN_TURN.min(count) {
+        for _ in 0..most.min(count) {
             self.next = (self.next + 1) % count;
             self.mirror.look_again(self.next);
         }

@@ -26,6 +26,8 @@ pub(crate) enum ShadowReceivers {
     Anywhere,
 }
 
+/// Nodes that a preview in the editor looks at without a reason, as no frame does it in between.
+const LOOKED_AT_IN_EDITOR: usize = 512;
 /// All of these nodes.
 const GROUP: &str = "cullet_worlds";
 
@@ -260,8 +262,14 @@ impl CulletWorld {
         if !self.join() {
             return None;
         }
-        // Nodes of an edited scene get no child.
-        self.registry.follow(if is_editor { Follow::Ask } else { self.follow });
+        if !is_editor {
+            self.registry.follow(self.follow);
+        } else {
+            // Nodes of an edited scene get no child, and what is edited shows soon.
+            self.registry.follow(Follow::Ask);
+            self.registry.look_in_turn(LOOKED_AT_IN_EDITOR);
+            self.registry.mirror.settle();
+        }
         Some(&mut self.registry)
     }
 
