@@ -281,5 +281,5 @@ func start_report() -> void:
 	var camera := camera_now()
 	if not root or not camera:
 		return
-	report_message.text = report.start(root, camera)
+	report_message.text = report.start(root, camera, pixels())
 	report_button.disabled = report.pid >= 0

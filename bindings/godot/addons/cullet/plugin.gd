@@ -17,12 +17,12 @@ func _enter_tree() -> void:
 	add_dock(dock)
 	scene_changed.connect(content.scene_changed)
 	scene_closed.connect(content.scene_closed)
-	EditorInterface.get_selection().selection_changed.connect(content.show_selection)
+	EditorInterface.get_selection().selection_changed.connect(content.refresh)
 	content.undo = get_undo_redo()
 	content.library_message(get_plugin_version())
 
 func _exit_tree() -> void:
-	EditorInterface.get_selection().selection_changed.disconnect(content.show_selection)
+	EditorInterface.get_selection().selection_changed.disconnect(content.refresh)
 	content.clear()
 	remove_dock(dock)
 	dock.queue_free()

@@ -28,8 +28,10 @@ static func program() -> String:
 			return path
 	return ""
 
-# Begins a report of `root` as `camera` sees it. Returns what to tell the user.
-func start(root: Node, camera: Camera3D) -> String:
+# Begins a report of `root` as `camera` sees it in `pixels`. Returns what to tell the user.
+func start(root: Node, camera: Camera3D, pixels: Vector2i) -> String:
+	if camera.projection != Camera3D.PROJECTION_PERSPECTIVE:
+		return "cullet report draws perspective cameras alone: choose another camera, or switch this view to perspective."
 	var path := program()
 	if path == "":
 		return "The program cullet was not found: neither by the editor setting %s nor in PATH. Build it with `cargo build --release` in cullet's folder, and set %s to its target/release/cullet." % [SETTING, SETTING]
@@ -45,22 +47,28 @@ func start(root: Node, camera: Camera3D) -> String:
 	var file := FileAccess.open(folder.path_join("cameras.json"), FileAccess.WRITE)
 	if not file:
 		return "%s cannot be written: %s." % [folder, error_string(FileAccess.get_open_error())]
-	file.store_string(JSON.stringify(cameras(camera)))
+	file.store_string(JSON.stringify(cameras(camera, pixels)))
 	file.close()
-	var arguments := ["report", folder.path_join("scene.glb"), "--path", "file:" + folder.path_join("cameras.json"), "--out", folder.path_join("report")]
+	var arguments := [
+		"report", folder.path_join("scene.glb"), "--path", "file:" + folder.path_join("cameras.json"), "--views", "1",
+		"--size", "%dx%d" % [pixels.x, pixels.y], "--out", folder.path_join("report"),
+	]
 	command = path + " " + " ".join(arguments)
 	pid = OS.create_process(path, arguments)
 	if pid < 0:
 		return "%s could not be started." % path
 	return "cullet report is running ..."
 
-static func cameras(camera: Camera3D) -> Dictionary:
+static func cameras(camera: Camera3D, pixels: Vector2i) -> Dictionary:
+	var fov := camera.fov
+	if camera.keep_aspect == Camera3D.KEEP_WIDTH:
+		fov = rad_to_deg(2.0 * atan(tan(deg_to_rad(fov) * 0.5) * pixels.y / pixels.x))
 	var at := camera.get_camera_transform()
 	var view := {
 		"eye": [at.origin.x, at.origin.y, at.origin.z], "direction": [-at.basis.z.x, -at.basis.z.y, -at.basis.z.z],
 		"up": [at.basis.y.x, at.basis.y.y, at.basis.y.z], "near": camera.near, "far": camera.far,
 	}
-	return {"fov_degrees": camera.fov, "views": [view]}
+	return {"fov_degrees": fov, "views": [view]}
 
 # Returns what to tell the user once the program has ended; empty before that.
 func poll(opens: bool) -> String:

@@ -69,6 +69,8 @@ func city() -> void:
 
 func with_library() -> void:
 	check("library and dock are of one version", dock.get_meta("library") == "")
+	check("a dock of another version says so", dock.library_message("0.0.1").contains("version 0.0.1") and dock.message.visible and not dock.body.visible)
+	dock.library_message(str(ClassDB.class_call_static("CulletWorld", "version")))
 	city()
 	var root: Node = await open("res://city.tscn")
 	check("a scene without a CulletWorld is offered one", dock.add_world.visible and not dock.body.visible)
@@ -111,6 +113,18 @@ func decisions(root: Node) -> void:
 	check("and their bounds are shown, and the frustum", dock.overlay.instances.size() == 3)
 	check("and the map, but for what is not asked for", dock.map.rects.has("drawn") and dock.map.rects.occlusion.size() == n.occlusion and not dock.map.rects.has("frustum"))
 	check("nothing is added to the scene", root.find_children("*", "", true, false).size() == before and root.get_child(0).get_child_count(true) == 0)
+	var packed := PackedScene.new()
+	packed.pack(root)
+	var twin := root.get_child(0).duplicate()
+	check("nor would anything be saved or copied with it", packed.get_state().get_connection_count() == 0 and twin.get_child_count(true) == 0 and twin.get_signal_connection_list("property_list_changed").is_empty())
+	twin.free()
+	var mark: Node = ClassDB.instantiate("NoCulletOccluder")
+	root.add_child(mark)
+	dock.decide()
+	check("marks count in the editor", dock.decision.counts().occlusion == 0)
+	mark.free()
+	dock.decide()
+	check("and are gone with the node", dock.decision.counts() == n)
 	dock.rows.frustum.check.button_pressed = true
 	check("what is outside can be shown too", dock.overlay.instances.size() == 4)
 	dock.rows.frustum.check.button_pressed = false
@@ -122,19 +136,18 @@ func movement(root: Node) -> void:
 	choose(root)
 	var eye: Camera3D = root.get_node("Eye")
 	var n: Dictionary = dock.decision.counts()
+	dock.get_parent().make_visible()
+	await frames(1)
+	var after := func(turned: float) -> Dictionary:
+		eye.rotation.y = turned
+		dock._process(0.5)
+		return dock.decision.counts()
+	check("the preview follows the camera", dock.is_visible_in_tree() and after.call(PI) != n and after.call(0.0) == n)
 	dock.frozen.button_pressed = true
-	eye.rotation.y = PI
-	dock.age = 10.0
-	dock._process(0.1)
-	await frames(20)
-	check("frozen, the decision stays", dock.decision.counts() == n)
+	check("frozen, the decision stays", after.call(PI) == n)
 	dock.frozen.button_pressed = false
-	dock.age = 10.0
-	dock.decide()
-	check("thawed, it is another", dock.decision.counts() != n)
-	eye.rotation.y = 0.0
-	dock.decide()
-	check("and back there the first", dock.decision.counts() == n)
+	check("thawed, it is another", after.call(PI) != n)
+	check("and back there the first", after.call(0.0) == n)
 	var crate := MeshInstance3D.new()
 	crate.mesh = BoxMesh.new()
 	crate.name = "Crate"
@@ -170,7 +183,7 @@ func reports() -> void:
 	settings.set_setting("cullet/program", "/nowhere/cullet")
 	dock.report_button.pressed.emit()
 	check("without the program the dock says what to do", dock.report_message.text.contains("was not found") and not dock.report_button.disabled)
-	check("a program that writes a page is run", ended("mkdir -p \"$6\"; test -s \"$2\" && grep -q eye \"${4#file:}\" && echo page > \"$6/index.html\"").contains("The report is"))
+	check("a program that writes a page is run", ended("mkdir -p \"${10}\"; test -s \"$2\" && grep -q eye \"${4#file:}\" && echo page > \"${10}/index.html\"").contains("The report is"))
 	check("one that fails is told of", ended("exit 3").contains("ended with code 3"))
 	settings.set_setting("cullet/program", "")
 
