@@ -172,3 +172,19 @@ fn edge_ends() -> impl Iterator<Item = usize> {
     let from = |axis: usize| (0..8_usize).filter(move |end| end & axis == 0);
     [1, 2, 4].into_iter().flat_map(move |axis| from(axis).flat_map(move |end| [end, end | axis]))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_has_twelve_edges_each_along_one_axis() {
+        let ends: Vec<Vector3> = edges([Vector3::ZERO, Vector3::new(1.0, 2.0, 4.0)]).collect();
+        let mut lengths: Vec<f32> = ends
+            .chunks(2)
+            .map(|e| (e[1].x - e[0].x) + (e[1].y - e[0].y) + (e[1].z - e[0].z))
+            .collect();
+        lengths.sort_by(f32::total_cmp);
+        assert_eq!(lengths, [[1.0; 4], [2.0; 4], [4.0; 4]].concat());
+    }
+}
