@@ -2,14 +2,15 @@
 
 import { BoxSet } from './engine.js';
 import { never, writeBox } from './bounds.js';
-import { planesInto, planesOfCamera } from './planes.js';
+import { isPassOf, multiply, planesInto, planesOfCamera } from './planes.js';
 
 const HIDDEN = Object.freeze({ visible: false, active: true, geometryIndex: 0 });
 // Calls that change one instance; all others are noticed by the version of the matrices, and everything is looked at again.
-const ONE = ['setMatrixAt', 'setGeometryIdAt'];
+const ONE = ['setMatrixAt', 'setVisibleAt', 'setGeometryIdAt'];
 const ALL = ['addInstance', 'deleteInstance', 'setGeometryAt', 'deleteGeometry', 'optimize', 'setInstanceCount'];
 const world = new Float64Array(24);
 const planes = new Float64Array(24);
+const [box, matrix] = [new Float64Array(6), new Float64Array(16)];
 
 export class Batch {
   #mesh;
@@ -22,6 +23,10 @@ export class Batch {
   #shown = [];
   #restore = [];
   #enabled = true;
+  // The list that a pass made for its draws.
+  #ready = null;
+  /** Another number once instances or geometries came, went or changed, but for matrices and `visible`. */
+  revision = 0;
   /** Instances that the last pass drew. */
   visible = 0;
 
@@ -34,7 +39,7 @@ export class Batch {
 
   get count() { return this.#mesh.instanceCount; }
 
-  enable(on) { this.#enabled = on; this.#mesh._visibilityChanged = true; }
+  enable(on) { this.#enabled = on; this.#ready = null; this.#mesh._visibilityChanged = true; }
 
   forget() { this.#version = -1; }
 
@@ -52,6 +57,8 @@ export class Batch {
     this.#replace(name, (...values) => {
       const current = this.#version === mesh._matricesTexture.version;
       const result = call.apply(mesh, values);
+      this.#ready = null;
+      if (name !== 'setMatrixAt' && name !== 'setVisibleAt') this.revision += 1;
       if (!isOne) this.#version = -1;
       else if (current) { this.#changed.push(values[0]); this.#version = mesh._matricesTexture.version; }
       return result;
@@ -95,6 +102,39 @@ export class Batch {
     this.#shown = [];
   }
 
+  /** What a pass of a camera draws: the mesh, whose list `keep(list)` may shorten; it holds for draws with that camera. `null` where it is empty. */
+  cull(pass, worldPlanes, keep, camera) {
+    const mesh = this.#mesh;
+    this.#ready = null;
+    this.visible = 0;
+    if (!camera || worldPlanes.length !== 24 || !this.#enabled || !mesh.perObjectFrustumCulled || mesh._instanceInfo.length === 0) return mesh;
+    this.#look();
+    planesInto(mesh.matrixWorld.elements, worldPlanes, planes);
+    const infos = mesh._instanceInfo;
+    let list = this.#set.cull(planes).filter((k) => infos[k]?.visible && infos[k].active);
+    if (keep) list = keep(list).slice();
+    this.visible = list.length;
+    this.#ready = { camera, planes: worldPlanes.slice(), list, version: mesh._matricesTexture.version };
+    return list.length > 0 ? mesh : null;
+  }
+
+  /** Of a list of instances those that `test` takes, by their boxes and matrices to the world: a list of its own. */
+  filter(list, test) { return list.filter((k) => { this.boxOf(k, box); return test(box, this.matrixOf(k, matrix)); }); }
+
+  /** Writes an instance's box in its own space. */
+  boxOf(k, to) {
+    const { geometryIndex } = this.#mesh._instanceInfo[k];
+    const geometry = this.#mesh._geometryInfo[geometryIndex];
+    if (geometry.boundingBox === null) this.#mesh.getBoundingBoxAt(geometryIndex, scratchBox(this.#mesh));
+    writeBox(geometry.boundingBox, geometry.boundingSphere, to, 0);
+  }
+
+  /** Writes an instance's matrix to the world. */
+  matrixOf(k, to) {
+    multiply(this.#mesh.matrixWorld.elements, this.#mesh._matricesTexture.image.data.subarray(16 * k, 16 * k + 16), to);
+    return to;
+  }
+
   // Runs three.js's own listing over the visible instances. Its list is of this camera, so it is made for each.
   #list(camera, list) {
     const mesh = this.#mesh;
@@ -104,14 +144,19 @@ export class Batch {
     const masked = this.#masked;
     for (const i of this.#shown) masked[i] = HIDDEN;
     this.#shown.length = 0;
-    for (const one of camera.isArrayCamera ? camera.cameras : [camera]) {
-      planesOfCamera(one, world);
-      planesInto(mesh.matrixWorld.elements, world, planes);
-      for (const i of this.#set.cull(planes)) {
+    const show = (list) => {
+      for (const i of list) {
         if (i >= infos.length || masked[i] !== HIDDEN) continue;
         masked[i] = infos[i];
         this.#shown.push(i);
       }
+    };
+    const ready = this.#ready;
+    if (ready && ready.camera === camera && ready.version === mesh._matricesTexture.version && isPassOf(camera, camera.layers, ready.planes)) show(ready.list);
+    else for (const one of camera.isArrayCamera ? camera.cameras : [camera]) {
+      planesOfCamera(one, world);
+      planesInto(mesh.matrixWorld.elements, world, planes);
+      show(this.#set.cull(planes));
     }
     this.visible = this.#shown.length;
     mesh._instanceInfo = masked;

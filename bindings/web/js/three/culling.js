@@ -2,9 +2,13 @@
 
 import { Kind, meshClass } from './bounds.js';
 import { isInert } from './init.js';
+import { worldBox } from './footprint.js';
+import { Clipping, Cut } from './clip.js';
 import { Nodes } from './nodes.js';
 import { Occlusion } from './occlusion.js';
-import { planesOfFrustum } from './planes.js';
+import { isPassOf, planesOfFrustum } from './planes.js';
+import { Renders } from './renders.js';
+import { casting, complete, prepare, Receivers } from './shadows.js';
 import { push, shorten, stop, Walk } from './walk.js';
 
 const taken = new WeakMap();
@@ -29,6 +33,10 @@ export class Culling {
   #movesVertices;
   #wanted;
   #occlusion = null;
+  #renders;
+  #byReceivers;
+  #lights = [];
+  #box = new Float64Array(6);
   #enabled = true;
   #passes = new WeakMap();
   #turns = [];
@@ -38,9 +46,9 @@ export class Culling {
   #layersTest;
   #children;
   #gone;
-  #stats = { passes: 0, objects: 0, visible: 0, instances: 0, visibleInstances: 0, hidden: 0, noOcclusion: null };
+  #stats = { passes: 0, objects: 0, visible: 0, instances: 0, visibleInstances: 0, hidden: 0, clipped: 0, noOcclusion: null, keptMaps: 0, allCast: null };
 
-  constructor(root, { still = false, movesVertices = undefined, occlusion = undefined, preset = 'balanced', callbacks = false, drawMicroseconds = DRAW_MICROSECONDS } = {}) {
+  constructor(root, { still = false, movesVertices = undefined, occlusion = undefined, preset = 'balanced', callbacks = false, drawMicroseconds = DRAW_MICROSECONDS, shadows = 'all' } = {}) {
     check(root);
     const cameras = camerasOf(occlusion);
     if (isInert()) {
@@ -50,10 +58,13 @@ export class Culling {
       return;
     }
     this.#wanted = cameras && { cameras, preset, callbacks: Boolean(callbacks), drawMicroseconds };
+    if (shadows !== 'all' && shadows !== 'seen') throw new TypeError(`cullet: shadows is 'all' or 'seen', not ${String(shadows)}`);
+    this.#byReceivers = shadows === 'seen';
     this.#root = root;
     this.#still = Boolean(still);
     this.#movesVertices = movesVertices;
     taken.set(root, this);
+    this.#renders = new Renders(root);
     this.#always = Object.assign(() => true, { cullet: true });
     this.#walk = new Walk((frustum) => this.#cull(this.#asked, frustum));
     this.#children = (event) => { this.#pending.push(event.child, event.target); };
@@ -70,6 +81,7 @@ export class Culling {
     if (this.#disposed || Boolean(on) === this.#enabled) return;
     this.#enabled = Boolean(on);
     for (const part of this.#nodes.parts.values()) part.enable(this.#enabled);
+    complete(this.#lights);
     if (this.#enabled) this.update();
   }
 
@@ -108,6 +120,8 @@ export class Culling {
     this.#disposed = true;
     const root = this.#root;
     this.#occlusion?.dispose();
+    complete(this.#lights);
+    this.#renders.dispose();
     this.#nodes.dispose();
     this.#door.drop();
     for (const kid of this.#kids.values()) kid.drop();
@@ -214,6 +228,7 @@ export class Culling {
 
   #updateMatrixWorld(force) {
     this.#flushTurns();
+    this.#renders.listen();
     const root = this.#root;
     if (!this.#enabled) { Object.getPrototypeOf(root).updateMatrixWorld.call(root, force); return; }
     if (root.matrixAutoUpdate) root.updateMatrix();
@@ -261,7 +276,7 @@ export class Culling {
     const nodes = this.#nodes;
     const stats = this.#stats;
     stats.passes += 1;
-    stats.visible = stats.visibleInstances = stats.instances = stats.hidden = 0;
+    stats.visible = stats.visibleInstances = stats.instances = stats.hidden = stats.clipped = 0;
     stats.noOcclusion = null;
     this.#walk.clear();
     if (nodes.length === 0) { this.#walk.cut(); return; }
@@ -269,9 +284,18 @@ export class Culling {
     const pass = this.#turn(layers, frustum);
     const planes = this.#planesOf(frustum);
     // Before the list is made: the engine's memory may grow, and views over it die.
+    const scene = this.#renders.listen();
+    const { renderer, current } = this.#renders;
+    const isMain = current !== null && !current.isShadow && !current.seen.has(this) && isPassOf(current.camera, layers, planes);
+    const receivers = isMain && this.#byReceivers ? new Receivers(layers, planes, current.camera) : null;
+    current?.seen.set(this, current.seen.get(this) ?? receivers);
+    const shadow = isMain ? null : this.#shadowOf(frustum, current);
+    const caster = shadow && casting(shadow, (current.isShadow ? current.outer : current)?.seen.get(this) ?? null, renderer);
     const camera = this.#occlusion && planes.length === 24 ? this.#occlusion.cameraOf(layers, planes) : null;
-    const occlusion = camera && this.#occlusion.cull(camera) ? this.#occlusion : null;
+    const clip = renderer && (isMain || camera) ? Clipping.of(this.#root, renderer, camera ?? current.camera, scene.overrideMaterial) : null;
+    const occlusion = camera && this.#occlusion.cull(camera, scene, renderer, clip) ? this.#occlusion : null;
     if (camera) stats.noOcclusion = this.#occlusion.refusal;
+    const filter = { clip, occlusion, receivers, caster, camera: shadow?.camera ?? (isMain || current?.isShadow ? current.camera : camera) };
     let list;
     if (planes.length === 24) list = nodes.boxes.cull(planes);
     else list = this.#ofAny(planes);
@@ -284,23 +308,69 @@ export class Culling {
       const i = list[k];
       if (i >= length || kinds[i] < Kind.Mesh || hidden[i] === 1) continue;
       const object = objects[i];
-      if (kinds[i] !== Kind.Mesh) this.#pushParts(i, object, pass, planes, occlusion);
-      else if (occlusion === null || !occlusion.isHidden(i)) push(only ?? carriers[i], object);
-      else { if (object.visible) stats.hidden += 1; continue; }
+      if (kinds[i] !== Kind.Mesh) this.#pushParts(i, object, pass, planes, filter);
+      else if (this.#isLeft(i, object, filter)) push(only ?? carriers[i], object);
+      else continue;
       if (this.#kids.size > 0 && object.visible) this.#kids.get(object)?.arm();
     }
     stats.visible = this.#walk.cut();
+    if (receivers) this.#endMain(scene, current, receivers);
   }
 
-  #pushParts(i, object, pass, planes, occlusion) {
-    if (!object.visible) return;
+  // Whether a mesh in the frustum is drawn.
+  #isLeft(i, object, { clip, occlusion, receivers, caster }) {
+    const stats = this.#stats;
+    if (clip?.clips(object) && clip.cut(object, this.#nodes.boxes.boxes, 6 * i, this.#nodes.boxes.matrices, 16 * i) === Cut.Away) {
+      if (object.visible) stats.clipped += 1;
+      return false;
+    }
+    if (occlusion?.isHidden(i)) {
+      if (object.visible) stats.hidden += 1;
+      return false;
+    }
+    if (receivers && object.visible && receivers.takes(object)) receivers.add(this.#nodes.boxes.boxes, 6 * i, this.#nodes.boxes.matrices, 16 * i);
+    if (!caster) return true;
+    if (!object.castShadow) return false;
+    worldBox(this.#nodes.boxes.boxes, 6 * i, this.#nodes.boxes.matrices, 16 * i, this.#box, 0);
+    return caster.casts(this.#box, 0);
+  }
+
+  #pushParts(i, object, pass, planes, { clip, occlusion, receivers, caster, camera }) {
+    if (!object.visible || (caster && !object.castShadow)) return;
     const part = this.#nodes.parts.get(i);
     this.#stats.instances += part.count;
-    if (this.#nodes.kinds[i] === Kind.Batched) { push(this.#carriers[i], object); return; }
-    const standIn = part.cull(pass, planes, occlusion && ((list) => occlusion.keep(i, list)));
-    if (!standIn) return;
-    this.#stats.visibleInstances += standIn.count;
-    push(this.#carriers[i], standIn);
+    const takes = receivers?.takes(object);
+    let isKnown = false;
+    const keep = !clip && !occlusion && !takes && !caster ? null : (list) => {
+      isKnown = true;
+      let left = clip?.clips(object) ? part.filter(list, (box, matrix) => clip.cut(object, box, 0, matrix, 0) !== Cut.Away) : list;
+      if (occlusion) left = occlusion.keep(i, left);
+      if (caster) left = part.filter(left, (box, matrix) => { worldBox(box, 0, matrix, 0, this.#box, 0); return caster.casts(this.#box, 0); });
+      if (takes) part.filter(left, (box, matrix) => { receivers.add(box, 0, matrix, 0); return true; });
+      return left;
+    };
+    const drawn = part.cull(pass, planes, keep, camera);
+    if (takes && !isKnown) receivers.reason ??= 'not all instances that receive shadows have bounds';
+    if (!drawn) return;
+    this.#stats.visibleInstances += part.visible;
+    push(this.#carriers[i], drawn);
+  }
+
+  // The shadow whose map a pass is for, if it is one of a light that was found in the camera's pass.
+  #shadowOf(frustum, current) {
+    if (!this.#byReceivers || current === null) return null;
+    for (const { shadow } of this.#lights) if (current.isShadow ? shadow.camera === current.camera : shadow._frustum === frustum) return shadow;
+    return null;
+  }
+
+  #endMain(scene, render, receivers) {
+    const { objects, rest, hidden } = this.#nodes;
+    const lights = [];
+    for (const i of rest) if (objects[i] !== null && hidden[i] === 0) receivers.scan(objects[i], null, lights);
+    if (scene !== this.#root) receivers.scan(scene, this.#root, lights);
+    this.#lights = lights;
+    this.#stats.keptMaps = prepare(render, lights, receivers);
+    this.#stats.allCast = receivers.reason;
   }
 
   // Planes of the frustum, twenty-four numbers, or those of each camera of an array.

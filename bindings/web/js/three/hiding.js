@@ -18,7 +18,8 @@
 // | `depthWrite`, `depthTest` | without either does not hide; without `depthTest` is not hidden |
 // | `depthFunc` | hides with `LessEqualDepth`; hidden with that, `LessDepth` or `EqualDepth` |
 // | `side` | hides from its front or both sides; `BackSide` does not hide |
-// | `wireframe`, `clippingPlanes` | does not hide; wires are not hidden, for lines are wider than edges |
+// | `wireframe` | does not hide; wires are not hidden, for lines are wider than edges |
+// | `clippingPlanes` of a material or a renderer, `ClippingGroup` | what a plane may touch does not hide; what is clipped away is not drawn (clip.js) |
 // | `polygonOffset`, `stencilWrite` | neither hides nor is hidden |
 // | `material` as a list, `geometry.drawRange` | does not hide |
 // | `geometry` with targets of a morph, `frustumCulled = false`, skins | neither hides nor is hidden (bounds.js) |
@@ -26,7 +27,6 @@
 // | `scene.overrideMaterial` | both materials must hide, or be hidden; `allowOverride` is no matter then |
 // | depth that is written where it is farther (`AlwaysDepth`, `GreaterDepth`, ...; in WebGPU without `depthTest`) | nothing is hidden in that pass |
 // | `onBeforeRender`, `onAfterRender` of an object or material that is drawn | nothing is hidden, unless the page vouches for them: they may clear depth |
-// | `renderer.clippingPlanes`, a `ClippingGroup` around the root | nothing is hidden |
 // | a target or context without depth | nothing is hidden |
 // | `logarithmicDepthBuffer`, `reversedDepthBuffer`, scissors, `autoClear`, tone mapping | no matter |
 
@@ -46,14 +46,14 @@ export const May = { Hide: 1, HideTwoSided: 2, BeHidden: 4, ResetDepth: 8, CallB
 const nodesOf = (m) => (m.isNodeMaterial ? Object.keys(m).filter((key) => key.endsWith('Node') && m[key]) : []);
 
 // Of a node material the class itself has a `type`; one of someone else's has inherited it.
-const isKnown = (m) => OPAQUE.has(m.type) && (m.isNodeMaterial ? Object.hasOwn(m.constructor, 'type') && nodesOf(m).length === 0 : true)
+export const isKnown = (m) => OPAQUE.has(m.type) && (m.isNodeMaterial ? Object.hasOwn(m.constructor, 'type') && nodesOf(m).length === 0 : true)
   && Object.keys(m.defines ?? {}).every((name) => DEFINES.has(name));
 
 const isOpaque = (m) => (m.blending === NO_BLENDING || m.blending === NORMAL_BLENDING) && !m.transparent && !(m.alphaTest > 0)
   && !m.alphaMap && !m.alphaHash && !m.alphaToCoverage && !(m.transmission > 0);
 
 const hides = (m) => m.visible && m.colorWrite && m.depthTest && m.depthWrite && m.depthFunc === LESS_EQUAL && isOpaque(m)
-  && (m.side === FRONT_SIDE || m.side === DOUBLE_SIDE) && !m.wireframe && !m.clippingPlanes?.length && !m.polygonOffset && !m.stencilWrite && isKnown(m);
+  && (m.side === FRONT_SIDE || m.side === DOUBLE_SIDE) && !m.wireframe && !m.polygonOffset && !m.stencilWrite && isKnown(m);
 
 const isHidden = (m) => m.depthTest && (m.depthFunc === LESS || m.depthFunc === LESS_EQUAL || m.depthFunc === EQUAL)
   && !m.polygonOffset && !m.stencilWrite && !m.wireframe && !m.depthNode && !m.fragmentNode;
@@ -67,17 +67,18 @@ export function judge(m, untested) {
     | (m.visible && resets ? May.ResetDepth : 0) | (m.visible && m.onBeforeRender !== owner(m, 'onBeforeRender')?.onBeforeRender ? May.CallBack : 0);
 }
 
+// A BatchedMesh lists its instances in a callback of its class.
+const callbackOf = (object, name) => owner(object, object.isBatchedMesh ? 'addInstance' : name)?.[name];
+
 /** Whether an object has callbacks of its own for when it is drawn. */
-export const callsBack = (object) => object.onBeforeRender !== owner(object, 'onBeforeRender')?.onBeforeRender
-  || object.onAfterRender !== owner(object, 'onAfterRender')?.onAfterRender;
+export const callsBack = (object) => object.onBeforeRender !== callbackOf(object, 'onBeforeRender')
+  || object.onAfterRender !== callbackOf(object, 'onAfterRender');
 
 const hasDepth = new WeakMap();
 
-/** Why nothing may be hidden in a pass of a renderer over a scene, whatever is in it; `null` if it may. */
-export function refusal(root, renderer) {
+/** Why nothing may be hidden in a pass of a renderer, whatever is in it; `null` if it may. */
+export function refusal(renderer) {
   if (!renderer) return 'the root is in no scene whose render() was heard of';
-  if (renderer.clippingPlanes?.length) return 'renderer.clippingPlanes cuts what hides';
-  for (let o = root; o; o = o.parent) if (o.isClippingGroup && o.enabled !== false) return 'a ClippingGroup around the root cuts what hides';
   const target = renderer.getRenderTarget();
   if (target) return target.depthBuffer === false ? 'the render target has no depth' : null;
   let depth = hasDepth.get(renderer);
@@ -87,35 +88,3 @@ export function refusal(root, renderer) {
   }
   return depth ? null : 'the renderer has no depth';
 }
-
-// What scenes were rendered with last, told by their own `onBeforeRender`: both renderers call it before they list objects.
-const heard = new WeakMap();
-
-/** Learns of each `render()` of a scene; what the page sets as `onBeforeRender` is called as ever. */
-export function listen(scene) {
-  let ear = heard.get(scene);
-  if (ear) { ear.count += 1; return; }
-  let own = Object.hasOwn(scene, 'onBeforeRender') ? scene.onBeforeRender : undefined;
-  const base = owner(scene, 'onBeforeRender').onBeforeRender;
-  ear = { count: 1, renderer: null };
-  const call = function onBeforeRender(renderer, ...rest) {
-    (own ?? base).call(this, renderer, ...rest);
-    ear.renderer = renderer;
-  };
-  Object.defineProperty(scene, 'onBeforeRender', {
-    configurable: true, enumerable: true, get: () => call, set: (to) => { if (to !== call) own = to; },
-  });
-  ear.restore = () => { delete scene.onBeforeRender; if (own) scene.onBeforeRender = own; };
-  heard.set(scene, ear);
-}
-
-/** Ends what `listen` began. */
-export function ignore(scene) {
-  const ear = heard.get(scene);
-  if (!ear || --ear.count > 0) return;
-  ear.restore();
-  heard.delete(scene);
-}
-
-/** The renderer of the last `render()` of a scene. */
-export const rendererOf = (scene) => heard.get(scene)?.renderer;

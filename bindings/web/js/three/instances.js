@@ -5,11 +5,12 @@
 
 import { BoxSet } from './engine.js';
 import { boxOf } from './bounds.js';
-import { planesInto } from './planes.js';
+import { multiply, planesInto } from './planes.js';
 
 // The six faces of a point light, and as many again.
 const MOST = 12;
 const planes = new Float64Array(24);
+const [box, matrix] = [new Float64Array(6), new Float64Array(16)];
 
 export class Instances {
   #mesh;
@@ -87,6 +88,13 @@ export class Instances {
     this.visible = count;
     if (count === 0) return null;
     return this.#fill(this.#standIn(pass, count), list, count);
+  }
+
+  /** Of a list of instances those that `test` takes, by the box of the geometry and the matrix to the world: a list of its own. */
+  filter(list, test) {
+    const { geometry, instanceMatrix: { array }, matrixWorld } = this.#mesh;
+    boxOf(geometry, box, 0);
+    return list.filter((k) => { multiply(matrixWorld.elements, array.subarray(16 * k, 16 * k + 16), matrix); return test(box, matrix); });
   }
 
   // Several cameras drawn as one: what any of them sees, ascending.

@@ -5,8 +5,9 @@
 
 import { Scene } from './engine.js';
 import { boxOf, Kind } from './bounds.js';
-import { callsBack, ignore, judge, listen, May, refusal, rendererOf } from './hiding.js';
-import { planesOfCamera } from './planes.js';
+import { Cut } from './clip.js';
+import { callsBack, judge, May, refusal } from './hiding.js';
+import { isPassOf, multiply } from './planes.js';
 
 // A buffer of this width is enough for any screen: proofs hold at every resolution.
 const WIDTH = 1280;
@@ -32,7 +33,6 @@ export class Occlusion {
   #stamps = new Uint32Array(0);
   #stamp = 0;
   #matrix = new Float64Array(16);
-  #planes = new Float64Array(24);
   #version = -1;
   #looked = [];
   #geometries = [];
@@ -42,8 +42,10 @@ export class Occlusion {
   #root;
   #callbacks;
   #drawMicroseconds;
-  #listening = null;
   #judged = new Map();
+  #clip = null;
+  #clipKeys = [];
+  #whole = new Map();
   /** Why the last pass hid nothing; `null` if it was looked for what is hidden. */
   refusal = null;
 
@@ -54,37 +56,19 @@ export class Occlusion {
     this.#preset = preset;
     this.#callbacks = callbacks;
     this.#drawMicroseconds = drawMicroseconds;
-    this.#listen();
   }
 
-  // The scene that the root is in: it tells the renderer.
-  #listen() {
-    let top = this.#root;
-    while (top.parent) top = top.parent;
-    const scene = top.isScene ? top : null;
-    if (scene === this.#listening) return scene;
-    if (this.#listening) ignore(this.#listening);
-    if (scene) listen(scene);
-    this.#listening = scene;
-    return scene;
-  }
-
-  /** The camera whose pass this is: its layers are asked for, and its frustum is this one. */
+  /** The camera whose pass this is, if it is one of those given. */
   cameraOf(layers, planes) {
     const camera = this.#cameras.find((c) => c.layers === layers);
-    if (!camera || camera.isArrayCamera) return null;
-    planesOfCamera(camera, this.#planes);
-    // The four at the sides: those in depth differ by the renderer.
-    for (let i = 0; i < 16; i++) if (!(Math.abs(this.#planes[i] - planes[i]) <= 1e-9 * (1 + Math.abs(planes[i])))) return null;
-    return camera;
+    return camera && !camera.isArrayCamera && isPassOf(camera, layers, planes) ? camera : null;
   }
 
-  /** Finds what a camera may see; `false` where that is not to be known. Then `isHidden` tells of numbers and their instances. */
-  cull(camera) {
-    const scene = this.#listen();
-    const renderer = scene ? rendererOf(scene) : null;
-    this.refusal = refusal(this.#root, renderer);
+  /** Finds what a camera may see; `false` where that is not to be known. Then `isHidden` tells of numbers and their instances. `clip`: planes. */
+  cull(camera, scene, renderer, clip) {
+    this.refusal = refusal(renderer);
     if (this.refusal) return false;
+    this.#clip = clip;
     // Materials may change without telling: each is looked at once a pass.
     this.#judged.clear();
     this.#untested = !renderer.isWebGLRenderer;
@@ -210,8 +194,9 @@ export class Occlusion {
     }
     // Other numbers of instances, or some that are not finite now: another scene.
     for (const i of this.#moved.keys()) same = same && this.#place(i);
-    if (!same) { this.#make(); return null; }
-    if (this.#moved.size > 0) this.#scene.refit();
+    if (!same) this.#make();
+    else if (this.#moved.size > 0) this.#scene.refit();
+    this.#recut();
     this.#moved.clear();
     return null;
   }
@@ -245,7 +230,29 @@ export class Occlusion {
       this.#ids.set(i, this.#scene.addMany(mesh, matrices, { layers: objects[i].layers.mask >>> 0, occluder: role % 4 >= Role.Hides }));
     }
     this.#scene.commit();
-    this.#moved.clear();
+  }
+
+  // What planes touch hides nothing, until they or it are elsewhere.
+  #recut() {
+    const clip = this.#clip;
+    const { objects } = this.#nodes;
+    for (const [i, ids] of this.#ids) {
+      if (this.#looked[i] % 4 < Role.Hides) continue;
+      const key = clip.clips(objects[i]) ? clip.key + clip.keyFor(objects[i]) : '';
+      const had = this.#clipKeys[i] ?? '';
+      if (had === key && (key === '' || !this.#moved.has(i))) continue;
+      this.#clipKeys[i] = key;
+      let whole = this.#whole.get(i);
+      if (!whole) this.#whole.set(i, whole = new Uint8Array(ids.length).fill(1));
+      const matrices = key === '' ? null : this.#matricesOf(i);
+      if (matrices) boxOf(objects[i].geometry, box, 0);
+      for (let k = 0; k < ids.length; k++) {
+        const now = Number(matrices === null || clip.cut(objects[i], box, 0, matrices, 16 * k) === Cut.Whole);
+        if (now === whole[k]) continue;
+        whole[k] = now;
+        this.#scene.setState(ids[k], { layers: objects[i].layers.mask >>> 0, occluder: now === 1 });
+      }
+    }
   }
 
   #matricesOf(i) {
@@ -289,32 +296,24 @@ export class Occlusion {
   }
 
   /** Ends it. */
-  dispose() {
-    if (this.#listening) ignore(this.#listening);
-    this.#listening = null;
-    this.#free();
-  }
+  dispose() { this.#free(); }
 
   #free() {
     for (const view of this.#views.values()) view.dispose();
     this.#views.clear();
     this.#meshes.clear();
     this.#ids.clear();
+    this.#whole.clear();
+    this.#clipKeys.length = 0;
     this.#scene?.dispose();
     this.#scene = null;
   }
 }
 
 let kept = new Uint32Array(1024);
+const box = new Float64Array(6);
 
 const depthOf = (camera) => {
   if (camera.reversedDepth) return 'reversed';
   return camera.coordinateSystem === 2001 ? 'standard' : 'webgl';
 };
-
-function multiply(a, b, to) {
-  for (let c = 0; c < 16; c += 4) {
-    const [x, y, z, w] = [b[c], b[c + 1], b[c + 2], b[c + 3]];
-    for (let r = 0; r < 4; r++) to[c + r] = a[r] * x + a[4 + r] * y + a[8 + r] * z + a[12 + r] * w;
-  }
-}

@@ -37,6 +37,17 @@ export function planesOfCamera(camera, to) {
 }
 
 const clip = new Float64Array(16);
+const sides = new Float64Array(24);
+
+/** Whether a pass is of a camera: its layers are asked for, and its frustum is this one. */
+export function isPassOf(camera, layers, planes) {
+  if (camera.layers !== layers) return false;
+  if (camera.isArrayCamera || planes.length !== 24) return Boolean(camera.isArrayCamera) && planes.length === 24 * camera.cameras.length;
+  planesOfCamera(camera, sides);
+  // The four at the sides: those in depth differ by the renderer.
+  for (let i = 0; i < 16; i++) if (!(Math.abs(sides[i] - planes[i]) <= 1e-9 * (1 + Math.abs(planes[i])))) return false;
+  return true;
+}
 
 // w + sign z for a row z of the clip matrix, or the row alone where `sign` is 0.
 function row(to, plane, axis, sign) {
@@ -61,5 +72,13 @@ export function planesInto(m, world, to) {
     to[i + 1] = b * scale;
     to[i + 2] = c * scale;
     to[i + 3] = (m[12] * x + m[13] * y + m[14] * z + w) * scale;
+  }
+}
+
+/** The product of two matrices, column-major. */
+export function multiply(a, b, to) {
+  for (let c = 0; c < 16; c += 4) {
+    const [x, y, z, w] = [b[c], b[c + 1], b[c + 2], b[c + 3]];
+    for (let r = 0; r < 4; r++) to[c + r] = a[r] * x + a[4 + r] * y + a[8 + r] * z + a[12 + r] * w;
   }
 }

@@ -1,7 +1,7 @@
 // What the tests call in the page, as window.t.
 
 import { Culling, init } from 'cullet/three';
-import { chosen, compare } from './pairs.js';
+import { chosen, compare, early } from './pairs.js';
 import { random, scenes } from './scenes.js';
 
 const SIZE = [320, 192];
@@ -24,6 +24,7 @@ async function start(api) {
 /** Makes a scene anew: `{ scene, camera, step(i), ... }` of scenes.js. */
 async function build(name, ...values) {
   now?.culling?.dispose();
+  now?.end?.();
   const made = await scenes[name](three, SIZE, ...values);
   renderer.shadowMap.type = three[made.shadowType ?? 'PCFShadowMap'];
   now = Object.assign(made, { culling: null });
@@ -105,8 +106,8 @@ async function pairs(most, only) {
   const next = random(7);
   const [wrong, hiding] = [[], []];
   for (const names of only?.map((name) => [name]) ?? chosen(most)) {
-    const late = names.map(() => next() < 0.5);
-    for (const when of names.length === 1 ? [[false], [true]] : [late]) {
+    const late = names.map((name) => next() < 0.5 && !early.has(name));
+    for (const when of names.length === 1 && !early.has(names[0]) ? [[false], [true]] : [late]) {
       const { differ, hidden } = await compare(three, renderer, Culling, names, when);
       const said = names.map((name, k) => (when[k] ? `${name} later` : name)).join(' and ') || 'nothing';
       if (differ > 0) wrong.push(`${said}: ${differ} pixels`);

@@ -17,7 +17,7 @@ for (const api of ['webgl', 'webgpu']) {
     const { wrong, hiding } = await page.evaluate((n) => t.pairs(n === null ? Infinity : n), most === Infinity ? null : most);
     assert.deepEqual(wrong, []);
     // It is not that nothing is ever hidden.
-    for (const name of ['nothing', 'opacityAlone', 'doubleSide', 'basic', 'wallLast', 'noBlending', 'ballsTransparent', 'unsorted', 'overrideOpaque']) {
+    for (const name of ['nothing', 'opacityAlone', 'doubleSide', 'basic', 'wallLast', 'noBlending', 'ballsTransparent', 'unsorted', 'overrideOpaque', ...(api === 'webgl' ? ['clippingNothing', 'clippingAllOrNothing'] : [])]) {
       assert.ok(hiding.includes(name), `${name}: nothing was hidden; of ${hiding.join(', ')}`);
     }
     await page.close();
@@ -32,25 +32,28 @@ const mutants = [
   ['colorWriteOff', ' && m.colorWrite'],
   ['depthWriteOff', ' && m.depthWrite && m.depthFunc', ' && m.depthFunc'],
   ['alphaTest', ' && !(m.alphaTest > 0)'],
-  ['localClipping', ' && !m.clippingPlanes?.length'],
   ['greaterPlane', '(m.visible && resets ? May.ResetDepth : 0)', '0'],
   ['ballsUntested', '(isHidden(m) ? May.BeHidden : 0)', 'May.BeHidden'],
   ['objectCallback', 'object.onAfterRender !== owner(object, \'onAfterRender\')?.onAfterRender', 'false'],
-  ['clipping', 'renderer.clippingPlanes?.length', 'false'],
+  ['localClipping', 'made.local = renderer.localClippingEnabled === true', 'made.local = false', 'clip.js'],
+  ['clipping', 'made.union.push(...renderer.clippingPlanes);', '', 'clip.js'],
+  ['clippingHalf', '=== Cut.Whole', '!== Cut.Away', 'occlusion.js'],
+  ['clippingHalf', 'if (middle + radius < 0)', 'if (middle < 0)', 'clip.js'],
   ['targetWithoutDepth', 'target.depthBuffer === false ?', 'false ?'],
 ];
 
 test('a rule that is switched off is noticed', async () => {
-  for (const [property, rule, instead = ''] of mutants) {
-    const mutated = await serve({ '/js/three/hiding.js': (text) => {
-      assert.equal(text.split(rule).length, 2, `hiding.js has no "${rule}", or several`);
+  for (const [property, rule, instead = '', file = 'hiding.js'] of mutants) {
+    const mutated = await serve({ [`/js/three/${file}`]: (text) => {
+      assert.equal(text.split(rule).length, 2, `${file} has no "${rule}", or several`);
       return text.replace(rule, instead);
     } });
-    const page = await open(browser, mutated.url, 'webgl');
-    const { wrong } = await page.evaluate((name) => t.pairs(0, [name]), property);
-    assert.ok(wrong.length > 0, `without "${rule}" nothing shows with ${property}`);
-    await page.close();
-    mutated.close();
+    try {
+      const page = await open(browser, mutated.url, 'webgl');
+      const { wrong } = await page.evaluate((name) => t.pairs(0, [name]), property);
+      assert.ok(wrong.length > 0, `without "${rule}" nothing shows with ${property}`);
+      await page.close();
+    } finally { mutated.close(); }
   }
 });
 

@@ -9,7 +9,7 @@ before(async () => { server = await serve(); browser = await launch(); });
 after(async () => { await browser?.close(); server?.close(); });
 
 // CULLET_SCENES: some of them, by their names.
-const names = process.env.CULLET_SCENES?.split(',') ?? ['city', 'meshes', 'nested', 'odd', 'shadows', 'instances', 'instancesInShadow', 'batch', 'batchInShadow', 'eyes', 'cascades', 'group', 'variance', 'addon'];
+const names = process.env.CULLET_SCENES?.split(',') ?? ['city', 'meshes', 'nested', 'odd', 'shadows', 'instances', 'instancesInShadow', 'batch', 'batchInShadow', 'eyes', 'cascades', 'group', 'variance', 'addon', 'section'];
 
 for (const api of ['webgl', 'webgpu']) {
   test(api, async (context) => {
@@ -29,6 +29,8 @@ for (const api of ['webgl', 'webgpu']) {
           assert.equal(picture.digest, none[i].digest, `step ${i}: another picture with occlusion`);
           assert.ok(picture.triangles <= ours[i].triangles, `step ${i}: ${picture.triangles} triangles with occlusion, ${ours[i].triangles} without`);
         }
+        const sum = (what) => occluded.reduce((all, { stats }) => all + stats[what], 0);
+        if (name === 'section') assert.ok(occluded.every(({ stats }) => stats.noOcclusion === null) && sum('hidden') > 100 && sum('clipped') > 200, `${sum('hidden')} hidden, ${sum('clipped')} clipped`);
         if (name === 'city') assert.ok(occluded[0].triangles < ours[0].triangles / 3, `${occluded[0].triangles} triangles with occlusion, ${ours[0].triangles} without`);
         // Each step is seen: a test of pictures that do not change would hold nothing.
         assert.ok(new Set(none.map((p) => p.digest)).size > none.length / 2, short(none));
