@@ -57,7 +57,7 @@ export class Culling {
       [this.#inert, this.#disposed, this.#enabled] = [true, true, false];
       return;
     }
-    this.#wanted = cameras && { cameras, preset, callbacks: Boolean(callbacks), drawMicroseconds };
+    this.#wanted = cameras && { cameras, preset, callbacks: Boolean(callbacks), drawMicroseconds, hasTiles: shadows === 'seen' };
     if (shadows !== 'all' && shadows !== 'seen') throw new TypeError(`cullet: shadows is 'all' or 'seen', not ${String(shadows)}`);
     this.#byReceivers = shadows === 'seen';
     this.#root = root;
@@ -328,7 +328,11 @@ export class Culling {
       if (object.visible) stats.hidden += 1;
       return false;
     }
-    if (receivers && object.visible && receivers.takes(object)) receivers.add(this.#nodes.boxes.boxes, 6 * i, this.#nodes.boxes.matrices, 16 * i);
+    if (receivers && object.visible && receivers.takes(object)) {
+      const pieces = occlusion?.piecesOf(i);
+      if (pieces) for (const box of pieces) receivers.add(box, 0, IDENTITY, 0);
+      else receivers.add(this.#nodes.boxes.boxes, 6 * i, this.#nodes.boxes.matrices, 16 * i);
+    }
     if (!caster) return true;
     if (!object.castShadow) return false;
     worldBox(this.#nodes.boxes.boxes, 6 * i, this.#nodes.boxes.matrices, 16 * i, this.#box, 0);
@@ -416,6 +420,7 @@ export class Culling {
 }
 
 const NONE = Object.freeze([]);
+const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 
 function camerasOf(given) {
   if (given === undefined || given === null || given === false) return null;

@@ -6,11 +6,14 @@
 import { Scene } from './engine.js';
 import { boxOf, Kind } from './bounds.js';
 import { Cut } from './clip.js';
+import { worldBox } from './footprint.js';
 import { callsBack, judge, May, refusal } from './hiding.js';
 import { isPassOf, multiply } from './planes.js';
 
 // A buffer of this width is enough for any screen: proofs hold at every resolution.
 const WIDTH = 1280;
+// How many large meshes are looked for in pieces, and in how many along their longest side.
+const [MOST_TILED, TILES] = [4, 128];
 
 // What an object does in the engine's scene.
 const Role = { Absent: -1, Alone: 0, Hidden: 1, Hides: 2, HidesTwoSided: 3 };
@@ -46,10 +49,13 @@ export class Occlusion {
   #clip = null;
   #clipKeys = [];
   #whole = new Map();
+  #hasTiles;
+  #tiles = new Map();
   /** Why the last pass hid nothing; `null` if it was looked for what is hidden. */
   refusal = null;
 
-  constructor(nodes, root, { cameras, preset, callbacks, drawMicroseconds }) {
+  constructor(nodes, root, { cameras, preset, callbacks, drawMicroseconds, hasTiles }) {
+    this.#hasTiles = hasTiles;
     this.#nodes = nodes;
     this.#root = root;
     this.#cameras = cameras;
@@ -229,7 +235,57 @@ export class Occlusion {
       if (!matrices.every(Number.isFinite)) continue;
       this.#ids.set(i, this.#scene.addMany(mesh, matrices, { layers: objects[i].layers.mask >>> 0, occluder: role % 4 >= Role.Hides }));
     }
+    if (this.#hasTiles) this.#makeTiles();
     this.#scene.commit();
+  }
+
+  // Large meshes that receive shadows are looked for in pieces, too: what is seen of the ground says which shadows are.
+  #makeTiles() {
+    const { objects, kinds, length } = this.#nodes;
+    const all = new Float64Array(6).fill(-Infinity);
+    const large = [];
+    for (const pass of [0, 1]) {
+      for (let i = 0; i < length; i++) {
+        if (kinds[i] !== Kind.Mesh || !this.#ids.has(i)) continue;
+        boxOf(objects[i].geometry, box, 0);
+        const world = new Float64Array(6);
+        worldBox(box, 0, objects[i].matrixWorld.elements, 0, world, 0);
+        for (let c = 0; pass === 0 && c < 3; c++) { all[c] = Math.max(all[c], -world[c]); all[3 + c] = Math.max(all[3 + c], world[3 + c]); }
+        const least = Math.max(all[0] + all[3], all[1] + all[4], all[2] + all[5]) / 4;
+        if (pass === 1 && objects[i].receiveShadow && large.length < MOST_TILED && [0, 1, 2].some((c) => world[3 + c] - world[c] >= least)) large.push([i, world]);
+      }
+    }
+    if (large.length === 0) return;
+    const unit = this.#scene.addBox([0, 0, 0, 1, 1, 1]);
+    for (const [i, world] of large) {
+      const size = [0, 1, 2].map((c) => world[3 + c] - world[c]);
+      const tile = Math.max(...size) / TILES;
+      const counts = size.map((s) => Math.max(1, Math.round(s / tile)));
+      // A tall building is no ground.
+      if (counts[0] * counts[1] * counts[2] > 2 * TILES * TILES) continue;
+      const matrices = [];
+      for (let x = 0; x < counts[0]; x++) for (let y = 0; y < counts[1]; y++) for (let z = 0; z < counts[2]; z++) {
+        // Not flat: the engine takes what has no volume for nothing.
+        const [a, b, c] = size.map((s, k) => Math.max(s / counts[k], 0.01 * tile));
+        matrices.push(a, 0, 0, 0, 0, b, 0, 0, 0, 0, c, 0, world[0] + x * size[0] / counts[0], world[1] + y * size[1] / counts[1], world[2] + z * size[2] / counts[2], 1);
+      }
+      const ids = this.#scene.addMany(unit, Float64Array.from(matrices), { layers: objects[i].layers.mask >>> 0, occluder: false });
+      this.#tiles.set(i, { ids, matrices });
+    }
+  }
+
+  /** Boxes in the world of all that may be seen of a large mesh; `null` of another. */
+  piecesOf(i) {
+    const tiles = this.#tiles.get(i);
+    if (!tiles) return null;
+    const boxes = [];
+    for (let k = 0; k < tiles.ids.length; k++) {
+      if (this.#stamps[tiles.ids[k]] !== this.#stamp) continue;
+      const m = tiles.matrices;
+      const [x, y, z] = [m[16 * k + 12], m[16 * k + 13], m[16 * k + 14]];
+      boxes.push([x, y, z, x + m[16 * k], y + m[16 * k + 5], z + m[16 * k + 10]]);
+    }
+    return boxes;
   }
 
   // What planes touch hides nothing, until they or it are elsewhere.
@@ -270,7 +326,7 @@ export class Occlusion {
     // What is drawn in any case is in no scene, unless it was only not finite.
     if (!ids) return this.#looked[i] === Role.Absent || this.#looked[i] % 4 === Role.Alone || this.#nodes.isUnculled(i) || this.#nodes.kinds[i] < Kind.Mesh || this.#nodes.kinds[i] === Kind.Batched;
     const matrices = this.#matricesOf(i);
-    if (this.#nodes.isUnculled(i) || matrices.length !== 16 * ids.length || !matrices.every(Number.isFinite)) return false;
+    if (this.#tiles.has(i) || this.#nodes.isUnculled(i) || matrices.length !== 16 * ids.length || !matrices.every(Number.isFinite)) return false;
     this.#scene.setTransforms(ids, matrices);
     return true;
   }
@@ -304,6 +360,7 @@ export class Occlusion {
     this.#meshes.clear();
     this.#ids.clear();
     this.#whole.clear();
+    this.#tiles.clear();
     this.#clipKeys.length = 0;
     this.#scene?.dispose();
     this.#scene = null;

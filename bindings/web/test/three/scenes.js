@@ -116,6 +116,25 @@ export const scenes = {
     };
   },
 
+  // The city under a sun with shadows, and eight lamps.
+  litCity(T, size, count = 20_000) {
+    const made = scenes.city(T, size, count);
+    made.scene.traverse((o) => { if (o.isMesh) { o.castShadow = o.name !== ''; o.receiveShadow = true; } });
+    const sun = made.scene.children.find((o) => o.isDirectionalLight);
+    sun.castShadow = true;
+    Object.assign(sun.shadow.camera, { left: -150, right: 150, top: 150, bottom: -150, near: 1, far: 400 });
+    sun.shadow.mapSize.set(1024, 1024);
+    for (let k = 0; k < 8; k++) {
+      const lamp = new T.PointLight(0xffcc88, 300, 25);
+      // Along the street of the walk, and in streets beside it.
+      lamp.position.set(k % 2 ? 0 : (k % 4 ? -60 : 60), 5, 50 - 30 * k);
+      lamp.castShadow = true;
+      lamp.shadow.mapSize.set(512, 512);
+      made.scene.add(lamp);
+    }
+    return made;
+  },
+
   // Meshes that move, come and go.
   meshes(T, size) {
     const { scene, camera, turn } = stage(T, size);
