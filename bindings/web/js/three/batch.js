@@ -121,6 +121,49 @@ export class Batch {
   /** Of a list of instances those that `test` takes, by their boxes and matrices to the world: a list of its own. */
   filter(list, test) { return list.filter((k) => { this.boxOf(k, box); return test(box, this.matrixOf(k, matrix)); }); }
 
+  /** Instances that there are, those that went included. */
+  get length() { return this.#mesh._instanceInfo.length; }
+
+  get matricesVersion() { return this.#mesh._matricesTexture.version; }
+
+  isShown(k) { return this.#mesh._instanceInfo[k].visible === true; }
+
+  /** Instances by the numbers of their geometries. */
+  byGeometry() {
+    const lists = new Map();
+    this.#mesh._instanceInfo.forEach(({ active, geometryIndex }, k) => {
+      if (!active) return;
+      if (!lists.has(geometryIndex)) lists.set(geometryIndex, []);
+      lists.get(geometryIndex).push(k);
+    });
+    return lists;
+  }
+
+  /** Matrices to the world of some instances, or of all. */
+  matricesOf(list) {
+    const count = list?.length ?? this.length;
+    const matrices = new Float64Array(16 * count);
+    for (let k = 0; k < count; k++) this.matrixOf(list ? list[k] : k, matrices.subarray(16 * k, 16 * k + 16));
+    return matrices;
+  }
+
+  /** One of the batch's geometries, as far as a geometry is read here: its range of positions and indices. */
+  geometryOf(number) {
+    const { attributes: { position }, index, uuid } = this.#mesh.geometry;
+    const info = this.#mesh._geometryInfo[number];
+    const shifted = (read, first, by) => ({ count: info.count, getX: (k) => read(first + k) - by });
+    const { vertexStart: first, vertexCount: count } = info;
+    const box = [];
+    if (info.boundingBox === null) this.#mesh.getBoundingBoxAt(number, scratchBox(this.#mesh));
+    writeBox(info.boundingBox, info.boundingSphere, box, 0);
+    return {
+      uuid: `${uuid} ${number}`,
+      box,
+      attributes: { position: { count, getX: (v) => position.getX(first + v), getY: (v) => position.getY(first + v), getZ: (v) => position.getZ(first + v) } },
+      index: index ? shifted((k) => index.getX(k), info.start, first) : shifted((k) => k, info.start, first),
+    };
+  }
+
   /** Writes an instance's box in its own space. */
   boxOf(k, to) {
     const { geometryIndex } = this.#mesh._instanceInfo[k];

@@ -18,6 +18,10 @@ const [MOST_TILED, TILES] = [4, 128];
 // What an object does in the engine's scene.
 const Role = { Absent: -1, Alone: 0, Hidden: 1, Hides: 2, HidesTwoSided: 3 };
 
+// An instance that is drawn, and one that no plane touches.
+const State = { Shown: 1, Whole: 2 };
+const NO_ID = 2 ** 32 - 1;
+
 const named = (object) => `${object.type}${object.name ? ` "${object.name}"` : ''}`;
 
 export class Occlusion {
@@ -48,7 +52,7 @@ export class Occlusion {
   #judged = new Map();
   #clip = null;
   #clipKeys = [];
-  #whole = new Map();
+  #states = new Map();
   #hasTiles;
   #tiles = new Map();
   /** Why the last pass hid nothing; `null` if it was looked for what is hidden. */
@@ -120,7 +124,7 @@ export class Occlusion {
     if (kept.length < list.length) kept = new Uint32Array(2 * list.length);
     for (let k = 0; k < list.length; k++) {
       const id = ids[list[k]];
-      if (id === undefined || stamps[id] === stamp) kept[count++] = list[k];
+      if (id === undefined || id === NO_ID || stamps[id] === stamp) kept[count++] = list[k];
     }
     return kept.subarray(0, count);
   }
@@ -173,7 +177,7 @@ export class Occlusion {
   // What is drawn, and how, decides what may hide: looked at before each pass, for a mesh that is hidden must hide nothing. Why
   // nothing may be hidden; `null` if it may.
   #look(override, camera) {
-    const { objects, kinds, hidden: under, length } = this.#nodes;
+    const { objects, kinds, hidden: under, length, parts } = this.#nodes;
     if (override && this.#judge(override) & May.ResetDepth) return 'scene.overrideMaterial writes depth where it is farther';
     let same = this.#scene !== null && this.#version === this.#nodes.version;
     const looked = this.#looked;
@@ -188,11 +192,15 @@ export class Occlusion {
       const now = isDrawn ? this.#roleOf(object, override) : Role.Absent;
       const { geometry, instanceMatrix } = object;
       const { position } = geometry.attributes;
-      const version = `${position?.version ?? position?.data?.version} ${geometry.index?.version}`;
+      const batch = kinds[i] === Kind.Batched ? parts.get(i) : null;
+      const version = `${position?.version ?? position?.data?.version} ${geometry.index?.version} ${batch?.revision}`;
       if (looked[i] !== now || this.#geometries[i] !== geometry || this.#positions[i] !== position || this.#indices[i] !== geometry.index
         || this.#versions[i] !== version) same = false;
       [looked[i], this.#geometries[i], this.#versions[i], this.#positions[i], this.#indices[i]] = [now, geometry, version, position, geometry.index];
-      if (instanceMatrix) {
+      if (batch) {
+        if (this.#instances[i] !== batch.matricesVersion) this.#moved.set(i, true);
+        this.#instances[i] = batch.matricesVersion;
+      } else if (instanceMatrix) {
         const instances = instanceMatrix.version + object.count / 2 ** 32;
         if (this.#instances[i] !== instances || this.#matrices[i] !== instanceMatrix) this.#moved.set(i, true);
         [this.#instances[i], this.#matrices[i]] = [instances, instanceMatrix];
@@ -227,8 +235,8 @@ export class Occlusion {
     const { objects, kinds, length } = this.#nodes;
     for (let i = 0; i < length; i++) {
       const role = this.#looked[i];
-      if (kinds[i] < Kind.Mesh || objects[i] === null || role === Role.Absent || role % 4 === Role.Alone || kinds[i] === Kind.Batched) continue;
-      if (this.#nodes.isUnculled(i)) continue;
+      if (kinds[i] < Kind.Mesh || objects[i] === null || role === Role.Absent || role % 4 === Role.Alone || this.#nodes.isUnculled(i)) continue;
+      if (kinds[i] === Kind.Batched) { this.#makeBatch(i, role); continue; }
       const mesh = this.#meshOf(objects[i].geometry, role % 4);
       const matrices = this.#matricesOf(i);
       // What is not finite stays visible, and outside this scene.
@@ -293,26 +301,49 @@ export class Occlusion {
     const clip = this.#clip;
     const { objects } = this.#nodes;
     for (const [i, ids] of this.#ids) {
-      if (this.#looked[i] % 4 < Role.Hides) continue;
-      const key = clip.clips(objects[i]) ? clip.key + clip.keyFor(objects[i]) : '';
+      const batch = this.#nodes.kinds[i] === Kind.Batched ? this.#nodes.parts.get(i) : null;
+      const hides = this.#looked[i] % 4 >= Role.Hides;
+      if (!hides && !batch) continue;
+      const key = hides && clip.clips(objects[i]) ? clip.key + clip.keyFor(objects[i]) : '';
       const had = this.#clipKeys[i] ?? '';
-      if (had === key && (key === '' || !this.#moved.has(i))) continue;
+      const isSame = had === key && (key === '' || !this.#moved.has(i));
+      if (isSame && !batch) continue;
       this.#clipKeys[i] = key;
-      let whole = this.#whole.get(i);
-      if (!whole) this.#whole.set(i, whole = new Uint8Array(ids.length).fill(1));
-      const matrices = key === '' ? null : this.#matricesOf(i);
-      if (matrices) boxOf(objects[i].geometry, box, 0);
+      let states = this.#states.get(i);
+      if (!states) this.#states.set(i, states = new Uint8Array(ids.length).fill(State.Shown + State.Whole));
+      const matrices = key === '' || isSame ? null : this.#matricesOf(i);
+      if (matrices && !batch) boxOf(objects[i].geometry, box, 0);
       for (let k = 0; k < ids.length; k++) {
-        const now = Number(matrices === null || clip.cut(objects[i], box, 0, matrices, 16 * k) === Cut.Whole);
-        if (now === whole[k]) continue;
-        whole[k] = now;
-        this.#scene.setState(ids[k], { layers: objects[i].layers.mask >>> 0, occluder: now === 1 });
+        if (ids[k] === NO_ID) continue;
+        if (matrices && batch) batch.boxOf(k, box);
+        let now = batch && !batch.isShown(k) ? 0 : State.Shown;
+        if (isSame) now += states[k] & State.Whole;
+        else if (matrices === null || clip.cut(objects[i], box, 0, matrices, 16 * k) === Cut.Whole) now += State.Whole;
+        if (now === states[k]) continue;
+        states[k] = now;
+        this.#scene.setState(ids[k], { layers: now & State.Shown ? objects[i].layers.mask >>> 0 : 0, occluder: hides && (now & State.Whole) !== 0 });
       }
     }
   }
 
+  // Instances of a batch, by their geometries; those that are in none have no id.
+  #makeBatch(i, role) {
+    const batch = this.#nodes.parts.get(i);
+    const object = this.#nodes.objects[i];
+    const lists = batch.byGeometry();
+    const ids = new Uint32Array(batch.length).fill(NO_ID);
+    const state = { layers: object.layers.mask >>> 0, occluder: role % 4 >= Role.Hides };
+    for (const [geometry, list] of lists) {
+      const matrices = batch.matricesOf(list);
+      if (!matrices.every(Number.isFinite)) continue;
+      this.#scene.addMany(this.#meshOf(batch.geometryOf(geometry), role % 4), matrices, state).forEach((id, k) => { ids[list[k]] = id; });
+    }
+    this.#ids.set(i, ids);
+  }
+
   #matricesOf(i) {
     const object = this.#nodes.objects[i];
+    if (this.#nodes.kinds[i] === Kind.Batched) return this.#nodes.parts.get(i).matricesOf();
     const world = object.matrixWorld.elements;
     if (this.#nodes.kinds[i] !== Kind.Instanced) return Float64Array.from(world);
     const { array } = object.instanceMatrix;
@@ -324,7 +355,15 @@ export class Occlusion {
   #place(i) {
     const ids = this.#ids.get(i);
     // What is drawn in any case is in no scene, unless it was only not finite.
-    if (!ids) return this.#looked[i] === Role.Absent || this.#looked[i] % 4 === Role.Alone || this.#nodes.isUnculled(i) || this.#nodes.kinds[i] < Kind.Mesh || this.#nodes.kinds[i] === Kind.Batched;
+    if (!ids) return this.#looked[i] === Role.Absent || this.#looked[i] % 4 === Role.Alone || this.#nodes.isUnculled(i) || this.#nodes.kinds[i] < Kind.Mesh;
+    if (this.#nodes.kinds[i] === Kind.Batched) {
+      const list = ids.map((id, k) => (id === NO_ID ? NO_ID : k)).filter((k) => k !== NO_ID);
+      const batch = this.#nodes.parts.get(i);
+      const matrices = ids.length === batch.length && !this.#nodes.isUnculled(i) ? batch.matricesOf(list) : [NaN];
+      if (!matrices.every(Number.isFinite)) return false;
+      this.#scene.setTransforms(list.map((k) => ids[k]), matrices);
+      return true;
+    }
     const matrices = this.#matricesOf(i);
     if (this.#tiles.has(i) || this.#nodes.isUnculled(i) || matrices.length !== 16 * ids.length || !matrices.every(Number.isFinite)) return false;
     this.#scene.setTransforms(ids, matrices);
@@ -342,8 +381,8 @@ export class Occlusion {
     const indices = new Uint32Array(triangles);
     for (let k = 0; k < triangles; k++) indices[k] = geometry.index ? geometry.index.getX(k) : k;
     const usable = positions.every(Number.isFinite) && indices.every((v) => v < position.count) && triangles > 0;
-    const box = [];
-    boxOf(geometry, box, 0);
+    const box = geometry.box ?? [];
+    if (!geometry.box) boxOf(geometry, box, 0);
     mesh = role >= Role.Hides && usable
       ? this.#scene.addMesh(positions, indices, { twoSided: role === Role.HidesTwoSided })
       : this.#scene.addBox(box);
@@ -359,7 +398,7 @@ export class Occlusion {
     this.#views.clear();
     this.#meshes.clear();
     this.#ids.clear();
-    this.#whole.clear();
+    this.#states.clear();
     this.#tiles.clear();
     this.#clipKeys.length = 0;
     this.#scene?.dispose();

@@ -37,7 +37,7 @@ const mutants = [
   ['objectCallback', 'object.onAfterRender !== owner(object, \'onAfterRender\')?.onAfterRender', 'false'],
   ['localClipping', 'made.local = renderer.localClippingEnabled === true', 'made.local = false', 'clip.js'],
   ['clipping', 'made.union.push(...renderer.clippingPlanes);', '', 'clip.js'],
-  ['clippingHalf', '=== Cut.Whole', '!== Cut.Away', 'occlusion.js'],
+  ['clippingHalf', 'now += State.Whole;', 'now += State.Whole; else now += State.Whole;', 'occlusion.js'],
   ['clippingHalf', 'if (middle + radius < 0)', 'if (middle < 0)', 'clip.js'],
   ['targetWithoutDepth', 'target.depthBuffer === false ?', 'false ?'],
 ];

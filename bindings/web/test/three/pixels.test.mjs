@@ -9,7 +9,7 @@ before(async () => { server = await serve(); browser = await launch(); });
 after(async () => { await browser?.close(); server?.close(); });
 
 // CULLET_SCENES: some of them, by their names.
-const names = process.env.CULLET_SCENES?.split(',') ?? ['city', 'meshes', 'nested', 'odd', 'shadows', 'instances', 'instancesInShadow', 'batch', 'batchInShadow', 'eyes', 'cascades', 'group', 'variance', 'addon', 'section'];
+const names = process.env.CULLET_SCENES?.split(',') ?? ['city', 'meshes', 'nested', 'odd', 'shadows', 'instances', 'instancesInShadow', 'batch', 'batchInShadow', 'eyes', 'cascades', 'group', 'variance', 'addon', 'section', 'batchedTown'];
 
 for (const api of ['webgl', 'webgpu']) {
   test(api, async (context) => {
@@ -29,6 +29,7 @@ for (const api of ['webgl', 'webgpu']) {
           assert.equal(picture.digest, none[i].digest, `step ${i}: another picture with occlusion`);
           assert.ok(picture.triangles <= ours[i].triangles, `step ${i}: ${picture.triangles} triangles with occlusion, ${ours[i].triangles} without`);
         }
+        if (name === 'batchedTown') for (const [i, picture] of occluded.entries()) if (i < 4) assert.ok(picture.triangles < ours[i].triangles * 0.7, `step ${i}: ${picture.triangles} triangles with occlusion, ${ours[i].triangles} without`);
         const sum = (what) => occluded.reduce((all, { stats }) => all + stats[what], 0);
         if (name === 'section') assert.ok(occluded.every(({ stats }) => stats.noOcclusion === null) && sum('hidden') > 100 && sum('clipped') > 200, `${sum('hidden')} hidden, ${sum('clipped')} clipped`);
         if (name === 'city') assert.ok(occluded[0].triangles < ours[0].triangles / 3, `${occluded[0].triangles} triangles with occlusion, ${ours[0].triangles} without`);
@@ -40,3 +41,28 @@ for (const api of ['webgl', 'webgpu']) {
     await page.close();
   });
 }
+
+// Each rule switched off, and a scene in which that shows.
+const mutants = [
+  ['batchedTown', 'occlusion.js', 'now & State.Shown ? objects[i].layers.mask >>> 0 : 0', 'objects[i].layers.mask >>> 0'],
+  ['batchedTown', 'batch.js', 'this.revision += 1;', ''],
+  ['batchedTown', 'occlusion.js', 'this.#instances[i] !== batch.matricesVersion', 'false'],
+  ['section', 'occlusion.js', 'clip.cut(objects[i], box, 0, matrices, 16 * k) === Cut.Whole', 'true'],
+];
+
+test('a rule that is switched off is noticed', async () => {
+  const missed = [];
+  for (const [name, file, rule, instead] of mutants) {
+    const mutated = await serve({ [`/js/three/${file}`]: (text) => {
+      assert.equal(text.split(rule).length, 2, `${file} has no "${rule}", or several`);
+      return text.replace(rule, instead);
+    } });
+    try {
+      const page = await open(browser, mutated.url, 'webgl');
+      const [none, occluded] = await page.evaluate(async (n) => [await t.pictures(n, 'none'), await t.pictures(n, { occlusion: true, preset: 'exact' })], name);
+      if (none.every(({ digest }, i) => digest === occluded[i].digest)) missed.push(`${name} without "${rule}"`);
+      await page.close();
+    } finally { mutated.close(); }
+  }
+  assert.deepEqual(missed, []);
+});

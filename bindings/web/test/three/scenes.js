@@ -329,6 +329,39 @@ export const scenes = {
     };
   },
 
+  // Walls in a batch hide what is behind them: balls of the same batch, and meshes; until walls go, move, or are other shapes.
+  batchedTown(T, size) {
+    const { scene, camera } = stage(T, size);
+    ground(T, scene);
+    const next = random(41);
+    const mesh = new T.BatchedMesh(640, 800, 3200, new T.MeshLambertMaterial());
+    const [wall, ball, cone] = [new T.BoxGeometry(6, 8, 0.5), new T.SphereGeometry(0.6, 10, 8), new T.ConeGeometry(0.6, 1.4, 8)].map((g) => mesh.addGeometry(g, 120, 500));
+    const walls = [];
+    const put = (shape, x, y, z) => { const id = mesh.addInstance(shape); mesh.setMatrixAt(id, dummyMatrix(T, x, y, z)); mesh.setColorAt(id, colour(T, next)); return id; };
+    for (let x = -24; x <= 24; x += 6) walls.push(put(wall, x, 4, -12));
+    for (let k = 0; k < 500; k++) put(k % 2 ? ball : cone, (next() - 0.5) * 60, 0.7 + 3 * next(), -14 - 30 * next());
+    for (let k = 0; k < 60; k++) put(ball, (next() - 0.5) * 20, next() * 6, -6 - 5 * next());
+    scene.add(mesh);
+    for (let k = 0; k < 100; k++) {
+      const cube = new T.Mesh(new T.BoxGeometry(), new T.MeshLambertMaterial({ color: colour(T, next) }));
+      cube.position.set((next() - 0.5) * 50, 1, -15 - 20 * next());
+      scene.add(cube);
+    }
+    camera.rotation.set(0, 0, 0);
+    return {
+      scene, camera, steps: 7,
+      step(i) {
+        if (i === 0) camera.position.x = 2;
+        if (i === 1) mesh.setMatrixAt(walls[3], dummyMatrix(T, -6, 14, -12));
+        if (i === 2) { mesh.setVisibleAt(walls[5], false); mesh.setVisibleAt(walls[3], false); }
+        if (i === 3) { mesh.setVisibleAt(walls[5], true); mesh.setGeometryIdAt(walls[4], ball); }
+        if (i === 4) { mesh.deleteInstance(walls[2]); put(ball, 0, 3, -8); }
+        if (i === 5) mesh.setGeometryAt(wall, new T.BoxGeometry(2, 8, 0.5));
+        if (i === 6) { mesh.position.y = -2; mesh.material.transparent = true; mesh.material.opacity = 0.5; mesh.material.needsUpdate = true; }
+      },
+    };
+  },
+
   // A batch under shadows.
   batchInShadow(T, size) {
     const { scene, camera, turn } = stage(T, size, { light: false });
