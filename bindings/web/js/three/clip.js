@@ -34,7 +34,7 @@ export class Clipping {
       made.local = renderer.localClippingEnabled === true;
     } else {
       made.local = 'unknown';
-      for (let o = root; o; o = o.parent) if (o.isClippingGroup && o.enabled) made.add(o);
+      for (let o = root; o; o = o.parent) if (o.isClippingGroup && o.enabled && o.layers.test(camera.layers)) made.add(o);
     }
     made.key = [made.local, made.#reach, ...[...made.union, null, ...made.intersection].map((plane) => (plane ? keyOf(plane) : '|'))].join();
     return made;

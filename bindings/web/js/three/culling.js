@@ -372,6 +372,7 @@ export class Culling {
     const lights = [];
     for (const i of rest) if (objects[i] !== null && hidden[i] === 0) receivers.scan(objects[i], null, lights);
     if (scene !== this.#root) receivers.scan(scene, this.#root, lights);
+    receivers.takeScene(scene);
     this.#lights = lights;
     this.#stats.keptMaps = prepare(render, lights, receivers);
     this.#stats.allCast = receivers.reason;

@@ -20,11 +20,18 @@ export interface CullingOptions {
    */
   still?: boolean;
   /**
-   * Cameras whose passes also drop what is hidden behind other meshes; shadow maps and other cameras keep to the frustum. Default none.
+   * Cameras whose passes also drop what is hidden behind other meshes and instances; other passes do not. Default none.
    * It is conservative at every resolution, so the picture is the same to the pixel. Only meshes that are known to write opaque depth hide
    * others, and {@link CullingStats.noOcclusion} says why nothing was hidden. The root must be in a `Scene` that is rendered.
    */
   occlusion?: Camera | readonly Camera[];
+  /**
+   * Which casters shadow passes draw. `'all'` (the default): those in the light's frustum. `'seen'`: of those, the ones whose shadow may
+   * fall on what the camera's pass draws, and a light that reaches nothing of that keeps its old map. Pictures stay the same, as
+   * long as nobody but three.js's own materials looks up the maps: an effect after the scene that reads `light.shadow.map` needs `'all'`.
+   * {@link CullingStats.allCast} says why all casters were drawn. The root must be in a `Scene` that is rendered.
+   */
+  shadows?: 'all' | 'seen';
   /** How much time occlusion may take: `'fast'`, `'balanced'` (the default) or `'exact'`, which finds most. */
   preset?: 'exact' | 'balanced' | 'fast';
   /**
@@ -51,10 +58,16 @@ export interface CullingStats {
   readonly visible: number;
   /** Instances of `InstancedMesh` and `BatchedMesh` that came to their own test. */
   readonly instances: number;
-  /** How many instances of `InstancedMesh` the pass drew. */
+  /** How many of those instances the pass drew. */
   readonly visibleInstances: number;
   /** How many meshes the pass left out because others hide them. */
   readonly hidden: number;
+  /** How many meshes the pass left out because clipping planes take them away. */
+  readonly clipped: number;
+  /** How many lights kept their shadow maps in the last `render()` of a camera, with `shadows: 'seen'`. */
+  readonly keptMaps: number;
+  /** Why shadow passes of the last `render()` drew all casters; `null` where some could be left out, and without `shadows: 'seen'`. */
+  readonly allCast: string | null;
   /** Why nothing was looked for that others hide; `null` where it was, and in passes of other cameras. */
   readonly noOcclusion: string | null;
 }

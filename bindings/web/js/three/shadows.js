@@ -28,14 +28,17 @@ function isKnownShadow({ shadow: s, isDirectionalLight, isSpotLight, isPointLigh
     && !s.shadowNode && !s.biasNode && !s.filterNode;
 }
 
-const holdsMap = (value) => Boolean(value) && (value.isTexture ? value.isRenderTargetTexture === true || value.isDepthTexture === true
-  : Array.isArray(value) && value.some(holdsMap));
+function holdsMap(value) {
+  if (value === null || typeof value !== 'object') return false;
+  if (value.isTexture) return value.isRenderTargetTexture === true || value.isDepthTexture === true;
+  return (Array.isArray(value) || Object.getPrototypeOf(value) === Object.prototype) && Object.values(value).some(holdsMap);
+}
 
 // Why a material may look up shadow maps anywhere; `null` if it does not. Shaders of someone else's get no maps but as uniforms.
 function whyAnywhere(material, receives) {
   if (material.onBeforeRender && !isOwn(material, 'onBeforeRender')) return 'has a material with an onBeforeRender of its own';
   if (material.isShaderMaterial) {
-    const isBlind = material.lights !== true && isOwn(material, 'onBeforeCompile') && Object.values(material.uniforms ?? {}).every(({ value }) => !holdsMap(value) && (value === null || typeof value !== 'object' || !('map' in value)));
+    const isBlind = material.lights !== true && isOwn(material, 'onBeforeCompile') && !Object.values(material.uniforms ?? {}).some((uniform) => holdsMap(uniform?.value));
     return isBlind ? null : 'has a shader that may read shadow maps';
   }
   if (!isOwn(material, 'onBeforeCompile')) return 'has an onBeforeCompile';
@@ -135,9 +138,16 @@ export class Receivers {
     this.count += 1;
   }
 
-  /** Takes what three.js draws by itself below `top`, except below `except`; lights go to `lights`. */
-  scan(top, except, lights) {
-    if (top === except || !top.visible) return;
+  /** Judges what a scene draws by. */
+  takeScene({ overrideMaterial, fogNode, backgroundNode, environmentNode }) {
+    if (fogNode || backgroundNode || environmentNode) this.reason ??= 'the scene has nodes';
+    const why = overrideMaterial ? whyAnywhere(overrideMaterial, true) : null;
+    if (why) this.reason ??= `scene.overrideMaterial ${why}`;
+  }
+
+  /** Takes what three.js draws by itself below `top`, except below `except`; lights go to `lights`. Levels of an LOD may not be chosen yet. */
+  scan(top, except, lights, isLevel = false) {
+    if (top === except || !(top.visible || isLevel)) return;
     if (top.isLight && top.castShadow && top.shadow && top.layers.test(this.#layers)) lights.push(top);
     if (top.material && this.takes(top)) {
       const isPlain = top.isMesh && top.geometry?.attributes?.position && (kindOf(top) === Kind.Mesh) && !isMorphed(top);
@@ -146,7 +156,7 @@ export class Receivers {
         this.add(this.#box, 0, top.matrixWorld.elements, 0);
       } else this.reason = `${named(top)} receives shadows, and its bounds are not known`;
     }
-    for (const child of top.children) this.scan(child, except, lights);
+    for (const child of top.children) this.scan(child, except, lights, top.isLOD);
   }
 
   /** A number for what is here: another for others. */
@@ -212,8 +222,7 @@ function reaches(light, receivers) {
   const { camera } = shadow;
   if (!light.isPointLight) {
     shadow.updateMatrices(light);
-    const near = footprint(shadow, receivers, null);
-    return near.isAny;
+    return footprint(shadow, receivers, null).isAny;
   }
   const far = light.distance || camera.far;
   if (far !== camera.far) { camera.far = far; camera.updateProjectionMatrix(); }

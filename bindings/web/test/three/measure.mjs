@@ -4,7 +4,9 @@
 // Then the city at street level, frames until all is drawn, each picture held against that without culling. A software renderer's
 // time goes with what it draws: on a GPU another share of it is saved.
 //
-// node test/three/measure.mjs [webgl] [webgpu] [city|culling] [ROUNDS]
+// Then the city under a sun and eight lamps with shadows: all casters of what occlusion leaves to the camera, and those that are seen.
+//
+// node test/three/measure.mjs [webgl] [webgpu] [city|culling|lamps] [ROUNDS]
 
 import { loadavg } from 'node:os';
 import { launch, open, serve } from './harness.mjs';
@@ -68,11 +70,46 @@ async function city(page, api) {
   }
 }
 
+// Draws and triangles of shadow passes: those of a frame without those of a second render, which draws no maps.
+async function lamps(page, api) {
+  const hows = ['three', 'all', 'seen'];
+  const rows = Object.fromEntries(hows.map((how) => [how, { frame: [] }]));
+  for (let r = 0; r < rounds; r++) {
+    for (const how of hows) {
+      const got = await page.evaluate(async ([how, count]) => {
+        if (t.now?.name !== 'measured') { await t.build('litCity', count); t.now.name = 'measured'; }
+        if (how !== 'three') t.cull({ still: true, occlusion: true, shadows: how });
+        t.now.walk(0);
+        const whole = await t.picture();
+        const kept = t.now.culling?.stats.keptMaps ?? 0;
+        const { shadowMap, info } = t.renderer;
+        if (t.renderer.isWebGLRenderer) { shadowMap.autoUpdate = false; t.renderer.render(t.now.scene, t.now.camera); }
+        info.reset();
+        t.renderer.render(t.now.scene, t.now.camera);
+        const calls = whole.calls - (t.renderer.isWebGPURenderer ? info.render.drawCalls : info.render.calls);
+        const triangles = whole.triangles - info.render.triangles;
+        if (t.renderer.isWebGLRenderer) shadowMap.autoUpdate = true;
+        const { frame } = await t.frames(3, (i) => t.now.walk((i + 1) / 30));
+        const { digest } = await t.picture();
+        t.now.culling?.dispose();
+        t.now.culling = null;
+        return { frame, calls, triangles, kept, digest: `${whole.digest} ${digest}` };
+      }, [how, 20_000]);
+      if (got.digest !== (rows.three.digest ?? got.digest)) throw new Error(`${how} draws another picture: ${got.digest}, not ${rows.three.digest}`);
+      rows[how].frame.push(got.frame);
+      Object.assign(rows[how], { ...got, frame: rows[how].frame });
+    }
+  }
+  for (const [how, { frame, calls, triangles, kept }] of Object.entries(rows)) {
+    console.log(`${api} lamps, ${how}: frame ${range(frame, 0)} ms; shadow passes ${calls} draws, ${triangles} triangles, ${kept} maps kept; ${ratios(rows.three.frame, frame)} times as fast as three.js, ${ratios(rows.all.frame, frame)} as all`);
+  }
+}
+
 console.log(`chromium ${browser.version()}, ${rounds} rounds, median (least to greatest), load ${loadavg()[0].toFixed(1)}`);
 for (const api of apis.length ? apis : ['webgl', 'webgpu']) {
   const page = await open(browser, url, api);
-  if (!args.includes('city')) await culling(page, api);
-  if (!args.includes('culling')) await city(page, api);
+  const only = ['culling', 'city', 'lamps'].find((kind) => args.includes(kind));
+  for (const [kind, run] of Object.entries({ culling, city, lamps })) if (kind === (only ?? kind)) await run(page, api);
   if (page.errors.length) throw new Error(page.errors.join('\n'));
   await page.close();
 }

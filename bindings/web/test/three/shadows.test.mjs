@@ -43,6 +43,56 @@ for (const api of ['webgl', 'webgpu']) {
   });
 }
 
+// Renders beside each other in one frame, in which WebGPURenderer draws the maps of a camera once; and a mirror, which renders inside.
+for (const api of ['webgl', 'webgpu']) {
+  test(`several renders in a frame, ${api}`, async () => {
+    const page = await open(browser, server.url, api);
+    const [none, seen, reasons] = await page.evaluate(async () => {
+      const taken = [];
+      let reasons;
+      for (const how of [null, { shadows: 'seen' }]) {
+        await t.build('lamps');
+        const { scene, camera, step } = t.now;
+        if (how) t.cull(how); else t.never();
+        const list = [];
+        await t.frame();
+        for (const [yaw, i] of [[0.3], [2.4], [4], [0.3, 10], [0.3]]) {
+          t.now.camera = camera;
+          if (i) step(i, null);
+          else camera.rotation.set(-0.05, yaw, 0, 'YXZ');
+          list.push((await t.picture(false)).digest);
+        }
+        const T = t.three;
+        t.now.camera = camera;
+        let mirror;
+        if (t.renderer.isWebGLRenderer) {
+          const { Reflector } = await import('three/addons/objects/Reflector.js');
+          mirror = new Reflector(new T.PlaneGeometry(30, 20));
+        } else {
+          const { reflector } = await import('three/tsl');
+          const node = reflector();
+          mirror = new T.Mesh(new T.PlaneGeometry(30, 20), new T.MeshBasicNodeMaterial());
+          mirror.material.colorNode = node;
+          mirror.add(node.target);
+        }
+        mirror.position.set(0, 4, -9);
+        if (!how) mirror.frustumCulled = false;
+        scene.add(mirror);
+        camera.rotation.set(-0.05, 0.2, 0, 'YXZ');
+        for (let k = 0; k < 2; k++) list.push((await t.picture()).digest);
+        reasons = t.now.culling?.stats.allCast;
+        taken.push(list);
+      }
+      return [...taken, reasons];
+    });
+    assert.deepEqual(seen, none);
+    assert.ok(new Set(none).size >= 5, none.join());
+    assert.ok(reasons !== null);
+    assert.deepEqual(page.errors, []);
+    await page.close();
+  });
+}
+
 // What goes wrong if a rule is not there.
 const mutants = [
   ['a caster lost at the edge of what is seen', 'footprint.js', 'cell(at[0] - margin), cell(at[1] + margin)', 'cell(at[0] + 0.1), cell(at[1] - 0.1)'],

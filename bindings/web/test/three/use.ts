@@ -6,7 +6,7 @@ const culls: boolean = await init();
 console.log(culls);
 const scene = new Scene();
 const camera = new PerspectiveCamera();
-const options: CullingOptions = { still: true, occlusion: [camera], preset: 'fast', movesVertices: (mesh) => mesh.geometry.attributes.wave !== undefined };
+const options: CullingOptions = { still: true, occlusion: [camera], preset: 'fast', shadows: 'seen', movesVertices: (mesh) => mesh.geometry.attributes.wave !== undefined };
 const culling = new Culling(scene, options);
 culling.enabled = false;
 culling.update(scene.children[0]);
@@ -18,4 +18,8 @@ culling.stats.visible = share;
 new Culling(camera.projectionMatrix);
 // @ts-expect-error: no such preset
 new Culling(scene, { preset: 'best' });
+// @ts-expect-error: no such shadows
+new Culling(scene, { shadows: 'none' });
+const kept: string = culling.stats.allCast ?? `${culling.stats.keptMaps} maps kept, ${culling.stats.clipped} clipped`;
+console.log(kept);
 culling.dispose();
