@@ -16,7 +16,7 @@ export class Clipping {
   union = [];
   /** and outside all of these together. */
   intersection = [];
-  /** Whether planes of materials clip: `true`, `false`, or, where a renderer does not know them, 'unknown'. */
+  /** Whether planes of materials clip: WebGPURenderer does not know them. */
   local = false;
   #reach = 0;
   #override = null;
@@ -33,10 +33,10 @@ export class Clipping {
       made.union.push(...renderer.clippingPlanes);
       made.local = renderer.localClippingEnabled === true;
     } else {
-      made.local = 'unknown';
       for (let o = root; o; o = o.parent) if (o.isClippingGroup && o.enabled && o.layers.test(camera.layers)) made.add(o);
     }
-    made.key = [made.local, made.#reach, ...[...made.union, null, ...made.intersection].map((plane) => (plane ? keyOf(plane) : '|'))].join();
+    const over = made.local && override ? `${override.uuid} ${override.clippingPlanes?.map(keyOf)}` : '';
+    made.key = [made.local, made.#reach, over, ...[...made.union, null, ...made.intersection].map((plane) => (plane ? keyOf(plane) : '|'))].join();
     return made;
   }
 
@@ -44,17 +44,20 @@ export class Clipping {
 
   get isAny() { return this.union.length > 0 || this.intersection.length > 0; }
 
+  /** Whether there are planes that may clip anything. */
+  get isActive() { return this.isAny || this.local; }
+
   /** Whether an object may be clipped at all. */
   clips({ material }) {
     if (this.isAny) return true;
-    if (this.local === false) return false;
+    if (!this.local) return false;
     if (this.#override?.clippingPlanes?.length) return true;
     return Array.isArray(material) ? material.some((m) => m?.clippingPlanes?.length) : material.clippingPlanes?.length > 0;
   }
 
   /** What an object's planes are, as text: other text, other planes. */
   keyFor({ material }) {
-    const planes = this.local === false || Array.isArray(material) ? null : material.clippingPlanes;
+    const planes = !this.local || Array.isArray(material) ? null : material.clippingPlanes;
     return planes?.length ? `${material.clipIntersection} ${planes.map(keyOf)}` : '';
   }
 
@@ -64,9 +67,8 @@ export class Clipping {
     let cut = this.#any(this.union, boxes, at, matrices, from);
     if (cut !== Cut.Away && this.intersection.length > 0) cut = worse(cut, this.#all(this.intersection, boxes, at, matrices, from));
     const isOther = Array.isArray(material) || this.#override !== null;
-    if (isOther && this.local !== false && this.clips({ material })) return Cut.Cut;
-    if (!isOther && this.local !== false && material.clippingPlanes?.length) {
-      if (this.local === 'unknown') return worse(Cut.Cut, cut);
+    if (isOther && this.local && this.clips({ material })) return Cut.Cut;
+    if (!isOther && this.local && material.clippingPlanes?.length) {
       const planes = material.clippingPlanes;
       cut = worse(cut, (material.clipIntersection ? this.#all(planes, boxes, at, matrices, from) : this.#any(planes, boxes, at, matrices, from)));
     }

@@ -295,7 +295,8 @@ export class Culling {
     const clip = renderer && (isMain || camera) ? Clipping.of(this.#root, renderer, camera ?? current.camera, scene.overrideMaterial) : null;
     const occlusion = camera && this.#occlusion.cull(camera, scene, renderer, clip) ? this.#occlusion : null;
     if (camera) stats.noOcclusion = this.#occlusion.refusal;
-    const filter = { clip, occlusion, receivers, caster, camera: shadow?.camera ?? (isMain || current?.isShadow ? current.camera : camera) };
+    const isFree = !clip?.isActive && !occlusion && !receivers && !caster;
+    const filter = { clip: clip?.isActive ? clip : null, occlusion, receivers, caster, camera: shadow?.camera ?? (isMain || current?.isShadow ? current.camera : camera) };
     let list;
     if (planes.length === 24) list = nodes.boxes.cull(planes);
     else list = this.#ofAny(planes);
@@ -309,7 +310,7 @@ export class Culling {
       if (i >= length || kinds[i] < Kind.Mesh || hidden[i] === 1) continue;
       const object = objects[i];
       if (kinds[i] !== Kind.Mesh) this.#pushParts(i, object, pass, planes, filter);
-      else if (this.#isLeft(i, object, filter)) push(only ?? carriers[i], object);
+      else if (isFree || this.#isLeft(i, object, filter)) push(only ?? carriers[i], object);
       else continue;
       if (this.#kids.size > 0 && object.visible) this.#kids.get(object)?.arm();
     }

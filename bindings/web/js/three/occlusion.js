@@ -53,6 +53,8 @@ export class Occlusion {
   #clip = null;
   #clipKeys = [];
   #states = new Map();
+  #cut = 0;
+  #hasBatches = false;
   #hasTiles;
   #tiles = new Map();
   /** Why the last pass hid nothing; `null` if it was looked for what is hidden. */
@@ -300,11 +302,14 @@ export class Occlusion {
   #recut() {
     const clip = this.#clip;
     const { objects } = this.#nodes;
+    if (!clip.isActive && this.#cut === 0 && !this.#hasBatches) return;
+    this.#cut = 0;
     for (const [i, ids] of this.#ids) {
       const batch = this.#nodes.kinds[i] === Kind.Batched ? this.#nodes.parts.get(i) : null;
       const hides = this.#looked[i] % 4 >= Role.Hides;
       if (!hides && !batch) continue;
       const key = hides && clip.clips(objects[i]) ? clip.key + clip.keyFor(objects[i]) : '';
+      if (key !== '') this.#cut += 1;
       const had = this.#clipKeys[i] ?? '';
       const isSame = had === key && (key === '' || !this.#moved.has(i));
       if (isSame && !batch) continue;
@@ -339,6 +344,7 @@ export class Occlusion {
       this.#scene.addMany(this.#meshOf(batch.geometryOf(geometry), role % 4), matrices, state).forEach((id, k) => { ids[list[k]] = id; });
     }
     this.#ids.set(i, ids);
+    this.#hasBatches = true;
   }
 
   #matricesOf(i) {
@@ -399,6 +405,8 @@ export class Occlusion {
     this.#meshes.clear();
     this.#ids.clear();
     this.#states.clear();
+    this.#cut = 0;
+    this.#hasBatches = false;
     this.#tiles.clear();
     this.#clipKeys.length = 0;
     this.#scene?.dispose();

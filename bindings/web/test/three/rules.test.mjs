@@ -141,6 +141,7 @@ inPage('mistakes', async () => {
   throws('a mesh', () => new t.Culling(mesh), /takes a THREE.Scene or a group, not Mesh/);
   throws('nothing', () => new t.Culling(undefined), /takes a THREE.Scene or a group, not undefined/);
   throws('no camera', () => new t.Culling(new T.Scene(), { occlusion: mesh }), /occlusion takes a camera/);
+  throws('other shadows', () => new t.Culling(new T.Scene(), { shadows: 'none' }), /shadows is 'all' or 'seen', not none/);
   throws('a stranger', () => culling.update(new T.Mesh()), /update\(\) of Mesh \(id \d+\), which is not below Scene/);
   const inner = new T.Group();
   empty.add(inner);
