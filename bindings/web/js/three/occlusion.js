@@ -57,6 +57,7 @@ export class Occlusion {
   #hasBatches = false;
   #hasTiles;
   #tiles = new Map();
+  #untiled = new WeakSet();
   /** Why the last pass hid nothing; `null` if it was looked for what is hidden. */
   refusal = null;
 
@@ -262,7 +263,7 @@ export class Occlusion {
         worldBox(box, 0, objects[i].matrixWorld.elements, 0, world, 0);
         for (let c = 0; pass === 0 && c < 3; c++) { all[c] = Math.max(all[c], -world[c]); all[3 + c] = Math.max(all[3 + c], world[3 + c]); }
         const least = Math.max(all[0] + all[3], all[1] + all[4], all[2] + all[5]) / 4;
-        if (pass === 1 && objects[i].receiveShadow && large.length < MOST_TILED && [0, 1, 2].some((c) => world[3 + c] - world[c] >= least)) large.push([i, world]);
+        if (pass === 1 && objects[i].receiveShadow && !this.#untiled.has(objects[i]) && large.length < MOST_TILED && [0, 1, 2].some((c) => world[3 + c] - world[c] >= least)) large.push([i, world]);
       }
     }
     if (large.length === 0) return;
@@ -282,6 +283,15 @@ export class Occlusion {
       const ids = this.#scene.addMany(unit, Float64Array.from(matrices), { layers: objects[i].layers.mask >>> 0, occluder: false });
       this.#tiles.set(i, { ids, matrices });
     }
+  }
+
+  // What moves is looked for as a whole from then on.
+  #dropTiles(i) {
+    const tiles = this.#tiles.get(i);
+    if (!tiles) return;
+    for (const id of tiles.ids) this.#scene.remove(id);
+    this.#tiles.delete(i);
+    this.#untiled.add(this.#nodes.objects[i]);
   }
 
   /** Boxes in the world of all that may be seen of a large mesh; `null` of another. */
@@ -371,7 +381,8 @@ export class Occlusion {
       return true;
     }
     const matrices = this.#matricesOf(i);
-    if (this.#tiles.has(i) || this.#nodes.isUnculled(i) || matrices.length !== 16 * ids.length || !matrices.every(Number.isFinite)) return false;
+    this.#dropTiles(i);
+    if (this.#nodes.isUnculled(i) || matrices.length !== 16 * ids.length || !matrices.every(Number.isFinite)) return false;
     this.#scene.setTransforms(ids, matrices);
     return true;
   }

@@ -34,7 +34,7 @@ const mutants = [
   ['alphaTest', ' && !(m.alphaTest > 0)'],
   ['greaterPlane', '(m.visible && resets ? May.ResetDepth : 0)', '0'],
   ['ballsUntested', '(isHidden(m) ? May.BeHidden : 0)', 'May.BeHidden'],
-  ['objectCallback', 'object.onAfterRender !== owner(object, \'onAfterRender\')?.onAfterRender', 'false'],
+  ['objectCallback', 'object.onAfterRender !== callbackOf(object, \'onAfterRender\')', 'false'],
   ['localClipping', 'made.local = renderer.localClippingEnabled === true', 'made.local = false', 'clip.js'],
   ['clipping', 'made.union.push(...renderer.clippingPlanes);', '', 'clip.js'],
   ['clippingHalf', 'now += State.Whole;', 'now += State.Whole; else now += State.Whole;', 'occlusion.js'],
