@@ -98,7 +98,9 @@ const worse = Math.max;
 const keyOf = ({ normal: n, constant }) => `${n.x} ${n.y} ${n.z} ${constant}`;
 
 // On which side of a plane a box is; what is not finite is cut.
-function side({ normal: { x, y, z }, constant }, reach, boxes, at, m, from) {
+function side({ normal: { x, y, z }, constant: given }, reach, boxes, at, m, from) {
+  // As three.js has a plane whose normal is not of length 1.
+  const constant = given * (x * x + y * y + z * z);
   let middle = constant;
   let radius = 0;
   let size = Math.abs(constant) + Math.hypot(x, y, z) * reach;

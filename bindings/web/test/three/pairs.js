@@ -76,7 +76,7 @@ export const properties = {
   overrideAdditive: (c) => { c.scene.overrideMaterial = new c.T.MeshBasicMaterial({ color: 0x3366ff, blending: c.T.AdditiveBlending }); },
   clipping: (c) => { if (c.renderer.isWebGLRenderer) c.renderer.clippingPlanes = [new c.T.Plane(new c.T.Vector3(0, 0, -1), -9)]; },
   clippingNothing: (c) => { if (c.renderer.isWebGLRenderer) c.renderer.clippingPlanes = [new c.T.Plane(new c.T.Vector3(0, 0, -1), -5)]; },
-  clippingHalf: (c) => { if (c.renderer.isWebGLRenderer) c.renderer.clippingPlanes = [new c.T.Plane(new c.T.Vector3(1, 0, -0.5), -3.5)]; },
+  clippingHalf: (c) => { if (c.renderer.isWebGLRenderer) c.renderer.clippingPlanes = [new c.T.Plane(new c.T.Vector3(1, 0, -0.5), -4.5)]; },
   clippingBoth: (c) => { c.renderer.localClippingEnabled = true; c.m.clippingPlanes = [new c.T.Plane(new c.T.Vector3(1, 0, 0), 0), new c.T.Plane(new c.T.Vector3(0, 1, 0), 2)]; c.m.clipIntersection = true; },
   clippingAllOrNothing: (c) => { c.renderer.localClippingEnabled = true; c.m.clippingPlanes = [new c.T.Plane(new c.T.Vector3(1, 0, 0), -20), new c.T.Plane(new c.T.Vector3(0, 0, -1), 5)]; c.m.clipIntersection = true; },
   clippingDisabled: (c) => { c.m.clippingPlanes = [new c.T.Plane(new c.T.Vector3(1, 0, 0), 0)]; },
