@@ -3,6 +3,7 @@
 import { Culling, init } from 'cullet/three';
 import { chosen, compare, early } from './pairs.js';
 import { random, scenes } from './scenes.js';
+import { towns } from './towns.js';
 
 const SIZE = [320, 192];
 let three, renderer;
@@ -25,7 +26,7 @@ async function start(api) {
 async function build(name, ...values) {
   now?.culling?.dispose();
   now?.end?.();
-  const made = await scenes[name](three, SIZE, ...values);
+  const made = await { ...scenes, ...towns }[name](three, SIZE, ...values);
   renderer.shadowMap.type = three[made.shadowType ?? 'PCFShadowMap'];
   now = Object.assign(made, { culling: null });
   return Object.keys(now);
