@@ -43,7 +43,7 @@
 //! | [`view`] | cameras, frusta, projected sizes |
 //! | [`mesh`] | checked geometry: parts, clusters, welding |
 //! | [`hierarchy`] | bounding-volume hierarchies over instances and clusters |
-//! | [`cull`] | one room for each kind of culling: [`frustum`](cull::frustum), [`backface`](cull::backface), [`detail`](cull::detail), [`degenerate`](cull::degenerate), [`occlusion`](cull::occlusion), [`shadow`](cull::shadow) |
+//! | [`cull`] | one room for each kind of culling: [`frustum`](cull::frustum), [`backface`](cull::backface), [`detail`](cull::detail), [`degenerate`](cull::degenerate), [`horizon`](cull::horizon), [`occlusion`](cull::occlusion), [`shadow`](cull::shadow) |
 //! | [`lod`] | levels of detail: which clusters are drawn for an eye |
 //! | [`draw`] | draw lists, and the arrays that they fill |
 //! | [`funnel`], [`explain`] | how much each stage took, and why it took an instance |

@@ -14,6 +14,7 @@ mod detail;
 mod draws;
 mod funnel;
 mod hierarchy;
+mod horizon;
 mod many_meshes;
 mod mesh;
 mod occlusion;

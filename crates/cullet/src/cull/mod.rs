@@ -5,6 +5,7 @@ pub mod backface;
 pub mod degenerate;
 pub mod detail;
 pub mod frustum;
+pub mod horizon;
 pub mod occlusion;
 pub(crate) mod output;
 pub mod shadow;
