@@ -13,7 +13,8 @@ use crate::web::browser;
 const TARGET: &str = "wasm32-unknown-unknown";
 const SOURCES: &str = "bindings/web";
 
-/// Builds the package and tests it in Node and in a browser, by itself and under three.js.
+/// Builds the package and tests it in Node and in a browser, by itself, under three.js and under
+/// 3d-tiles-renderer.
 pub(crate) fn test() -> Ended {
     let browser = match browser("the npm package, in Node and in a browser")? {
         Ok(browser) => browser,
@@ -26,7 +27,9 @@ fn build_and_test(browser: &str) -> Done {
     let package = build()?;
     let packages = fetch()?;
     let mut files = tests(&root().join(SOURCES).join("test"))?;
-    files.extend(tests(&root().join(SOURCES).join("test/three"))?);
+    for host in ["three", "tiles"] {
+        files.extend(tests(&root().join(SOURCES).join("test").join(host))?);
+    }
     let mut node = command("node", &["--test", "--test-concurrency=1"]);
     node.args(files).env("CHROMIUM", browser);
     node.env("CULLET_PACKAGE", package).env("CULLET_NODE_MODULES", packages);
