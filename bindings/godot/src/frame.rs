@@ -11,6 +11,7 @@ use godot::prelude::*;
 use crate::lights::{Lights, Receivers};
 use crate::mirror::{Mirror, item_and_part};
 use crate::probes;
+use crate::pvs::live::Counts;
 use crate::registry::Registry;
 use crate::shown::{self, Shown};
 use crate::told;
@@ -27,6 +28,8 @@ pub(crate) struct Settings {
     /// Whether casters are hidden whose shadow no camera sees.
     pub(crate) casters: bool,
     pub(crate) receivers: Receivers,
+    /// Whether baked visibility is used.
+    pub(crate) pvs: bool,
     /// Whether lamps are hidden that light nothing seen.
     pub(crate) lamps: bool,
 }
@@ -44,6 +47,8 @@ pub(crate) struct Stats {
     pub(crate) occluders: usize,
     /// Lamps that light nothing seen.
     pub(crate) dark: usize,
+    /// What baked visibility hid.
+    pub(crate) pvs: Counts,
     /// Times that occluders were found to be others than they were, and culled again.
     pub(crate) again: usize,
     /// Microseconds: following, culling, casters, telling the server.
@@ -64,6 +69,8 @@ pub(crate) struct Frame {
     seen: Vec<u64>,
     casts: Vec<u64>,
     occluders: Vec<u32>,
+    // Slots behind which baked sets hide something.
+    walls: Vec<u32>,
     pub(crate) stats: Stats,
 }
 
@@ -82,8 +89,10 @@ impl Frame {
         }
         let (mut again, mut us) = (0, [us_follow, 0.0, 0.0, 0.0]);
         loop {
-            let occlusion = settings.occlusion.filter(|_| again < MOST_TRIES);
-            if self.look(registry, Settings { occlusion, ..settings }, world) {
+            let is_tried = again < MOST_TRIES;
+            let occlusion = settings.occlusion.filter(|_| is_tried);
+            let pvs = settings.pvs && is_tried;
+            if self.look(registry, Settings { occlusion, pvs, ..settings }, world) {
                 break;
             }
             // What hides was brought up to date: once more.
@@ -109,6 +118,7 @@ impl Frame {
             changed,
             occluders: self.occluders.len(),
             dark: registry.dark.len(),
+            pvs: registry.pvs.counts(),
             again,
             us,
         };
@@ -125,6 +135,8 @@ impl Frame {
             & probes::collect(&registry.probes, world, &mut self.reach);
         self.states.resize_with(self.eyes.len(), Default::default);
         self.occluders.clear();
+        self.walls.clear();
+        registry.pvs.update(&mut registry.mirror);
         // Without a camera nothing is drawn, and nothing need be told; without knowing what one
         // sees, everything is.
         if !is_known || self.eyes.is_empty() {
@@ -132,13 +144,20 @@ impl Frame {
             return true;
         }
         let culler = culler(settings.occlusion);
-        let scene = &registry.mirror.scene;
-        for (eye, (state, visible)) in self.eyes.iter().zip(&mut self.states) {
-            culler.cull_one(scene, &eye.view, state, visible);
+        let (mirror, pvs) = (&registry.mirror, &mut registry.pvs);
+        let scene = &mirror.scene;
+        let eyes = self.eyes.iter().zip(&mut self.states).enumerate();
+        for (number, (eye, (state, visible))) in eyes {
+            let mask = if settings.pvs { pvs.mask(number, &eye.view, mirror) } else { None };
+            let among = mask.map(|mask| culler.cull_among(scene, &eye.view, mask, state, visible));
+            if among.is_none_or(|among| among.is_err()) {
+                culler.cull_one(scene, &eye.view, state, visible);
+            }
+            pvs.add_walls(number, scene, visible, &mut self.walls);
             let drawn = state.occluders_drawn().iter().map(|&(slot, _)| slot);
             self.occluders.extend(drawn.filter(|_| culler.occlusion.is_some()));
         }
-        if culler.occlusion.is_some() && !self.occluders_hold(&mut registry.mirror) {
+        if !self.occluders_hold(&mut registry.mirror) {
             return false;
         }
         let scene = &registry.mirror.scene;
@@ -157,7 +176,9 @@ impl Frame {
         self.occluders.sort_unstable();
         self.occluders.dedup();
         let mut stale = Vec::new();
-        for &slot in &self.occluders {
+        self.walls.sort_unstable();
+        let is_asked = |slot: &&u32| self.occluders.binary_search(slot).is_err();
+        for &slot in self.occluders.iter().chain(self.walls.iter().filter(is_asked)) {
             if !mirror.still_hides(slot) {
                 stale.push(item_and_part(mirror.scene.user_data(slot)).0);
             }
@@ -233,7 +254,6 @@ pub(crate) fn culler(occlusion: Option<(u32, f32)>) -> Culler {
         Occlusion::default().with_width(width).with_budget(budget).with_risk(None)
     });
     Culler::default()
-        .with_pvs(false)
         .with_portal(false)
         .with_backface(Backface::Off)
         .with_degenerate(false)

@@ -10,6 +10,7 @@
 //! | [`meshes`], [`levels`] | occluders made of Godot's meshes |
 //! | [`views`], [`probes`], [`lights`] | who looks: cameras, reflection probes, lights with shadows |
 //! | [`dark`] | lamps that light nothing seen |
+//! | [`pvs`] | baked visibility: which nodes may be seen from where |
 //! | [`scripts`], [`watched`] | what scripts may ask and be told |
 //! | [`explain`], [`preview`] | why a node is drawn or not; decisions that hide nothing, for the editor |
 //! | [`frame`], [`shown`], [`told`] | a frame: culling, and what follows for Godot's server |
@@ -32,6 +33,7 @@ mod mover;
 mod parts;
 mod preview;
 mod probes;
+mod pvs;
 mod registry;
 mod scripts;
 mod shown;

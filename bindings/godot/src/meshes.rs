@@ -183,6 +183,15 @@ impl Meshes {
         any
     }
 
+    /// Whether Godot may draw one of the engine's meshes by coarser levels.
+    pub(crate) fn has_levels(&self, mesh: MeshId) -> bool {
+        let is_own = |(key, wanted): &(&Key, &Wanted)| {
+            **wanted == Wanted::Here(mesh)
+                && self.facts.get(&key.0).is_some_and(|(facts, _)| facts.has_levels)
+        };
+        self.made.iter().any(|pair| is_own(&pair))
+    }
+
     /// Returns how many meshes are being made.
     pub(crate) fn waiting(&self) -> usize {
         self.waiting

@@ -37,6 +37,8 @@ pub(crate) struct Mirror {
     pub(crate) frame: u64,
     /// Whether Godot draws nodes between the places of physics steps.
     pub(crate) is_interpolated: bool,
+    /// Items that came, went, moved or became others, for what is baked of them.
+    pub(crate) touched: Vec<u32>,
     unsorted: usize,
     restless: usize,
     is_loosened: bool,
@@ -118,6 +120,7 @@ impl Mirror {
     pub(crate) fn remove(&mut self, id: InstanceId) {
         let Some(index) = self.by_id.remove(&id) else { return };
         let Some(mut item) = self.items[index as usize].take() else { return };
+        self.touched.push(index);
         self.free.push(index);
         self.grid_count -= usize::from(item.kind == Kind::Grid);
         self.told.put(index as usize, false);
@@ -126,6 +129,14 @@ impl Mirror {
             give_back(&mut RenderingServer::singleton(), &mut item);
             item.disconnect();
         }
+    }
+
+    /// Lets all nodes go that were freed.
+    pub(crate) fn remove_freed(&mut self) {
+        let freed = |item: &&Item| !item.node.is_instance_valid();
+        let ids = self.items.iter().flatten().filter(freed);
+        let ids: Vec<InstanceId> = ids.map(|item| item.node.instance_id_unchecked()).collect();
+        ids.into_iter().for_each(|id| self.remove(id));
     }
 
     fn drop_instances(&mut self, item: &mut Item) {
@@ -202,6 +213,7 @@ impl Mirror {
     /// Makes the engine's instances of an item anew.
     fn make_instances(&mut self, item: &mut Item, index: usize) {
         self.drop_instances(item);
+        self.touched.push(index as u32);
         item.is_waiting = false;
         item.transform = item.place_now(self.is_interpolated);
         item.is_visible = item.node.is_visible_in_tree();
@@ -292,6 +304,9 @@ impl Mirror {
         if was_shown {
             item.is_visible = is_visible;
             self.set_layers(item);
+        }
+        if was_shown || now != item.transform || is_forced {
+            self.touched.push(index as u32);
         }
         if now == item.transform && !is_forced {
             return was_shown;

@@ -16,6 +16,7 @@ use crate::item::Item;
 use crate::marks::{CulletOccluder, NoCulletOccluder};
 use crate::mirror::Mirror;
 use crate::mover;
+use crate::pvs::live::Live;
 
 /// How movement is followed.
 #[derive(GodotConvert, Var, Export, Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,6 +47,7 @@ pub(crate) struct Registry {
     pub(crate) lights: Vec<Gd<Light3D>>,
     pub(crate) probes: Vec<Gd<ReflectionProbe>>,
     pub(crate) dark: Dark,
+    pub(crate) pvs: Live,
     height_fields: Vec<InstanceId>,
     /// Nodes into which lamps shine though no camera sees them.
     lit: Vec<InstanceId>,

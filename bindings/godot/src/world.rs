@@ -12,6 +12,7 @@ use crate::frame::{Frame, Settings};
 use crate::inbox::TreeSignals;
 use crate::lights::Receivers;
 use crate::mirror::Mirror;
+use crate::pvs::resource::CulletPvs;
 use crate::registry::{Follow, Registry};
 use crate::watched::Watched;
 
@@ -72,6 +73,11 @@ pub struct CulletWorld {
     /// How movement is followed.
     #[export]
     follow: Follow,
+    /// Baked visibility: what the cell of a camera cannot see is hidden before anything else is
+    /// asked. Each is of the scene whose root it names, and holds for the nodes that are still what
+    /// they were.
+    #[export]
+    pvs: Array<Option<Gd<CulletPvs>>>,
     registry: Registry,
     frame: Frame,
     tree_signals: TreeSignals,
@@ -94,6 +100,7 @@ impl INode for CulletWorld {
             lamps: true,
             shadow_receivers: ShadowReceivers::Seen,
             follow: Follow::Auto,
+            pvs: Array::new(),
             registry: Registry::default(),
             frame: Frame::default(),
             tree_signals: TreeSignals::default(),
@@ -178,6 +185,7 @@ impl CulletWorld {
         self.registry.follow(self.follow);
         let us = clock.elapsed().as_secs_f64() * 1e6;
         let settings = self.settings();
+        self.registry.pvs.bind(&self.pvs, &self.base().clone());
         self.frame.run(&mut self.registry, settings, us);
         let changes = self.watched.changes(&self.registry.mirror, &self.frame);
         for change in changes {
@@ -216,6 +224,9 @@ impl CulletWorld {
             "changed" => number(s.changed),
             "occluders" => number(s.occluders),
             "dark_lamps" => number(s.dark),
+            "pvs_hidden" => number(s.pvs.hidden),
+            "pvs_cameras" => number(s.pvs.cameras),
+            "pvs_stale" => number(s.pvs.stale),
             "again" => number(s.again),
             "waiting" => number(self.registry.mirror.meshes.waiting()),
             "us" => us,
@@ -336,7 +347,7 @@ impl CulletWorld {
 }
 
 /// Returns the scenario of the world that a node is in.
-fn scenario_of(node: &Gd<Node>) -> Option<Rid> {
+pub(crate) fn scenario_of(node: &Gd<Node>) -> Option<Rid> {
     let world = node.get_viewport()?.find_world_3d()?;
     Some(world.get_scenario())
 }

@@ -10,6 +10,10 @@ var rng := RandomNumberGenerator.new()
 func build() -> void:
 	pass
 
+# Once, before the first step: the culler is off.
+func begin() -> void:
+	pass
+
 func steps() -> int:
 	return 6
 

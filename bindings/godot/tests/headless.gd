@@ -140,6 +140,7 @@ func run() -> void:
 	check("a forced frame is drawn", true)
 	other.free()
 	await process_frame
+	await PvsTests.run(self)
 	print("%d failed" % failed)
 	quit(1 if failed else 0)
 

@@ -74,6 +74,7 @@ func one(name_: String, mutant: String) -> bool:
 	case.world.enabled = false
 	case.add_child(case.world)
 	await Pictures.settle(case.viewports())
+	await case.begin()
 	case.world.enabled = true
 	var breaker := Mutants.new(case, mutant)
 	var wrong := 0
