@@ -14,6 +14,7 @@ use crate::frame::culler;
 use crate::item::Item;
 use crate::look::{Bounds, Casts, Kind};
 use crate::mirror::{Mirror, item_and_part, world_box};
+use crate::registry::Registry;
 use crate::shown::Shown;
 use crate::views::{self, Eye};
 use crate::world::CulletWorld;
@@ -37,7 +38,7 @@ impl CulletWorld {
         let settings = self.settings();
         let item = self.mirror().index(node.instance_id()).and_then(|i| self.mirror().item(i));
         let shown = item.map_or(Shown::Whole, |item| item.shown);
-        let text = text(self.mirror(), &culler(settings.occlusion), &eye, &node, shown);
+        let text = text(self.registry(), &culler(settings.occlusion), &eye, &node, shown);
         text.as_str().into()
     }
 
@@ -47,7 +48,7 @@ impl CulletWorld {
     fn hidden_by(&mut self, camera: Gd<Camera3D>, node: Gd<Node3D>) -> Array<Gd<Node3D>> {
         let Some(eye) = self.eye_of(&camera) else { return Array::new() };
         let culler = culler(self.settings().occlusion);
-        hiders(self.mirror(), &culler, &eye, node.instance_id())
+        hiders(self.registry(), &culler, &eye, node.instance_id())
     }
 }
 
@@ -66,33 +67,33 @@ impl CulletWorld {
 
 /// Returns the nodes that hide a node in a view, the nearest first and each once.
 pub(crate) fn hiders(
-    mirror: &Mirror,
+    registry: &Registry,
     culler: &Culler,
     eye: &Eye,
     node: InstanceId,
 ) -> Array<Gd<Node3D>> {
     let mut nodes = Array::new();
-    if let Some(explanation) = explanation(mirror, culler, eye, node) {
-        of_slots(mirror, &explanation.hidden_by).iter().for_each(|node| nodes.push(node));
+    if let Some(explanation) = explanation(registry, culler, eye, node) {
+        of_slots(&registry.mirror, &explanation.hidden_by).iter().for_each(|node| nodes.push(node));
     }
     nodes
 }
 
 /// Returns why a node is drawn or not in a view; `shown` says how it is drawn in all.
 pub(crate) fn text(
-    mirror: &Mirror,
+    registry: &Registry,
     culler: &Culler,
     eye: &Eye,
     node: &Gd<Node3D>,
     shown: Shown,
 ) -> String {
-    let name = node.get_name();
+    let (mirror, name) = (&registry.mirror, node.get_name());
     let Some(item) = mirror.index(node.instance_id()).and_then(|index| mirror.item(index)) else {
         return format!(
             "{name} is left to Godot: only nodes that draw, in the world of this CulletWorld, are culled."
         );
     };
-    let explained = explanation(mirror, culler, eye, node.instance_id());
+    let explained = explanation(registry, culler, eye, node.instance_id());
     let mut text = match (&explained, item.kind) {
         (_, Kind::Grid) => {
             format!("{name} is drawn always: the cells of a GridMap cannot be hidden.")
@@ -109,13 +110,18 @@ pub(crate) fn text(
 }
 
 fn explanation(
-    mirror: &Mirror,
+    registry: &Registry,
     culler: &Culler,
     eye: &Eye,
     node: InstanceId,
 ) -> Option<Explanation> {
+    let (mirror, view) = (&registry.mirror, &eye.view);
     let handle = mirror.item(mirror.index(node)?)?.handle?;
-    culler.explain(&mirror.scene, &eye.view, handle).ok()
+    let explained = match registry.pvs.mask_once(view, mirror) {
+        Some(mask) => culler.explain_among(&mirror.scene, view, &mask, &[handle]).ok()?.pop(),
+        None => culler.explain(&mirror.scene, view, handle).ok(),
+    };
+    explained
 }
 
 /// Returns the first sentences: whether the node is drawn, and why.
@@ -247,7 +253,9 @@ fn hiding(mirror: &Mirror, item: &Item) -> &'static str {
     let node = item.drawn.as_ref().map(|drawn| &drawn.node);
     match item.look.hides {
         Some(_) => "It hides nothing: it is mirrored, or its mesh has no use as an occluder.",
-        None if mirror.marks.of(&item.node).never_hides => "It hides nothing: a NoCulletOccluder says so.",
+        None if mirror.marks.of(&item.node).never_hides => {
+            "It hides nothing: a NoCulletOccluder says so."
+        }
         None if item.look.casts == Casts::Only => {
             "It hides nothing: it is drawn into shadow maps alone."
         }

@@ -185,11 +185,14 @@ impl Meshes {
 
     /// Whether Godot may draw one of the engine's meshes by coarser levels.
     pub(crate) fn has_levels(&self, mesh: MeshId) -> bool {
-        let is_own = |(key, wanted): &(&Key, &Wanted)| {
-            **wanted == Wanted::Here(mesh)
-                && self.facts.get(&key.0).is_some_and(|(facts, _)| facts.has_levels)
-        };
-        self.made.iter().any(|pair| is_own(&pair))
+        let mut of_levels = self.followed.values().filter(|known| known.facts.has_levels);
+        of_levels.any(|known| known.made.iter().any(|(_, wanted)| *wanted == Wanted::Here(mesh)))
+    }
+
+    /// Whether all that a mesh draws hides what is behind it, no surface left out.
+    pub(crate) fn is_all_hiding(&self, (id, _): (InstanceId, u64), hiding: Hiding) -> bool {
+        let surfaces = self.followed.get(&id).map_or(64, |known| known.facts.surfaces);
+        (0..64).contains(&surfaces) && hiding.surfaces.trailing_ones() >= surfaces as u32
     }
 
     /// Returns how many meshes are being made.

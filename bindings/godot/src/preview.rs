@@ -132,7 +132,7 @@ impl CulletPreview {
         };
         let shown = self.nodes.get(&node.instance_id()).map_or(Shown::Whole, |told| told.shown);
         let culler = culler(self.occlusion);
-        let text = explain::text(world.bind().mirror(), &culler, &self.eye, &node, shown);
+        let text = explain::text(world.bind().registry(), &culler, &self.eye, &node, shown);
         text.as_str().into()
     }
 
@@ -142,7 +142,7 @@ impl CulletPreview {
         let world = Gd::<CulletWorld>::try_from_instance_id(self.world);
         let Ok(world) = world else { return Array::new() };
         let culler = culler(self.occlusion);
-        explain::hiders(world.bind().mirror(), &culler, &self.eye, node.instance_id())
+        explain::hiders(world.bind().registry(), &culler, &self.eye, node.instance_id())
     }
 }
 

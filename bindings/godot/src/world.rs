@@ -243,6 +243,10 @@ impl CulletWorld {
         &self.registry.mirror
     }
 
+    pub(crate) fn registry(&self) -> &Registry {
+        &self.registry
+    }
+
     pub(crate) fn frame(&self) -> &Frame {
         &self.frame
     }
@@ -254,6 +258,7 @@ impl CulletWorld {
             occlusion: self.occlusion.then_some((width, budget)),
             casters: self.shadow_casters,
             lamps: self.lamps,
+            pvs: true,
             receivers: match self.shadow_receivers {
                 ShadowReceivers::Seen => Receivers::Seen,
                 ShadowReceivers::Anywhere => Receivers::Anywhere,
@@ -281,6 +286,7 @@ impl CulletWorld {
             self.registry.look_in_turn(LOOKED_AT_IN_EDITOR);
             self.registry.mirror.settle();
         }
+        self.registry.pvs.bind(&self.pvs, &self.base().clone());
         Some(&mut self.registry)
     }
 

@@ -178,7 +178,30 @@ static func others(test: SceneTree, world: CulletWorld, root: Node3D, cam: Camer
 	for x in range(-3, 4):
 		Rooms.box(yard, "behind%d" % x, Vector3(x, 50, -6), Vector3.ONE * 0.5, Color.RED)
 		Rooms.box(yard, "before%d" % x, Vector3(x, 50, 3), Vector3.ONE * 0.5, Color.RED)
+	# Two more there whose opaque parts are hidden, with glass or an outline that is seen above the wall.
+	var parts := ArrayMesh.new()
+	for part: Array in [[0.5, 0.0, BaseMaterial3D.TRANSPARENCY_DISABLED], [2.0, 25.0, BaseMaterial3D.TRANSPARENCY_ALPHA]]:
+		var body := BoxMesh.new()
+		body.size = Vector3.ONE * part[0]
+		var arrays := body.get_mesh_arrays()
+		for i in arrays[Mesh.ARRAY_VERTEX].size():
+			arrays[Mesh.ARRAY_VERTEX][i].y += part[1]
+		parts.add_surface_from_arrays(Mesh.PRIMITIVE_TRIANGLES, arrays)
+		var material := StandardMaterial3D.new()
+		material.transparency = part[2]
+		parts.surface_set_material(parts.get_surface_count() - 1, material)
+	var glassy := MeshInstance3D.new()
+	glassy.name = "glassy"
+	glassy.mesh = parts
+	glassy.position = Vector3(0, 50, -8)
+	yard.add_child(glassy)
+	var outlined := Rooms.box(yard, "outlined", Vector3(1, 50, -8), Vector3.ONE * 1.5, Color.RED)
+	var outline := StandardMaterial3D.new()
+	outline.grow = true
+	outline.grow_amount = 30.0
+	outlined.material_override.next_pass = outline
 	var by_boxes := func(baker: CulletPvsBaker):
+		baker.smallest = 0.1
 		baker.method = CulletPvsBaker.PROVED
 		baker.voxels = 128
 		baker.boxes = [AABB(Vector3(-1, 49, 5), Vector3(2, 2, 2)), AABB(Vector3(-1, 49, 7), Vector3(2, 2, 2))]

@@ -115,15 +115,23 @@ impl Frame {
     fn cull_with_reasons(&mut self, registry: &mut Registry, settings: Settings) -> usize {
         let mut again = 0;
         loop {
-            let culler = culler(settings.occlusion.filter(|_| again < MOST_TRIES));
+            let is_tried = again < MOST_TRIES;
+            let culler = culler(settings.occlusion.filter(|_| is_tried)).with_reasons(true);
             let hides = culler.occlusion.is_some();
             let (state, visible) = &mut self.states[0];
-            let scene = &registry.mirror.scene;
-            culler.with_reasons(true).cull_one(scene, &self.eyes[0].view, state, visible);
+            registry.pvs.update(&mut registry.mirror);
+            let (mirror, view) = (&registry.mirror, &self.eyes[0].view);
+            let mask = if is_tried { registry.pvs.mask(0, view, mirror) } else { None };
+            let among = mask.map(|m| culler.cull_among(&mirror.scene, view, m, state, visible));
+            if among.is_none_or(|among| among.is_err()) {
+                culler.cull_one(&mirror.scene, view, state, visible);
+            }
+            self.walls.clear();
+            registry.pvs.add_walls(0, &mirror.scene, visible, &mut self.walls);
             self.occluders.clear();
             let drawn = state.occluders_drawn().iter().map(|&(slot, _)| slot);
             self.occluders.extend(drawn.filter(|_| hides));
-            if !hides || self.occluders_hold(&mut registry.mirror) {
+            if self.occluders_hold(&mut registry.mirror) {
                 return again;
             }
             registry.mirror.settle();

@@ -65,7 +65,12 @@ impl Gathered {
                 });
                 all.bodies.push((number, Body::Hides(own, at)));
             }
-            let is_whole = hides != 0 && item.mesh.is_some();
+            // What hides is not all that is drawn where a surface is glass, or a pass lies around it.
+            let look = &item.look;
+            let is_all = look.mesh.zip(look.hides).is_some_and(|(mesh, hiding)| {
+                look.grow == 0.0 && mirror.meshes.is_all_hiding(mesh, hiding)
+            });
+            let is_whole = hides != 0 && item.mesh.is_some() && is_all;
             if let Some(bounds) = bounds.filter(|_| !is_whole && seen != 0) {
                 all.bodies.push((number, Body::Seen(bounds)));
             }

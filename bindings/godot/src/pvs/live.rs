@@ -144,6 +144,25 @@ impl Live {
         self.version += u64::from(is_other);
     }
 
+    /// Returns the cells that a camera is in, by their sets; `None` for one that the sets say nothing of.
+    fn cells(&self, view: &View) -> Option<Vec<(usize, Vec<u32>)>> {
+        let stands = PortalView::new(view)?;
+        let near = stands.near_box()?;
+        let of_set = |(set, bound): (usize, &Bound)| {
+            let mut own = Vec::new();
+            bound.stand(stands.eye(), near, view.layers, &mut own);
+            (!own.is_empty()).then_some((set, own))
+        };
+        Some(self.bounds.iter().enumerate().filter_map(of_set).collect())
+    }
+
+    /// Returns what [`mask`](Self::mask) does for a view that is asked once.
+    pub(crate) fn mask_once(&self, view: &View, mirror: &Mirror) -> Option<Vec<u64>> {
+        let mut eye = Eye { cells: self.cells(view)?, ..Eye::default() };
+        eye.make(&self.bounds, mirror);
+        (eye.hidden > 0).then_some(eye.mask)
+    }
+
     /// Returns which slots the camera of a number may see, one bit each; `None` where the sets hide
     /// nothing from it.
     pub(crate) fn mask(
@@ -155,16 +174,7 @@ impl Live {
         if self.bounds.is_empty() {
             return None;
         }
-        let stands = PortalView::new(view)?;
-        let near = stands.near_box()?;
-        let mut cells = Vec::new();
-        for (set, bound) in self.bounds.iter().enumerate() {
-            let mut own = Vec::new();
-            bound.stand(stands.eye(), near, view.layers, &mut own);
-            if !own.is_empty() {
-                cells.push((set, own));
-            }
-        }
+        let cells = self.cells(view)?;
         self.eyes.resize_with(self.eyes.len().max(number + 1), Eye::default);
         let eye = &mut self.eyes[number];
         let of = Some((self.version, mirror.scene.order_version()));
