@@ -9,6 +9,7 @@
     reason = "the docs are the header's, which says what each pointer must have"
 )]
 
+pub mod boxes;
 pub mod clip;
 pub mod clip_occlusion;
 pub mod cull;

@@ -13,6 +13,7 @@ use crate::status::{Error, Result, Status};
 pub(crate) trait Plain: Copy + 'static {}
 
 impl Plain for u8 {}
+impl Plain for u16 {}
 impl Plain for u32 {}
 impl Plain for u64 {}
 impl Plain for usize {}
@@ -22,7 +23,7 @@ impl<T: Plain, const N: usize> Plain for [T; N] {}
 
 /// Refuses a pointer to an array of `len` elements, or to one value without a `len`, that cannot be
 /// followed.
-fn check<T>(what: &str, pointer: *const T, len: Option<usize>) -> Result {
+fn check<T>(what: impl Display, pointer: *const T, len: Option<usize>) -> Result {
     if pointer.is_null() {
         let message = match len {
             Some(len) => format!("{what} is NULL, but its length is given as {len}"),
@@ -48,7 +49,7 @@ fn check<T>(what: &str, pointer: *const T, len: Option<usize>) -> Result {
 /// If it is not NULL, `pointer` must have `len` initialised elements that nobody changes during
 /// `'a`.
 pub(crate) unsafe fn read<'a, T: Plain>(
-    what: &str,
+    what: impl Display,
     pointer: *const T,
     len: usize,
 ) -> Result<&'a [T]> {
@@ -65,7 +66,7 @@ pub(crate) unsafe fn read<'a, T: Plain>(
 ///
 /// # Safety
 /// If it is not NULL, `pointer` must have an initialised value.
-pub(crate) unsafe fn value<T: Plain>(what: &str, pointer: *const T) -> Result<T> {
+pub(crate) unsafe fn value<T: Plain>(what: impl Display, pointer: *const T) -> Result<T> {
     check(what, pointer, None)?;
     // SAFETY: it is not NULL and aligned, as checked; any bytes are a `Plain`; that there is one is
     // the caller's promise.
@@ -76,8 +77,8 @@ pub(crate) unsafe fn value<T: Plain>(what: &str, pointer: *const T) -> Result<T>
 ///
 /// # Safety
 /// If it is not NULL, `pointer` must have a 0 behind its text, which nobody changes during `'a`.
-pub(crate) unsafe fn text<'a>(what: &str, pointer: *const c_char) -> Result<&'a str> {
-    check(what, pointer, None)?;
+pub(crate) unsafe fn text<'a>(what: impl Display, pointer: *const c_char) -> Result<&'a str> {
+    check(&what, pointer, None)?;
     // SAFETY: it is not NULL; that there is a 0 is the caller's promise.
     let text = unsafe { CStr::from_ptr(pointer) };
     text.to_str()
@@ -106,7 +107,7 @@ impl<T: Copy> Out<T> {
     /// # Safety
     /// If it is not NULL, `pointer` must have room for `len`, which nobody else uses until the call
     /// ends.
-    pub(crate) unsafe fn array(what: &str, pointer: *mut T, len: usize) -> Result<Self> {
+    pub(crate) unsafe fn array(what: impl Display, pointer: *mut T, len: usize) -> Result<Self> {
         if len > 0 {
             check(what, pointer, Some(len))?;
         }
@@ -117,7 +118,7 @@ impl<T: Copy> Out<T> {
     ///
     /// # Safety
     /// As [`array`](Self::array), for one.
-    pub(crate) unsafe fn one(what: &str, pointer: *mut T) -> Result<Self> {
+    pub(crate) unsafe fn one(what: impl Display, pointer: *mut T) -> Result<Self> {
         check(what, pointer, None)?;
         Ok(Self { pointer, len: 1 })
     }
@@ -144,6 +145,74 @@ impl<T: Copy> Out<T> {
     }
 }
 
+impl Out<u8> {
+    /// Writes the first `len` bits of `words`, a byte of 0 or 1 each; all of them must fit.
+    pub(crate) fn flags(&mut self, words: &[u64], len: usize) {
+        assert!(len <= self.len && len <= words.len() * 64, "{len} flags into {}", self.len);
+        for (at, word) in words.iter().enumerate() {
+            // Each byte gets all eight bits and keeps its own; adding 127 moves it to the top.
+            let bytes = word.to_le_bytes().map(|byte| {
+                let own = (u64::from(byte) * 0x0101_0101_0101_0101) & 0x8040_2010_0804_0201;
+                (((own + 0x7f7f_7f7f_7f7f_7f7f) >> 7) & 0x0101_0101_0101_0101).to_le_bytes()
+            });
+            let flags = bytes.as_flattened();
+            let some = &flags[..flags.len().min(len.saturating_sub(at * 64))];
+            // SAFETY: `at * 64 + some.len()` is at most `len`, within what the maker of `self`
+            // promised, which is no memory of ours.
+            unsafe {
+                self.pointer.add(at * 64).copy_from_nonoverlapping(some.as_ptr(), some.len());
+            }
+        }
+    }
+}
+
+/// Rows of three numbers in memory of the caller's, at a stride.
+pub(crate) struct Rows<T> {
+    first: *const T,
+    stride: usize,
+    count: usize,
+}
+
+/// Checks `count` rows of three numbers, `stride` bytes apart.
+///
+/// # Safety
+/// If it is not NULL, `first` must have so many initialised rows, which nobody changes for as long
+/// as the result is used.
+pub(crate) unsafe fn rows<T: Plain>(
+    what: impl Display,
+    first: *const T,
+    stride: usize,
+    count: usize,
+) -> Result<Rows<T>> {
+    if count == 0 {
+        return Ok(Rows { first, stride, count });
+    }
+    let number = size_of::<T>();
+    if stride < 3 * number || !stride.is_multiple_of(align_of::<T>()) {
+        let message = format!(
+            "the stride of {what} is {stride} bytes: it must be a multiple of {} and at least {}",
+            align_of::<T>(),
+            3 * number
+        );
+        return Err(Error::value(message));
+    }
+    if stride.checked_mul(count).is_none_or(|bytes| bytes > isize::MAX as usize) {
+        return Err(Error::value(format!("{what} has {count} rows: more than there is memory")));
+    }
+    check(what, first, Some(count))?;
+    Ok(Rows { first, stride, count })
+}
+
+impl<T: Plain> Rows<T> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = [T; 3]> {
+        (0..self.count).map(|at| {
+            // SAFETY: the row is there, as the maker of `self` promised; it is aligned, as the first
+            // and the stride are.
+            unsafe { self.first.byte_add(at * self.stride).cast::<[T; 3]>().read() }
+        })
+    }
+}
+
 /// Where the numbers of a vertex are: bytes from one vertex to the next, and from x to y and to the
 /// third.
 #[derive(Clone, Copy, Debug)]
@@ -158,7 +227,7 @@ pub(crate) struct Layout {
 /// # Safety
 /// If it is not NULL, `pointer` must have initialised vertices of that layout, up to the last.
 pub(crate) unsafe fn vertices(
-    what: &str,
+    what: impl Display,
     pointer: *const f32,
     layout: Layout,
     [first, last]: [u32; 2],

@@ -149,7 +149,7 @@ pub unsafe extern "C" fn cullet_occlusion_begin(
 ///
 /// # Safety
 /// If it is not NULL, there must be a transform.
-unsafe fn transform_of(transform: *const Transform) -> Result<EngineTransform> {
+pub(crate) unsafe fn transform_of(transform: *const Transform) -> Result<EngineTransform> {
     if transform.is_null() {
         return Ok(EngineTransform::IDENTITY);
     }

@@ -17,6 +17,7 @@ pub(crate) enum Kind {
     Scene = 1,
     State = 2,
     Occlusion = 3,
+    Boxes = 4,
 }
 
 impl Kind {
@@ -25,11 +26,13 @@ impl Kind {
             Self::Scene => "scene",
             Self::State => "state",
             Self::Occlusion => "occlusion buffer",
+            Self::Boxes => "set of boxes",
         }
     }
 
     fn of(id: u64) -> Option<Self> {
-        [Self::Scene, Self::State, Self::Occlusion].into_iter().find(|k| *k as u64 == id >> 56)
+        let all = [Self::Scene, Self::State, Self::Occlusion, Self::Boxes];
+        all.into_iter().find(|k| *k as u64 == id >> 56)
     }
 }
 
