@@ -186,6 +186,58 @@ typedef enum {
 } cullet_status;
 
 /**
+ * What the two arrays of boxes hold.
+ */
+typedef enum {
+  /**
+   * The lowest and the highest corner.
+   */
+  CULLET_BOX_FORM_MIN_MAX = 0,
+  /**
+   * The centre and half the size.
+   */
+  CULLET_BOX_FORM_CENTER_HALF = 1,
+} cullet_box_form;
+
+/**
+ * Types of numbers in arrays of the caller's.
+ */
+typedef enum {
+  /**
+   * `float`.
+   */
+  CULLET_NUMBER_F32 = 0,
+  /**
+   * `double`.
+   */
+  CULLET_NUMBER_F64 = 1,
+} cullet_number;
+
+/**
+ * Kinds of occluders.
+ */
+typedef enum {
+  /**
+   * Boxes, each within what is opaque: `positions` has a lowest and a highest corner for each,
+   * six floats.
+   */
+  CULLET_OCCLUDER_KIND_BOXES = 0,
+  /**
+   * A closed convex body, of triangles wound counter-clockwise seen from outside: the quickest
+   * kind by far for what is convex. Up to 256 corners.
+   */
+  CULLET_OCCLUDER_KIND_HULL = 1,
+  /**
+   * Triangles that hide from their fronts alone, which are counter-clockwise.
+   */
+  CULLET_OCCLUDER_KIND_TRIANGLES = 2,
+  /**
+   * Triangles that hide from both sides.
+   */
+  CULLET_OCCLUDER_KIND_TWO_SIDED_TRIANGLES = 3,
+} cullet_occluder_kind;
+
+/**
  * Bounds of an instance.
  */
 typedef enum {
@@ -330,6 +382,153 @@ typedef enum {
 } cullet_found;
 
 /**
+ * Handle of a set of boxes. A plain number: copy it freely; 0 is none.
+ */
+typedef struct {
+  /**
+   * Not to be read or made.
+   */
+  uint64_t id;
+} cullet_boxes;
+
+/**
+ * Boxes in arrays of the caller's, of any layout. Set it to zero before its fields.
+ */
+typedef struct {
+  /**
+   * The three numbers of the first box's lowest corner, or of its centre.
+   */
+  const void *first;
+  /**
+   * The three numbers of the first box's highest corner, or of half its size.
+   */
+  const void *second;
+  /**
+   * Bytes from one box to the next in `first`: a multiple of the size of a number, at least three
+   * of them.
+   */
+  size_t stride;
+  /**
+   * The same for `second`; 0 for that of `first`.
+   */
+  size_t second_stride;
+  /**
+   * How many boxes.
+   */
+  size_t count;
+  /**
+   * A `cullet_number`: the type of all numbers.
+   */
+  uint32_t number;
+  /**
+   * A `cullet_box_form`: what `first` and `second` are.
+   */
+  uint32_t form;
+  /**
+   * The point of the world that the numbers are relative to; finite. Zero for none.
+   */
+  double origin[3];
+} cullet_box_arrays;
+
+/**
+ * A view: what a camera sees, and how. Filled by `cullet_view_from_matrix`,
+ * `cullet_view_from_camera` or `cullet_view_look_at`; then its last three fields may be changed.
+ */
+typedef struct {
+  /**
+   * The size of this struct, by which one that was never filled is known.
+   */
+  uint32_t size;
+  /**
+   * `CULLET_DEPTH_STANDARD` or `CULLET_DEPTH_REVERSED`.
+   */
+  uint32_t depth;
+  /**
+   * World to clip space, column-major.
+   */
+  double clip_from_world[16];
+  /**
+   * Width of the viewport in pixels, 1 to 65536.
+   */
+  uint32_t width;
+  /**
+   * Height of the viewport in pixels, 1 to 65536.
+   */
+  uint32_t height;
+  /**
+   * Layers that it sees; all of them at first.
+   */
+  uint32_t layers;
+  /**
+   * 1 where fronts are clockwise; 0 at first.
+   */
+  uint32_t clockwise;
+  /**
+   * Faces of one-sided meshes that are not drawn: 0 none, 1 the backs, 2 the fronts, as some
+   * shadow passes do; 1 at first.
+   */
+  uint32_t cull_face;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+} cullet_view;
+
+/**
+ * An affine transform: x becomes linear * x + translation. Mirrored and singular ones too; one
+ * that is not finite keeps its instance visible.
+ */
+typedef struct {
+  /**
+   * The columns of the linear part, one after another.
+   */
+  float linear[9];
+  /**
+   * The translation; double, so that worlds of 1e7 units stay right.
+   */
+  double translation[3];
+} cullet_transform;
+
+/**
+ * An occluder, in arrays of the caller's. Set it to zero before its fields.
+ */
+typedef struct {
+  /**
+   * A `cullet_occluder_kind`.
+   */
+  uint32_t kind;
+  /**
+   * Bytes of an index: 4 or 2; 0 for 4.
+   */
+  uint32_t index_size;
+  /**
+   * Three floats a vertex, or six a box, each finite.
+   */
+  const float *positions;
+  /**
+   * Bytes from one vertex, or one box, to the next: a multiple of 4.
+   */
+  size_t stride;
+  /**
+   * How many vertices, or boxes.
+   */
+  size_t position_count;
+  /**
+   * Three a triangle, each below `position_count`: `uint32_t`, or `uint16_t` by `index_size`. Not
+   * read for boxes.
+   */
+  const void *indices;
+  /**
+   * How many indices.
+   */
+  size_t index_count;
+  /**
+   * Where it stands; NULL for the identity. One that is not finite hides nothing.
+   */
+  const cullet_transform *transform;
+} cullet_occluder;
+
+/**
  * Handle of an occlusion buffer. A plain number: copy it freely; 0 is none.
  */
 typedef struct {
@@ -403,50 +602,6 @@ typedef struct {
    */
   uint64_t id;
 } cullet_scene;
-
-/**
- * A view: what a camera sees, and how. Filled by `cullet_view_from_matrix`,
- * `cullet_view_from_camera` or `cullet_view_look_at`; then its last three fields may be changed.
- */
-typedef struct {
-  /**
-   * The size of this struct, by which one that was never filled is known.
-   */
-  uint32_t size;
-  /**
-   * `CULLET_DEPTH_STANDARD` or `CULLET_DEPTH_REVERSED`.
-   */
-  uint32_t depth;
-  /**
-   * World to clip space, column-major.
-   */
-  double clip_from_world[16];
-  /**
-   * Width of the viewport in pixels, 1 to 65536.
-   */
-  uint32_t width;
-  /**
-   * Height of the viewport in pixels, 1 to 65536.
-   */
-  uint32_t height;
-  /**
-   * Layers that it sees; all of them at first.
-   */
-  uint32_t layers;
-  /**
-   * 1 where fronts are clockwise; 0 at first.
-   */
-  uint32_t clockwise;
-  /**
-   * Faces of one-sided meshes that are not drawn: 0 none, 1 the backs, 2 the fronts, as some
-   * shadow passes do; 1 at first.
-   */
-  uint32_t cull_face;
-  /**
-   * 0.
-   */
-  uint32_t reserved;
-} cullet_view;
 
 /**
  * Settings of culling. Filled by `cullet_settings_preset`; then any field may be changed. Switches
@@ -657,21 +812,6 @@ typedef struct {
    */
   float max[3];
 } cullet_box;
-
-/**
- * An affine transform: x becomes linear * x + translation. Mirrored and singular ones too; one
- * that is not finite keeps its instance visible.
- */
-typedef struct {
-  /**
-   * The columns of the linear part, one after another.
-   */
-  float linear[9];
-  /**
-   * The translation; double, so that worlds of 1e7 units stay right.
-   */
-  double translation[3];
-} cullet_transform;
 
 /**
  * Numbers of instances, of their clusters and of their triangles.
@@ -942,6 +1082,88 @@ typedef struct {
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
+
+/**
+ * Makes an empty set of boxes, to be culled over your own arrays: `cullet_boxes_set` takes the
+ * boxes, `cullet_boxes_set_occluders` what hides them, `cullet_boxes_cull` a view.
+ * `occlusion_width` is how many pixels the occlusion buffer has across, up to 4096 and at most the
+ * viewport's width; 0 takes 640. Destroy the set with `cullet_boxes_destroy`.
+ */
+cullet_status cullet_boxes_create(uint32_t occlusion_width, cullet_boxes *boxes);
+
+/**
+ * Destroys a set of boxes; its handle is stale from then on.
+ */
+cullet_status cullet_boxes_destroy(cullet_boxes boxes);
+
+/**
+ * Replaces all boxes of a set by those of your arrays, which are copied. A box with a NaN or an
+ * infinite number is always visible; one whose lowest corner is above its highest, or whose half
+ * size is negative, is empty and never visible. Rounding only ever grows a box. Allocates nothing
+ * once the set has held as many. Cost: linear in the boxes; several times that of a cull without
+ * occluders, so use `cullet_boxes_update` where few have moved.
+ */
+cullet_status cullet_boxes_set(cullet_boxes boxes, const cullet_box_arrays *arrays);
+
+/**
+ * Replaces boxes `first`, `first` + 1 and so on of a set, as many as the arrays have: those that
+ * moved. Otherwise as `cullet_boxes_set`. Cost: linear in the boxes that are replaced.
+ */
+cullet_status cullet_boxes_update(cullet_boxes boxes,
+                                  size_t first,
+                                  const cullet_box_arrays *arrays);
+
+/**
+ * Culls a set of boxes for a view, and writes a flag for each: 1 where the box may be visible, 0
+ * where it is proved to be outside the view or behind occluders. `capacity` must be at least the
+ * number of boxes. `visible` takes how many flags are 1, unless it is NULL. Layers and faces of the
+ * view play no part. Allocates nothing once the set has been culled with a view as large. Cost: the
+ * frustum test of all boxes, some nanoseconds each; then, with occluders, drawing those and testing
+ * what is left. Needs the set alone: for views side by side, make a set for each thread.
+ */
+cullet_status cullet_boxes_cull(cullet_boxes boxes,
+                                const cullet_view *view,
+                                uint8_t *flags,
+                                size_t capacity,
+                                size_t *visible);
+
+/**
+ * Culls as `cullet_boxes_cull` does, and writes bits: bit i mod 64 of word i / 64 is the flag of
+ * box i; bits beyond the last box are 0. `capacity`, in words, must be at least a 64th of the
+ * number of boxes, rounded up.
+ */
+cullet_status cullet_boxes_cull_bits(cullet_boxes boxes,
+                                     const cullet_view *view,
+                                     uint64_t *words,
+                                     size_t capacity,
+                                     size_t *visible);
+
+/**
+ * Replaces the occluders of a set: they have the numbers 0, 1, 2, ... in this order. All or none:
+ * where one is refused, the message names it and the set keeps those that it had. Their space is
+ * the world's, by `transform`. What hides must be opaque, and stand where you draw it. Allocates;
+ * `cullet_boxes_move_occluder` and `cullet_boxes_set_occluder` are for every frame.
+ */
+cullet_status cullet_boxes_set_occluders(cullet_boxes boxes,
+                                         const cullet_occluder *occluders,
+                                         size_t count);
+
+/**
+ * Replaces one occluder of a set, such as triangles that deform. Triangles in the place of
+ * triangles allocate nothing once as many were there, and are quickest where the indices are the
+ * same as before. What is refused changes nothing, but for triangles in the place of triangles:
+ * then the occluder hides nothing until it is set again.
+ */
+cullet_status cullet_boxes_set_occluder(cullet_boxes boxes,
+                                        uint32_t number,
+                                        const cullet_occluder *occluder);
+
+/**
+ * Moves one occluder of a set; NULL for the identity. Allocates nothing.
+ */
+cullet_status cullet_boxes_move_occluder(cullet_boxes boxes,
+                                         uint32_t number,
+                                         const cullet_transform *transform);
 
 /**
  * Empties a buffer for triangles in clip space, whose near plane is at `near_w`; below 0.001 it is
