@@ -15,7 +15,7 @@ int main() try {
                                          {"car behind the eye", {0, 1, 10}, {2, 1, 1}}};
     const cullet_box wall[] = {{{-40, 0, -41}, {40, 9, -40}}};
     cullet::boxes boxes;
-    boxes.set_centers(cullet::span(objects), &object::center, &object::half);
+    boxes.set_centers(cullet::span<const object>(objects), &object::center, &object::half);
     boxes.set_occluders({cullet::occluder_of(wall)});
 
     std::vector<uint8_t> flags(objects.size()); // once; each frame:

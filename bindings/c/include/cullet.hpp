@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -83,6 +84,16 @@ private:
     }
     H handle_{0};
 };
+
+/** Number type of three numbers in a row: of arrays, and of vectors of three or four floats or doubles. */
+template <typename V>
+constexpr uint32_t number_of() {
+    static_assert(std::is_standard_layout_v<V> && std::is_trivially_copyable_v<V>, "three numbers in a row are needed");
+    constexpr std::size_t size = sizeof(V);
+    static_assert(size == 12 || size == 16 || size == 24 || size == 32, "three or four floats or doubles are needed");
+    static_assert(alignof(V) >= (size < 24 ? alignof(float) : alignof(double)), "floats or doubles are needed");
+    return size < 24 ? CULLET_NUMBER_F32 : CULLET_NUMBER_F64;
+}
 }  // namespace detail
 
 /** An instance of a mesh at a place, in layer 1, with a number of the caller's. */
@@ -270,6 +281,89 @@ public:
 
 private:
     using owner = detail::owner<cullet_occlusion, cullet_occlusion_destroy>;
+    owner own_;
+};
+
+/** An occluder of boxes, which must live until it is handed over. */
+inline cullet_occluder occluder_of(span<const cullet_box> boxes) {
+    const float *first = boxes.size() > 0 ? boxes[0].min : nullptr;
+    return {CULLET_OCCLUDER_KIND_BOXES, 0, first, sizeof(cullet_box), boxes.size(), nullptr, 0, nullptr};
+}
+
+/** An occluder of triangles, three floats a vertex in a row; arrays and transform must live until it is handed over. */
+inline cullet_occluder occluder_of(cullet_occluder_kind kind, span<const float> positions, span<const uint32_t> indices,
+                                   const cullet_transform *transform = nullptr) {
+    return {uint32_t(kind), 4, positions.data(), 12, positions.size() / 3, indices.data(), indices.size(), transform};
+}
+
+/** Boxes in, flags out: the program's own objects, culled without a scene. */
+class boxes {
+public:
+    /** occlusion_width: see cullet_boxes_create. */
+    explicit boxes(uint32_t occlusion_width = 0) {
+        cullet_boxes made;
+        check(cullet_boxes_create(occlusion_width, &made));
+        own_ = owner(made);
+    }
+    cullet_boxes get() const noexcept { return own_.get(); }
+
+    /** Takes boxes by members of objects, such as &object::center and &object::half: arrays or vectors of numbers. */
+    template <typename T, typename V>
+    void set_centers(span<const T> objects, V T::*center, V T::*half) {
+        set(arrays_of(objects, center, half, CULLET_BOX_FORM_CENTER_HALF));
+    }
+    template <typename T, typename V>
+    void set_corners(span<const T> objects, V T::*min, V T::*max) {
+        set(arrays_of(objects, min, max, CULLET_BOX_FORM_MIN_MAX));
+    }
+    void set(span<const cullet_box> boxes) { set_corners(boxes, &cullet_box::min, &cullet_box::max); }
+    void set(const cullet_box_arrays &arrays) { check(cullet_boxes_set(get(), &arrays)); }
+    void update(std::size_t first, const cullet_box_arrays &arrays) {
+        check(cullet_boxes_update(get(), first, &arrays));
+    }
+    /** Arrays over members of objects, as set and update take them. */
+    template <typename T, typename V>
+    static cullet_box_arrays arrays_of(span<const T> objects, V T::*a, V T::*b, cullet_box_form form) {
+        cullet_box_arrays arrays{};
+        if (objects.size() > 0) {
+            arrays.first = &(objects[0].*a);
+            arrays.second = &(objects[0].*b);
+        }
+        arrays.stride = sizeof(T);
+        arrays.count = objects.size();
+        arrays.number = detail::number_of<V>();
+        arrays.form = form;
+        return arrays;
+    }
+
+    void set_occluders(span<const cullet_occluder> occluders) {
+        check(cullet_boxes_set_occluders(get(), occluders.data(), occluders.size()));
+    }
+    void set_occluders(std::initializer_list<cullet_occluder> occluders) {
+        check(cullet_boxes_set_occluders(get(), occluders.begin(), occluders.size()));
+    }
+    void set_occluder(uint32_t number, const cullet_occluder &occluder) {
+        check(cullet_boxes_set_occluder(get(), number, &occluder));
+    }
+    void move_occluder(uint32_t number, const cullet_transform &transform) {
+        check(cullet_boxes_move_occluder(get(), number, &transform));
+    }
+
+    /** Writes a flag a box into flags, which has room for them; returns how many are 1. */
+    std::size_t cull(const cullet_view &view, span<uint8_t> flags) {
+        std::size_t visible;
+        check(cullet_boxes_cull(get(), &view, flags.data(), flags.size(), &visible));
+        return visible;
+    }
+    /** The same as bits. */
+    std::size_t cull_bits(const cullet_view &view, span<uint64_t> words) {
+        std::size_t visible;
+        check(cullet_boxes_cull_bits(get(), &view, words.data(), words.size(), &visible));
+        return visible;
+    }
+
+private:
+    using owner = detail::owner<cullet_boxes, cullet_boxes_destroy>;
     owner own_;
 };
 

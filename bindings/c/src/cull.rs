@@ -1,6 +1,9 @@
 //! Culling: states of views, and the call of every frame.
 
 use cullet_cells::CellView;
+use cullet_cells::query::LightAnswer;
+use engine::cull::shadow::Light;
+use engine::jobs::Jobs;
 use engine::{Culler, DrawList, ViewState, Visible};
 
 use crate::memory::{Out, value};
@@ -24,18 +27,31 @@ pub struct State {
 /// State behind the handle.
 #[derive(Debug, Default)]
 pub(crate) struct Frame {
-    view: ViewState,
+    pub(crate) view: ViewState,
     among: CellView,
     pub(crate) visible: Visible,
     pub(crate) draws: DrawList,
     of: Option<Question>,
     /// Whether the result has triangles.
     pub(crate) triangles: bool,
+    /// Memory of culls of lights.
+    pub(crate) lights: Vec<Light>,
+    pub(crate) light_answer: LightAnswer,
+}
+
+/// Kinds of questions that a result may answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Asked {
+    View,
+    Among,
+    Stereo,
+    Shadow,
 }
 
 /// The question that a result answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Question {
+    asked: Asked,
     scene: u64,
     /// Version of the scene.
     change: u64,
@@ -69,6 +85,43 @@ impl Frame {
         };
         Err(Error::new(Status::NoResult, message))
     }
+
+    /// Refuses where the result is not that of a camera, of the scene as it is. Returns its view,
+    /// and whether its occlusion buffer is that of this result.
+    pub(crate) fn check_camera(&self, scene: &engine::Scene) -> Result<(View, bool)> {
+        self.check_scene(scene)?;
+        match self.of {
+            Some(Question { asked: Asked::View | Asked::Among, view, settings, .. }) => {
+                Ok((view, settings.is_none_or(|settings| settings.occlusion == 1)))
+            }
+            _ => Err(Error::new(
+                Status::NoResult,
+                "the last result of this state is that of a light or of two eyes: cull the camera by cullet_cull",
+            )),
+        }
+    }
+
+    /// Answers a question whose answer is not kept for the next call.
+    pub(crate) fn answer(
+        &mut self,
+        scene: &engine::Scene,
+        (asked, view, settings): (Asked, View, Option<Settings>),
+        culler: &Culler,
+        run: impl FnOnce(&mut ViewState, &mut Visible) -> Result,
+    ) -> Result {
+        self.of = None;
+        run(&mut self.view, &mut self.visible)?;
+        let (scene, change) = (scene.id(), scene.change_version());
+        self.of = Some(Question { asked, scene, change, view, settings });
+        self.triangles = culler.output == engine::Output::Triangles;
+        Ok(())
+    }
+
+    /// Number of slots that have something visible.
+    pub(crate) fn slot_count(&self) -> usize {
+        let whole: usize = self.visible.whole.iter().map(|range| range.count as usize).sum();
+        whole + self.visible.partial.chunk_by(|a, b| a.slot == b.slot).count()
+    }
 }
 
 /// Makes the state of a view. Destroy it with `cullet_state_destroy`.
@@ -94,7 +147,7 @@ pub(crate) fn settings_of(settings: *const Settings) -> Result<Culler> {
 }
 
 /// The settings behind a pointer; `None` for NULL.
-fn given(settings: *const Settings) -> Result<Option<Settings>> {
+pub(crate) fn given(settings: *const Settings) -> Result<Option<Settings>> {
     if settings.is_null() {
         return Ok(None);
     }
@@ -118,21 +171,39 @@ pub unsafe extern "C" fn cullet_cull(
     call("cullet_cull", || {
         // SAFETY: as the header asks of the caller.
         let view = unsafe { value("view", view) }?;
-        let (seen, culler) = (to_engine(&view)?, settings_of(settings)?);
-        let scene = SCENES.get(scene.id)?;
-        let mut state = STATES.get_mut(state.id)?;
-        let Frame { view: own, among, visible, of, triangles, .. } = &mut *state;
-        let (id, change) = (scene.id(), scene.change_version());
-        let question = Question { scene: id, change, view, settings: given(settings)? };
-        if *of == Some(question) {
-            return Ok(());
-        }
-        *of = None;
-        among.cull(scene.all(), &culler, &seen, own, visible);
-        *of = Some(question);
-        *triangles = culler.output == engine::Output::Triangles;
-        Ok(())
+        cull(scene, view, settings, state, None)
     })
+}
+
+/// Culls for a camera, on threads of the caller's where there are some.
+pub(crate) fn cull(
+    scene: Scene,
+    view: View,
+    settings: *const Settings,
+    state: State,
+    jobs: Option<&dyn Jobs>,
+) -> Result {
+    let (seen, culler) = (to_engine(&view)?, settings_of(settings)?);
+    let scene = SCENES.get(scene.id)?;
+    let mut state = STATES.get_mut(state.id)?;
+    let Frame { view: own, among, visible, of, triangles, .. } = &mut *state;
+    let (id, change) = (scene.id(), scene.change_version());
+    let settings = given(settings)?;
+    let question = Question { asked: Asked::View, scene: id, change, view, settings };
+    if *of == Some(question) {
+        return Ok(());
+    }
+    *of = None;
+    let all = scene.all();
+    match jobs {
+        Some(jobs) if all.cells.is_none() => {
+            culler.cull_one_on(jobs, &scene, &seen, own, visible);
+        }
+        _ => among.cull(all, &culler, &seen, own, visible),
+    }
+    *of = Some(question);
+    *triangles = culler.output == engine::Output::Triangles;
+    Ok(())
 }
 
 #[cfg(test)]

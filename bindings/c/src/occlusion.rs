@@ -71,7 +71,7 @@ pub struct Box3 {
 impl Plain for Box3 {}
 
 impl Box3 {
-    fn to_engine(self) -> Aabb {
+    pub(crate) fn to_engine(self) -> Aabb {
         Aabb::new(self.min, self.max)
     }
 }

@@ -18,6 +18,7 @@ pub(crate) enum Kind {
     State = 2,
     Occlusion = 3,
     Boxes = 4,
+    Region = 5,
 }
 
 impl Kind {
@@ -27,11 +28,12 @@ impl Kind {
             Self::State => "state",
             Self::Occlusion => "occlusion buffer",
             Self::Boxes => "set of boxes",
+            Self::Region => "region",
         }
     }
 
     fn of(id: u64) -> Option<Self> {
-        let all = [Self::Scene, Self::State, Self::Occlusion, Self::Boxes];
+        let all = [Self::Scene, Self::State, Self::Occlusion, Self::Boxes, Self::Region];
         all.into_iter().find(|k| *k as u64 == id >> 56)
     }
 }

@@ -164,7 +164,7 @@ pub struct Draws {
 impl Plain for Draws {}
 
 /// Writes `count` values, if there is room for all of them, and how many there are.
-fn write<T: Copy>(
+pub(crate) fn write<T: Copy>(
     out: &mut Out<T>,
     count: &mut Out<usize>,
     values: impl Iterator<Item = T>,
@@ -182,12 +182,6 @@ fn write<T: Copy>(
         out.set(at, value);
     }
     Ok(())
-}
-
-/// How many slots have something visible.
-fn slot_count(frame: &Frame) -> usize {
-    let whole: usize = frame.visible.whole.iter().map(|range| range.count as usize).sum();
-    whole + frame.visible.partial.chunk_by(|a, b| a.slot == b.slot).count()
 }
 
 /// The body of a call that reads one array of a state.
@@ -225,7 +219,7 @@ pub unsafe extern "C" fn cullet_visible_slots(
 ) -> Status {
     let array = (slots, capacity);
     let body = |frame: &Frame, out: &mut Out<u32>, count: &mut Out<usize>| {
-        write(out, count, frame.visible.slots(), slot_count(frame))
+        write(out, count, frame.visible.slots(), frame.slot_count())
     };
     // SAFETY: as the header asks of the caller.
     unsafe { read_state("cullet_visible_slots", state, array, count, body) }
@@ -246,7 +240,7 @@ pub unsafe extern "C" fn cullet_visible_handles(
         let scene = SCENES.get(scene.id)?;
         frame.check_scene(&scene)?;
         let handles = frame.visible.slots().filter_map(|slot| Some(scene.handle(slot)?.into()));
-        write(out, count, handles, slot_count(frame))
+        write(out, count, handles, frame.slot_count())
     };
     // SAFETY: as the header asks of the caller.
     unsafe { read_state("cullet_visible_handles", state, array, count, body) }
@@ -267,7 +261,7 @@ pub unsafe extern "C" fn cullet_visible_users(
         let scene = SCENES.get(scene.id)?;
         frame.check_scene(&scene)?;
         let users = frame.visible.slots().map(|slot| scene.user_data(slot));
-        write(out, count, users, slot_count(frame))
+        write(out, count, users, frame.slot_count())
     };
     // SAFETY: as the header asks of the caller.
     unsafe { read_state("cullet_visible_users", state, array, count, body) }

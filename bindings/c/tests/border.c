@@ -59,6 +59,50 @@ size_t border_frame(uint32_t frame) {
     return count;
 }
 
+/* The same place as boxes alone, with some walls before them. */
+static cullet_boxes boxes;
+static cullet_box corners_of[COUNT];
+static uint8_t flags[COUNT];
+
+static void take_boxes(void) {
+    cullet_box_arrays arrays = {corners_of[0].min, corners_of[0].max, sizeof(cullet_box), 0, COUNT, 0, 0, {0, 0, 0}};
+    check(cullet_boxes_set(boxes, &arrays));
+}
+
+void boxes_setup(void);
+size_t boxes_frame(uint32_t frame, uint32_t sets);
+
+void boxes_setup(void) {
+    static float walls[64][6];
+    cullet_occluder occluder = {CULLET_OCCLUDER_KIND_BOXES, 0, walls[0], 24, 64, NULL, 0, NULL};
+    for (int i = 0; i < COUNT; i++) {
+        const float x = 3.0f * (float)(i % SIDE), z = 3.0f * (float)(i / SIDE);
+        cullet_box box = {{x, 0, z}, {x + 1, 1, z + 1}};
+        corners_of[i] = box;
+    }
+    for (int i = 0; i < 64; i++) {
+        const float x = 118.0f * (float)(i % 8), z = 118.0f * (float)(i / 8);
+        const float wall[6] = {x, 0, z, x + 40, 9, z + 2};
+        for (int k = 0; k < 6; k++) walls[i][k] = wall[k];
+    }
+    check(cullet_boxes_create(640, &boxes));
+    check(cullet_boxes_set_occluders(boxes, &occluder, 1));
+    take_boxes();
+}
+
+/* Culls boxes, which are set anew where `sets` is 1; returns how many are visible. */
+size_t boxes_frame(uint32_t frame, uint32_t sets) {
+    const double angle = 0.01 * frame, middle = 1.5 * SIDE;
+    const double eye[3] = {middle, 5, middle};
+    const double target[3] = {middle + 100 * cos(angle), 0, middle + 100 * sin(angle)};
+    cullet_view view;
+    size_t visible;
+    if (sets) take_boxes();
+    check(cullet_view_look_at(eye, target, 0.9, 0.1, 1280, 720, &view));
+    check(cullet_boxes_cull(boxes, &view, flags, COUNT, &visible));
+    return visible;
+}
+
 #ifdef ALONE
 /* glibc's own, which these stand before in the whole process. */
 extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);

@@ -1,29 +1,7 @@
 /* Every mistake that a C program makes in passing arguments is a status and a message, and changes nothing. */
 #include <math.h>
 #include <pthread.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <cullet.h>
-
-static int checks = 0;
-
-#define IS(expected, call) is(expected, call, #call, __LINE__)
-static void is(cullet_status expected, cullet_status got, const char *call, int line) {
-    checks++;
-    if (expected == got && (got == CULLET_STATUS_OK || strlen(cullet_last_error()) > 12)) return;
-    fprintf(stderr, "line %d: %s: %s, not %s (%s)\n", line, call, cullet_status_name((int32_t)got),
-            cullet_status_name((int32_t)expected), cullet_last_error());
-    exit(1);
-}
-
-#define THAT(condition) that(condition, #condition, __LINE__)
-static void that(int condition, const char *words, int line) {
-    checks++;
-    if (condition) return;
-    fprintf(stderr, "line %d: %s (last error: %s)\n", line, words, cullet_last_error());
-    exit(1);
-}
+#include "check.h"
 
 static const float POSITIONS[12] = {1, 1, 1, -1, -1, 1, -1, 1, -1, 1, -1, -1};
 static const uint32_t INDICES[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
@@ -39,13 +17,6 @@ static cullet_instance at(uint32_t mesh, double x, double z) {
     instance.transform.translation[0] = x;
     instance.transform.translation[2] = z;
     return instance;
-}
-
-static cullet_view ahead(void) {
-    const double eye[3] = {0, 0, 0}, target[3] = {0, 0, -1};
-    cullet_view view;
-    IS(CULLET_STATUS_OK, cullet_view_look_at(eye, target, 0.9, 0.1, 640, 400, &view));
-    return view;
 }
 
 static void handles(void) {
@@ -79,9 +50,6 @@ static void handles(void) {
     IS(CULLET_STATUS_STALE_HANDLE, cullet_occlusion_destroy(buffer));
 }
 
-/* The message of the last call that failed has these words. */
-static void says(const char *words) { that(strstr(cullet_last_error(), words) != NULL, words, __LINE__); }
-
 /* A later version may give a reserved field a meaning: until then it is 0. */
 static void reserved(void) {
     cullet_scene scene;
@@ -99,7 +67,7 @@ static void reserved(void) {
     cullet_instance two[2] = {at(mesh, 0, -10), at(mesh, 0, -20)};
     two[1].reserved = 7;
     IS(CULLET_STATUS_INVALID_VALUE, cullet_scene_add(scene, two, 2, NULL));
-    says("cullet_scene_add: reserved of instance 1 is 7: it must be 0");
+    SAYS("cullet_scene_add: reserved of instance 1 is 7: it must be 0");
     IS(CULLET_STATUS_OK, cullet_scene_get_info(scene, &info));
     THAT(info.instance_count == 0);
     two[1].reserved = 0;
@@ -107,11 +75,11 @@ static void reserved(void) {
     IS(CULLET_STATUS_OK, cullet_settings_preset(CULLET_PRESET_BALANCED, &settings));
     settings.reserved = 7;
     IS(CULLET_STATUS_INVALID_VALUE, cullet_cull(scene, &view, &settings, state));
-    says("settings->reserved is 7: it must be 0");
+    SAYS("settings->reserved is 7: it must be 0");
     settings.reserved = 0;
     view.reserved = 7;
     IS(CULLET_STATUS_INVALID_VALUE, cullet_cull(scene, &view, &settings, state));
-    says("view->reserved is 7: it must be 0");
+    SAYS("view->reserved is 7: it must be 0");
     view.reserved = 0;
     IS(CULLET_STATUS_OK, cullet_cull(scene, &view, &settings, state));
     const float corners[12] = {-1, -1, 0, 2, 1, -1, 0, 2, 0, 1, 0, 2};
@@ -127,13 +95,13 @@ static void reserved(void) {
     in_clip.reserved = 7;
     IS(CULLET_STATUS_OK, cullet_clip_begin(buffer, 0.1));
     IS(CULLET_STATUS_INVALID_VALUE, cullet_clip_draw(buffer, &in_clip, &found));
-    says("triangles->reserved is 7: it must be 0");
+    SAYS("triangles->reserved is 7: it must be 0");
     IS(CULLET_STATUS_INVALID_VALUE, cullet_clip_test_triangles(buffer, &in_clip, &found));
     in_clip.reserved = 0;
     IS(CULLET_STATUS_OK, cullet_clip_draw(buffer, &in_clip, &found));
     view.size = 0;
     IS(CULLET_STATUS_STRUCT_SIZE, cullet_cull(scene, &view, NULL, state));
-    says("cullet_cull: view->size is 0, not 160: fill the view by cullet_view_from_matrix or its like");
+    SAYS("cullet_cull: view->size is 0, not 160: fill the view by cullet_view_from_matrix or its like");
     IS(CULLET_STATUS_OK, cullet_occlusion_destroy(buffer));
     IS(CULLET_STATUS_OK, cullet_state_destroy(state));
     IS(CULLET_STATUS_OK, cullet_scene_destroy(scene));
@@ -153,12 +121,12 @@ static void pointers(void) {
     IS(CULLET_STATUS_INVALID_VALUE, cullet_open("\xff\xfe", &scene));
     IS(CULLET_STATUS_OK, cullet_scene_create(&scene));
     IS(CULLET_STATUS_NULL_POINTER, cullet_scene_add_mesh(scene, NULL, &mesh));
-    says("arrays is NULL: it must point to a value");
+    SAYS("arrays is NULL: it must point to a value");
     IS(CULLET_STATUS_NULL_POINTER, cullet_scene_add_mesh(scene, &arrays, NULL));
-    says("mesh is NULL: it must point to a value");
+    SAYS("mesh is NULL: it must point to a value");
     arrays.positions = NULL;
     IS(CULLET_STATUS_NULL_POINTER, cullet_scene_add_mesh(scene, &arrays, &mesh));
-    says("positions is NULL, but its length is given as 4");
+    SAYS("positions is NULL, but its length is given as 4");
     arrays.positions = (const float *)(const void *)(bytes + (((uintptr_t)bytes & 1) ? 0 : 1));
     IS(CULLET_STATUS_ALIGNMENT, cullet_scene_add_mesh(scene, &arrays, &mesh));
     arrays = tetrahedron();
@@ -258,7 +226,7 @@ static void scenes(void) {
     IS(CULLET_STATUS_TOO_SMALL, cullet_visible_slots(state, slots, 1, &count));
     THAT(count == 2);
     IS(CULLET_STATUS_NULL_POINTER, cullet_visible_slots(state, NULL, 3, &count));
-    says("the array is NULL, but its length is given as 3");
+    SAYS("the array is NULL, but its length is given as 3");
     IS(CULLET_STATUS_NULL_POINTER, cullet_visible_slots(state, slots, 3, NULL));
     IS(CULLET_STATUS_OK, cullet_visible_slots(state, slots, 3, &count));
     THAT(count == 2);

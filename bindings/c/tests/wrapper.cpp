@@ -3,6 +3,10 @@
 #include <cstdlib>
 #include <cstring>
 
+#if __cplusplus >= 202002L
+#include <span>
+#endif
+
 #include <cullet.hpp>
 
 static void require(bool condition, const char *what) {
@@ -20,6 +24,41 @@ static void throws(cullet_status status, F call, const char *what) {
         return;
     }
     require(false, what);
+}
+
+struct vector3 {
+    double x, y, z;
+};
+
+struct object {
+    int name;
+    vector3 center, half;
+};
+
+/* Objects of one's own: a vector of double centres, and where there is std::span, that. */
+static void boxes(const cullet_view &view) {
+    const std::vector<object> objects = {{1, {0, 0, -20}, {1, 1, 1}}, {2, {0, 0, 20}, {1, 1, 1}}, {3, {0, 0, -5}, {1, 1, 1}}};
+    const cullet_box wall[] = {{{-5, -5, -11}, {5, 5, -10}}};
+    std::vector<uint8_t> flags(3, 9);
+    cullet::boxes all(320);
+    all.set_centers(cullet::span<const object>(objects), &object::center, &object::half);
+    require(all.cull(view, flags) == 2 && flags[0] == 1 && flags[1] == 0 && flags[2] == 1, "in the view");
+    all.set_occluders({cullet::occluder_of(wall)});
+    uint64_t words[1];
+    require(all.cull_bits(view, words) == 1 && words[0] == 4, "behind the wall");
+    throws(CULLET_STATUS_TOO_SMALL, [&] { all.cull(view, cullet::span<uint8_t>(flags.data(), 2)); }, "two flags");
+    throws(CULLET_STATUS_NOT_FOUND, [&] { all.move_occluder(1, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}); }, "one occluder");
+    const cullet_box corners[] = {{{-1, -1, -9}, {1, 1, -8}}};
+    all.set(corners);
+    require(all.cull(view, flags) == 1, "by corners");
+#if __cplusplus >= 202002L
+    const std::span<const object> part = std::span(objects).subspan(1);
+    all.set_centers(cullet::span<const object>(part), &object::center, &object::half);
+    require(all.cull(view, std::span(flags)) == 1 && flags[0] == 0 && flags[1] == 1, "a part of a span");
+#endif
+    cullet::boxes moved = std::move(all);
+    throws(CULLET_STATUS_NULL_HANDLE, [&] { all.cull(view, flags); }, "moved from");
+    require(moved.cull(view, flags) >= 1, "moved to");
 }
 
 int main() {
@@ -92,5 +131,6 @@ int main() {
     buffer.draw(wall);
     buffer.test(tests, found);
     require(found[0] == CULLET_FOUND_HIDDEN && found[1] == CULLET_FOUND_VISIBLE, "hidden behind the wall");
+    boxes(view);
     std::puts("the wrapper does as it says");
 }

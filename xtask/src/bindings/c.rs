@@ -118,21 +118,29 @@ impl Host {
             let path = self.source.join(name);
             fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))
         };
-        let first = read("examples/first.c")?;
-        for text in ["README.md", "../../docs/src/c.md"] {
-            if !read(text)?.contains(&first) {
-                return Err(format!("bindings/c/{text} does not have examples/first.c as it is"));
+        for (name, most) in [("boxes.c", 20), ("first.c", 10)] {
+            let example = read(&format!("examples/{name}"))?;
+            for text in ["README.md", "../../docs/src/c.md"] {
+                if !read(text)?.contains(&example) {
+                    return Err(format!(
+                        "bindings/c/{text} does not have examples/{name} as it is"
+                    ));
+                }
             }
-        }
-        if first.lines().count() > 10 {
-            return Err("examples/first.c has more than ten lines".into());
+            if example.lines().count() > most {
+                return Err(format!("examples/{name} has more than {most} lines"));
+            }
         }
         fs::copy(golden::folder().join("city.glb"), self.work.join("scene.glb"))
             .map_err(|e| format!("city.glb of the golden answers: {e}"))?;
-        let program = self.compile("gcc", "examples/first.c", &[])?;
-        self.run(&program, &[])?;
-        let program = self.compile("g++", "examples/own_objects.cpp", &[])?;
-        self.run(&program, &[])?;
+        for (compiler, example) in [
+            ("gcc", "examples/boxes.c"),
+            ("gcc", "examples/first.c"),
+            ("g++", "examples/boxes.cpp"),
+            ("g++", "examples/own_objects.cpp"),
+        ] {
+            self.run(&self.compile(compiler, example, &[])?, &[])?;
+        }
         let program = self.work.join("frames_static");
         let mut compile = command("gcc", &["-std=c11"]);
         compile.args(WARNINGS).arg(format!("-I{}", text(&self.prefix.join("include"))));
@@ -157,20 +165,27 @@ impl Host {
         let sanitised = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
         let compilers = [("gcc", "g++"), ("clang", "clang++")];
         for (c, cpp) in compilers.into_iter().filter(|(c, _)| *c == "gcc" || has(c)) {
-            let mistakes = self.compile(c, "tests/mistakes.c", &[])?;
-            self.run(&mistakes, &[])?;
-            if c == "gcc" && has("valgrind") {
-                let mut valgrind = self.command("valgrind");
-                valgrind.args(["-q", "--leak-check=full", "--error-exitcode=3"]).arg(&mistakes);
-                run(valgrind)?;
+            for test in ["tests/mistakes.c", "tests/boxes.c", "tests/more.c"] {
+                let program = self.compile(c, test, &[])?;
+                self.run(&program, &[])?;
+                if c == "gcc" && has("valgrind") {
+                    let mut valgrind = self.command("valgrind");
+                    valgrind.args(["-q", "--leak-check=full", "--error-exitcode=3"]).arg(&program);
+                    run(valgrind)?;
+                }
             }
             self.run(&self.compile(c, "tests/golden.c", &[])?, &[&golden])?;
             self.run(&self.compile(cpp, "tests/wrapper.cpp", &[])?, &[])?;
             self.run(&self.compile(cpp, "tests/moc.cpp", &[])?, &model)?;
         }
-        self.run(&self.compile("gcc", "tests/mistakes.c", &sanitised)?, &[])?;
+        for test in ["tests/mistakes.c", "tests/boxes.c", "tests/more.c"] {
+            self.run(&self.compile("gcc", test, &sanitised)?, &[])?;
+        }
         self.run(&self.compile("gcc", "tests/golden.c", &sanitised)?, &[&golden])?;
         self.run(&self.compile("g++", "tests/wrapper.cpp", &sanitised)?, &[])?;
+        // The last -std counts.
+        self.run(&self.compile("g++", "tests/wrapper.cpp", &["-std=c++20"])?, &[])?;
+        self.run(&self.compile("gcc", "tests/boxes.c", &["-DCOUNT_ALLOCATIONS"])?, &[])?;
         self.run(&self.compile("g++", "tests/moc.cpp", &sanitised)?, &[])?;
         self.run(&self.compile("gcc", "tests/border.c", &["-DALONE"])?, &[])
     }
@@ -205,8 +220,8 @@ impl Host {
             }
         }
         if has("pkg-config") {
-            let first = self.source.join("examples/first.c");
-            fs::copy(&first, self.work.join("first.c"))
+            let first = self.source.join("examples/boxes.c");
+            fs::copy(&first, self.work.join("boxes.c"))
                 .map_err(|e| format!("{}: {e}", first.display()))?;
             self.printed("README.md")?;
             self.printed("../../docs/src/c.md")?;
