@@ -200,6 +200,50 @@ typedef enum {
 } cullet_box_form;
 
 /**
+ * Kinds of lights.
+ */
+typedef enum {
+  /**
+   * Parallel rays, as of the sun.
+   */
+  CULLET_LIGHT_KIND_DIRECTIONAL = 0,
+  /**
+   * A light that shines all around.
+   */
+  CULLET_LIGHT_KIND_POINT = 1,
+  /**
+   * A light that shines into a cone.
+   */
+  CULLET_LIGHT_KIND_SPOT = 2,
+} cullet_light_kind;
+
+/**
+ * Why a light does not matter for a view.
+ */
+typedef enum {
+  /**
+   * It may matter.
+   */
+  CULLET_LIGHT_REASON_KEPT = 0,
+  /**
+   * It lights nothing at all.
+   */
+  CULLET_LIGHT_REASON_UNLIT = 1,
+  /**
+   * What it reaches is outside the view.
+   */
+  CULLET_LIGHT_REASON_FRUSTUM = 2,
+  /**
+   * What it reaches is hidden.
+   */
+  CULLET_LIGHT_REASON_OCCLUSION = 3,
+  /**
+   * It reaches nothing that the view was found to see.
+   */
+  CULLET_LIGHT_REASON_NO_RECEIVER = 4,
+} cullet_light_reason;
+
+/**
  * Types of numbers in arrays of the caller's.
  */
 typedef enum {
@@ -680,6 +724,30 @@ typedef struct {
 } cullet_settings;
 
 /**
+ * Threads of yours that run jobs: your pool.
+ */
+typedef struct {
+  /**
+   * How many jobs run side by side, the calling thread included; at least 1.
+   */
+  uint32_t threads;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * Calls `job(jobs, 0)`, `job(jobs, 1)` and so on below `count`, each once, in any order and on
+   * any threads, and returns when all have returned. What it leaves out runs on the calling
+   * thread afterwards; a job that it calls twice runs once.
+   */
+  void (*run)(void *context, void (*job)(void *jobs, size_t number), void *jobs, size_t count);
+  /**
+   * Handed to `run`.
+   */
+  void *context;
+} cullet_jobs;
+
+/**
  * Handle of an instance in its scene: stays the same until the instance is removed.
  */
 typedef struct {
@@ -812,6 +880,161 @@ typedef struct {
    */
   float max[3];
 } cullet_box;
+
+/**
+ * Two points in world space: from where one looks, and what is looked at.
+ */
+typedef struct {
+  /**
+   * The start.
+   */
+  double from[3];
+  /**
+   * The end.
+   */
+  double to[3];
+} cullet_segment;
+
+/**
+ * Settings of lines of sight. Set them to zero before their fields.
+ */
+typedef struct {
+  /**
+   * Layers that do not block, as bits; an instance that is in others too does.
+   */
+  uint32_t ignored_layers;
+  /**
+   * 1 where both sides of one-sided triangles block; 0 for the side that is drawn.
+   */
+  uint32_t both_sides;
+  /**
+   * 1 for any blocker, which ends the search as soon as there is one; 0 for the nearest.
+   */
+  uint32_t any;
+  /**
+   * How many of `ignored` are there, up to 2.
+   */
+  uint32_t ignored_count;
+  /**
+   * Instances that do not block, such as who looks and who is looked at. One that names nothing
+   * is no error.
+   */
+  cullet_handle ignored[2];
+} cullet_sight_options;
+
+/**
+ * Result for one line of sight.
+ */
+typedef struct {
+  /**
+   * 1 where something opaque blocks; 0 where nothing is known to, and then all else is 0.
+   */
+  uint32_t blocked;
+  /**
+   * Slot of the blocker.
+   */
+  uint32_t slot;
+  /**
+   * Handle of the blocker.
+   */
+  cullet_handle handle;
+  /**
+   * Triangle of the blocker, as numbered in the mesh that was added.
+   */
+  uint32_t triangle;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * How far along the way it is crossed, from 0 at the start to 1 at the end.
+   */
+  double share;
+  /**
+   * Where, in world space.
+   */
+  double point[3];
+} cullet_sight;
+
+/**
+ * Settings of `cullet_box_to_box`. Set them to zero before their fields.
+ */
+typedef struct {
+  /**
+   * Layers that hide nothing, as bits; an instance that is in others too does.
+   */
+  uint32_t ignored_layers;
+  /**
+   * How often boxes may be halved, 0 to 16, to find a proof for each half: several occluders may
+   * hide together what none hides alone.
+   */
+  uint32_t splits;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+} cullet_box_sight_options;
+
+/**
+ * Handle of a region query: its memory, and its last result. A plain number: copy it freely; 0 is
+ * none.
+ */
+typedef struct {
+  /**
+   * Not to be read or made.
+   */
+  uint64_t id;
+} cullet_region;
+
+/**
+ * All eyes in a box, in world space. A point is a box too; one whose `min` is above its `max` has
+ * no eye; where a number is not finite, eyes may be anywhere.
+ */
+typedef struct {
+  /**
+   * The lowest corner.
+   */
+  double min[3];
+  /**
+   * The highest corner.
+   */
+  double max[3];
+} cullet_eye_box;
+
+/**
+ * Settings of region queries. Set them to zero before their fields: 0 takes the default of each.
+ */
+typedef struct {
+  /**
+   * Longest side of the cells that the box is cut into, in world units; default 2. Occluders lose
+   * half of it on every side. A smaller one drops more, and costs with its third power.
+   */
+  double cell_world;
+  /**
+   * The farthest that a point of a view's near rectangle is from its eye; default 0.25.
+   */
+  double near_world;
+  /**
+   * No more cells than this; default 64. Cost is in proportion.
+   */
+  uint32_t most_cells;
+  /**
+   * Pixels across each of the six squares that are looked at, 8 to 4096; default 512.
+   */
+  uint32_t width;
+  /**
+   * No more occluders than this; default 2048.
+   */
+  uint32_t most_bodies;
+  /**
+   * Layers that the eyes do not see, as bits. Not read where there is a view, which has its own.
+   */
+  uint32_t ignored_layers;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+} cullet_region_settings;
 
 /**
  * Numbers of instances, of their clusters and of their triangles.
@@ -1041,6 +1264,70 @@ typedef struct {
 } cullet_scene_info;
 
 /**
+ * A light that casts shadows, in world space. Numbers that make no light keep every caster.
+ */
+typedef struct {
+  /**
+   * A `cullet_light_kind`.
+   */
+  uint32_t kind;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * Where it is; not read for a directional light.
+   */
+  double position[3];
+  /**
+   * The way the light travels, of any length above 0; not read for a point light.
+   */
+  double direction[3];
+  /**
+   * How far it reaches, in world units: `INFINITY` for no limit; one that is not above 0 lights
+   * nothing. Not read for a directional light.
+   */
+  double range;
+  /**
+   * Spot: the angle between the axis and the side of the cone, in radians.
+   */
+  double half_angle;
+} cullet_light;
+
+/**
+ * The shadows of a light that are wanted. Set it to zero before its fields.
+ */
+typedef struct {
+  /**
+   * The light.
+   */
+  cullet_light light;
+  /**
+   * The view that the shadow map is drawn with; NULL where it is not known yet. With one, what is
+   * outside of it or hidden in it is dropped too, and layers, faces and sizes are those of it.
+   */
+  const cullet_view *map;
+  /**
+   * The state of the camera's own cull of the scene as it is: then only what casts a shadow on
+   * what that found visible is kept. 0 for shadows on any place that the camera shows.
+   */
+  cullet_state receivers;
+  /**
+   * Shadows may be wrong by so much to every side, in world units, for blurred edges; at least 0.
+   */
+  double margin;
+  /**
+   * A cascade of the camera, by distance along its direction: where it begins. Both 0 for all of
+   * what the camera sees.
+   */
+  double slice_near;
+  /**
+   * Where the cascade ends; INFINITY in perspective for no end.
+   */
+  double slice_far;
+} cullet_shadow;
+
+/**
  * A camera. Right-handed, looking along `direction`.
  */
 typedef struct {
@@ -1227,6 +1514,59 @@ cullet_status cullet_cull(cullet_scene scene,
                           cullet_state state);
 
 /**
+ * Culls as `cullet_cull` does, among candidates: instances that may be visible for all that you
+ * know, by fog of war, streaming or what an editor isolates. Bit s mod 64 of word s / 64 is that of
+ * slot s; there must be as many words as the scene's `slot_count` needs. All others are culled
+ * after the frustum, by `CULLET_STAGE_PVS`; instances that are always visible stay. The words are
+ * not kept, and so is no answer: each call culls. Cells of the scene play no part.
+ */
+cullet_status cullet_cull_among(cullet_scene scene,
+                                const cullet_view *view,
+                                const cullet_settings *settings,
+                                const uint64_t *words,
+                                size_t word_count,
+                                cullet_state state);
+
+/**
+ * Culls once for both eyes of a headset: what either eye sees stays, and what is hidden from both
+ * goes. Perspective views of the same viewport, depth and layers, turned against each other by less
+ * than a right angle. Back faces are culled by whole clusters alone, and cells cull nothing. Cost:
+ * little more than that of one view. Otherwise as `cullet_cull`.
+ */
+cullet_status cullet_cull_stereo(cullet_scene scene,
+                                 const cullet_view *left,
+                                 const cullet_view *right,
+                                 const cullet_settings *settings,
+                                 cullet_state state);
+
+/**
+ * Writes which eye may see each slot of `cullet_visible_slots`, a byte each in that order: bit 0
+ * for `left`, bit 1 for `right`, at least one of them. The views are those of
+ * `cullet_cull_stereo`; `capacity` and `count` as for `cullet_visible_slots`. The scene must be as
+ * it was culled.
+ */
+cullet_status cullet_visible_eyes(cullet_state state,
+                                  cullet_scene scene,
+                                  const cullet_view *left,
+                                  const cullet_view *right,
+                                  uint8_t *eyes,
+                                  size_t capacity,
+                                  size_t *count);
+
+/**
+ * Culls as `cullet_cull` does, with the same answer, on threads of yours: `jobs->run` is called,
+ * from this thread, some times in a call that has enough to do for several, and not at all in
+ * others. It must not use `state`. Occlusion alone is split into jobs; to cull several views at
+ * once, calls of `cullet_cull` side by side do better. A scene with cells is culled on the calling
+ * thread. `state` is larger by a few hundred kilobytes for each thread.
+ */
+cullet_status cullet_cull_on(const cullet_jobs *jobs,
+                             cullet_scene scene,
+                             const cullet_view *view,
+                             const cullet_settings *settings,
+                             cullet_state state);
+
+/**
  * Replays the stages for one instance, and writes why it is drawn or culled: its reason (stage 0
  * for an instance that is drawn) unless `reason` is NULL; and a line for each stage into `text`,
  * UTF-8 with a 0 at its end, cut off where `capacity` bytes are too few. `length` takes the bytes
@@ -1331,6 +1671,73 @@ cullet_status cullet_occlusion_test_boxes(cullet_occlusion buffer,
  * perspective, 0 where nothing is proved. `capacity` must be at least width times height.
  */
 cullet_status cullet_occlusion_read(cullet_occlusion buffer, float *nearness, size_t capacity);
+
+/**
+ * Finds what blocks lines of sight, and writes a result for each segment. Exact: nothing slips
+ * through between two triangles that share an edge, and an end on a surface is not blocked by it.
+ * What deforms, is blended or cut out does not block, and nothing does where a number is not
+ * finite. `options` may be NULL. Cost: what each segment comes near; allocates nothing. Reads the
+ * scene: give each thread its own part of the segments. Commit the scene for it to be quick.
+ */
+cullet_status cullet_lines_of_sight(cullet_scene scene,
+                                    const cullet_segment *segments,
+                                    size_t count,
+                                    const cullet_sight_options *options,
+                                    cullet_sight *results);
+
+/**
+ * Tests for each box of `to` whether all of it is hidden from all of the box `from`, all relative
+ * to the scene's origin, and writes a `cullet_found`, one byte each: outside where one of the two
+ * boxes is empty. Hidden is a proof that no segment between the two is free; visible is that there
+ * is none, and the answer for numbers that are not finite. Convex occluders alone hide here, as
+ * made by `cullet_scene_commit` or baked. `options` may be NULL. Cost: what lies between the
+ * middles of the boxes; twice as much for each split. Allocates nothing, and reads the scene.
+ */
+cullet_status cullet_box_to_box(cullet_scene scene,
+                                const cullet_box *from,
+                                const cullet_box *to,
+                                size_t count,
+                                const cullet_box_sight_options *options,
+                                uint8_t *results);
+
+/**
+ * Writes the cell of a point in world space, in a scene whose file brought cells, as maps and baked
+ * files do; `UINT32_MAX` where the point is in none, or the scene has none. Reads the scene.
+ */
+cullet_status cullet_scene_cell_of(cullet_scene scene, const double *point, uint32_t *cell);
+
+/**
+ * Makes the memory of region queries. Destroy it with `cullet_region_destroy`.
+ */
+cullet_status cullet_region_create(cullet_region *region);
+
+/**
+ * Destroys the memory of region queries; its handle is stale from then on.
+ */
+cullet_status cullet_region_destroy(cullet_region region);
+
+/**
+ * Finds what may be seen from any eye in a box, for streaming, for baking, or for a frame whose eye
+ * is not known yet; `cullet_region_slots` reads the result. `view` is how all the eyes look, a
+ * perspective view carried to each; NULL for any direction. `settings` may be NULL. Nothing that an
+ * eye sees is missing. Closed convex bodies alone hide here; walls that are sheets do not. Cost: up
+ * to `most_cells` times six occlusion buffers, milliseconds and more. Reads the scene, and needs
+ * `region` alone.
+ */
+cullet_status cullet_region_cull(cullet_scene scene,
+                                 const cullet_eye_box *eyes,
+                                 const cullet_view *view,
+                                 const cullet_region_settings *settings,
+                                 cullet_region region);
+
+/**
+ * Writes the slots that may be seen, ascending, as the scene had them when it was culled;
+ * `capacity` and `count` as for `cullet_visible_slots`.
+ */
+cullet_status cullet_region_slots(cullet_region region,
+                                  uint32_t *slots,
+                                  size_t capacity,
+                                  size_t *count);
 
 /**
  * Writes the slots of which something is visible, ascending, and how many there are. With a
@@ -1515,6 +1922,36 @@ cullet_status cullet_scene_instance(cullet_scene scene,
  * Fills settings from a preset, a `cullet_preset`.
  */
 cullet_status cullet_settings_preset(uint32_t number, cullet_settings *settings);
+
+/**
+ * Culls a scene for a light: what must be drawn into its shadow map so that the picture of
+ * `camera` has its shadows. `cullet_visible_slots` and its like read the result. For the cascades
+ * of a sun call it once for each, with one state each. Conservative: what is dropped casts no
+ * shadow that the camera sees. The same stages by the same `settings` (NULL for
+ * `CULLET_PRESET_BALANCED`) as `cullet_cull`; of a culled instance, stage `CULLET_STAGE_FRUSTUM`
+ * says that its shadow cannot matter. Portals and visible sets play no part. Cost: that of a view.
+ * Allocates nothing once `state` has grown. Reads the scene and `receivers`.
+ */
+cullet_status cullet_cull_shadow(cullet_scene scene,
+                                 const cullet_view *camera,
+                                 const cullet_shadow *shadow,
+                                 const cullet_settings *settings,
+                                 cullet_state state);
+
+/**
+ * Finds the lights that can change the picture of the view that `state` was last culled for by
+ * `cullet_cull` or `cullet_cull_among`, and writes a `cullet_light_reason` for each, one byte: 0 is
+ * kept. Uses what that cull found visible, and its occlusion buffer. The scene must be as it was
+ * culled. Conservative: what is dropped lights no point that the view sees; light that is
+ * scattered on its way, as in fog, is not thought of. Cost: a few tests a light, and a walk of the
+ * hierarchy for each that is left. Allocates nothing once `state` has seen as many. Reads the
+ * scene, and needs `state` alone.
+ */
+cullet_status cullet_cull_lights(cullet_scene scene,
+                                 cullet_state state,
+                                 const cullet_light *lights,
+                                 size_t count,
+                                 uint8_t *reasons);
 
 /**
  * The message of the last call of this thread that failed: UTF-8, one line, which names the

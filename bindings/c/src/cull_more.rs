@@ -276,7 +276,7 @@ mod tests {
         pool.run(&mut jobs[..1]);
         assert_eq!(counts, [2, 1, 1, 1, 1, 1, 1]);
         assert_eq!(calls.into_inner(), 1);
-        let mut work = [(); 3].map(|()| || panic!("within a job"));
+        let mut work = [(); 3].map(|()| || assert_eq!(counts[0], 0, "a job that panics"));
         let mut jobs = work.each_mut().map(|job| job as Job<'_>);
         let status = call("test", || {
             let calls = AtomicU64::new(0);
