@@ -90,7 +90,7 @@ static void boxes(void) {
 static void regions(void) {
     cullet_region region;
     cullet_region_settings settings;
-    const cullet_eye_box eyes = {{-1, -1, -1}, {1, 1, 1}};
+    const cullet_eye_box eyes = {{-0.25, -0.25, -0.25}, {0.25, 0.25, 0.25}};
     cullet_view view = ahead();
     uint32_t found[4];
     size_t count;
@@ -122,23 +122,25 @@ static void regions(void) {
 static void candidates(void) {
     cullet_state state;
     cullet_view view = ahead();
+    cullet_settings settings;
     uint64_t words[1];
     IS(CULLET_STATUS_OK, cullet_state_create(&state));
+    IS(CULLET_STATUS_OK, cullet_settings_preset(CULLET_PRESET_EXACT, &settings));
     words[0] = ~(UINT64_C(1) << slots[0]);
-    IS(CULLET_STATUS_OK, cullet_cull(scene, &view, NULL, state));
+    IS(CULLET_STATUS_OK, cullet_cull(scene, &view, &settings, state));
     THAT(has(state, 0) && !has(state, 1));
-    IS(CULLET_STATUS_OK, cullet_cull_among(scene, &view, NULL, words, 1, state));
+    IS(CULLET_STATUS_OK, cullet_cull_among(scene, &view, &settings, words, 1, state));
     THAT(!has(state, 0) && has(state, 1));
     /* What it answered is not taken for an answer without candidates, nor for one with others. */
     words[0] = UINT64_MAX;
-    IS(CULLET_STATUS_OK, cullet_cull_among(scene, &view, NULL, words, 1, state));
+    IS(CULLET_STATUS_OK, cullet_cull_among(scene, &view, &settings, words, 1, state));
     THAT(has(state, 0));
     words[0] = 0;
-    IS(CULLET_STATUS_OK, cullet_cull_among(scene, &view, NULL, words, 1, state));
+    IS(CULLET_STATUS_OK, cullet_cull_among(scene, &view, &settings, words, 1, state));
     THAT(!has(state, 0));
-    IS(CULLET_STATUS_INVALID_VALUE, cullet_cull_among(scene, &view, NULL, words, 0, state));
+    IS(CULLET_STATUS_INVALID_VALUE, cullet_cull_among(scene, &view, &settings, words, 0, state));
     THAT(!has(state, 0));
-    IS(CULLET_STATUS_OK, cullet_cull(scene, &view, NULL, state));
+    IS(CULLET_STATUS_OK, cullet_cull(scene, &view, &settings, state));
     THAT(has(state, 0));
     IS(CULLET_STATUS_OK, cullet_state_destroy(state));
 }
@@ -207,6 +209,7 @@ static void shadows(void) {
 static void lights(void) {
     cullet_state state;
     cullet_view view = ahead();
+    cullet_settings settings;
     cullet_light five[5];
     uint8_t reasons[5] = {9, 9, 9, 9, 9};
     memset(five, 0, sizeof five);
@@ -222,8 +225,9 @@ static void lights(void) {
     five[3].range = 0;
     five[4].position[2] = -20; /* behind the wall */
     IS(CULLET_STATUS_OK, cullet_state_create(&state));
+    IS(CULLET_STATUS_OK, cullet_settings_preset(CULLET_PRESET_EXACT, &settings));
     IS(CULLET_STATUS_NO_RESULT, cullet_cull_lights(scene, state, five, 5, reasons));
-    IS(CULLET_STATUS_OK, cullet_cull(scene, &view, NULL, state));
+    IS(CULLET_STATUS_OK, cullet_cull(scene, &view, &settings, state));
     IS(CULLET_STATUS_OK, cullet_cull_lights(scene, state, five, 5, reasons));
     THAT(reasons[0] == CULLET_LIGHT_REASON_KEPT && reasons[1] == CULLET_LIGHT_REASON_KEPT);
     THAT(reasons[2] == CULLET_LIGHT_REASON_FRUSTUM && reasons[3] == CULLET_LIGHT_REASON_UNLIT);

@@ -174,6 +174,8 @@ impl BoxRows {
     }
 }
 
+/// Stores boxes that `make` makes of rows, sixteen at a time: a box that is read back as soon as it
+/// is made, in other widths than it was written in, waits for memory and takes four times as long.
 fn put<T: Plain>(
     batch: &mut Batch,
     at: usize,
@@ -181,7 +183,21 @@ fn put<T: Plain>(
     second: &Rows<T>,
     make: impl Fn([T; 3], [T; 3]) -> Aabb,
 ) {
-    for (number, (first, second)) in first.iter().zip(second.iter()).enumerate() {
-        batch.set(at + number, &make(first, second));
+    let mut both = first.iter().zip(second.iter());
+    let mut some = [Aabb::EMPTY; 16];
+    let mut at = at;
+    loop {
+        let mut count = 0;
+        for (to, (first, second)) in some.iter_mut().zip(both.by_ref()) {
+            *to = make(first, second);
+            count += 1;
+        }
+        for b in &some[..count] {
+            batch.set(at, b);
+            at += 1;
+        }
+        if count < some.len() {
+            return;
+        }
     }
 }
