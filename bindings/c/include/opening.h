@@ -11,7 +11,8 @@
  *
  * THREADS. Every call may be made from any thread. Calls that read an object (cullet_cull reads its scene) may run side by
  * side; one that changes it (cullet_cull changes its state) needs it alone. A call that comes while another excludes it
- * returns CULLET_STATUS_BUSY at once and does nothing: nothing here waits, and nothing starts a thread.
+ * returns CULLET_STATUS_BUSY at once and does nothing: nothing here waits, and nothing starts a thread. cullet_cull_on alone
+ * calls back: your function that runs jobs, on your threads.
  * cullet_last_error() is the calling thread's own.
  *
  * SPACE is right-handed, +Y up; clip depth is 0 to 1; matrices are column-major. Origins, eyes and translations are double.
