@@ -205,11 +205,24 @@ pub(crate) unsafe fn rows<T: Plain>(
 
 impl<T: Plain> Rows<T> {
     pub(crate) fn iter(&self) -> impl Iterator<Item = [T; 3]> {
-        (0..self.count).map(|at| {
-            // SAFETY: the row is there, as the maker of `self` promised; it is aligned, as the first
-            // and the stride are.
-            unsafe { self.first.byte_add(at * self.stride).cast::<[T; 3]>().read() }
-        })
+        (0..self.count).map(|at| self.get(at))
+    }
+
+    /// Number of rows.
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// A row that is there. Its numbers are read one by one, so that they stay in registers.
+    #[inline(always)]
+    pub(crate) fn get(&self, at: usize) -> [T; 3] {
+        assert!(at < self.count, "{at} of {}", self.count);
+        // SAFETY: the row is there, as the maker of `self` promised; it is aligned, as the first and
+        // the stride are.
+        unsafe {
+            let row = self.first.byte_add(at * self.stride);
+            [row.read(), row.add(1).read(), row.add(2).read()]
+        }
     }
 }
 

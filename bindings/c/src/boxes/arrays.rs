@@ -183,21 +183,14 @@ fn put<T: Plain>(
     second: &Rows<T>,
     make: impl Fn([T; 3], [T; 3]) -> Aabb,
 ) {
-    let mut both = first.iter().zip(second.iter());
     let mut some = [Aabb::EMPTY; 16];
-    let mut at = at;
-    loop {
-        let mut count = 0;
-        for (to, (first, second)) in some.iter_mut().zip(both.by_ref()) {
-            *to = make(first, second);
-            count += 1;
+    for start in (0..first.count()).step_by(some.len()) {
+        let count = some.len().min(first.count() - start);
+        for (number, to) in some[..count].iter_mut().enumerate() {
+            *to = make(first.get(start + number), second.get(start + number));
         }
-        for b in &some[..count] {
-            batch.set(at, b);
-            at += 1;
-        }
-        if count < some.len() {
-            return;
+        for (number, b) in some[..count].iter().enumerate() {
+            batch.set(at + start + number, b);
         }
     }
 }
