@@ -43,7 +43,8 @@ const ROOMS: &[&[&str]] = &[
 ];
 
 /// The kinds of culling, which do not know each other.
-const KINDS: &[&str] = &["backface", "degenerate", "detail", "frustum", "horizon", "occlusion", "shadow"];
+const KINDS: &[&str] =
+    &["backface", "degenerate", "detail", "frustum", "horizon", "occlusion", "shadow"];
 
 /// Crates in which not even a module and those that it lies in name each other.
 const STRICT: &[&str] = &["cullet-cli", "cullet-command", "cullet-cut"];

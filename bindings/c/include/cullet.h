@@ -187,7 +187,7 @@ typedef enum {
 } cullet_status;
 
 /**
- * What the two arrays of boxes hold.
+ * Contents of the two arrays of boxes.
  */
 typedef enum {
   /**
@@ -231,11 +231,11 @@ typedef enum {
    */
   CULLET_LIGHT_REASON_UNLIT = 1,
   /**
-   * What it reaches is outside the view.
+   * Everything that it reaches is outside the view.
    */
   CULLET_LIGHT_REASON_FRUSTUM = 2,
   /**
-   * What it reaches is hidden.
+   * Everything that it reaches is hidden.
    */
   CULLET_LIGHT_REASON_OCCLUSION = 3,
   /**

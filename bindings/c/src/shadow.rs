@@ -154,9 +154,9 @@ pub enum LightReason {
     Kept = 0,
     /// It lights nothing at all.
     Unlit = 1,
-    /// What it reaches is outside the view.
+    /// Everything that it reaches is outside the view.
     Frustum = 2,
-    /// What it reaches is hidden.
+    /// Everything that it reaches is hidden.
     Occlusion = 3,
     /// It reaches nothing that the view was found to see.
     NoReceiver = 4,

@@ -47,7 +47,7 @@ pub(crate) struct Stats {
     pub(crate) occluders: usize,
     /// Lamps that light nothing seen.
     pub(crate) dark: usize,
-    /// What baked visibility hid.
+    /// Counts of baked visibility.
     pub(crate) pvs: Counts,
     /// Times that occluders were found to be others than they were, and culled again.
     pub(crate) again: usize,

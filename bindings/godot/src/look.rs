@@ -64,7 +64,7 @@ pub(crate) struct Look {
     pub(crate) casts: Casts,
     /// The mesh, where it has one mesh, and its version.
     pub(crate) mesh: Option<(InstanceId, u64)>,
-    /// What Godot's server draws for it: the mesh, or the MultiMesh.
+    /// Number by which Godot's server draws it: that of the mesh, or of the MultiMesh.
     pub(crate) base: Rid,
     /// The surfaces of its mesh that hide what is behind them.
     pub(crate) hides: Option<Hiding>,
@@ -134,7 +134,7 @@ impl Drawn {
     }
 }
 
-/// What is known of meshes and materials.
+/// Meshes and materials that are known.
 pub(crate) struct Known<'a> {
     pub(crate) meshes: &'a mut Meshes,
     pub(crate) materials: &'a mut Materials,

@@ -53,7 +53,7 @@ impl Hiding {
 /// Facts of a material and of the passes after it, or of the surfaces of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Facts {
-    /// What hides what is behind it; of a material, all surfaces that are drawn by it.
+    /// Surfaces that hide what is behind them; of a material, all that are drawn by it.
     pub(crate) hides: Option<Hiding>,
     pub(crate) reach: Reach,
 }

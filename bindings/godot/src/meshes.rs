@@ -209,7 +209,7 @@ fn disconnect(id: InstanceId, callable: &Callable) {
     }
 }
 
-/// What of a mesh hides, at each level, the finest first; and all of it, where some does not.
+/// Hiding part of a mesh at each level, the finest first; and the whole mesh, where some of it does not hide.
 struct Shape {
     hiding: Vec<MeshData>,
     whole: Option<MeshData>,

@@ -31,7 +31,7 @@ pub(crate) struct CulletPreview {
     stats: Stats,
 }
 
-/// What was decided of a node.
+/// Decision about a node.
 struct Told {
     fate: Fate,
     shown: Shown,

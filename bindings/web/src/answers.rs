@@ -1,4 +1,4 @@
-//! What a view tells beyond the ids: reasons, draws, counts and explanations.
+//! Answers of a view beyond the ids: reasons, draws, counts and explanations.
 
 use alloc::string::String;
 use alloc::vec::Vec;

@@ -15,7 +15,7 @@ use crate::fault::has_room;
 pub struct Occluders {
     simd: Simd,
     buffer: OcclusionBuffer,
-    /// Of each number, where it stands; `None` once it was removed.
+    /// Place of the occluder of each number; `None` once it was removed.
     places: Vec<Option<Transform>>,
     /// Shapes of all occluders with the numbers of those, and for each its box in the world and the
     /// pixels that it is worth drawing from.

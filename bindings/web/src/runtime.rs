@@ -1,4 +1,4 @@
-//! What a module needs in place of the standard library.
+//! Allocator and panic handler of a module without the standard library.
 
 use core::panic::PanicInfo;
 

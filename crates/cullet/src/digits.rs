@@ -9,7 +9,7 @@ use core::fmt::{Display, Formatter, Result};
 /// A number and how it is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Digits {
-    /// With so many digits after the point, 9 at the most; the letter is that digit.
+    /// A fixed number of digits after the point, 9 at the most, which the letter gives.
     Fixed(f64, u8),
     /// The shortest digits that tell it from its neighbours, with an exponent: `e` and `x`.
     Exponent32(f32),

@@ -18,7 +18,7 @@ pub enum Number {
     F64 = 1,
 }
 
-/// What the two arrays of boxes hold.
+/// Contents of the two arrays of boxes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub enum BoxForm {

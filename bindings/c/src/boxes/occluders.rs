@@ -1,4 +1,4 @@
-//! What hides boxes: boxes, convex hulls and triangles of the caller's.
+//! Occluders of boxes: boxes, convex hulls and triangles of the caller's.
 
 use std::fmt::Display;
 

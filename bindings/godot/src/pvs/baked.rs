@@ -25,9 +25,9 @@ pub(crate) enum Method {
     /// Rooms that are found in closed walls, and the openings between them. Conservative.
     #[default]
     Rooms = 0,
-    /// What voxels inside of closed meshes prove hidden. Conservative.
+    /// Hidden is only what voxels inside closed meshes prove hidden. Conservative.
     Proved = 1,
-    /// What sampled lines met. Nodes may be missing.
+    /// Visible is only what sampled lines met. Nodes may be missing.
     Sampled = 2,
 }
 

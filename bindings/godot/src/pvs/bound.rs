@@ -11,7 +11,7 @@ use super::baked::Baked;
 use super::sums::{self, MeshSums};
 use crate::mirror::Mirror;
 
-/// What a node of the sets is now.
+/// State of a node of the sets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct State {
     /// Its item; none where it is not there.
@@ -21,13 +21,13 @@ pub(super) struct State {
     pub(super) wall: Wall,
 }
 
-/// What a node hides others by.
+/// State of that by which a node hides others.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum Wall {
     /// It hid nothing in the bake.
     #[default]
     None,
-    /// What it was in the bake.
+    /// It is as it was in the bake.
     Stands,
     /// Its mesh is being made.
     Waits,

@@ -32,7 +32,7 @@ pub(crate) struct Live {
     is_new: bool,
 }
 
-/// What the sets hide from one camera.
+/// Slots that the sets hide from one camera.
 #[derive(Debug, Default)]
 struct Eye {
     /// Versions of the sets and of the scene's order for which the mask was made.
