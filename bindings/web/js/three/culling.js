@@ -4,16 +4,16 @@ import { Kind, meshClass } from './bounds.js';
 import { isInert } from './init.js';
 import { worldBox } from './footprint.js';
 import { Clipping, Cut } from './clip.js';
+import { DrawCost } from './cost.js';
+import { Decisions, Fate } from './decisions.js';
+import { explain } from './explain.js';
 import { Nodes } from './nodes.js';
 import { Occlusion } from './occlusion.js';
 import { isPassOf, planesOfFrustum } from './planes.js';
 import { Renders } from './renders.js';
+import { camerasOf, check, isBelow, nameOf, orderAbove, taken } from './roots.js';
 import { casting, complete, prepare, Receivers } from './shadows.js';
 import { push, shorten, stop, Walk } from './walk.js';
-
-const taken = new WeakMap();
-// What a mesh costs to draw: measured with three.js 0.187, see the chapter on the web.
-const DRAW_MICROSECONDS = 8;
 
 export class Culling {
   #root;
@@ -46,18 +46,23 @@ export class Culling {
   #layersTest;
   #children;
   #gone;
-  #stats = { passes: 0, objects: 0, visible: 0, instances: 0, visibleInstances: 0, hidden: 0, clipped: 0, noOcclusion: null, keptMaps: 0, allCast: null };
+  #cost;
+  #decisions = new Decisions();
+  #panel = null;
+  #stats = { passes: 0, objects: 0, visible: 0, instances: 0, visibleInstances: 0, hidden: 0, hiddenInstances: 0, clipped: 0, noOcclusion: null, keptMaps: 0, allCast: null, drawMicroseconds: 0, drawMicrosecondsFrom: 'default', milliseconds: 0 };
 
-  constructor(root, { still = false, movesVertices = undefined, occlusion = undefined, preset = 'balanced', callbacks = false, drawMicroseconds = DRAW_MICROSECONDS, shadows = 'all' } = {}) {
+  constructor(root, { still = false, movesVertices = undefined, occlusion = undefined, preset = 'balanced', callbacks = false, drawMicroseconds = undefined, shadows = 'all' } = {}) {
     check(root);
     const cameras = camerasOf(occlusion);
+    this.#cost = new DrawCost(drawMicroseconds);
+    this.#tellCost();
     if (isInert()) {
       this.#root = root;
       this.#still = Boolean(still);
       [this.#inert, this.#disposed, this.#enabled] = [true, true, false];
       return;
     }
-    this.#wanted = cameras && { cameras, preset, callbacks: Boolean(callbacks), drawMicroseconds, hasTiles: shadows === 'seen' };
+    this.#wanted = cameras && { cameras, preset, callbacks: Boolean(callbacks), cost: this.#cost, hasTiles: shadows === 'seen' };
     if (shadows !== 'all' && shadows !== 'seen') throw new TypeError(`cullet: shadows is 'all' or 'seen', not ${String(shadows)}`);
     this.#byReceivers = shadows === 'seen';
     this.#root = root;
@@ -94,6 +99,28 @@ export class Culling {
 
   get stats() { return this.#stats; }
 
+  get frozen() { return this.#decisions.isFrozen; }
+
+  set frozen(on) {
+    if (this.#disposed || Boolean(on) === this.frozen) return;
+    this.#decisions.isFrozen = Boolean(on);
+    complete(this.#lights);
+  }
+
+  explain(object) {
+    if (!object?.isObject3D) throw new TypeError(`cullet: explain() takes an object of the scene, not ${nameOf(object)}`);
+    if (this.#disposed || !this.#enabled) return { reason: 'three', text: `${nameOf(object)}: culling is off, so three.js decides.` };
+    this.#flush(true);
+    return explain(object, this.#root, this.#nodes, this.#decisions.last);
+  }
+
+  panel(options) {
+    this.#panel ??= import('./panel.js').then(({ Panel }) => new Panel(this, {
+      decisions: this.#decisions, nodes: () => this.#nodes, closed: () => { this.#panel = null; },
+    }, options));
+    return this.#panel;
+  }
+
   update(object) {
     if (this.#inert) return;
     if (this.#disposed) throw new Error('cullet: update() of a culling that was disposed; make another one');
@@ -118,6 +145,7 @@ export class Culling {
   dispose() {
     if (this.#disposed) return;
     this.#disposed = true;
+    this.#panel?.then((panel) => panel.dispose());
     const root = this.#root;
     this.#occlusion?.dispose();
     complete(this.#lights);
@@ -135,6 +163,7 @@ export class Culling {
   }
 
   #build() {
+    this.#decisions.clear();
     const nodes = this.#nodes = new Nodes(this.#root, {
       take: (object, kind) => this.#take(object, kind),
       free: (object, kind) => this.#free(object, kind),
@@ -273,10 +302,11 @@ export class Culling {
   }
 
   #cull(layers, frustum) {
+    const began = performance.now();
     const nodes = this.#nodes;
     const stats = this.#stats;
     stats.passes += 1;
-    stats.visible = stats.visibleInstances = stats.instances = stats.hidden = stats.clipped = 0;
+    stats.visible = stats.visibleInstances = stats.instances = stats.hidden = stats.hiddenInstances = stats.clipped = 0;
     stats.noOcclusion = null;
     this.#walk.clear();
     if (nodes.length === 0) { this.#walk.cut(); return; }
@@ -287,18 +317,25 @@ export class Culling {
     const scene = this.#renders.listen();
     const { renderer, current } = this.#renders;
     const isMain = current !== null && !current.isShadow && !current.seen.has(this) && isPassOf(current.camera, layers, planes);
-    const receivers = isMain && this.#byReceivers ? new Receivers(layers, planes, current.camera) : null;
+    const receivers = isMain && this.#byReceivers && !this.frozen ? new Receivers(layers, planes, current.camera) : null;
     current?.seen.set(this, current.seen.get(this) ?? receivers);
     const shadow = isMain ? null : this.#shadowOf(frustum, current);
     const caster = shadow && casting(shadow, (current.isShadow ? current.outer : current)?.seen.get(this) ?? null, renderer);
-    const camera = this.#occlusion && planes.length === 24 ? this.#occlusion.cameraOf(layers, planes) : null;
-    const clip = renderer && (isMain || camera) ? Clipping.of(this.#root, renderer, camera ?? current.camera, scene.overrideMaterial) : null;
-    const occlusion = camera && this.#occlusion.cull(camera, scene, renderer, clip) ? this.#occlusion : null;
-    if (camera) stats.noOcclusion = this.#occlusion.refusal;
+    const own = this.#occlusion && planes.length === 24 ? this.#occlusion.cameraOf(layers, planes) : null;
+    const viewer = isMain ? current.camera : own;
+    const decision = viewer && this.#decisions.begin(viewer, planes, nodes.length, !current?.outer);
+    const kept = decision?.isKept ? decision : null;
+    if (decision) decision.occludes = own !== null;
+    const camera = kept ? null : own;
+    const clip = renderer && !kept && (isMain || camera) ? Clipping.of(this.#root, renderer, camera ?? current.camera, scene.overrideMaterial) : null;
+    const isTrial = camera !== null && this.#wanted.preset !== 'exact' && this.#cost.isOpen && isMain && current.outer === null && this.#measure(current);
+    const occlusion = camera && !isTrial && this.#occlusion.cull(camera, scene, renderer, clip) ? this.#occlusion : null;
+    if (camera) stats.noOcclusion = isTrial ? 'this render goes without, to measure what a draw costs' : this.#occlusion.refusal;
     const isFree = !clip?.isActive && !occlusion && !receivers && !caster;
-    const filter = { clip: clip?.isActive ? clip : null, occlusion, receivers, caster, camera: shadow?.camera ?? (isMain || current?.isShadow ? current.camera : camera) };
+    const filter = { clip: clip?.isActive ? clip : null, occlusion, receivers, caster, camera: shadow?.camera ?? (isMain || current?.isShadow ? current.camera : own), lists: decision?.records ? decision.lists : null, kept, layers };
     let list;
-    if (planes.length === 24) list = nodes.boxes.cull(planes);
+    if (kept) list = kept.drawn(nodes);
+    else if (planes.length === 24) list = nodes.boxes.cull(planes);
     else list = this.#ofAny(planes);
     const { objects, kinds, hidden, length } = nodes;
     const carriers = this.#carriers;
@@ -309,56 +346,85 @@ export class Culling {
       const i = list[k];
       if (i >= length || kinds[i] < Kind.Mesh || hidden[i] === 1) continue;
       const object = objects[i];
-      if (kinds[i] !== Kind.Mesh) this.#pushParts(i, object, pass, planes, filter);
-      else if (isFree || this.#isLeft(i, object, filter)) push(only ?? carriers[i], object);
-      else continue;
+      let fate = Fate.Drawn;
+      if (kinds[i] !== Kind.Mesh) fate = this.#pushParts(i, object, pass, planes, filter);
+      else if (!isFree) fate = this.#fateOf(i, object, filter);
+      if (decision !== null && kept === null) decision.fates[i] = fate;
+      if (kinds[i] === Kind.Mesh) {
+        if (fate !== Fate.Drawn) continue;
+        push(only ?? carriers[i], object);
+      }
       if (this.#kids.size > 0 && object.visible) this.#kids.get(object)?.arm();
     }
     stats.visible = this.#walk.cut();
     if (receivers) this.#endMain(scene, current, receivers);
+    if (kept) [stats.hidden, stats.hiddenInstances, stats.clipped, stats.noOcclusion] = [kept.stats.hidden, kept.stats.hiddenInstances, kept.stats.clipped, kept.stats.noOcclusion];
+    stats.milliseconds = performance.now() - began;
+    this.#cost.pass(stats);
+    if (decision) this.#decisions.end(decision, stats);
   }
 
-  // Whether a mesh in the frustum is drawn.
-  #isLeft(i, object, { clip, occlusion, receivers, caster }) {
+  #tellCost() { [this.#stats.drawMicroseconds, this.#stats.drawMicrosecondsFrom] = [this.#cost.microseconds, this.#cost.from]; }
+
+  // Has the time of a render counted. Whether it is to go without occlusion.
+  #measure({ began, done }) {
+    this.#cost.begin();
+    done.push(() => {
+      this.#cost.end(performance.now() - began);
+      this.#tellCost();
+    });
+    return this.#cost.isTrial;
+  }
+
+  // What happens to a mesh in the frustum; what casts no shadow that is seen is outside.
+  #fateOf(i, object, { clip, occlusion, receivers, caster, layers }) {
     const stats = this.#stats;
     if (clip?.clips(object) && clip.cut(object, this.#nodes.boxes.boxes, 6 * i, this.#nodes.boxes.matrices, 16 * i) === Cut.Away) {
       if (object.visible) stats.clipped += 1;
-      return false;
+      return Fate.Clipped;
     }
     if (occlusion?.isHidden(i)) {
+      // The engine leaves out what is in other layers, too.
+      if (!object.layers.test(layers)) return Fate.Outside;
       if (object.visible) stats.hidden += 1;
-      return false;
+      return Fate.Hidden;
     }
     if (receivers && object.visible && receivers.takes(object)) {
       const pieces = occlusion?.piecesOf(i);
       if (pieces) for (const box of pieces) receivers.add(box, 0, IDENTITY, 0);
       else receivers.add(this.#nodes.boxes.boxes, 6 * i, this.#nodes.boxes.matrices, 16 * i);
     }
-    if (!caster) return true;
-    if (!object.castShadow) return false;
+    if (!caster) return Fate.Drawn;
+    if (!object.castShadow) return Fate.Outside;
     worldBox(this.#nodes.boxes.boxes, 6 * i, this.#nodes.boxes.matrices, 16 * i, this.#box, 0);
-    return caster.casts(this.#box, 0);
+    return caster.casts(this.#box, 0) ? Fate.Drawn : Fate.Outside;
   }
 
-  #pushParts(i, object, pass, planes, { clip, occlusion, receivers, caster, camera }) {
-    if (!object.visible || (caster && !object.castShadow)) return;
+  #pushParts(i, object, pass, planes, { clip, occlusion, receivers, caster, camera, lists, kept }) {
+    if (!object.visible || (caster && !object.castShadow)) return Fate.Outside;
+    const stats = this.#stats;
     const part = this.#nodes.parts.get(i);
-    this.#stats.instances += part.count;
+    stats.instances += part.count;
     const takes = receivers?.takes(object);
-    let isKnown = false;
-    const keep = !clip && !occlusion && !takes && !caster ? null : (list) => {
-      isKnown = true;
+    let inside = -1;
+    let keep = !clip && !occlusion && !takes && !caster && !lists ? null : (list) => {
+      inside = list.length;
       let left = clip?.clips(object) ? part.filter(list, (box, matrix) => clip.cut(object, box, 0, matrix, 0) !== Cut.Away) : list;
+      const unclipped = left.length;
       if (occlusion) left = occlusion.keep(i, left);
+      stats.hiddenInstances += unclipped - left.length;
       if (caster) left = part.filter(left, (box, matrix) => { worldBox(box, 0, matrix, 0, this.#box, 0); return caster.casts(this.#box, 0); });
       if (takes) part.filter(left, (box, matrix) => { receivers.add(box, 0, matrix, 0); return true; });
+      lists?.set(i, { inside: list.slice(), drawn: left.slice() });
       return left;
     };
+    if (kept) keep = (list) => kept.lists.get(i)?.drawn ?? list;
     const drawn = part.cull(pass, planes, keep, camera);
-    if (takes && !isKnown) receivers.reason ??= 'not all instances that receive shadows have bounds';
-    if (!drawn) return;
-    this.#stats.visibleInstances += part.visible;
+    if (takes && inside < 0) receivers.reason ??= 'not all instances that receive shadows have bounds';
+    if (!drawn) return inside > 0 ? Fate.Hidden : Fate.Outside;
+    stats.visibleInstances += part.visible;
     push(this.#carriers[i], drawn);
+    return Fate.Drawn;
   }
 
   // The shadow whose map a pass is for, if it is one of a light that was found in the camera's pass.
@@ -423,36 +489,3 @@ export class Culling {
 
 const NONE = Object.freeze([]);
 const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
-
-function camerasOf(given) {
-  if (given === undefined || given === null || given === false) return null;
-  const cameras = Array.isArray(given) ? given : [given];
-  for (const camera of cameras) if (!camera?.isCamera) throw new TypeError(`cullet: occlusion takes a camera or an array of them, not ${nameOf(camera)}`);
-  return cameras;
-}
-
-const nameOf = (object) => (object?.isObject3D ? `${object.type}${object.name ? ` "${object.name}"` : ''} (id ${object.id})` : String(object));
-
-function isBelow(object, root) {
-  for (let o = object?.parent; o; o = o.parent) if (o === root) return true;
-  return false;
-}
-
-// The order that a walk has when it comes to the root's children, or `null` where that depends on where it starts.
-function orderAbove(root) {
-  if (root.isGroup) return root.renderOrder;
-  for (let o = root.parent; o; o = o.parent) if (o.isGroup && o.renderOrder !== 0) return null;
-  return 0;
-}
-
-function check(root) {
-  if (!root?.isObject3D) throw new TypeError(`cullet: new Culling() takes a THREE.Scene or a group, not ${nameOf(root)}`);
-  if (root.isMesh || root.isLight || root.isCamera || root.isLine || root.isPoints || root.isSprite || root.isLOD || root.isBundleGroup) {
-    throw new TypeError(`cullet: new Culling() takes a THREE.Scene or a group, not ${nameOf(root)}; add it to a group and give that`);
-  }
-  for (let o = root; o; o = o.parent) {
-    if (taken.has(o)) throw new Error(`cullet: ${nameOf(o)} is culled already; dispose() that culling first, or use it`);
-    if (o !== root && o.isBundleGroup) throw new Error(`cullet: ${nameOf(root)} lies in a BundleGroup, which records its draws once and culls nothing`);
-  }
-  root.traverse((o) => { if (taken.has(o)) throw new Error(`cullet: ${nameOf(o)} below ${nameOf(root)} is culled already; dispose() that culling first`); });
-}

@@ -30,7 +30,7 @@ export class Occlusion {
   #preset;
   #scene = null;
   #views = new Map();
-  #depths = new Map();
+  #keys = new Map();
   #untested = false;
   #positions = [];
   #indices = [];
@@ -48,7 +48,7 @@ export class Occlusion {
   #moved = new Map();
   #root;
   #callbacks;
-  #drawMicroseconds;
+  #cost;
   #judged = new Map();
   #clip = null;
   #clipKeys = [];
@@ -61,14 +61,14 @@ export class Occlusion {
   /** Why the last pass hid nothing; `null` if it was looked for what is hidden. */
   refusal = null;
 
-  constructor(nodes, root, { cameras, preset, callbacks, drawMicroseconds, hasTiles }) {
+  constructor(nodes, root, { cameras, preset, callbacks, cost, hasTiles }) {
     this.#hasTiles = hasTiles;
     this.#nodes = nodes;
     this.#root = root;
     this.#cameras = cameras;
     this.#preset = preset;
     this.#callbacks = callbacks;
-    this.#drawMicroseconds = drawMicroseconds;
+    this.#cost = cost;
   }
 
   /** The camera whose pass this is, if it is one of those given. */
@@ -89,11 +89,13 @@ export class Occlusion {
     if (this.refusal) return false;
     let view = this.#views.get(camera);
     const depth = depthOf(camera);
-    if (view && this.#depths.get(camera) !== depth) { view.dispose(); view = undefined; }
+    const { microseconds } = this.#cost;
+    const key = `${depth} ${microseconds}`;
+    if (view && this.#keys.get(camera) !== key) { view.dispose(); view = undefined; }
     if (!view) {
-      view = this.#scene.view({ preset: this.#preset, output: 'instances', depth, drawMicroseconds: this.#drawMicroseconds });
+      view = this.#scene.view({ preset: this.#preset, output: 'instances', depth, drawMicroseconds: microseconds });
       this.#views.set(camera, view);
-      this.#depths.set(camera, depth);
+      this.#keys.set(camera, key);
     }
     multiply(camera.projectionMatrix.elements, camera.matrixWorldInverse.elements, this.#matrix);
     // A camera without size sees nothing that can be told.

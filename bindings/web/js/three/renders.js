@@ -32,7 +32,7 @@ function listen(scene) {
       ear.renderer = renderer;
       // A render that throws never says that it ended; no render outlives its task.
       if (renders.length === 0) queueMicrotask(() => { while (renders.length > 0) end(renders); });
-      renders.push({ renderer, camera, outer: renders.at(-1) ?? null, isShadow: scene.overrideMaterial?.isShadowPassMaterial === true, seen: new Map(), done: [] });
+      renders.push({ renderer, camera, outer: renders.at(-1) ?? null, isShadow: scene.overrideMaterial?.isShadowPassMaterial === true, seen: new Map(), done: [], began: performance.now() });
     }),
     hook(scene, 'onAfterRender', false, () => end(renders)),
   ];
@@ -74,7 +74,7 @@ export class Renders {
 
   /**
    * The innermost render under way: renderer, camera, whether it is of a shadow map, the render around it, what each culling has `seen` in
-   * it, and what is to be `done` at its end.
+   * it, what is to be `done` at its end, and when it `began`.
    */
   get current() { return heard.get(this.#scene)?.renders.at(-1) ?? null; }
 

@@ -157,4 +157,70 @@ export const towns = {
       },
     };
   },
+
+  // A thousand meshes: houses of a town with what stands in its streets.
+  town(T, size) {
+    const { scene, camera } = stage(T, size);
+    ground(T, scene);
+    const put = placer(T, scene, 61);
+    const { next } = put;
+    for (let x = 0; x < 12; x++) {
+      for (let z = 0; z < 12; z++) {
+        const [cx, cz, height] = [16 * (x - 5.5), 16 * (z - 5.5), 5 + 6 * next()];
+        put('box', cx, height / 2, cz, 10, height, 10);
+        put('cone', cx, height + 1.5, cz, 12, 3, 12);
+        for (let k = 0; k < 3; k++) put('box', cx - 6.5, 0.6, cz - 5 + 4 * k + next(), 1.7, 1.2, 3.6);
+        for (let k = 0; k < 2; k++) put('ball', cx - 4 + 8 * k, 2, cz - 6.5, 1.6, 3, 1.6);
+      }
+    }
+    camera.position.set(0, 1.7, 88);
+    camera.rotation.set(0, 0, 0);
+    return { scene, camera, steps: 4, step(i) { camera.position.z -= 20; camera.rotation.y = [0.5, -0.7, 1.2, 0][i]; } };
+  },
+
+  // A thousand meshes: rooms of an office along corridors, with doors, desks and what is on them.
+  office(T, size) {
+    const { scene, camera } = stage(T, size);
+    ground(T, scene);
+    const put = placer(T, scene, 67);
+    const { next } = put;
+    put('box', 0, 3.1, 0, 62, 0.2, 40);
+    // Six rows of ten rooms, a corridor between each two.
+    for (let row = 0; row < 6; row++) {
+      const z = 5 * row - 12.5 + 2.5 * Math.floor(row / 2) - 2.5;
+      const door = row % 2 ? -2.5 : 2.5;
+      put('box', 0, 1.5, z - door, 60, 3, 0.15);
+      for (let room = 0; room < 10; room++) {
+        const x = 6 * room - 27;
+        put('box', x - 3, 1.5, z, 0.15, 3, 5);
+        put('box', x + 0.5, 1.5, z + door, 5, 3, 0.15);
+        for (let desk = 0; desk < 3; desk++) {
+          const [dx, dz] = [x - 1.8 + 1.8 * desk, z - Math.sign(door) * 1.2];
+          put('box', dx, 0.72, dz, 1.4, 0.06, 0.8);
+          put('box', dx, 1, dz, 0.5, 0.35, 0.05);
+          put('box', dx, 0.45, dz + 0.9 * Math.sign(door), 0.5, 0.9, 0.5);
+          put('ball', dx + 0.5, 0.85, dz, 0.15, 0.25, 0.15);
+        }
+        for (let k = 0; k < 2; k++) put('ball', x + 4 * next() - 2, 0.5, z + next(), 0.4, 1, 0.4);
+      }
+    }
+    put('box', 30, 1.5, 0, 0.15, 3, 40);
+    camera.position.set(-29, 1.6, -8.75);
+    camera.rotation.set(0, -Math.PI / 2, 0, 'YXZ');
+    return { scene, camera, steps: 4, step(i) { camera.position.x += [8, 8, 6, 12][i]; camera.position.z += [0, -3.5, 0, 3.5][i]; camera.rotation.y -= [0.2, 1.2, 2.2, 3][i]; } };
+  },
 };
+
+// Puts single meshes of three shapes into a scene.
+function placer(T, scene, seed) {
+  const next = random(seed);
+  const shapes = { box: new T.BoxGeometry(), ball: new T.SphereGeometry(0.5, 12, 8), cone: new T.ConeGeometry(0.7, 1, 4) };
+  const materials = Array.from({ length: 8 }, () => new T.MeshLambertMaterial({ color: colour(T, next) }));
+  const put = (shape, x, y, z, w, h, d) => {
+    const mesh = new T.Mesh(shapes[shape], materials[Math.floor(8 * next())]);
+    mesh.position.set(x, y, z);
+    mesh.scale.set(w, h, d);
+    scene.add(mesh);
+  };
+  return Object.assign(put, { next });
+}

@@ -1,6 +1,6 @@
 // Taken by tsc --strict: what a user writes, and what is to be refused.
 import { PerspectiveCamera, Scene } from 'three';
-import { Culling, init, type CullingOptions } from 'cullet/three';
+import { Culling, init, type CullingOptions, type Explanation, type Panel } from 'cullet/three';
 
 const culls: boolean = await init();
 console.log(culls);
@@ -22,4 +22,11 @@ new Culling(scene, { preset: 'best' });
 new Culling(scene, { shadows: 'none' });
 const kept: string = culling.stats.allCast ?? `${culling.stats.keptMaps} maps kept, ${culling.stats.clipped} clipped`;
 console.log(kept);
+const why: Explanation = culling.explain(scene.children[0]);
+const panel: Panel = await culling.panel({ camera, parent: document.body });
+culling.frozen = why.reason === 'hidden';
+panel.refresh();
+panel.dispose();
+// @ts-expect-error: an explanation has no such reason
+console.log(why.reason === 'gone', culling.stats.drawMicroseconds, culling.stats.drawMicrosecondsFrom === 'given', culling.stats.milliseconds);
 culling.dispose();
