@@ -40,9 +40,10 @@ export interface CullingOptions {
    */
   callbacks?: boolean;
   /**
-   * Microseconds that drawing one mesh takes, by which it is decided whether occlusion pays. Default: 8 at first, then what the first 32
-   * renders that draw 50 meshes or more took, from 1 to 50. {@link CullingStats.drawMicroseconds} gives what is used. Give it where decisions must be
-   * the same in each run; pictures are the same with any value.
+   * Microseconds that drawing one mesh takes, by which it is decided whether occlusion pays. Default: 8 at first. Once
+   * 50 meshes or more are hidden, 16 renders without occlusion take turns with as many with it, and from then on it is what they took longer, from
+   * 4 to 50; the preset `exact` measures nothing. {@link CullingStats.drawMicroseconds} is what is used. Give it where decisions must be the
+   * same in each run; pictures are the same with any value.
    */
   drawMicroseconds?: number;
   /**

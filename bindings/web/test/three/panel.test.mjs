@@ -1,8 +1,10 @@
 // The panel, freezing, explanations, and the cost of a draw, in Chromium.
 
 import assert from 'node:assert/strict';
+import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { launch, open, serve } from './harness.mjs';
+import { pathToFileURL } from 'node:url';
+import { launch, open, packageFolder, serve } from './harness.mjs';
 
 let server, browser;
 before(async () => { server = await serve(); browser = await launch(); });
@@ -104,7 +106,7 @@ for (const api of ['webgl', 'webgpu']) {
     assert.match(await click(0, -5), /"wall".*drawn/);
     assert.match(await click(0, -9), /"behind".*hide all of it/);
     assert.match(await click(0, 9), /"back".*outside/);
-    assert.match(await click(-6, -9), /instance 1 of InstancedMesh "row".*drawn/);
+    assert.match(await click(-6, -9), /instance 1 of Mesh "row".*drawn/);
     assert.equal(await click(-14, 14), 'Nothing is there.');
     // By keys: the mark goes to the camera's left and up.
     await click(6.5, -9);
@@ -179,7 +181,7 @@ for (const api of ['webgl', 'webgpu']) {
       assert.ok(stats.objects > 950 && stats.objects < 1050, `${name}: ${stats.objects} meshes`);
       assert.ok(start.some(({ stats }) => stats.noOcclusion?.includes('to measure')) && start.filter(({ stats }) => stats.noOcclusion).length === 16, `${name}: ${start.map(({ stats }) => stats.noOcclusion)}`);
       assert.equal(stats.drawMicrosecondsFrom, 'measured');
-      assert.ok(stats.drawMicroseconds >= 1 && stats.drawMicroseconds <= 50, `${stats.drawMicroseconds} µs`);
+      assert.ok(stats.drawMicroseconds >= 4 && stats.drawMicroseconds <= 50, `${stats.drawMicroseconds} µs`);
       const drawn = [stats, ...steps.map((p) => p.stats)];
       if (process.env.VERBOSE) console.log(api, name, stats.drawMicroseconds, drawn.map(({ visible, hidden }) => `${visible} drawn, ${hidden} hidden`).join('; '));
       assert.ok(drawn[0].hidden > 2 * drawn[0].visible, `${name}: ${drawn[0].hidden} hidden, ${drawn[0].visible} drawn`);
@@ -188,6 +190,30 @@ for (const api of ['webgl', 'webgpu']) {
     await page.close();
   });
 }
+
+test('the cost of a draw is the median of pairs of renders, within limits', async () => {
+  const { DrawCost } = await import(pathToFileURL(join(packageFolder, 'js/three/cost.js')));
+  // Renders of some work of their own, and `each` microseconds a draw; `odd`: every third without occlusion takes long.
+  const measure = (each, { hidden = 600, odd = 0, renders = 40 } = {}) => {
+    const cost = new DrawCost();
+    let trials = 0;
+    for (let i = 0; i < renders; i++) {
+      cost.begin();
+      const out = cost.isTrial ? 0 : hidden;
+      cost.pass({ visible: 700 - out, hidden: out, milliseconds: cost.isTrial ? 0.1 : 0.7 });
+      trials += Number(cost.isTrial);
+      cost.end(1.3 + (cost.isTrial ? 0.1 + (trials % 3 === 0 ? odd : 0) : 0.7) + (700 - out) * each / 1000);
+    }
+    return [cost.microseconds, cost.from, trials];
+  };
+  assert.deepEqual(measure(3), [9, 'measured', 16]);
+  assert.deepEqual(measure(3, { odd: 20 }), [9, 'measured', 16]);
+  assert.deepEqual(measure(0.1), [4, 'measured', 16]);
+  assert.deepEqual(measure(90), [50, 'measured', 16]);
+  assert.deepEqual(measure(3, { renders: 39 }), [8, 'default', 15]);
+  assert.deepEqual(measure(3, { hidden: 49 }), [8, 'default', 0]);
+  assert.deepEqual([new DrawCost(0.5).isOpen, new DrawCost(0.5).microseconds], [false, 0.5]);
+});
 
 test('a cost that is given is used as it is, in each run', async () => {
   const page = await open(browser, server.url, 'webgl');
@@ -212,7 +238,6 @@ test('a cost that is given is used as it is, in each run', async () => {
 const mutants = [
   ['decisions.js', 'this.fates[i] === Fate.Drawn ||', '', 'what is frozen draws everything else'],
   ['explain.js', 'if (farthest < 0)', 'if (farthest > 0)', 'the side is wrong'],
-  ['cost.js', '1000 * (work', '0 * (work', 'no cost is measured'],
   ['culling.js', 'decision.fates[i] = fate;', 'decision.fates[i] = Fate.Drawn;', 'hidden counts as drawn'],
 ];
 
@@ -230,17 +255,12 @@ test('a rule that is switched off is noticed', async () => {
       s.render();
       const { visible } = culling.stats;
       culling.dispose();
-      await t.build('town');
-      t.cull({ occlusion: true });
-      for (let i = 0; i < 42; i++) await t.picture();
-      const { drawMicroseconds: cost } = t.now.culling.stats;
-      return { texts, visible, isCost: cost > 1 };
+      return { texts, visible };
     });
     await page.close();
     return answer;
   };
   const right = await ask(server.url);
-  assert.ok(right.isCost);
   const missed = [];
   for (const [file, rule, instead, what] of mutants) {
     const mutated = await serve({ [`/js/three/${file}`]: (text) => {
