@@ -79,13 +79,14 @@ function* rings() {
   }
 }
 
-/** Light, sky and haze of the city. */
+/** Light, sky and haze of the city. Returns the sun. */
 export function sky(THREE, scene) {
   scene.background = new THREE.Color(0xbfd6e6);
   scene.fog = new THREE.Fog(0xbfd6e6, 120, 900);
   const sun = new THREE.DirectionalLight(0xfff1dd, 2.2);
   sun.position.set(60, 90, 25);
   scene.add(sun, new THREE.HemisphereLight(0xcfe4f5, 0x6b6458, 1.3));
+  return sun;
 }
 
 /** Puts a camera at street level, `t` seconds into its walk. */

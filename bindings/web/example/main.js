@@ -1,4 +1,4 @@
-// A walk through a city, culled or not: press 1, 2, 3 or the switch.
+// A walk through a city, culled or not: press 1 to 4 or the switches.
 
 import * as THREE from 'three';
 import { Culling, init } from 'cullet/three';
@@ -12,19 +12,25 @@ try { await init(); } catch (error) { show('error', error.message); throw error;
 const renderer = new THREE.WebGLRenderer({ canvas: document.querySelector('canvas'), antialias: true });
 const scene = new THREE.Scene();
 const camera = new THREE.PerspectiveCamera(65, 1, 0.2, 2000);
-sky(THREE, scene);
+const sun = sky(THREE, scene);
+renderer.shadowMap.enabled = sun.castShadow = true;
+sun.shadow.mapSize.set(1024, 1024);
+Object.assign(sun.shadow.camera, { left: -150, right: 150, top: 150, bottom: -150, near: 1, far: 400 });
 const group = city(THREE);
-const total = group.children.reduce((sum, mesh) => sum + (mesh.count ?? 0), 0);
+for (const mesh of group.children) [mesh.castShadow, mesh.receiveShadow] = [mesh.isInstancedMesh === true, true];
 scene.add(group);
 
 let culling = null;
 
-function choose(how) {
+const isOn = (id) => document.getElementById(id).checked;
+
+function choose() {
   culling?.dispose();
-  culling = how === 'off' ? null : new Culling(scene, { still: true, occlusion: how === 'occlusion' ? camera : undefined });
+  culling = isOn('culled') ? new Culling(scene, { still: true, occlusion: isOn('occlusion') ? camera : undefined, shadows: isOn('seen') ? 'seen' : 'all' }) : null;
+  if (isOn('inside')) culling?.panel();
 }
 
-for (const input of document.querySelectorAll('input')) input.addEventListener('change', () => choose(input.value));
+for (const input of document.querySelectorAll('input')) input.addEventListener('change', choose);
 addEventListener('keydown', ({ key }) => document.querySelectorAll('input')[Number(key) - 1]?.click());
 
 function resize() {
@@ -34,7 +40,7 @@ function resize() {
 }
 addEventListener('resize', resize);
 resize();
-choose('occlusion');
+choose();
 
 let last = performance.now();
 let mean = 0;
@@ -50,6 +56,5 @@ renderer.setAnimationLoop((time) => {
   show('frame', `${mean.toFixed(1)} ms`);
   show('calls', whole(renderer.info.render.calls));
   show('triangles', whole(renderer.info.render.triangles));
-  show('instances', whole(culling ? culling.stats.visibleInstances : total));
   document.body.dataset.state = 'ready';
 });

@@ -67,7 +67,8 @@ export class Panel {
       colours.append(entry);
     }
     this.#said = make('output', { display: 'block', minHeight: '3em', overflowWrap: 'anywhere' }, { 'aria-live': 'off', 'data-name': 'said' }, 'Click the map to ask why something is missing.');
-    this.element.append(buttons, list, this.#canvas(), colours, this.#said);
+    // Styles of the page stay outside.
+    this.element.attachShadow({ mode: 'open' }).append(buttons, list, this.#canvas(), colours, this.#said);
     parent.append(this.element);
     decisions.watcher = this;
     this.#timer = setInterval(() => { this.isDue = true; }, EACH);
@@ -170,12 +171,12 @@ const ROWS = [
   ['hiddenInstances', 'hidden', (s) => whole(s.hiddenInstances)],
   ['time', 'Culling', (s) => `${s.mean.toFixed(2)} ms`],
   ['cost', 'A draw counts', (s) => `${s.drawMicroseconds} µs, ${s.drawMicrosecondsFrom}`],
-  ['occlusion', 'Occlusion', (s) => (s.noOcclusion === null ? saved(s) : `nothing hidden: ${s.noOcclusion}`)],
+  ['occlusion', 'Occlusion saves', (s) => (s.noOcclusion === null ? saved(s) : `nothing: ${s.noOcclusion}`)],
   ['maps', 'Shadow maps kept', (s) => (s.allCast === null ? whole(s.keptMaps) : `0: ${s.allCast}`)],
 ];
 
 function saved({ occludes, hidden, hiddenInstances, drawMicroseconds }) {
   if (!occludes) return 'not for this camera';
-  if (hidden + hiddenInstances === 0) return 'nothing saved';
+  if (hidden + hiddenInstances === 0) return 'nothing';
   return hidden > 0 ? `${whole(hidden)} draws, ${(hidden * drawMicroseconds / 1000).toFixed(2)} ms` : `${whole(hiddenInstances)} instances`;
 }

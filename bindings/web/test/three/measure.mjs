@@ -6,7 +6,9 @@
 //
 // Then the city under a sun and eight lamps with shadows: all casters of what occlusion leaves to the camera, and those that are seen.
 //
-// node test/three/measure.mjs [webgl] [webgpu] [city|culling|lamps] [ROUNDS]
+// Then a town and an office of a thousand meshes each, with what a draw was found to cost.
+//
+// node test/three/measure.mjs [webgl] [webgpu] [city|culling|lamps|thousand] [ROUNDS]
 
 import { loadavg } from 'node:os';
 import { launch, open, serve } from './harness.mjs';
@@ -105,11 +107,39 @@ async function lamps(page, api) {
   }
 }
 
+// A thousand meshes in a town and in an office, from where they start, once the cost of a draw is known.
+async function thousand(page, api) {
+  for (const name of ['town', 'office']) {
+    const rows = { three: [], frustum: [], occlusion: [] };
+    let counts;
+    for (let r = 0; r < rounds; r++) {
+      for (const how of Object.keys(rows)) {
+        const { cpu, frame, stats } = await page.evaluate(async ([name, how]) => {
+          await t.build(name);
+          if (how !== 'three') t.cull({ still: true, occlusion: how === 'occlusion' });
+          const { renderer, camera } = { renderer: t.renderer, camera: t.now.camera };
+          for (let i = 0; i < 42; i++) { camera.position.x += i % 2 ? 1e-3 : -1e-3; await t.frame(); renderer.render(t.now.scene, camera); }
+          // A step in each frame, since to see again from where one stands may cost nothing.
+          const { cpu, frame } = await t.frames(9, (i) => { camera.position.x += i % 2 ? 1e-3 : -1e-3; });
+          return { cpu, frame, stats: t.now.culling && { ...t.now.culling.stats } };
+        }, [name, how]);
+        rows[how].push({ cpu, frame });
+        if (how === 'occlusion') counts = stats;
+      }
+    }
+    for (const [how, list] of Object.entries(rows)) {
+      const of = (what, of = list) => of.map((row) => row[what]);
+      console.log(`${api} ${name}, ${how}: render() ${range(of('cpu'))} ms, frame ${range(of('frame'))} ms; ${ratios(of('cpu', rows.three), of('cpu'))} and ${ratios(of('frame', rows.three), of('frame'))} times as fast as three.js`);
+    }
+    console.log(`${api} ${name}: ${counts.visible} drawn and ${counts.hidden} hidden of ${counts.objects}, a draw counts ${counts.drawMicroseconds} µs, ${counts.drawMicrosecondsFrom}`);
+  }
+}
+
 console.log(`chromium ${browser.version()}, ${rounds} rounds, median (least to greatest), load ${loadavg()[0].toFixed(1)}`);
 for (const api of apis.length ? apis : ['webgl', 'webgpu']) {
   const page = await open(browser, url, api);
-  const only = ['culling', 'city', 'lamps'].find((kind) => args.includes(kind));
-  for (const [kind, run] of Object.entries({ culling, city, lamps })) if (kind === (only ?? kind)) await run(page, api);
+  const only = ['culling', 'city', 'lamps', 'thousand'].find((kind) => args.includes(kind));
+  for (const [kind, run] of Object.entries({ culling, city, lamps, thousand })) if (kind === (only ?? kind)) await run(page, api);
   if (page.errors.length) throw new Error(page.errors.join('\n'));
   await page.close();
 }

@@ -79,7 +79,7 @@ for (const api of ['webgl', 'webgpu']) {
       const s = window.s = small();
       window.culling = new t.Culling(s.scene, { occlusion: s.camera, preset: 'exact' });
       window.panel = await culling.panel({ camera: s.camera });
-      window.show = async () => { panel.refresh(); s.render(); const stats = { ...culling.stats }; await null; await t.frame(); return { stats, text: Object.fromEntries([...panel.element.querySelectorAll('[data-name]')].map((e) => [e.dataset.name, e.textContent])) }; };
+      window.show = async () => { panel.refresh(); s.render(); const stats = { ...culling.stats }; await null; await t.frame(); return { stats, text: Object.fromEntries([...panel.element.shadowRoot.querySelectorAll('[data-name]')].map((e) => [e.dataset.name, e.textContent])) }; };
     });
     const { stats, text } = await page.evaluate(() => show());
     assert.equal(text.drawn, `${stats.visible} of ${stats.objects}`);
@@ -93,7 +93,7 @@ for (const api of ['webgl', 'webgpu']) {
     assert.ok(await page.evaluate(() => culling.panel().then((again) => again === panel)), 'one panel');
     // In words, why nothing is hidden.
     const refused = await page.evaluate(async () => { s.wall.onBeforeRender = () => {}; const shown = await show(); delete s.wall.onBeforeRender; await show(); return shown.text; });
-    assert.match(refused.occlusion, /^nothing hidden: Mesh "wall" has an onBeforeRender/);
+    assert.match(refused.occlusion, /^nothing: Mesh "wall" has an onBeforeRender/);
     // By the mouse, where each object is on the map: the camera is in its middle, and looks up.
     const canvas = page.getByRole('application');
     const size = 240;
@@ -101,7 +101,7 @@ for (const api of ['webgl', 'webgpu']) {
       const reach = await page.evaluate(() => panel.reach);
       const at = (v) => size / 2 + (v * size) / 2 / reach;
       await canvas.click({ position: { x: at(x), y: at(z) } });
-      return page.evaluate(() => panel.element.querySelector('output').textContent);
+      return page.evaluate(() => panel.element.shadowRoot.querySelector('output').textContent);
     };
     assert.match(await click(0, -5), /"wall".*drawn/);
     assert.match(await click(0, -9), /"behind".*hide all of it/);
@@ -115,8 +115,8 @@ for (const api of ['webgl', 'webgpu']) {
     for (let k = 0; k < back; k++) await page.keyboard.press('ArrowLeft');
     for (let k = 0; k < up; k++) await page.keyboard.press('ArrowDown');
     await page.keyboard.press('Enter');
-    assert.match(await page.evaluate(() => panel.element.querySelector('output').textContent), /"wall"/);
-    assert.deepEqual(await page.evaluate(() => [panel.element.getAttribute('aria-live'), [...panel.element.querySelectorAll('button')].every((b) => b.type === 'button' && (b.textContent.length > 1 || b.ariaLabel))]), ['off', true]);
+    assert.match(await page.evaluate(() => panel.element.shadowRoot.querySelector('output').textContent), /"wall"/);
+    assert.deepEqual(await page.evaluate(() => [panel.element.getAttribute('aria-live'), [...panel.element.shadowRoot.querySelectorAll('button')].every((b) => b.type === 'button' && (b.textContent.length > 1 || b.ariaLabel))]), ['off', true]);
     assert.equal((await page.evaluate(() => panel.explain(s.aside))).reason, 'outside');
     await page.getByRole('button', { name: 'Close' }).press('Enter');
     assert.deepEqual(await page.evaluate(async () => { panel.dispose(); s.render(); const next = await culling.panel(); const other = next !== panel; culling.dispose(); await null; await null; return [panel.element.isConnected, other, next.element.isConnected]; }), [false, true, false]);
@@ -132,14 +132,14 @@ for (const api of ['webgl', 'webgpu']) {
       const panel = await culling.panel();
       const count = () => { t.renderer.info.reset(); s.render(); return [culling.stats.visible, culling.stats.hidden, culling.stats.visibleInstances, t.renderer.info.render.triangles]; };
       const before = count();
-      panel.element.querySelector('button').click();
+      panel.element.shadowRoot.querySelector('button').click();
       const frozen = count();
       s.camera.position.set(0, 0, -20);
       s.camera.rotation.y = Math.PI;
       const turned = count();
       s.camera.rotation.y = 0;
       const away = count();
-      const pressed = panel.element.querySelector('button').getAttribute('aria-pressed');
+      const pressed = panel.element.shadowRoot.querySelector('button').getAttribute('aria-pressed');
       const late = s.wall.clone();
       late.position.set(0, 0, -40);
       s.scene.add(late);
@@ -156,6 +156,30 @@ for (const api of ['webgl', 'webgpu']) {
     assert.deepEqual([got.pressed, got.isOff], ['true', false]);
     assert.equal(got.more[0], got.before[0] + 1, 'what came since is drawn');
     assert.ok(got.live[3] < got.more[3], `${got.live} after ${got.more}`);
+    assert.deepEqual(page.errors, []);
+    await page.close();
+  });
+
+  test(`what is frozen is the same picture from where it was decided, and the same draws from elsewhere, ${api}`, async () => {
+    const page = await open(browser, server.url, api);
+    for (const name of ['batchedTown', 'lamps']) {
+      const { live, frozen, away, there } = await page.evaluate(async (n) => {
+        await t.build(n);
+        t.cull({ occlusion: true, preset: 'exact', shadows: 'seen' });
+        const live = await t.picture();
+        t.now.culling.frozen = true;
+        const frozen = [await t.picture(), await t.picture()];
+        if (n === 'lamps') t.now.camera.rotation.y += 2; else t.now.camera.position.z -= 16;
+        const away = await t.picture();
+        t.now.culling.frozen = false;
+        return { live, frozen, away, there: await t.picture() };
+      }, name);
+      for (const picture of frozen) assert.equal(picture.digest, live.digest, `${name}: another picture`);
+      const counts = ({ stats: s }) => (name === 'lamps' ? [] : [s.visible, s.hidden, s.visibleInstances, s.hiddenInstances]);
+      assert.deepEqual(counts(away), counts(live));
+      if (name === 'batchedTown') assert.equal(away.triangles, live.triangles);
+      assert.notEqual(there.digest, away.digest, `${name}: frozen for ever`);
+    }
     assert.deepEqual(page.errors, []);
     await page.close();
   });
