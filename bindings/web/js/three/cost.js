@@ -22,6 +22,7 @@ export class DrawCost {
   from;
   /** Whether the next render is to go without occlusion. */
   isTrial = false;
+  #camera = null;
   #warm = 0;
   #with = null;
   #slopes = [];
@@ -36,8 +37,13 @@ export class DrawCost {
   /** Whether renders are still to be timed. */
   get isOpen() { return this.from === 'default'; }
 
-  /** A render begins. */
-  begin() { this.#pass = { drawn: 0, hidden: 0, time: 0 }; }
+  /** A render of a camera begins; `false` while one of another camera is waited for. */
+  begin(camera) {
+    if (this.isTrial && this.#camera !== camera) return false;
+    this.#camera = camera;
+    this.#pass = { drawn: 0, hidden: 0, time: 0 };
+    return true;
+  }
 
   /** A pass of it drew and left out so many meshes, and culling took `time` milliseconds. */
   pass({ visible, hidden, milliseconds }) {

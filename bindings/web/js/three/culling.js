@@ -114,7 +114,8 @@ export class Culling {
     return explain(object, this.#root, this.#nodes, this.#decisions.last);
   }
 
-  panel(options) {
+  async panel(options) {
+    if (this.#disposed && !this.#inert) throw new Error('cullet: panel() of a culling that was disposed; make another one');
     this.#panel ??= import('./panel.js').then(({ Panel }) => new Panel(this, {
       decisions: this.#decisions, nodes: () => this.#nodes, closed: () => { this.#panel = null; },
     }, options));
@@ -328,7 +329,7 @@ export class Culling {
     if (decision) decision.occludes = own !== null;
     const camera = kept ? null : own;
     const clip = renderer && !kept && (isMain || camera) ? Clipping.of(this.#root, renderer, camera ?? current.camera, scene.overrideMaterial) : null;
-    const isTrial = camera !== null && this.#wanted.preset !== 'exact' && this.#cost.isOpen && isMain && current.outer === null && this.#measure(current);
+    const isTrial = camera !== null && this.#wanted.preset !== 'exact' && this.#cost.isOpen && isMain && current.outer === null && this.#measure(current, camera);
     const occlusion = camera && !isTrial && this.#occlusion.cull(camera, scene, renderer, clip) ? this.#occlusion : null;
     if (camera) stats.noOcclusion = isTrial ? 'this render goes without, to measure what a draw costs' : this.#occlusion.refusal;
     const isFree = !clip?.isActive && !occlusion && !receivers && !caster;
@@ -358,6 +359,7 @@ export class Culling {
     }
     stats.visible = this.#walk.cut();
     if (receivers) this.#endMain(scene, current, receivers);
+    if (isMain && this.#byReceivers && this.frozen) [stats.keptMaps, stats.allCast] = [0, 'the culling is frozen'];
     if (kept) [stats.hidden, stats.hiddenInstances, stats.clipped, stats.noOcclusion] = [kept.stats.hidden, kept.stats.hiddenInstances, kept.stats.clipped, kept.stats.noOcclusion];
     stats.milliseconds = performance.now() - began;
     this.#cost.pass(stats);
@@ -367,8 +369,8 @@ export class Culling {
   #tellCost() { [this.#stats.drawMicroseconds, this.#stats.drawMicrosecondsFrom] = [this.#cost.microseconds, this.#cost.from]; }
 
   // Has the time of a render counted. Whether it is to go without occlusion.
-  #measure({ began, done }) {
-    this.#cost.begin();
+  #measure({ began, done }, camera) {
+    if (!this.#cost.begin(camera)) return false;
     done.push(() => {
       this.#cost.end(performance.now() - began);
       this.#tellCost();

@@ -3,7 +3,6 @@
 import { Kind } from './bounds.js';
 import { Fate } from './decisions.js';
 import { worldBox } from './footprint.js';
-import { multiply } from './planes.js';
 
 const SIZE = 240;
 // Outside, drawn, hidden, clipped: bytes are those of canvas pixels, and brighter points lie on top.
@@ -21,10 +20,11 @@ function points({ objects, kinds, hidden, boxes, parts, length }, decision, each
   const { boxes: local, matrices } = boxes;
   for (let i = 0; i < Math.min(length, decision.length); i++) {
     if (kinds[i] < Kind.Mesh || objects[i] === null || hidden[i] === 1 || !objects[i].visible) continue;
+    const { elements: m } = objects[i].matrixWorld;
     if (kinds[i] === Kind.Mesh) {
       worldBox(local, 6 * i, matrices, 16 * i, box, 0);
-      const at = Number.isFinite(box[0] + box[3]) ? [0, 1, 2].map((c) => (box[c] + box[3 + c]) / 2) : objects[i].matrixWorld.elements.slice(12, 15);
-      each(i, -1, ...at, decision.fates[i]);
+      if (Number.isFinite(box[0] + box[3])) each(i, -1, (box[0] + box[3]) / 2, (box[1] + box[4]) / 2, (box[2] + box[5]) / 2, decision.fates[i]);
+      else each(i, -1, m[12], m[13], m[14], decision.fates[i]);
       continue;
     }
     const lists = decision.lists?.get(i);
@@ -34,10 +34,11 @@ function points({ objects, kinds, hidden, boxes, parts, length }, decision, each
     const fates = new Uint8Array(count).fill(lists ? Fate.Outside : Fate.Drawn);
     for (const k of lists?.inside ?? []) fates[k] = Fate.Hidden;
     for (const k of lists?.drawn ?? []) fates[k] = Fate.Drawn;
+    const places = isBatch ? null : objects[i].instanceMatrix.array;
     for (let k = 0; k < count; k++) {
-      if (isBatch) part.matrixOf(k, product);
-      else multiply(objects[i].matrixWorld.elements, objects[i].instanceMatrix.array.subarray(16 * k, 16 * k + 16), product);
-      each(i, k, product[12], product[13], product[14], fates[k]);
+      if (isBatch) { part.matrixOf(k, product); each(i, k, product[12], product[13], product[14], fates[k]); continue; }
+      const [x, y, z] = [places[16 * k + 12], places[16 * k + 13], places[16 * k + 14]];
+      each(i, k, m[0] * x + m[4] * y + m[8] * z + m[12], m[1] * x + m[5] * y + m[9] * z + m[13], m[2] * x + m[6] * y + m[10] * z + m[14], fates[k]);
     }
   }
 }
@@ -75,11 +76,14 @@ export class Map2D {
     const rank = new Uint8Array(SIZE * SIZE);
     const found = this.#found = new Float64Array(2 * SIZE * SIZE).fill(-1);
     points(nodes, decision, (i, k, x, y, z, fate) => {
-      const [px, py] = pixel(flat(x, y, z)).map(Math.floor);
+      const px = Math.floor(SIZE / 2 + (x - mx) * scale);
+      const py = Math.floor(SIZE / 2 + ((isZUp ? -y : z) - my) * scale);
       if (!(px >= 0 && py >= 0 && px < SIZE - 1 && py < SIZE - 1)) return;
-      for (const at of [SIZE * py + px, SIZE * py + px + 1, SIZE * (py + 1) + px, SIZE * (py + 1) + px + 1]) {
+      // Two by two pixels.
+      for (let corner = 0; corner < 4; corner++) {
+        const at = SIZE * (py + (corner >> 1)) + px + (corner & 1);
         if (rank[at] >= RANK[fate]) continue;
-        [rank[at], pixels[at], found[2 * at], found[2 * at + 1]] = [RANK[fate], words[fate], i, k];
+        rank[at] = RANK[fate]; pixels[at] = words[fate]; found[2 * at] = i; found[2 * at + 1] = k;
       }
     });
     context.putImageData(image, 0, 0);

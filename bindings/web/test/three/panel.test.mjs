@@ -119,7 +119,7 @@ for (const api of ['webgl', 'webgpu']) {
     assert.deepEqual(await page.evaluate(() => [panel.element.getAttribute('aria-live'), [...panel.element.shadowRoot.querySelectorAll('button')].every((b) => b.type === 'button' && (b.textContent.length > 1 || b.ariaLabel))]), ['off', true]);
     assert.equal((await page.evaluate(() => panel.explain(s.aside))).reason, 'outside');
     await page.getByRole('button', { name: 'Close' }).press('Enter');
-    assert.deepEqual(await page.evaluate(async () => { panel.dispose(); s.render(); const next = await culling.panel(); const other = next !== panel; culling.dispose(); await null; await null; return [panel.element.isConnected, other, next.element.isConnected]; }), [false, true, false]);
+    assert.deepEqual(await page.evaluate(async () => { panel.dispose(); s.render(); const next = await culling.panel(); const other = next !== panel; culling.dispose(); await null; await null; const late = await culling.panel().catch((error) => error.message); return [panel.element.isConnected, other, next.element.isConnected, late]; }), [false, true, false, 'cullet: panel() of a culling that was disposed; make another one']);
     assert.deepEqual(page.errors, []);
     await page.close();
   });
@@ -178,6 +178,7 @@ for (const api of ['webgl', 'webgpu']) {
       const counts = ({ stats: s }) => (name === 'lamps' ? [] : [s.visible, s.hidden, s.visibleInstances, s.hiddenInstances]);
       assert.deepEqual(counts(away), counts(live));
       if (name === 'batchedTown') assert.equal(away.triangles, live.triangles);
+      else assert.match(away.stats.allCast, /frozen/);
       assert.notEqual(there.digest, away.digest, `${name}: frozen for ever`);
     }
     assert.deepEqual(page.errors, []);
@@ -218,11 +219,12 @@ for (const api of ['webgl', 'webgpu']) {
 test('the cost of a draw is the median of pairs of renders, within limits', async () => {
   const { DrawCost } = await import(pathToFileURL(join(packageFolder, 'js/three/cost.js')));
   // Renders of some work of their own, and `each` microseconds a draw; `odd`: every third without occlusion takes long.
-  const measure = (each, { hidden = 600, odd = 0, renders = 40 } = {}) => {
+  const measure = (each, { hidden = 600, odd = 0, renders = 40, another = false } = {}) => {
     const cost = new DrawCost();
     let trials = 0;
     for (let i = 0; i < renders; i++) {
-      cost.begin();
+      if (another) assert.equal(cost.begin('another'), !cost.isTrial);
+      cost.begin('one');
       const out = cost.isTrial ? 0 : hidden;
       cost.pass({ visible: 700 - out, hidden: out, milliseconds: cost.isTrial ? 0.1 : 0.7 });
       trials += Number(cost.isTrial);
@@ -232,6 +234,7 @@ test('the cost of a draw is the median of pairs of renders, within limits', asyn
   };
   assert.deepEqual(measure(3), [9, 'measured', 16]);
   assert.deepEqual(measure(3, { odd: 20 }), [9, 'measured', 16]);
+  assert.deepEqual(measure(3, { another: true }), [9, 'measured', 16]);
   assert.deepEqual(measure(0.1), [4, 'measured', 16]);
   assert.deepEqual(measure(90), [50, 'measured', 16]);
   assert.deepEqual(measure(3, { renders: 39 }), [8, 'default', 15]);
