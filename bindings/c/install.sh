@@ -1,16 +1,18 @@
 #!/bin/sh
 # Builds the library and installs header, libraries, CMake package and pkg-config file: ./install.sh PREFIX [PROFILE]
+# CULLET_FEATURES chooses its parts: scenes,files,queries as it is unset; boxes for the least.
 set -eu
 if [ $# -lt 1 ] || [ $# -gt 2 ]; then
-    echo "usage: $0 PREFIX [PROFILE]    for example: $0 /usr/local" >&2
+    echo "usage: [CULLET_FEATURES=boxes] $0 PREFIX [PROFILE]    for example: $0 /usr/local" >&2
     exit 2
 fi
 here=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
 mkdir -p "$1"
 prefix=$(CDPATH='' cd -- "$1" && pwd)
-profile=${2:-release}
+profile=${2:-library}
+features=${CULLET_FEATURES:-scenes,files,queries}
 cargo=${CARGO:-cargo}
-( cd "$here" && "$cargo" build --quiet --package cullet-c --lib --profile "$profile" )
+( cd "$here" && "$cargo" build --quiet --package cullet-c --lib --profile "$profile" --no-default-features --features "$features" )
 target=$(cd "$here" && "$cargo" metadata --format-version 1 --no-deps | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
 folder=$profile
 if [ "$profile" = dev ]; then folder=debug; fi

@@ -211,10 +211,11 @@ mod tests {
     use super::*;
     use crate::mesh::{MeshArrays, cullet_scene_add_mesh};
     use crate::scene::{
-        Handle, Instance, Transform, cullet_scene_add, cullet_scene_commit, cullet_scene_create,
+        Handle, Instance, cullet_scene_add, cullet_scene_commit, cullet_scene_create,
         cullet_scene_set_layers,
     };
     use crate::settings::cullet_settings_preset;
+    use crate::transform::Transform;
     use crate::view::cullet_view_look_at;
     use std::ptr::null;
 

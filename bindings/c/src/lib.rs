@@ -12,18 +12,31 @@
 pub mod boxes;
 pub mod clip;
 pub mod clip_occlusion;
+#[cfg(feature = "scenes")]
 pub mod cull;
+#[cfg(feature = "scenes")]
 pub mod cull_more;
+#[cfg(feature = "scenes")]
 pub mod explain;
+#[cfg(feature = "files")]
+pub mod files;
 mod memory;
+#[cfg(feature = "scenes")]
 pub mod mesh;
 pub mod occlusion;
+#[cfg(feature = "queries")]
 pub mod queries;
+#[cfg(feature = "queries")]
 pub mod region;
 mod registry;
+#[cfg(feature = "scenes")]
 pub mod results;
+#[cfg(feature = "scenes")]
 pub mod scene;
+#[cfg(feature = "scenes")]
 pub mod settings;
+#[cfg(feature = "scenes")]
 pub mod shadow;
 pub mod status;
+pub mod transform;
 pub mod view;

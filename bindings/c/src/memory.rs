@@ -4,6 +4,7 @@
 //! written to is never borrowed, so that a caller may hand the same array in twice, or one that was
 //! never initialised.
 
+#[cfg(feature = "files")]
 use std::ffi::{CStr, c_char};
 use std::fmt::Display;
 
@@ -77,6 +78,7 @@ pub(crate) unsafe fn value<T: Plain>(what: impl Display, pointer: *const T) -> R
 ///
 /// # Safety
 /// If it is not NULL, `pointer` must have a 0 behind its text, which nobody changes during `'a`.
+#[cfg(feature = "files")]
 pub(crate) unsafe fn text<'a>(what: impl Display, pointer: *const c_char) -> Result<&'a str> {
     check(&what, pointer, None)?;
     // SAFETY: it is not NULL; that there is a 0 is the caller's promise.

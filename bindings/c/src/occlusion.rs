@@ -9,7 +9,7 @@ use engine::{Simd, Transform as EngineTransform};
 use crate::clip::Clip;
 use crate::memory::{Out, Plain, read, value};
 use crate::registry::{Kind, Table};
-use crate::scene::Transform;
+use crate::transform::Transform;
 use crate::status::{Error, Result, Status, call};
 use crate::view::{View, to_engine};
 

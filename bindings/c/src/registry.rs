@@ -32,6 +32,12 @@ impl Kind {
         }
     }
 
+    /// The name with its article.
+    fn one(self) -> String {
+        let article = if self == Self::Occlusion { "an" } else { "a" };
+        format!("{article} {}", self.name())
+    }
+
     fn of(id: u64) -> Option<Self> {
         let all = [Self::Scene, Self::State, Self::Occlusion, Self::Boxes, Self::Region];
         all.into_iter().find(|k| *k as u64 == id >> 56)
@@ -107,8 +113,8 @@ impl<T: Send + Sync> Table<T> {
                 let index = free.used;
                 let (chunk, _) = place(index);
                 let Some(cell) = self.chunks.get(chunk) else {
-                    let what = self.kind.name();
-                    let message = format!("there are {index} of a {what}, as many as there can be");
+                    let what = self.kind.one();
+                    let message = format!("there are {index} of {what}, as many as there can be");
                     return Err(Error::new(Status::Full, message));
                 };
                 cell.get_or_init(|| {
@@ -176,11 +182,11 @@ impl<T: Send + Sync> Table<T> {
             Some(kind) if kind == self.kind => {}
             Some(kind) => {
                 let message =
-                    format!("{id:#x} is the handle of a {}, not of a {what}", kind.name());
+                    format!("{id:#x} is the handle of {}, not of {}", kind.one(), self.kind.one());
                 return Err(Error::new(Status::WrongHandle, message));
             }
             None => {
-                let message = format!("{id:#x} is no handle of this library; a {what} is needed");
+                let message = format!("{id:#x} is no handle of this library; {} is needed", self.kind.one());
                 return Err(Error::new(Status::WrongHandle, message));
             }
         }

@@ -1,26 +1,23 @@
-//! Scenes: made or opened, their instances, and the commit that sorts them.
+//! Scenes: their instances, and the commit that sorts them.
 
-use std::ffi::c_char;
 use std::ops::{Deref, DerefMut};
-use std::path::Path;
 
 use cullet_cells::Cells;
-use cullet_io::LoadOptions;
-use cullet_maps::load;
 use engine::bounds::Aabb;
 use engine::{Handle as EngineHandle, InstanceFlags, SceneError, scene::BoundsOverride};
 
-use crate::memory::{Out, Plain, read, reserved, text};
+use crate::memory::{Out, Plain, read, reserved};
 use crate::registry::{Kind, Table};
 use crate::status::{Error, Result, Status, call};
+use crate::transform::Transform;
 
 pub(crate) static SCENES: Table<InCells> = Table::new(Kind::Scene);
 
 /// A scene with the cells that its file may bring along.
 #[derive(Debug)]
 pub(crate) struct InCells {
-    scene: engine::Scene,
-    cells: Option<Cells>,
+    pub(crate) scene: engine::Scene,
+    pub(crate) cells: Option<Cells>,
 }
 
 impl InCells {
@@ -80,29 +77,6 @@ impl From<Handle> for EngineHandle {
 impl From<EngineHandle> for Handle {
     fn from(EngineHandle { index, generation }: EngineHandle) -> Self {
         Self { index, generation }
-    }
-}
-
-/// An affine transform: x becomes linear * x + translation. Mirrored and singular ones too; one
-/// that is not finite keeps its instance visible.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct Transform {
-    /// The columns of the linear part, one after another.
-    pub linear: [f32; 9],
-    /// The translation; double, so that worlds of 1e7 units stay right.
-    pub translation: [f64; 3],
-}
-
-impl Plain for Transform {}
-
-impl Transform {
-    pub(crate) fn to_engine(self) -> engine::Transform {
-        let [a, b, c, d, e, f, g, h, i] = self.linear;
-        engine::Transform {
-            linear: [[a, b, c], [d, e, f], [g, h, i]],
-            translation: self.translation,
-        }
     }
 }
 
@@ -229,27 +203,6 @@ pub unsafe extern "C" fn cullet_scene_create(scene: *mut Scene) -> Status {
         out.set(
             0,
             Scene { id: SCENES.insert(InCells { scene: engine::Scene::new(), cells: None })? },
-        );
-        Ok(())
-    })
-}
-
-/// Opens a file as a scene: glTF and GLB, with what `cullet bake` wrote into them, OBJ, PLY, STL,
-/// OFF, maps of Quake. The path is UTF-8. The scene is committed; instances have the handles 0, 1,
-/// 2, ... of generation 0 in the order of the file. Reading takes at most three times the memory of
-/// the geometry. The message of a failure names the file, the item and what would be right.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn cullet_open(path: *const c_char, scene: *mut Scene) -> Status {
-    call("cullet_open", || {
-        // SAFETY: as the header asks of the caller.
-        let mut out = unsafe { Out::one("scene", scene) }?;
-        // SAFETY: as the header asks of the caller.
-        let path = unsafe { text("path", path) }?;
-        let model = load(Path::new(path), &LoadOptions::default())
-            .map_err(|e| Error::new(Status::File, e.to_string()))?;
-        out.set(
-            0,
-            Scene { id: SCENES.insert(InCells { scene: model.scene, cells: model.placed })? },
         );
         Ok(())
     })

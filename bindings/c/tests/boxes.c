@@ -106,7 +106,7 @@ static void answers(void) {
 
 static void mistakes(void) {
     cullet_boxes boxes, none = {0}, wrong;
-    cullet_scene scene;
+    cullet_occlusion buffer;
     cullet_box_arrays arrays = arrays_of(), bad;
     cullet_view view = ahead(), empty;
     uint8_t flags[4] = {9, 9, 9, 9};
@@ -116,11 +116,11 @@ static void mistakes(void) {
     SAYS("occlusion_width is 5000: it must be 0 to 4096");
     IS(CULLET_STATUS_NULL_POINTER, cullet_boxes_create(0, NULL));
     IS(CULLET_STATUS_OK, cullet_boxes_create(0, &boxes));
-    IS(CULLET_STATUS_OK, cullet_scene_create(&scene));
-    wrong.id = scene.id;
+    IS(CULLET_STATUS_OK, cullet_occlusion_create(8, 8, &buffer));
+    wrong.id = buffer.id;
     IS(CULLET_STATUS_WRONG_HANDLE, cullet_boxes_set(wrong, &arrays));
-    SAYS("is the handle of a scene, not of a set of boxes");
-    IS(CULLET_STATUS_OK, cullet_scene_destroy(scene));
+    SAYS("is the handle of an occlusion buffer, not of a set of boxes");
+    IS(CULLET_STATUS_OK, cullet_occlusion_destroy(buffer));
     IS(CULLET_STATUS_NULL_HANDLE, cullet_boxes_set(none, &arrays));
     IS(CULLET_STATUS_NULL_POINTER, cullet_boxes_set(boxes, NULL));
     bad = arrays;

@@ -1,6 +1,8 @@
 //! The C and C++ interface: installed, then compiled against and run as its users do, by each
 //! compiler that is there.
 
+mod sizes;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,7 +15,7 @@ use crate::tools::{
 };
 
 /// Profile in which it is published.
-const PROFILE: &str = "release";
+const PROFILE: &str = "library";
 const WARNINGS: &[&str] = &["-Wall", "-Wextra", "-Werror", "-pedantic", "-g", "-O1"];
 /// Libraries that a static library of Rust needs beside it.
 const STATIC: &[&str] = &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl"];
@@ -49,7 +51,10 @@ pub(crate) fn test() -> Ended {
         })
         .collect();
     let has = |program: &str| absent.iter().all(|(name, _)| *name != program);
-    let host = Host::install()?;
+    let host = Host::install("whole", "scenes,files,queries")?;
+    let boxes = Host::install("boxes", "boxes")?;
+    sizes::test(&host, &boxes)?;
+    boxes.boxes_alone(&has)?;
     host.examples()?;
     host.programs(&has, &mut skips)?;
     host.packages(&has)?;
@@ -65,8 +70,9 @@ struct Host {
 }
 
 impl Host {
-    fn install() -> Result<Self, String> {
-        let folder = target().join("host-c");
+    /// Installs a build of some features.
+    fn install(name: &str, features: &str) -> Result<Self, String> {
+        let folder = target().join("host-c").join(name);
         let _ = fs::remove_dir_all(&folder);
         let host = Self {
             source: root().join("bindings/c"),
@@ -77,8 +83,28 @@ impl Host {
         let script = text(&host.source.join("install.sh"));
         let mut install = command("sh", &[&script, &text(&host.prefix), PROFILE]);
         install.env("CARGO", cargo_program()).env("CARGO_TARGET_DIR", target());
+        install.env("CULLET_FEATURES", features);
         run(install)?;
         Ok(host)
+    }
+
+    /// What a build of boxes alone is for: its own tests; and a project of CMake that builds it with itself.
+    fn boxes_alone(&self, has: &dyn Fn(&str) -> bool) -> Done {
+        self.run(&self.compile("gcc", "tests/boxes.c", &["-DCOUNT_ALLOCATIONS"])?, &[])?;
+        if !has("cmake") {
+            return Ok(());
+        }
+        let from = text(&self.source.join("tests/add_subdirectory"));
+        let build = self.work.join("cmake");
+        let mut configure = command("cmake", &["-S", &from, "-B", &text(&build)]);
+        configure.arg(format!("-DCULLET_TARGET_DIR={}", text(&target())));
+        configure.arg(format!("-DCULLET_CARGO={}", cargo_program()));
+        run(configure)?;
+        run(command("cmake", &["--build", &text(&build)]))?;
+        for program in ["boxes_shared", "boxes_static"] {
+            run(command(&text(&build.join(program)), &[]))?;
+        }
+        Ok(())
     }
 
     /// Compiles sources against the shared library; returns the program.

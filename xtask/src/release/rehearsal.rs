@@ -170,9 +170,11 @@ fn c() -> Ended {
     let name = format!("cullet-c-{}-{}", current_version()?, machine()?);
     let stage = empty("stage")?;
     let script = text(&root().join("bindings/c/install.sh"));
-    let mut install = command("sh", &[&script, &text(&stage.join(&name)), "release"]);
+    let mut install = command("sh", &[&script, &text(&stage.join(&name))]);
     install.env("CARGO", cargo_program()).env("CARGO_TARGET_DIR", target());
     run(install)?;
+    fs::copy(root().join("bindings/c/README.md"), stage.join(&name).join("README.md"))
+        .map_err(|e| at(&stage, e))?;
     let prefix = pack(&stage, &name)?;
     let user = empty("c-user")?;
     let example = first_example("bindings/c/README.md", "c")?;

@@ -9,7 +9,7 @@ use engine::{Simd, Transform as EngineTransform};
 use super::{Boxes, SETS};
 use crate::memory::{Layout, Plain, read, value, vertices};
 use crate::occlusion::transform_of;
-use crate::scene::Transform;
+use crate::transform::Transform;
 use crate::status::{Error, Result, Status, call};
 
 /// Kinds of occluders.

@@ -4,7 +4,7 @@ use std::ptr::{from_ref, null, null_mut};
 use super::arrays::*;
 use super::occluders::*;
 use super::*;
-use crate::scene::Transform;
+use crate::transform::Transform;
 use crate::view::cullet_view_look_at;
 use engine::bounds::Aabb;
 use engine::cull::occlusion::{Convex, DynamicSurface};
