@@ -17,6 +17,9 @@
  *
  * SPACE is right-handed, +Y up; clip depth is 0 to 1; matrices are column-major. Origins, eyes and translations are double.
  *
+ * PARTS. A library may be built without scenes, files or queries (CULLET_FEATURES). This file is the same for each: a call that
+ * is not in the library fails when a program is linked.
+ *
  * This file is written from the source of the library: do not edit it.
  */
 
@@ -1584,6 +1587,14 @@ cullet_status cullet_explain(cullet_scene scene,
                              size_t *length);
 
 /**
+ * Opens a file as a scene: glTF and GLB, with what `cullet bake` wrote into them, OBJ, PLY, STL,
+ * OFF, maps of Quake. The path is UTF-8. The scene is committed; instances have the handles 0, 1,
+ * 2, ... of generation 0 in the order of the file. Reading takes at most three times the memory of
+ * the geometry. The message of a failure names the file, the item and what would be right.
+ */
+cullet_status cullet_open(const char *path, cullet_scene *scene);
+
+/**
  * Adds a mesh that instances may share, and writes its number, from 0 on. Cost: linear in its
  * triangles; what culling needs of it is made by the next `cullet_scene_commit`. Refused with
  * `CULLET_STATUS_MESH` where an index is beyond the vertices, a position is not finite, or the
@@ -1819,14 +1830,6 @@ const char *cullet_unit_name(uint32_t unit);
  * Makes an empty scene. Destroy it with `cullet_scene_destroy`.
  */
 cullet_status cullet_scene_create(cullet_scene *scene);
-
-/**
- * Opens a file as a scene: glTF and GLB, with what `cullet bake` wrote into them, OBJ, PLY, STL,
- * OFF, maps of Quake. The path is UTF-8. The scene is committed; instances have the handles 0, 1,
- * 2, ... of generation 0 in the order of the file. Reading takes at most three times the memory of
- * the geometry. The message of a failure names the file, the item and what would be right.
- */
-cullet_status cullet_open(const char *path, cullet_scene *scene);
 
 /**
  * Destroys a scene; its handle is stale from then on, and so are those of its instances.

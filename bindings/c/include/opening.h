@@ -17,5 +17,8 @@
  *
  * SPACE is right-handed, +Y up; clip depth is 0 to 1; matrices are column-major. Origins, eyes and translations are double.
  *
+ * PARTS. A library may be built without scenes, files or queries (CULLET_FEATURES). This file is the same for each: a call that
+ * is not in the library fails when a program is linked.
+ *
  * This file is written from the source of the library: do not edit it.
  */

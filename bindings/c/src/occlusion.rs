@@ -9,8 +9,8 @@ use engine::{Simd, Transform as EngineTransform};
 use crate::clip::Clip;
 use crate::memory::{Out, Plain, read, value};
 use crate::registry::{Kind, Table};
-use crate::transform::Transform;
 use crate::status::{Error, Result, Status, call};
+use crate::transform::Transform;
 use crate::view::{View, to_engine};
 
 pub(crate) static BUFFERS: Table<Buffer> = Table::new(Kind::Occlusion);

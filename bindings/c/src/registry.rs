@@ -186,7 +186,8 @@ impl<T: Send + Sync> Table<T> {
                 return Err(Error::new(Status::WrongHandle, message));
             }
             None => {
-                let message = format!("{id:#x} is no handle of this library; {} is needed", self.kind.one());
+                let message =
+                    format!("{id:#x} is no handle of this library; {} is needed", self.kind.one());
                 return Err(Error::new(Status::WrongHandle, message));
             }
         }

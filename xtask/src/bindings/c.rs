@@ -95,14 +95,17 @@ impl Host {
             return Ok(());
         }
         let from = text(&self.source.join("tests/add_subdirectory"));
-        let build = self.work.join("cmake");
-        let mut configure = command("cmake", &["-S", &from, "-B", &text(&build)]);
-        configure.arg(format!("-DCULLET_TARGET_DIR={}", text(&target())));
-        configure.arg(format!("-DCULLET_CARGO={}", cargo_program()));
-        run(configure)?;
-        run(command("cmake", &["--build", &text(&build)]))?;
-        for program in ["boxes_shared", "boxes_static"] {
-            run(command(&text(&build.join(program)), &[]))?;
+        for fetch in ["OFF", "ON"] {
+            let build = self.work.join(format!("cmake_{fetch}"));
+            let mut configure = command("cmake", &["-S", &from, "-B", &text(&build)]);
+            configure.arg(format!("-DFETCH={fetch}"));
+            configure.arg(format!("-DCULLET_TARGET_DIR={}", text(&target())));
+            configure.arg(format!("-DCULLET_CARGO={}", cargo_program()));
+            run(configure)?;
+            run(command("cmake", &["--build", &text(&build)]))?;
+            for program in ["boxes_shared", "boxes_static"] {
+                run(command(&text(&build.join(program)), &[]))?;
+            }
         }
         Ok(())
     }

@@ -9,8 +9,8 @@ use engine::{Simd, Transform as EngineTransform};
 use super::{Boxes, SETS};
 use crate::memory::{Layout, Plain, read, value, vertices};
 use crate::occlusion::transform_of;
-use crate::transform::Transform;
 use crate::status::{Error, Result, Status, call};
+use crate::transform::Transform;
 
 /// Kinds of occluders.
 #[repr(C)]
