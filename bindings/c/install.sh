@@ -1,9 +1,10 @@
 #!/bin/sh
 # Builds the library and installs header, libraries, CMake package and pkg-config file: ./install.sh PREFIX [PROFILE]
-# CULLET_FEATURES chooses its parts: scenes,files,queries as it is unset; boxes for the least.
+# CULLET_FEATURES chooses its parts: scenes,files,queries as it is unset; boxes for the least. CULLET_NO_BACKTRACE=1 compiles
+# Rust's standard library along, without what lists the calls that led to a panic; it needs `rustup component add rust-src`.
 set -eu
 if [ $# -lt 1 ] || [ $# -gt 2 ]; then
-    echo "usage: [CULLET_FEATURES=boxes] $0 PREFIX [PROFILE]    for example: $0 /usr/local" >&2
+    echo "usage: [CULLET_FEATURES=boxes] [CULLET_NO_BACKTRACE=1] $0 PREFIX [PROFILE]    for example: $0 /usr/local" >&2
     exit 2
 fi
 here=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
@@ -12,14 +13,23 @@ prefix=$(CDPATH='' cd -- "$1" && pwd)
 profile=${2:-library}
 features=${CULLET_FEATURES:-scenes,files,queries}
 cargo=${CARGO:-cargo}
-( cd "$here" && "$cargo" build --quiet --package cullet-c --lib --profile "$profile" --no-default-features --features "$features" )
-target=$(cd "$here" && "$cargo" metadata --format-version 1 --no-deps | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
 folder=$profile
 if [ "$profile" = dev ]; then folder=debug; fi
+set -- build --quiet --package cullet-c --lib --profile "$profile" --no-default-features --features "$features"
+if [ "${CULLET_NO_BACKTRACE:-}" = 1 ]; then
+    triple=$("${RUSTC:-rustc}" -vV | sed -n 's/^host: //p')
+    folder=$triple/$folder
+    export RUSTC_BOOTSTRAP=1 # These options are not stable.
+    set -- "$@" -Zbuild-std=std,panic_unwind -Zbuild-std-features=panic-unwind --target "$triple"
+fi
+( cd "$here" && "$cargo" "$@" )
+target=$(cd "$here" && "$cargo" metadata --format-version 1 --no-deps | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' "$here/Cargo.toml" "$here/../../Cargo.toml" 2>/dev/null | head -n 1)
 mkdir -p "$prefix/include" "$prefix/lib/pkgconfig" "$prefix/lib/cmake/cullet" "$prefix/share/licenses/cullet"
 cp "$here/include/cullet.h" "$here/include/cullet.hpp" "$here/include/cullet_moc.h" "$prefix/include/"
 cp "$target/$folder/libcullet.a" "$prefix/lib/"
+# Half of it says where lines of the standard library are.
+strip -S "$prefix/lib/libcullet.a" 2>/dev/null || echo "libcullet.a keeps its debugging information: there is no strip" >&2
 if [ -f "$target/$folder/libcullet.dylib" ]; then
     cp "$target/$folder/libcullet.dylib" "$prefix/lib/"
 else

@@ -51,9 +51,9 @@ pub(crate) fn test() -> Ended {
         })
         .collect();
     let has = |program: &str| absent.iter().all(|(name, _)| *name != program);
-    let host = Host::install("whole", "scenes,files,queries")?;
-    let boxes = Host::install("boxes", "boxes")?;
-    sizes::test(&host, &boxes)?;
+    let host = Host::install("whole", &[])?;
+    let boxes = Host::install("boxes", &[("CULLET_FEATURES", "boxes")])?;
+    sizes::test(&host, &boxes, &mut skips)?;
     boxes.boxes_alone(&has)?;
     host.examples()?;
     host.programs(&has, &mut skips)?;
@@ -70,8 +70,8 @@ struct Host {
 }
 
 impl Host {
-    /// Installs a build of some features.
-    fn install(name: &str, features: &str) -> Result<Self, String> {
+    /// Installs what settings of the script ask for.
+    fn install(name: &str, settings: &[(&str, &str)]) -> Result<Self, String> {
         let folder = target().join("host-c").join(name);
         let _ = fs::remove_dir_all(&folder);
         let host = Self {
@@ -83,7 +83,7 @@ impl Host {
         let script = text(&host.source.join("install.sh"));
         let mut install = command("sh", &[&script, &text(&host.prefix), PROFILE]);
         install.env("CARGO", cargo_program()).env("CARGO_TARGET_DIR", target());
-        install.env("CULLET_FEATURES", features);
+        install.envs(settings.iter().copied());
         run(install)?;
         Ok(host)
     }
