@@ -79,6 +79,8 @@ fn features() -> Ended {
     // Apart, for the cuts need the standard library and would lend it to the cells.
     check(&["--package", "cullet-cells", "--no-default-features"])?;
     check(&["--package", "cullet", "--package", "cullet-cut", "--no-default-features"])?;
+    check(&["--package", "cullet-c", "--lib", "--no-default-features"])?;
+    check(&["--package", "cullet-c", "--lib", "--no-default-features", "--features", "scenes"])?;
     let published = release::published()?;
     let mut words = vec!["--lib", "--all-features"];
     words.extend(published.iter().map(String::as_str));
