@@ -180,10 +180,10 @@ namespace Cullet
             where T : struct => Give<T>(Index(first), objects, layout, origin);
 
         /// <summary>Replaces all boxes by those behind pointers, with strides and counts of yours.</summary>
-        public void Set(cullet_box_arrays* arrays) => Check(cullet_boxes_set(Handle, arrays));
+        public void SetPointers(cullet_box_arrays* arrays) => Check(cullet_boxes_set(Handle, arrays));
 
         /// <summary>Replaces boxes from one on by those behind pointers.</summary>
-        public void Update(int first, cullet_box_arrays* arrays) =>
+        public void UpdatePointers(int first, cullet_box_arrays* arrays) =>
             Check(cullet_boxes_update(Handle, Size(Index(first)), arrays));
 
         static int Index(int first)
