@@ -26,6 +26,11 @@ const INPUTS: &[Inputs] = &[
     Inputs { step: "lists", packages: &["cullet-viewer", "cullet-gpu"], files: &[] },
     Inputs { step: "host-c", packages: &["cullet-c", "cullet-baker"], files: &[] },
     Inputs {
+        step: "host-csharp",
+        packages: &["cullet-c", "cullet-baker"],
+        files: &["bindings/csharp/", "docs/src/csharp.md"],
+    },
+    Inputs {
         step: "host-python",
         packages: &["cullet-python", "cullet-baker", "cullet-lab"],
         files: &[],

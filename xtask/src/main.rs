@@ -40,7 +40,7 @@ cargo xtask pictures   draws the pictures of README and docs again
 cargo xtask figures [NAME] [--write]
                        runs the commands that figures of README and docs come from, and compares; with NAME those whose
                        file or command contains it; --write puts the new ones into the text
-cargo xtask bindings [c | python | web | bevy | godot]
+cargo xtask bindings [c | csharp | python | web | bevy | godot]
                        builds the bindings, or one of them, and tests each in its host, once the answers that all are held
                        against are made; says what is installed for it
 cargo xtask book       builds the book with the viewer's page in it, into docs/book, to be published as it is

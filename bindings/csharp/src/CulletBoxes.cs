@@ -45,7 +45,7 @@ namespace Cullet
 
         const BindingFlags Fields = BindingFlags.Instance | BindingFlags.Public | BindingFlags.NonPublic;
 
-        static bool IsPlain(Type type)
+        internal static bool IsPlain(Type type)
         {
             if (type.IsPrimitive || type.IsEnum) return type != typeof(bool) && type != typeof(char);
             if (!type.IsValueType || type.IsAutoLayout) return false;
@@ -201,6 +201,8 @@ namespace Cullet
         void Give<T>(int at, ReadOnlySpan<T> objects, CulletBoxLayout layout, CulletDouble3 origin) where T : struct
         {
 #if CULLET_NO_SPAN
+            // Some hosts pin structs with references too.
+            if (!Plain<T>.Is) throw new ArgumentException($"{typeof(T)} has a field that is no number");
             int size = Marshal.SizeOf(typeof(T));
             GCHandle pinned = GCHandle.Alloc(objects.Array, GCHandleType.Pinned);
             try
@@ -218,6 +220,13 @@ namespace Cullet
             fixed (byte* all = &MemoryMarshal.GetReference(bytes)) Give(at, all, size, objects.Length, layout, origin);
 #endif
         }
+
+#if CULLET_NO_SPAN
+        static class Plain<T>
+        {
+            internal static readonly bool Is = CulletBoxLayout.IsPlain(typeof(T));
+        }
+#endif
 
         void Give(int at, byte* all, int size, int count, CulletBoxLayout layout, CulletDouble3 origin)
         {

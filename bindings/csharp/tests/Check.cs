@@ -67,6 +67,9 @@ namespace Cullet.Tests
                     case "golden":
                         Golden.Run(words[1]);
                         break;
+                    case "unity":
+                        UnityFrame.Run();
+                        break;
                     case "frames":
                         Frames.Run(words.Length > 1 ? int.Parse(words[1]) : 3);
                         break;
