@@ -1,11 +1,11 @@
-// Switches the renderers of a Unity scene on and off by what the camera may see, each frame, behind boxes that you place.
-// No Unity has run this: it is compiled against stubs (tests/UnityStubs.cs), as the chapter of the book says.
+// Switches the renderers of a Unity scene on and off by what the camera may see, each frame, behind boxes that you
+// place. No Unity has run this: it is compiled against stubs (tests/UnityStubs.cs), as the chapter of the book says.
 using System.Collections.Generic;
 using Cullet;
 using UnityEngine;
 
-/// <summary>Put it on a camera. Static colliders of the box kind in <see cref="occluders"/> hide; all renderers of the scene
-/// are culled by their bounds.</summary>
+/// <summary>Put it on a camera. Static colliders of the box kind in <see cref="occluders"/> hide; all renderers of the
+/// scene are culled by their bounds.</summary>
 [RequireComponent(typeof(Camera))]
 public sealed class CulletRenderers : MonoBehaviour
 {
@@ -81,7 +81,8 @@ public sealed class CulletRenderers : MonoBehaviour
     {
         Vector3 center = wall.center, half = wall.size * 0.5f;
         CulletOccluder occluder = CulletOccluder.Boxes(new CulletBox(
-            center.x - half.x, center.y - half.y, center.z - half.z, center.x + half.x, center.y + half.y, center.z + half.z));
+            center.x - half.x, center.y - half.y, center.z - half.z, center.x + half.x, center.y + half.y,
+                center.z + half.z));
         Matrix4x4 at = wall.transform.localToWorldMatrix;
         occluder.Transform = new CulletTransform(
             new CulletLinear(

@@ -20,7 +20,8 @@ static class Program
             for (int i = 0; i < Side * Side; i++)
             {
                 var at = new CulletDouble3(3 * (i % Side), 0, 3 * (i / Side));
-                scene.Add(new CulletInstance(box, new CulletTransform(CulletLinear.Scale(1, 1 + i % 7, 1), at), (ulong)i));
+                scene.Add(new CulletInstance(box, new CulletTransform(CulletLinear.Scale(1, 1 + i % 7, 1), at),
+                    (ulong)i));
             }
             scene.Commit();
 
@@ -31,7 +32,8 @@ static class Program
                     new CulletDouble3(-2, 2, 3 * frame), new CulletDouble3(40, 1, 40), 0.9, 0.1, 1280, 720);
                 state.Cull(scene, view);
                 state.Draws(scene, draws);
-                Console.WriteLine($"frame {frame}: {draws.Instances.Length} instances in {draws.Commands.Length} draws");
+                int instances = draws.Instances.Length, commands = draws.Commands.Length;
+                Console.WriteLine($"frame {frame}: {instances} instances in {commands} draws");
             }
         }
     }

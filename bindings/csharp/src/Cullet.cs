@@ -6,8 +6,8 @@ using static Cullet.CulletNative;
 
 namespace Cullet
 {
-    /// <summary>The error of a call that the library refused. <c>Message</c> names the argument, the value, the limit and what
-    /// to do.</summary>
+    /// <summary>The error of a call that the library refused. <c>Message</c> names the argument, the value, the limit
+    /// and what to do.</summary>
     public sealed class CulletException : Exception
     {
         /// <summary>The status that the call returned.</summary>
@@ -35,8 +35,8 @@ namespace Cullet
         /// <summary>Returns the name of a unit of a funnel: "instances", "clusters" or "triangles".</summary>
         public static string UnitName(uint unit) => Text(cullet_unit_name(unit));
 
-        /// <summary>Throws a <see cref="CulletException"/> with the calling thread's last error, unless a status is OK. For
-        /// calls of <see cref="CulletNative"/>: nothing may stand between the call and this.</summary>
+        /// <summary>Throws a <see cref="CulletException"/> with the calling thread's last error, unless a status is OK.
+        /// For calls of <see cref="CulletNative"/>: nothing may stand between the call and this.</summary>
         public static void Check(CulletStatus status)
         {
             if (status != CulletStatus.Ok) throw new CulletException(status, Text(cullet_last_error()));
@@ -69,7 +69,8 @@ namespace Cullet
         /// <summary>Refuses an output that has no room for all entries.</summary>
         internal static void Room(int needed, int room, string name)
         {
-            if (room < needed) throw new ArgumentException($"{name} has room for {room} entries: {needed} are needed", name);
+            if (room < needed) throw new ArgumentException($"{name} has room for {room} entries: {needed} are needed",
+                name);
         }
 
         /// <summary>Returns how many vertices floats make.</summary>
@@ -86,8 +87,9 @@ namespace Cullet
         }
     }
 
-    /// <summary>An object of the library. It is destroyed by <see cref="Dispose"/>, or by the garbage collector some time after
-    /// the last use. Any thread may use it; a call that another excludes throws with <see cref="CulletStatus.Busy"/>.</summary>
+    /// <summary>An object of the library. It is destroyed by <see cref="Dispose"/>, or by the garbage collector some
+    /// time after the last use. Any thread may use it; a call that another excludes throws with
+    /// <see cref="CulletStatus.Busy"/>.</summary>
     public abstract class CulletObject : IDisposable
     {
         long id;
@@ -96,8 +98,8 @@ namespace Cullet
         {
         }
 
-        /// <summary>The number of the handle, for calls of <see cref="CulletNative"/>. Keep the object alive as long as you use
-        /// it.</summary>
+        /// <summary>The number of the handle, for calls of <see cref="CulletNative"/>. Keep the object alive as long as
+        /// you use it.</summary>
         public ulong Id
         {
             get
@@ -115,8 +117,8 @@ namespace Cullet
 
         internal abstract CulletStatus Destroy(ulong id);
 
-        /// <summary>Throws unless a status is OK. The collector does not take the objects of the call before it has returned.
-        /// </summary>
+        /// <summary>Throws unless a status is OK. The collector does not take the objects of the call before it has
+        /// returned.</summary>
         internal void Check(CulletStatus status, CulletObject second = null, CulletObject third = null)
         {
             if (status != CulletStatus.Ok) CulletLibrary.Check(status);
@@ -125,8 +127,8 @@ namespace Cullet
             GC.KeepAlive(third);
         }
 
-        /// <summary>Destroys the object; a second call does nothing. Throws a <see cref="CulletException"/> only where another
-        /// thread is using it, and then may be called again.</summary>
+        /// <summary>Destroys the object; a second call does nothing. Throws a <see cref="CulletException"/> only where
+        /// another thread is using it, and then may be called again.</summary>
         public void Dispose()
         {
             long now = Interlocked.Exchange(ref id, 0);

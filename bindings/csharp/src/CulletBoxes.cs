@@ -31,9 +31,9 @@ namespace Cullet
             Number = number;
         }
 
-        /// <summary>Returns the layout of a struct by the names of two fields, each of three floats or three doubles. Looks
-        /// them up by reflection: call it once and keep the answer. Refuses structs with references, bool or char, whose
-        /// offsets reflection does not tell.</summary>
+        /// <summary>Returns the layout of a struct by the names of two fields, each of three floats or three doubles.
+        /// Looks them up by reflection: call it once and keep the answer. Refuses structs with references, bool or
+        /// char, whose offsets reflection does not tell.</summary>
         public static CulletBoxLayout Of<T>(string first, string second, CulletBoxForm form) where T : struct
         {
             if (!IsPlain(typeof(T))) throw new ArgumentException($"{typeof(T)} has a field that is no number");
@@ -68,7 +68,8 @@ namespace Cullet
         }
     }
 
-    /// <summary>What hides: opaque boxes, a convex body or triangles, in arrays of yours that are read when it is set.</summary>
+    /// <summary>What hides: opaque boxes, a convex body or triangles, in arrays of yours that are read when it is
+    /// set.</summary>
     public struct CulletOccluder
     {
         CulletOccluderKind kind;
@@ -106,7 +107,8 @@ namespace Cullet
         }
 
         /// <summary>Fills what the library reads. The arrays stay where they are until the handles are freed.</summary>
-        internal unsafe void Fill(cullet_occluder* raw, CulletTransform* transform, ref GCHandle first, ref GCHandle second)
+        internal unsafe void Fill(cullet_occluder* raw, CulletTransform* transform, ref GCHandle first,
+            ref GCHandle second)
         {
             bool isBoxes = kind == CulletOccluderKind.Boxes;
             first = GCHandle.Alloc(positions, GCHandleType.Pinned);
@@ -127,7 +129,8 @@ namespace Cullet
         }
     }
 
-    /// <summary>A set of boxes to be culled over your own arrays. It holds copies; a set has one view at a time.</summary>
+    /// <summary>A set of boxes to be culled over your own arrays. It holds copies; a set has one view at a
+    /// time.</summary>
     public sealed unsafe class CulletBoxes : CulletObject
     {
         /// <summary>Makes an empty set. The occlusion buffer has so many pixels across; 0 takes 640.</summary>
@@ -142,8 +145,8 @@ namespace Cullet
 
         cullet_boxes Handle => new cullet_boxes { id = Id };
 
-        /// <summary>Replaces all boxes. A box with a NaN is always visible; one whose lowest corner is above its highest is
-        /// never. Numbers are relative to an origin, a point of the world.</summary>
+        /// <summary>Replaces all boxes. A box with a NaN is always visible; one whose lowest corner is above its
+        /// highest is never. Numbers are relative to an origin, a point of the world.</summary>
         public void Set(ReadOnlySpan<CulletBox> boxes, CulletDouble3 origin = default(CulletDouble3)) =>
             Give(-1, boxes, origin);
 
@@ -162,7 +165,8 @@ namespace Cullet
         }
 
         /// <summary>Replaces all boxes by those in structs of your own.</summary>
-        public void Set<T>(ReadOnlySpan<T> objects, CulletBoxLayout layout, CulletDouble3 origin = default(CulletDouble3))
+        public void Set<T>(ReadOnlySpan<T> objects, CulletBoxLayout layout,
+            CulletDouble3 origin = default(CulletDouble3))
             where T : struct => Give(-1, objects, layout, origin);
 
         /// <summary>Replaces all boxes by those in structs of your own.</summary>
@@ -207,7 +211,8 @@ namespace Cullet
             GCHandle pinned = GCHandle.Alloc(objects.Array, GCHandleType.Pinned);
             try
             {
-                Give(at, (byte*)pinned.AddrOfPinnedObject() + objects.Start * (long)size, size, objects.Length, layout, origin);
+                Give(at, (byte*)pinned.AddrOfPinnedObject() + objects.Start * (long)size, size, objects.Length,
+                    layout, origin);
             }
             finally
             {
@@ -238,11 +243,14 @@ namespace Cullet
             int room = size - (layout.Number == CulletNumber.F64 ? 24 : 12);
             if (layout.First < 0 || layout.Second < 0 || layout.First > room || layout.Second > room)
                 throw new ArgumentException(
-                    $"the layout has offsets {layout.First} and {layout.Second}: they must be 0 to {room}", nameof(layout));
-            Give(at, all + layout.First, all + layout.Second, size, count, (uint)layout.Form, (uint)layout.Number, origin);
+                    $"the layout has offsets {layout.First} and {layout.Second}: they must be 0 to {room}",
+                        nameof(layout));
+            Give(at, all + layout.First, all + layout.Second, size, count, (uint)layout.Form, (uint)layout.Number,
+                origin);
         }
 
-        void Give(int at, void* first, void* second, int stride, int count, uint form, uint number, CulletDouble3 origin)
+        void Give(int at, void* first, void* second, int stride, int count, uint form, uint number,
+            CulletDouble3 origin)
         {
             var arrays = new cullet_box_arrays
             {
@@ -280,8 +288,8 @@ namespace Cullet
             }
         }
 
-        /// <summary>Replaces one occluder, such as triangles that deform. Allocates nothing for triangles in the place of as
-        /// many.</summary>
+        /// <summary>Replaces one occluder, such as triangles that deform. Allocates nothing for triangles in the place
+        /// of as many.</summary>
         public void SetOccluder(int number, CulletOccluder occluder)
         {
             cullet_occluder raw;
@@ -306,9 +314,9 @@ namespace Cullet
             Check(cullet_boxes_move_occluder(Handle, (uint)number, transform.HasValue ? &at : null));
         }
 
-        /// <summary>Culls for a view, writes 1 for each box that may be visible and 0 for each that is proved not to be, and
-        /// returns how many may be visible. There must be a flag for each box. Allocates nothing after the first time.
-        /// </summary>
+        /// <summary>Culls for a view, writes 1 for each box that may be visible and 0 for each that is proved not to
+        /// be, and returns how many may be visible. There must be a flag for each box. Allocates nothing after the
+        /// first time.</summary>
         public int Cull(in CulletView view, Span<byte> flags)
         {
             fixed (byte* all = &MemoryMarshal.GetReference(flags)) return Cull(view, all, flags.Length);
@@ -330,7 +338,8 @@ namespace Cullet
             return (int)visible;
         }
 
-        /// <summary>Culls as the others do, and writes bits: bit i mod 64 of word i / 64 is the flag of box i.</summary>
+        /// <summary>Culls as the others do, and writes bits: bit i mod 64 of word i / 64 is the flag of box
+        /// i.</summary>
         public int CullBits(in CulletView view, Span<ulong> words)
         {
             CulletView copy = view;

@@ -44,8 +44,8 @@ namespace Cullet
                 Check(cullet_occlusion_draw_boxes(Handle, all, Size(boxes.Length), transform.HasValue ? &at : null));
         }
 
-        /// <summary>Draws triangles that hide: from both sides, or from their fronts alone, which are counter-clockwise.
-        /// </summary>
+        /// <summary>Draws triangles that hide: from both sides, or from their fronts alone, which are
+        /// counter-clockwise.</summary>
         public void DrawTriangles(
             ReadOnlySpan<float> positions, ReadOnlySpan<uint> indices, bool twoSided = false,
             CulletTransform? transform = null)
@@ -92,8 +92,8 @@ namespace Cullet
 
         cullet_region Handle => new cullet_region { id = Id };
 
-        /// <summary>Finds what may be seen from any eye in a box. The view is how all the eyes look; null for any direction.
-        /// Nothing that an eye sees is missing.</summary>
+        /// <summary>Finds what may be seen from any eye in a box. The view is how all the eyes look; null for any
+        /// direction. Nothing that an eye sees is missing.</summary>
         public void Cull(
             CulletScene scene, CulletEyeBox eyes, CulletView? view = null, CulletRegionSettings? settings = null)
         {

@@ -6,8 +6,8 @@ using static Cullet.CulletNative;
 
 namespace Cullet
 {
-    /// <summary>A scene of meshes and instances. Several threads may cull it side by side, each with a state of its own.
-    /// </summary>
+    /// <summary>A scene of meshes and instances. Several threads may cull it side by side, each with a state of its
+    /// own.</summary>
     public sealed unsafe class CulletScene : CulletObject
     {
         /// <summary>Makes an empty scene.</summary>
@@ -20,8 +20,8 @@ namespace Cullet
 
         CulletScene(ulong id) => Take(id);
 
-        /// <summary>Opens a file: glTF and GLB, baked or not, OBJ, PLY, STL, OFF, maps of Quake. The scene is committed; its
-        /// instances have the handles 0, 1, 2, ... of generation 0.</summary>
+        /// <summary>Opens a file: glTF and GLB, baked or not, OBJ, PLY, STL, OFF, maps of Quake. The scene is
+        /// committed; its instances have the handles 0, 1, 2, ... of generation 0.</summary>
         public static CulletScene Open(string path)
         {
             cullet_scene made;
@@ -33,8 +33,8 @@ namespace Cullet
 
         cullet_scene Handle => new cullet_scene { id = Id };
 
-        /// <summary>Adds a mesh of three floats a vertex and three indices a triangle, and returns its number. Without parts
-        /// it is one, with these flags and this material.</summary>
+        /// <summary>Adds a mesh of three floats a vertex and three indices a triangle, and returns its number. Without
+        /// parts it is one, with these flags and this material.</summary>
         public uint AddMesh(
             ReadOnlySpan<float> positions, ReadOnlySpan<uint> indices, CulletMeshFlags flags = CulletMeshFlags.None,
             uint material = 0, ReadOnlySpan<CulletPart> parts = default(ReadOnlySpan<CulletPart>))
@@ -69,8 +69,8 @@ namespace Cullet
             return info;
         }
 
-        /// <summary>Writes the geometry of a mesh in the order that draws count in: upload these indices. An empty span leaves
-        /// one of them out.</summary>
+        /// <summary>Writes the geometry of a mesh in the order that draws count in: upload these indices. An empty span
+        /// leaves one of them out.</summary>
         public void ReadMesh(uint mesh, Span<float> positions, Span<uint> indices)
         {
             fixed (float* corners = &MemoryMarshal.GetReference(positions))
@@ -109,8 +109,8 @@ namespace Cullet
         /// <summary>Removes an instance.</summary>
         public void Remove(CulletHandle handle) => Check(cullet_scene_remove(Handle, &handle, Size(1)));
 
-        /// <summary>Moves instances, all or none: a transform for each handle. The next cull is right at once, and faster
-        /// after <see cref="Refit"/>.</summary>
+        /// <summary>Moves instances, all or none: a transform for each handle. The next cull is right at once, and
+        /// faster after <see cref="Refit"/>.</summary>
         public void SetTransforms(ReadOnlySpan<CulletHandle> handles, ReadOnlySpan<CulletTransform> transforms)
         {
             SameLength(handles.Length, transforms.Length, nameof(transforms));
@@ -159,10 +159,12 @@ namespace Cullet
         public void SetBounds(CulletHandle handle, float margin) =>
             Check(cullet_scene_set_bounds(Handle, handle, (uint)CulletBounds.Margin, &margin));
 
-        /// <summary>Sorts the slots by place and prepares new meshes. Call it after loading, and after large changes.</summary>
+        /// <summary>Sorts the slots by place and prepares new meshes. Call it after loading, and after large
+        /// changes.</summary>
         public void Commit() => Check(cullet_scene_commit(Handle));
 
-        /// <summary>Fits the nodes of the hierarchy to what moved: makes the next cull faster, never different.</summary>
+        /// <summary>Fits the nodes of the hierarchy to what moved: makes the next cull faster, never
+        /// different.</summary>
         public void Refit() => Check(cullet_scene_refit(Handle));
 
         /// <summary>Returns the contents of the scene. Cost: linear in its instances.</summary>
@@ -191,8 +193,8 @@ namespace Cullet
             return instance;
         }
 
-        /// <summary>Returns why an instance is drawn or culled: its reason, and a line for each stage. For tools: it may cull
-        /// the whole scene twice. Without settings they are those of the preset Balanced.</summary>
+        /// <summary>Returns why an instance is drawn or culled: its reason, and a line for each stage. For tools: it
+        /// may cull the whole scene twice. Without settings they are those of the preset Balanced.</summary>
         public string Explain(
             in CulletView view, CulletHandle handle, out CulletReason reason, CulletSettings? settings = null)
         {
@@ -223,8 +225,8 @@ namespace Cullet
                     Handle, all, Size(segments.Length), options.HasValue ? &set : null, found));
         }
 
-        /// <summary>Tests for each box of <paramref name="to"/> whether all of it is proved to be hidden from all of the box
-        /// <paramref name="from"/>, relative to the scene's origin.</summary>
+        /// <summary>Tests for each box of <paramref name="to"/> whether all of it is proved to be hidden from all of
+        /// the box <paramref name="from"/>, relative to the scene's origin.</summary>
         public void BoxToBox(
             CulletBox from, ReadOnlySpan<CulletBox> to, Span<CulletFound> results,
             CulletBoxSightOptions? options = null)
@@ -237,7 +239,8 @@ namespace Cullet
                     Handle, &from, all, Size(to.Length), options.HasValue ? &set : null, (byte*)found));
         }
 
-        /// <summary>Returns the cell of a point; <c>uint.MaxValue</c> where it is in none, or the scene has none.</summary>
+        /// <summary>Returns the cell of a point; <c>uint.MaxValue</c> where it is in none, or the scene has
+        /// none.</summary>
         public uint CellOf(CulletDouble3 point)
         {
             uint cell;

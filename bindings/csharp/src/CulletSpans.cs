@@ -1,5 +1,6 @@
 #if CULLET_NO_SPAN
-// Spans over arrays, for hosts without System.Span: define CULLET_NO_SPAN. Pointers of your own go through CulletNative.
+// Spans over arrays, for hosts without System.Span: define CULLET_NO_SPAN. Pointers of your own go through
+// CulletNative.
 using System;
 
 namespace Cullet

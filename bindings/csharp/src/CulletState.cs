@@ -15,8 +15,8 @@ namespace Cullet
         /// <summary>The view that the shadow map is drawn with; null where it is not known yet.</summary>
         public CulletView? Map;
 
-        /// <summary>The state of the camera's own cull of the scene as it is: then only what casts a shadow on what that found
-        /// visible is kept. Null for shadows on any place that the camera shows.</summary>
+        /// <summary>The state of the camera's own cull of the scene as it is: then only what casts a shadow on what
+        /// that found visible is kept. Null for shadows on any place that the camera shows.</summary>
         public CulletState Receivers;
 
         /// <summary>Shadows may be wrong by so much to every side, in world units; at least 0.</summary>
@@ -29,8 +29,8 @@ namespace Cullet
         public double SliceFar;
     }
 
-    /// <summary>The state of a view: what it remembers between frames, and its last result. Make one for each view that is
-    /// culled frame after frame. Where settings are left out they are those of the preset Balanced.</summary>
+    /// <summary>The state of a view: what it remembers between frames, and its last result. Make one for each view that
+    /// is culled frame after frame. Where settings are left out they are those of the preset Balanced.</summary>
     public sealed unsafe class CulletState : CulletObject
     {
         /// <summary>Makes the state of a view.</summary>
@@ -47,8 +47,8 @@ namespace Cullet
 
         static cullet_scene HandleOf(CulletScene scene) => new cullet_scene { id = IdOf(scene, nameof(scene)) };
 
-        /// <summary>Culls a scene for a view. What the view sees is never culled, but for lossy settings. Allocates nothing
-        /// once the state has grown.</summary>
+        /// <summary>Culls a scene for a view. What the view sees is never culled, but for lossy settings. Allocates
+        /// nothing once the state has grown.</summary>
         public void Cull(CulletScene scene, in CulletView view, CulletSettings? settings = null)
         {
             CulletView seen = view;
@@ -56,8 +56,8 @@ namespace Cullet
             Check(cullet_cull(HandleOf(scene), &seen, settings.HasValue ? &set : null, Handle), scene);
         }
 
-        /// <summary>Culls among candidates: bit s mod 64 of word s / 64 is that of slot s. All others are culled after the
-        /// frustum.</summary>
+        /// <summary>Culls among candidates: bit s mod 64 of word s / 64 is that of slot s. All others are culled after
+        /// the frustum.</summary>
         public void CullAmong(
             CulletScene scene, in CulletView view, ReadOnlySpan<ulong> words, CulletSettings? settings = null)
         {
@@ -80,8 +80,8 @@ namespace Cullet
                 cullet_cull_stereo(HandleOf(scene), &one, &other, settings.HasValue ? &set : null, Handle), scene);
         }
 
-        /// <summary>Culls for a light: what must be drawn into its shadow map so that the camera's picture has its shadows.
-        /// Take a state for each light and each cascade.</summary>
+        /// <summary>Culls for a light: what must be drawn into its shadow map so that the camera's picture has its
+        /// shadows. Take a state for each light and each cascade.</summary>
         public void CullShadow(
             CulletScene scene, in CulletView camera, in CulletShadow shadow, CulletSettings? settings = null)
         {
@@ -101,8 +101,8 @@ namespace Cullet
                 shadow.Receivers);
         }
 
-        /// <summary>Finds the lights that can change the picture of this state's last <see cref="Cull"/>, and writes why each
-        /// of the others cannot.</summary>
+        /// <summary>Finds the lights that can change the picture of this state's last <see cref="Cull"/>, and writes
+        /// why each of the others cannot.</summary>
         public void CullLights(
             CulletScene scene, ReadOnlySpan<CulletLight> lights, Span<CulletLightReason> reasons)
         {
@@ -123,8 +123,9 @@ namespace Cullet
             }
         }
 
-        /// <summary>Writes the slots of which something is visible, ascending, and returns how many there are. Throws with
-        /// <see cref="CulletStatus.TooSmall"/> where there is no room; the instances of the scene are always enough.</summary>
+        /// <summary>Writes the slots of which something is visible, ascending, and returns how many there are. Throws
+        /// with <see cref="CulletStatus.TooSmall"/> where there is no room; the instances of the scene are always
+        /// enough.</summary>
         public int VisibleSlots(Span<uint> slots)
         {
             UIntPtr count;
@@ -168,7 +169,8 @@ namespace Cullet
             fixed (byte* all = &MemoryMarshal.GetReference(eyes))
                 Check(
                     cullet_visible_eyes(
-                        Handle, HandleOf(scene), &one, &other, eyes.Length == 0 ? null : all, Size(eyes.Length), &count),
+                        Handle, HandleOf(scene), &one, &other, eyes.Length == 0 ? null : all, Size(eyes.Length),
+                        &count),
                     scene);
             return eyes.Length == 0 ? Empty((int)count, nameof(eyes)) : (int)count;
         }
@@ -194,10 +196,11 @@ namespace Cullet
             return rows;
         }
 
-        /// <summary>Writes the draws of the last result into arrays that grow as they must. <paramref name="places"/> says
-        /// where your buffers hold meshes 0, 1, ...; a mesh beyond them counts from its own first index.</summary>
+        /// <summary>Writes the draws of the last result into arrays that grow as they must. <paramref name="places"/>
+        /// says where your buffers hold meshes 0, 1, ...; a mesh beyond them counts from its own first index.</summary>
         public void Draws(
-            CulletScene scene, CulletDraws draws, ReadOnlySpan<CulletMeshPlace> places = default(ReadOnlySpan<CulletMeshPlace>))
+            CulletScene scene, CulletDraws draws,
+            ReadOnlySpan<CulletMeshPlace> places = default(ReadOnlySpan<CulletMeshPlace>))
         {
             if (draws == null) throw new ArgumentNullException(nameof(draws));
             // The counts of the first try are those that the second needs.
@@ -243,8 +246,8 @@ namespace Cullet
         }
     }
 
-    /// <summary>Indexed indirect draws, as graphics interfaces read them. Keep it from frame to frame: it allocates only to
-    /// grow.</summary>
+    /// <summary>Indexed indirect draws, as graphics interfaces read them. Keep it from frame to frame: it allocates
+    /// only to grow.</summary>
     public sealed class CulletDraws
     {
         internal CulletDrawCommand[] commands = new CulletDrawCommand[0];
@@ -254,7 +257,8 @@ namespace Cullet
         int commandCount, instanceCount, indexCount;
 
         /// <summary>The commands: opaque ones first, then by material and mesh.</summary>
-        public ReadOnlySpan<CulletDrawCommand> Commands => new ReadOnlySpan<CulletDrawCommand>(commands, 0, commandCount);
+        public ReadOnlySpan<CulletDrawCommand> Commands =>
+            new ReadOnlySpan<CulletDrawCommand>(commands, 0, commandCount);
 
         /// <summary>The properties of each command.</summary>
         public ReadOnlySpan<CulletDrawKey> Keys => new ReadOnlySpan<CulletDrawKey>(keys, 0, commandCount);

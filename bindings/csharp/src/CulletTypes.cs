@@ -491,7 +491,8 @@ namespace Cullet
         /// <summary>Distance of the near plane: above 0 in perspective.</summary>
         public double NearPlane;
 
-        /// <summary>Distance of the far plane, beyond the near one; positive infinity in perspective for none.</summary>
+        /// <summary>Distance of the far plane, beyond the near one; positive infinity in perspective for
+        /// none.</summary>
         public double FarPlane;
     }
 }

@@ -141,8 +141,10 @@ namespace Cullet
         public static CulletLight Point(CulletDouble3 position, double range) =>
             new CulletLight { Kind = CulletLightKind.Point, Position = position, Range = range };
 
-        /// <summary>Returns a light that shines into a cone; the angle is between its axis and its side, in radians.</summary>
-        public static CulletLight Spot(CulletDouble3 position, CulletDouble3 direction, double range, double halfAngle) =>
+        /// <summary>Returns a light that shines into a cone; the angle is between its axis and its side, in
+        /// radians.</summary>
+        public static CulletLight Spot(
+            CulletDouble3 position, CulletDouble3 direction, double range, double halfAngle) =>
             new CulletLight
             {
                 Kind = CulletLightKind.Spot,
@@ -166,8 +168,8 @@ namespace Cullet
 
     public unsafe partial struct CulletView
     {
-        /// <summary>Returns a perspective view from a point to another, +Y up, with reversed depth and no far plane. The field
-        /// of view is the full vertical one, in radians.</summary>
+        /// <summary>Returns a perspective view from a point to another, +Y up, with reversed depth and no far plane.
+        /// The field of view is the full vertical one, in radians.</summary>
         public static CulletView LookAt(
             CulletDouble3 eye, CulletDouble3 target, double fovY, double nearPlane, int width, int height)
         {
@@ -187,8 +189,10 @@ namespace Cullet
             return view;
         }
 
-        /// <summary>Returns a view from 16 numbers, column-major, that take world to clip space, with depth 0 to 1.</summary>
-        public static CulletView FromMatrix(ReadOnlySpan<double> clipFromWorld, CulletDepth depth, int width, int height)
+        /// <summary>Returns a view from 16 numbers, column-major, that take world to clip space, with depth 0 to
+        /// 1.</summary>
+        public static CulletView FromMatrix(
+            ReadOnlySpan<double> clipFromWorld, CulletDepth depth, int width, int height)
         {
             CulletLibrary.SameLength(16, clipFromWorld.Length, nameof(clipFromWorld));
             var matrix = new CulletMatrix();

@@ -65,9 +65,11 @@ namespace Cullet.Tests
 
         static void Boxes()
         {
-            Item[] items = { new Item(1, 0, 0, -8), new Item(2, 0, 0, -20), new Item(3, 0, 0, 20), new Item(4, 9, 0, -20) };
+            Item[] items = { new Item(1, 0, 0, -8), new Item(2, 0, 0, -20), new Item(3, 0, 0, 20),
+                new Item(4, 9, 0, -20) };
             var layout = CulletBoxLayout.Of<Item>("Center", "Half", CulletBoxForm.CenterHalf);
-            Check.That(layout.First == 8 && layout.Second == 20 && layout.Number == CulletNumber.F32, "the layout of Item");
+            Check.That(layout.First == 8 && layout.Second == 20
+                && layout.Number == CulletNumber.F32, "the layout of Item");
             CulletView view = Ahead();
             var flags = new byte[5];
             var words = new ulong[1];
@@ -98,7 +100,8 @@ namespace Cullet.Tests
                 uint[] large = small.Select(i => (uint)i).ToArray();
                 foreach (CulletOccluder one in new[]
                 {
-                    CulletOccluder.Hull(body, small), CulletOccluder.Hull(body, large), CulletOccluder.Triangles(body, small),
+                    CulletOccluder.Hull(body, small), CulletOccluder.Hull(body, large),
+                        CulletOccluder.Triangles(body, small),
                     CulletOccluder.Triangles(body, large), CulletOccluder.Triangles(body, small, true)
                 })
                 {
@@ -116,20 +119,24 @@ namespace Cullet.Tests
                 Check.Equal(15ul, bits(), "bits without occluders");
                 // The same boxes in other arrays, moved together with their origin.
                 var corners = items.Select(i => new CulletBox(
-                    i.Center.X - 1, i.Center.Y - 1, i.Center.Z - 101, i.Center.X + 1, i.Center.Y + 1, i.Center.Z - 99)).ToArray();
+                    i.Center.X - 1, i.Center.Y - 1, i.Center.Z - 101, i.Center.X + 1, i.Center.Y + 1,
+                        i.Center.Z - 99)).ToArray();
                 boxes.Set(corners, At(0, 0, 100));
                 Check.Equal(15ul, bits(), "bits of corners");
                 boxes.Update(1, new[] { new CulletBox(0, 0, 20, 1, 1, 21) });
                 Check.Equal(13ul, bits(), "bits after a box went behind the eye");
-                boxes.Set(items.Select(i => i.Center).ToArray(), items.Select(i => i.Half).ToArray(), CulletBoxForm.CenterHalf);
+                boxes.Set(items.Select(i => i.Center).ToArray(), items.Select(i => i.Half).ToArray(),
+                    CulletBoxForm.CenterHalf);
                 Check.Equal(15ul, bits(), "bits of two arrays");
-                Wide[] wide = { new Wide { Low = -1, B = -9, High = 1, D = -8 }, new Wide { Low = -1, B = 8, High = 1, D = 9 } };
+                Wide[] wide = { new Wide { Low = -1, B = -9, High = 1, D = -8 },
+                    new Wide { Low = -1, B = 8, High = 1, D = 9 } };
                 boxes.Set(wide, new CulletBoxLayout(0, 24, CulletBoxForm.MinMax, CulletNumber.F64));
                 Check.Equal(1ul, bits(), "bits of doubles");
                 fixed (CulletBox* all = corners)
                 {
                     var raw = new CulletNative.cullet_box_arrays
-                        { first = all, second = &all->Max, stride = (UIntPtr)24, count = (UIntPtr)4, origin = At(0, 0, 100) };
+                        { first = all, second = &all->Max, stride = (UIntPtr)24, count = (UIntPtr)4,
+                            origin = At(0, 0, 100) };
                     boxes.SetPointers(&raw);
                     fixed (byte* to = flags) Check.Equal(4, boxes.Cull(view, to, 4), "visible behind a pointer");
                 }
@@ -178,7 +185,8 @@ namespace Cullet.Tests
             Check.Equal(scene.Slot(Nth(0)), slots[0], "the slot of the wall");
             CulletHandle found;
             CulletInstance wall = scene.Instance(slots[0], out found);
-            Check.That(found.Equals(Nth(0)) && wall.User == 10 && wall.Transform.Linear.X.X == 9, "the instance of a slot");
+            Check.That(found.Equals(Nth(0)) && wall.User == 10
+                && wall.Transform.Linear.X.X == 9, "the instance of a slot");
             var handles = new CulletHandle[1];
             Check.That(state.VisibleHandles(scene, handles) == 1 && handles[0].Equals(Nth(0)), "visible handles");
             var reasons = new CulletReason[4];
@@ -187,12 +195,14 @@ namespace Cullet.Tests
             Check.Equal(CulletStage.Occlusion, reasons[scene.Slot(Nth(1))].Stage, "the hidden box's reason");
             Check.Equal(CulletStage.Frustum, reasons[scene.Slot(Nth(3))].Stage, "the reason of what is behind the eye");
             CulletFunnelRow[] funnel = state.Funnel();
-            Check.That(funnel.Length > 1 && funnel.Any(r => r.Stage == CulletStage.Occlusion), "the funnel has occlusion");
+            Check.That(funnel.Length > 1
+                && funnel.Any(r => r.Stage == CulletStage.Occlusion), "the funnel has occlusion");
             Check.Equal(4ul, funnel[0].Entered.Instances, "what enters the funnel");
             CulletReason why;
             string words = scene.Explain(view, Nth(1), out why, exact);
             Check.Equal(CulletStage.Occlusion, why.Stage, "the explained reason");
-            Check.That(words.Contains("occlusion") && words.Contains("\n") && !words.Contains("\0"), "the explanation: " + words);
+            Check.That(words.Contains("occlusion") && words.Contains("\n")
+                && !words.Contains("\0"), "the explanation: " + words);
             CulletSceneInfo info = scene.Info();
             Check.That(info.InstanceCount == 4 && info.SlotCount >= 4 && info.TriangleCount == 48, "the contents");
             Check.That(Math.Abs(info.Max.Y - 41) < 1e-3 && Math.Abs(info.Min.X + 9) < 1e-3, "the box of the scene");
@@ -250,7 +260,8 @@ namespace Cullet.Tests
                 CulletPart[] parts =
                 {
                     new CulletPart { TriangleCount = 6, Material = 3 },
-                    new CulletPart { FirstTriangle = 6, TriangleCount = 6, Material = 4, Flags = CulletMeshFlags.Blended }
+                    new CulletPart { FirstTriangle = 6, TriangleCount = 6, Material = 4,
+                        Flags = CulletMeshFlags.Blended }
                 };
                 uint second = scene.AddMesh(Cube, Faces, parts: parts);
                 scene.Add(new CulletInstance(second, CulletTransform.At(0, 0, -5), 16));
@@ -263,11 +274,14 @@ namespace Cullet.Tests
                 state.Draws(scene, draws, places);
                 Check.Equal(3, draws.Commands.Length, "commands");
                 Check.That(draws.Instances.Length >= 2 && draws.Indices.Length == 0, "instances of draws");
-                Check.That(draws.Keys[2].Material == 4 && draws.Keys[2].State == (CulletDrawState.Blended | CulletDrawState.TwoSided),
+                Check.That(draws.Keys[2].Material == 4
+                    && draws.Keys[2].State == (CulletDrawState.Blended | CulletDrawState.TwoSided),
                     "the blended draw is the last");
                 int wall = draws.Keys[0].Mesh == 0 ? 0 : 1;
-                Check.That(draws.Commands[wall].FirstIndex == 1000 && draws.Commands[wall].BaseVertex == 7, "the place of a mesh");
-                Check.Equal("36 1", $"{draws.Commands[wall].IndexCount} {draws.Commands[wall].InstanceCount}", "the wall's draw");
+                Check.That(draws.Commands[wall].FirstIndex == 1000
+                    && draws.Commands[wall].BaseVertex == 7, "the place of a mesh");
+                Check.Equal("36 1", $"{draws.Commands[wall].IndexCount} {draws.Commands[wall].InstanceCount}",
+                    "the wall's draw");
                 settings.Output = CulletOutput.Triangles;
                 state.Cull(scene, Ahead(), settings);
                 state.Draws(scene, draws);
@@ -283,13 +297,15 @@ namespace Cullet.Tests
         {
             CulletSegment[] three =
             {
-                new CulletSegment { To = At(0, 0, -30) }, new CulletSegment { From = At(0, 20, 0), To = At(0, 20, -30) },
+                new CulletSegment { To = At(0, 0, -30) },
+                    new CulletSegment { From = At(0, 20, 0), To = At(0, 20, -30) },
                 new CulletSegment { From = At(double.NaN, 0, 0), To = At(0, 0, -30) }
             };
             var found = new CulletSight[3];
             scene.LinesOfSight(three, found);
             Check.That(found[0].Blocked == 1 && found[0].Handle.Equals(Nth(0)), "the blocker");
-            Check.That(Math.Abs(found[0].Share - 0.3) < 1e-9 && Math.Abs(found[0].Point.Z + 9) < 1e-6, "where it blocks");
+            Check.That(Math.Abs(found[0].Share - 0.3) < 1e-9
+                && Math.Abs(found[0].Point.Z + 9) < 1e-6, "where it blocks");
             Check.That(found[1].Blocked == 0 && found[2].Blocked == 0, "free lines");
             var options = new CulletSightOptions { IgnoredCount = 1 };
             options.Ignored.First = Nth(0);
@@ -297,12 +313,15 @@ namespace Cullet.Tests
             Check.That(found[0].Handle.Equals(Nth(1)), "the blocker behind one that is ignored");
             CulletBox[] to =
             {
-                new CulletBox(-1, -1, -21, 1, 1, -20), new CulletBox(-1, 30, -21, 1, 31, -20), new CulletBox(1, 0, 0, 0, 1, 1)
+                new CulletBox(-1, -1, -21, 1, 1, -20), new CulletBox(-1, 30, -21, 1, 31, -20),
+                    new CulletBox(1, 0, 0, 0, 1, 1)
             };
             var results = new CulletFound[3];
             scene.BoxToBox(new CulletBox(-1, -1, -1, 1, 1, 1), to, results);
-            Check.That(results.SequenceEqual(new[] { CulletFound.Hidden, CulletFound.Visible, CulletFound.Outside }), "boxes");
-            scene.BoxToBox(new CulletBox(-1, -1, -1, 1, 1, 1), to, results, new CulletBoxSightOptions { IgnoredLayers = 1 });
+            Check.That(results.SequenceEqual(new[] { CulletFound.Hidden, CulletFound.Visible, CulletFound.Outside }),
+                "boxes");
+            scene.BoxToBox(new CulletBox(-1, -1, -1, 1, 1, 1), to, results,
+                new CulletBoxSightOptions { IgnoredLayers = 1 });
             Check.Equal(CulletFound.Visible, results[0], "a box behind what hides nothing");
         }
 
@@ -316,7 +335,8 @@ namespace Cullet.Tests
                 uint[] slots = region.Slots();
                 Check.That(slots.Length == 3 && !slots.Contains(scene.Slot(Nth(1))), "what a region sees");
                 region.Cull(scene, eyes, Ahead());
-                Check.That(region.Slots().SequenceEqual(new[] { scene.Slot(Nth(0)) }), "what a region with a view sees");
+                Check.That(region.Slots().SequenceEqual(new[] { scene.Slot(Nth(0)) }),
+                    "what a region with a view sees");
                 region.Cull(scene, eyes, null, new CulletRegionSettings { IgnoredLayers = 1 });
                 Check.That(region.Slots().SequenceEqual(new[] { scene.Slot(Nth(2)) }), "what a region sees in a layer");
             }
@@ -360,7 +380,8 @@ namespace Cullet.Tests
         {
             CulletLight[] four =
             {
-                CulletLight.Directional(At(0, -1, 0)), CulletLight.Point(At(0, 0, -8), 3), CulletLight.Point(At(0, 0, 20), 3),
+                CulletLight.Directional(At(0, -1, 0)), CulletLight.Point(At(0, 0, -8), 3),
+                    CulletLight.Point(At(0, 0, 20), 3),
                 CulletLight.Point(At(2, 0, -6), 0)
             };
             var reasons = new CulletLightReason[4];
@@ -388,7 +409,8 @@ namespace Cullet.Tests
         {
             CulletBox[] tests =
             {
-                new CulletBox(-1, -1, -20, 1, 1, -19), new CulletBox(-1, -1, -8, 1, 1, -7), new CulletBox(500, 0, -20, 501, 1, -19)
+                new CulletBox(-1, -1, -20, 1, 1, -19), new CulletBox(-1, -1, -8, 1, 1, -7),
+                    new CulletBox(500, 0, -20, 501, 1, -19)
             };
             var found = new CulletFound[3];
             var nearness = new float[64 * 40];
@@ -398,16 +420,19 @@ namespace Cullet.Tests
                 buffer.Begin(Ahead());
                 buffer.DrawBoxes(new[] { new CulletBox(-5, -5, -110, 5, 5, -109) }, CulletTransform.At(0, 0, 100));
                 buffer.TestBoxes(tests, found);
-                Check.That(found.SequenceEqual(new[] { CulletFound.Hidden, CulletFound.Visible, CulletFound.Outside }), "tests");
+                Check.That(found.SequenceEqual(new[] { CulletFound.Hidden, CulletFound.Visible,
+                    CulletFound.Outside }), "tests");
                 buffer.Read(nearness);
                 Check.That(nearness[20 * 64 + 32] > 0.1f && nearness[20 * 64 + 32] <= 1f / 9, "nearness");
                 buffer.Begin(Ahead(), At(0, 0, -100));
                 float[] sheet = { -5, -5, -10, 5, -5, -10, 5, 5, -10, -5, 5, -10 };
                 uint[] faces = { 0, 1, 2, 0, 2, 3 };
                 buffer.DrawTriangles(sheet, faces, false, CulletTransform.At(0, 0, 0));
-                var shifted = tests.Select(b => new CulletBox(b.Min.X, b.Min.Y, b.Min.Z + 100, b.Max.X, b.Max.Y, b.Max.Z + 100));
+                var shifted = tests.Select(b =>
+                    new CulletBox(b.Min.X, b.Min.Y, b.Min.Z + 100, b.Max.X, b.Max.Y, b.Max.Z + 100));
                 buffer.TestBoxes(shifted.ToArray(), found);
-                Check.That(found[0] == CulletFound.Hidden && found[1] == CulletFound.Visible, "tests relative to an origin");
+                Check.That(found[0] == CulletFound.Hidden
+                    && found[1] == CulletFound.Visible, "tests relative to an origin");
             }
         }
 
@@ -420,7 +445,8 @@ namespace Cullet.Tests
             CulletView same = CulletView.FromMatrix(numbers, CulletDepth.Reversed, 640, 400);
             Check.Equal(view.ClipFromWorld[11], same.ClipFromWorld[11], "a number of the matrix");
             var camera = new CulletCamera
-                { Direction = At(0, 0, -1), Up = At(0, 1, 0), FovY = 0.9, NearPlane = 0.1, FarPlane = double.PositiveInfinity };
+                { Direction = At(0, 0, -1), Up = At(0, 1, 0), FovY = 0.9, NearPlane = 0.1,
+                    FarPlane = double.PositiveInfinity };
             same = CulletView.FromCamera(camera, CulletDepth.Reversed, 640, 400);
             for (int i = 0; i < 16; i++)
                 Check.That(Math.Abs(numbers[i] - same.ClipFromWorld[i]) < 1e-12, $"number {i} of a camera's matrix");

@@ -115,7 +115,8 @@ namespace Cullet.Tests
                 string found = string.Join(" ", handles.Take(count).Select(h => h.Index).OrderBy(i => i));
                 Check.Equal(string.Join(" ", List(one, "visible")), found, $"{name}: visible");
                 var rows = state.Funnel().Select(row =>
-                    $"{CulletLibrary.Name(row.Stage)} {CulletLibrary.UnitName(row.Unit)} {Of(row.Entered)} {Of(row.Left)}");
+                    $"{CulletLibrary.Name(row.Stage)} {CulletLibrary.UnitName(row.Unit)} " +
+                    $"{Of(row.Entered)} {Of(row.Left)}");
                 var wanted = List(one, "funnel").Select(row =>
                     $"{Word(row, "stage")} {Word(row, "unit")} " +
                     $"{string.Join(" ", List(row, "in"))} {string.Join(" ", List(row, "out"))}");

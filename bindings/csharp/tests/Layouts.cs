@@ -1,5 +1,5 @@
-// Holds structs, numbers and functions of C# against the header of C: writes a C program that compiles only if sizes, offsets
-// and types are the same, and compares names and parameters of functions itself.
+// Holds structs, numbers and functions of C# against the header of C: writes a C program that compiles only if sizes,
+// offsets and types are the same, and compares names and parameters of functions itself.
 using System;
 using System.Collections.Generic;
 using System.IO;
@@ -27,7 +27,8 @@ namespace Cullet.Tests
         /// <summary>Structs that stand for arrays of C.</summary>
         static readonly Type[] Arrays =
         {
-            typeof(CulletFloat3), typeof(CulletDouble3), typeof(CulletLinear), typeof(CulletMatrix), typeof(CulletHandlePair)
+            typeof(CulletFloat3), typeof(CulletDouble3), typeof(CulletLinear), typeof(CulletMatrix),
+                typeof(CulletHandlePair)
         };
 
         static readonly Dictionary<Type, string> Numbers = new Dictionary<Type, string>
@@ -43,7 +44,8 @@ namespace Cullet.Tests
             var here = typeof(CulletNative).Assembly.GetTypes().Where(t => t.Namespace == "Cullet" && t.IsValueType);
             // Those that begin with a capital and are no field for field copy of C's.
             Type[] ours = { typeof(CulletShadow), typeof(CulletOccluder), typeof(CulletBoxLayout) };
-            Type[] all = here.Where(t => !ours.Contains(t) && !Arrays.Contains(t) && !t.IsGenericType && IsNamed(t)).ToArray();
+            Type[] all = here.Where(t => !ours.Contains(t) && !Arrays.Contains(t) && !t.IsGenericType && IsNamed(t))
+                .ToArray();
             var names = new HashSet<string>(all.Where(t => !Macros.ContainsKey(t)).Select(Name));
             var there = Regex.Matches(text, @"\} (cullet_\w+);").Cast<Match>().Select(m => m.Groups[1].Value).ToArray();
             Check.That(there.Length > 40, "the header has types");
@@ -75,7 +77,8 @@ namespace Cullet.Tests
                 c.AppendLine($"SAME({prefix}{Snake(name).ToUpperInvariant()}, {number});");
             }
             if (!Macros.ContainsKey(type))
-                Check.Equal(Regex.Matches(text, prefix + "[A-Z0-9_]+" + value).Count, names.Length, $"numbers of {type.Name}");
+                Check.Equal(Regex.Matches(text, prefix + "[A-Z0-9_]+" + value).Count, names.Length,
+                    $"numbers of {type.Name}");
             Check.Count += names.Length;
         }
 
@@ -93,10 +96,14 @@ namespace Cullet.Tests
                 Type inner = field.FieldType;
                 bool isArray = Arrays.Contains(inner);
                 if (!inner.IsPointer && inner != typeof(IntPtr))
-                    c.AppendLine($"SAME(sizeof({of}), {Marshal.SizeOf(inner.IsEnum ? Enum.GetUnderlyingType(inner) : inner)});");
+                {
+                    Type plain = inner.IsEnum ? Enum.GetUnderlyingType(inner) : inner;
+                    c.AppendLine($"SAME(sizeof({of}), {Marshal.SizeOf(plain)});");
+                }
                 // The C compiler tells float from int, and signed from unsigned.
                 // The type of a fixed buffer has a name that is no name.
-                while (Arrays.Contains(inner) || inner.Name.StartsWith("<")) inner = inner.GetFields(Fields)[0].FieldType;
+                while (Arrays.Contains(inner) || inner.Name.StartsWith("<"))
+                    inner = inner.GetFields(Fields)[0].FieldType;
                 if (inner.IsEnum) inner = Enum.GetUnderlyingType(inner);
                 if (inner == typeof(IntPtr)) continue;
                 string of1 = isArray ? of + "[0]" : of, words = Spelled(inner);
@@ -117,9 +124,11 @@ namespace Cullet.Tests
 
         static void Functions(string text)
         {
-            var imported = typeof(CulletNative).GetMethods(BindingFlags.Public | BindingFlags.Static | BindingFlags.DeclaredOnly);
+            var imported = typeof(CulletNative)
+                .GetMethods(BindingFlags.Public | BindingFlags.Static | BindingFlags.DeclaredOnly);
             const string function = @"^(?:const )?(\w+ \*?)(cullet_\w+)\(([^;{]*)\);";
-            var found = Regex.Matches(text, function, RegexOptions.Multiline).Cast<Match>().ToDictionary(m => m.Groups[2].Value);
+            var found = Regex.Matches(text, function, RegexOptions.Multiline).Cast<Match>()
+                .ToDictionary(m => m.Groups[2].Value);
             Check.That(found.Count > 60, "the header has functions");
             Check.Equal(found.Count, imported.Length, "functions of C#");
             foreach (MethodInfo method in imported)
@@ -127,16 +136,19 @@ namespace Cullet.Tests
                 Check.That(found.ContainsKey(method.Name), $"the header has {method.Name}");
                 Match there = found[method.Name];
                 string[] parameters = Regex.Split(there.Groups[3].Value.Trim(), @",\s*");
-                string wanted = string.Join(", ", parameters.Select(Normal)).Replace("void", "").Replace("void *", "void *");
-                string has = string.Join(", ", method.GetParameters().Select(p => Normal(Spelled(p.ParameterType) + " " + p.Name)));
+                string wanted = string.Join(", ", parameters.Where(p => p != "void").Select(Normal));
+                string has = string.Join(", ",
+                    method.GetParameters().Select(p => Normal(Spelled(p.ParameterType) + " " + p.Name)));
                 Check.Equal(wanted, has, $"parameters of {method.Name}");
-                string returned = Normal(there.Groups[1].Value + " x"), ours = Normal(Spelled(method.ReturnType) + " x");
+                string returned = Normal(there.Groups[1].Value + " x"),
+                    ours = Normal(Spelled(method.ReturnType) + " x");
                 Check.Equal(returned, ours, $"what {method.Name} returns");
             }
         }
 
         /// <summary>A parameter without const; a text is bytes.</summary>
         static string Normal(string parameter) =>
-            Regex.Replace(parameter.Replace("const ", "").Replace("char ", "uint8_t ").Replace("*", " * "), @"\s+", " ").Trim();
+            Regex.Replace(parameter.Replace("const ", "").Replace("char ", "uint8_t ").Replace("*", " * "), @"\s+",
+                " ").Trim();
     }
 }

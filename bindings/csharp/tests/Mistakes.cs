@@ -36,7 +36,8 @@ namespace Cullet.Tests
             Check.Throws<ObjectDisposedException>("CulletScene", () => Check.Equal(0ul, scene.Id, "unreachable"));
             Check.Throws<ArgumentNullException>("scene", () => state.Cull(null, view));
             state.Dispose();
-            Check.Throws<ObjectDisposedException>("CulletState", () => Check.Equal(0, state.VisibleCount, "unreachable"));
+            Check.Throws<ObjectDisposedException>("CulletState", () =>
+                Check.Equal(0, state.VisibleCount, "unreachable"));
             // The library itself refuses the handle that was, and one of another kind.
             var stale = new CulletNative.cullet_scene { id = id };
             Check.Refused(CulletStatus.StaleHandle, "cullet_scene_commit",
@@ -65,11 +66,14 @@ namespace Cullet.Tests
                 Check.Throws<ArgumentException>("11 floats", () => scene.AddMesh(new float[11], Indices));
                 Check.Refused(CulletStatus.Mesh, "3 vertices", () => scene.AddMesh(new float[9], Indices));
                 Check.Refused(CulletStatus.Mesh, "", () => scene.AddMesh(Positions, new uint[11]));
-                Check.Refused(CulletStatus.InvalidValue, "", () => scene.AddMesh(Positions, Indices, (CulletMeshFlags)64));
+                Check.Refused(CulletStatus.InvalidValue, "", () =>
+                    scene.AddMesh(Positions, Indices, (CulletMeshFlags)64));
                 uint mesh = scene.AddMesh(Positions, Indices);
                 var instance = new CulletInstance(mesh, CulletTransform.At(0, 0, -10), 7);
-                Check.Refused(CulletStatus.NotFound, "mesh 5", () => scene.Add(new CulletInstance(5, instance.Transform)));
-                Check.Throws<ArgumentException>("room for 1", () => scene.Add(new CulletInstance[2], new CulletHandle[1]));
+                Check.Refused(CulletStatus.NotFound, "mesh 5", () =>
+                    scene.Add(new CulletInstance(5, instance.Transform)));
+                Check.Throws<ArgumentException>("room for 1", () =>
+                    scene.Add(new CulletInstance[2], new CulletHandle[1]));
                 Check.Equal(0u, scene.Info().InstanceCount, "instances after refusals");
                 CulletHandle[] one = { scene.Add(instance) };
                 scene.Commit();
@@ -80,7 +84,8 @@ namespace Cullet.Tests
                 Check.Refused(CulletStatus.InvalidValue, "", () => scene.SetBounds(one[0], -1f));
                 Check.Refused(CulletStatus.NoResult, "", () => state.VisibleSlots(new uint[4]));
                 Check.Refused(CulletStatus.StructSize, "fill the view", () => state.Cull(scene, default(CulletView)));
-                Check.Refused(CulletStatus.StructSize, "settings", () => state.Cull(scene, view, default(CulletSettings)));
+                Check.Refused(CulletStatus.StructSize, "settings", () =>
+                    state.Cull(scene, view, default(CulletSettings)));
                 CulletSettings settings = CulletSettings.Preset(CulletPreset.Exact);
                 settings.Frustum = 2;
                 Check.Refused(CulletStatus.InvalidValue, "frustum", () => state.Cull(scene, view, settings));
@@ -103,7 +108,8 @@ namespace Cullet.Tests
                 Check.Refused(CulletStatus.NotFound, "", () => scene.Slot(one[0]));
                 CulletReason reason;
                 Check.Refused(CulletStatus.NotFound, "", () => scene.Explain(view, one[0], out reason));
-                Check.Throws<ArgumentException>("room for 1", () => scene.LinesOfSight(new CulletSegment[2], new CulletSight[1]));
+                Check.Throws<ArgumentException>("room for 1", () =>
+                    scene.LinesOfSight(new CulletSegment[2], new CulletSight[1]));
                 Check.Throws<ArgumentException>("room for 0",
                     () => scene.BoxToBox(default(CulletBox), new CulletBox[1], new CulletFound[0]));
                 Check.Throws<ArgumentException>("room for 0", () => state.CullLights(scene, new CulletLight[1], null));
@@ -122,23 +128,31 @@ namespace Cullet.Tests
                 boxes.Set(four);
                 Check.Throws<ArgumentException>("3 entries",
                     () => boxes.Set(new CulletFloat3[4], new CulletFloat3[3], CulletBoxForm.MinMax));
-                Check.Refused(CulletStatus.InvalidValue, "form", () => boxes.Set(new CulletFloat3[4], new CulletFloat3[4], (CulletBoxForm)9));
+                Check.Refused(CulletStatus.InvalidValue, "form", () =>
+                    boxes.Set(new CulletFloat3[4], new CulletFloat3[4], (CulletBoxForm)9));
                 Check.Refused(CulletStatus.InvalidValue, "4 boxes from box 1 on", () => boxes.Update(1, four));
                 Check.Throws<ArgumentOutOfRangeException>("first", () => boxes.Update(-1, four));
-                Check.Refused(CulletStatus.InvalidValue, "", () => boxes.Set(four, new CulletDouble3(0, double.NaN, 0)));
-                Check.Refused(CulletStatus.TooSmall, "room for 3 flags, but 4 are needed", () => boxes.Cull(view, new byte[3]));
+                Check.Refused(CulletStatus.InvalidValue, "", () =>
+                    boxes.Set(four, new CulletDouble3(0, double.NaN, 0)));
+                Check.Refused(CulletStatus.TooSmall, "room for 3 flags, but 4 are needed", () =>
+                    boxes.Cull(view, new byte[3]));
                 Check.Refused(CulletStatus.TooSmall, "", () => boxes.Cull(view, new bool[0]));
                 Check.Refused(CulletStatus.TooSmall, "", () => boxes.CullBits(view, null));
                 Check.Refused(CulletStatus.StructSize, "", () => boxes.Cull(default(CulletView), new byte[4]));
-                Check.Refused(CulletStatus.NullPointer, "arrays is NULL", () => boxes.SetPointers((CulletNative.cullet_box_arrays*)null));
-                Check.Refused(CulletStatus.InvalidValue, "occluder 0", () => boxes.SetOccluders(default(CulletOccluder)));
+                Check.Refused(CulletStatus.NullPointer, "arrays is NULL", () =>
+                    boxes.SetPointers((CulletNative.cullet_box_arrays*)null));
+                Check.Refused(CulletStatus.InvalidValue, "occluder 0", () =>
+                    boxes.SetOccluders(default(CulletOccluder)));
                 Check.Refused(CulletStatus.InvalidValue, "occluder 0: index 3",
                     () => boxes.SetOccluders(CulletOccluder.Triangles(new float[9], Indices)));
                 Check.Throws<ArgumentException>("10 floats", () => CulletOccluder.Hull(new float[10], Indices));
-                Check.Refused(CulletStatus.InvalidValue, "", () => boxes.SetOccluders(CulletOccluder.Hull(null, Indices)));
-                Check.Refused(CulletStatus.InvalidValue, "", () => boxes.SetOccluders(CulletOccluder.Hull(Positions, (uint[])null)));
+                Check.Refused(CulletStatus.InvalidValue, "", () =>
+                    boxes.SetOccluders(CulletOccluder.Hull(null, Indices)));
+                Check.Refused(CulletStatus.InvalidValue, "", () =>
+                    boxes.SetOccluders(CulletOccluder.Hull(Positions, (uint[])null)));
                 Check.Refused(CulletStatus.NotFound, "", () => boxes.MoveOccluder(0, null));
-                Check.Refused(CulletStatus.NotFound, "", () => boxes.SetOccluder(-1, CulletOccluder.Boxes(default(CulletBox))));
+                Check.Refused(CulletStatus.NotFound, "", () =>
+                    boxes.SetOccluder(-1, CulletOccluder.Boxes(default(CulletBox))));
             }
         }
 
@@ -164,8 +178,10 @@ namespace Cullet.Tests
         static void Layouts()
         {
             Func<string, string, Action> mixed = (a, b) => () => CulletBoxLayout.Of<Mixed>(a, b, CulletBoxForm.MinMax);
-            Check.Throws<ArgumentException>("no number", () => CulletBoxLayout.Of<Named>("Low", "High", CulletBoxForm.MinMax));
-            Check.Throws<ArgumentException>("no number", () => CulletBoxLayout.Of<Flagged>("Low", "High", CulletBoxForm.MinMax));
+            Check.Throws<ArgumentException>("no number", () =>
+                CulletBoxLayout.Of<Named>("Low", "High", CulletBoxForm.MinMax));
+            Check.Throws<ArgumentException>("no number", () =>
+                CulletBoxLayout.Of<Flagged>("Low", "High", CulletBoxForm.MinMax));
             Check.Throws<ArgumentException>("different types", mixed("Low", "High"));
             Check.Throws<ArgumentException>("no field", mixed("Low", "Higher"));
             Check.Throws<ArgumentException>("no field", mixed("Low", null));
@@ -179,7 +195,8 @@ namespace Cullet.Tests
                 var askew = new CulletBoxLayout(1, 12, CulletBoxForm.MinMax);
                 Check.Refused(CulletStatus.Alignment, "", () => boxes.Set(new CulletBox[3], askew));
                 // A struct with a reference is refused, however it is laid out.
-                Check.Throws<ArgumentException>("", () => boxes.Set(new Named[3], new CulletBoxLayout(8, 20, CulletBoxForm.MinMax)));
+                Check.Throws<ArgumentException>("", () =>
+                    boxes.Set(new Named[3], new CulletBoxLayout(8, 20, CulletBoxForm.MinMax)));
                 Check.Throws<ObjectDisposedException>("", () =>
                 {
                     boxes.Dispose();
@@ -192,18 +209,24 @@ namespace Cullet.Tests
         {
             var point = default(CulletDouble3);
             Check.Refused(CulletStatus.View, "", () => CulletView.LookAt(point, point, 0.9, 0.1, 64, 64));
-            Check.Refused(CulletStatus.View, "", () => CulletView.LookAt(point, new CulletDouble3(0, 0, -1), 0.9, 0.1, -1, 64));
-            Check.Throws<ArgumentException>("16", () => CulletView.FromMatrix(new double[15], CulletDepth.Standard, 64, 64));
-            Check.Refused(CulletStatus.View, "", () => CulletView.FromMatrix(new double[16], CulletDepth.Standard, 64, 64));
+            Check.Refused(CulletStatus.View, "", () =>
+                CulletView.LookAt(point, new CulletDouble3(0, 0, -1), 0.9, 0.1, -1, 64));
+            Check.Throws<ArgumentException>("16", () =>
+                CulletView.FromMatrix(new double[15], CulletDepth.Standard, 64, 64));
+            Check.Refused(CulletStatus.View, "", () =>
+                CulletView.FromMatrix(new double[16], CulletDepth.Standard, 64, 64));
             Check.Refused(CulletStatus.InvalidValue, "", () => CulletSettings.Preset((CulletPreset)3));
-            Check.Throws<IndexOutOfRangeException>("", () => Check.Equal(0.0, default(CulletMatrix)[16], "unreachable"));
+            Check.Throws<IndexOutOfRangeException>("", () =>
+                Check.Equal(0.0, default(CulletMatrix)[16], "unreachable"));
             Check.Refused(CulletStatus.InvalidValue, "", () => new CulletOcclusion(0, 64));
             using (var buffer = new CulletOcclusion(64, 40))
             {
                 buffer.Begin(Answers.Ahead());
                 Check.Refused(CulletStatus.TooSmall, "", () => buffer.Read(new float[64 * 39]));
-                Check.Throws<ArgumentException>("room for 1", () => buffer.TestBoxes(new CulletBox[2], new CulletFound[1]));
-                Check.Refused(CulletStatus.InvalidValue, "", () => buffer.DrawTriangles(new float[9], new uint[] { 0, 1, 9 }));
+                Check.Throws<ArgumentException>("room for 1", () =>
+                    buffer.TestBoxes(new CulletBox[2], new CulletFound[1]));
+                Check.Refused(CulletStatus.InvalidValue, "", () =>
+                    buffer.DrawTriangles(new float[9], new uint[] { 0, 1, 9 }));
                 Check.Throws<ArgumentException>("10 floats", () => buffer.DrawTriangles(new float[10], Indices));
             }
             using (var region = new CulletRegion())

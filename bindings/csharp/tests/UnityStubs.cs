@@ -122,24 +122,29 @@ namespace Cullet.Tests
         static Renderer Box(float x, float z) => new Renderer
             { bounds = new Bounds { min = new Vector3(x - 1, -1, z - 1), max = new Vector3(x + 1, 1, z + 1) } };
 
-        /// <summary>The camera stands at 0 and looks along +z, as in Unity; its matrices are those of Unity's pages.</summary>
+        /// <summary>The camera stands at 0 and looks along +z, as in Unity; its matrices are those of Unity's
+        /// pages.</summary>
         internal static void Run()
         {
             const float n = 0.1f, f = 1000, t = 2;
             var camera = new Camera
             {
-                projectionMatrix = Matrix(t * 400 / 640, 0, 0, 0, 0, t, 0, 0, 0, 0, -(f + n) / (f - n), -1, 0, 0, -2 * f * n / (f - n), 0),
+                projectionMatrix = Matrix(t * 400 / 640, 0, 0, 0, 0, t, 0, 0, 0, 0, -(f + n) / (f - n), -1, 0, 0,
+                    -2 * f * n / (f - n), 0),
                 worldToCameraMatrix = Matrix(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1)
             };
             // Before the wall, behind it, behind the eye, and beside the wall.
             Renderer[] four = { Box(0, 8), Box(0, 20), Box(0, -20), Box(9, 20) };
             Object.All.Add(camera);
             Object.All.AddRange(four);
-            var at = new Transform { localToWorldMatrix = Matrix(10, 0, 0, 0, 0, 10, 0, 0, 0, 0, 1, 0, 0, 0, 10.5f, 1) };
-            var culling = new CulletRenderers { occluders = new[] { new BoxCollider(at) { size = new Vector3(1, 1, 1) } } };
+            var at = new Transform { localToWorldMatrix =
+                Matrix(10, 0, 0, 0, 0, 10, 0, 0, 0, 0, 1, 0, 0, 0, 10.5f, 1) };
+            var culling = new CulletRenderers { occluders =
+                new[] { new BoxCollider(at) { size = new Vector3(1, 1, 1) } } };
             Send(culling, "OnEnable");
             Send(culling, "LateUpdate");
-            Check.Equal("0 1 1 0", string.Join(" ", four.Select(r => r.forceRenderingOff ? 1 : 0)), "renderers that are off");
+            Check.Equal("0 1 1 0", string.Join(" ", four.Select(r => r.forceRenderingOff ? 1 : 0)),
+                "renderers that are off");
             Send(culling, "OnDisable");
             Check.That(four.All(r => !r.forceRenderingOff), "all renderers are on again");
         }
