@@ -4,8 +4,9 @@ using System.Collections.Generic;
 using Cullet;
 using UnityEngine;
 
-/// <summary>Put it on a camera. Static colliders of the box kind in <see cref="occluders"/> hide; all renderers of the
-/// scene are culled by their bounds.</summary>
+/// <summary>Put it on a camera, the only one. Box colliders in <see cref="occluders"/> hide; all renderers of the scene
+/// are culled by their bounds. A renderer that is off casts no shadow and shows in no reflection: leave out those whose
+/// shadows reach into the view.</summary>
 [RequireComponent(typeof(Camera))]
 public sealed class CulletRenderers : MonoBehaviour
 {
@@ -45,6 +46,8 @@ public sealed class CulletRenderers : MonoBehaviour
     // Before the camera draws, and after everything has moved.
     void LateUpdate()
     {
+        // The library was not found.
+        if (boxes == null) return;
         if (moving) ReadBounds();
         boxes.Cull(View(), flags);
         for (int i = 0; i < flags.Length; i++) if (renderers[i] != null) renderers[i].forceRenderingOff = !flags[i];
