@@ -122,6 +122,23 @@ namespace Cullet.Tests
         static Renderer Box(float x, float z) => new Renderer
             { bounds = new Bounds { min = new Vector3(x - 1, -1, z - 1), max = new Vector3(x + 1, 1, z + 1) } };
 
+        static int Visible(float[] positions, uint[] indices)
+        {
+            var numbers = new double[] { 1.25, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1.001, 1, 0, 0, -0.1001, 0 };
+            CulletView view = CulletView.FromMatrix(numbers, CulletDepth.Standard, 640, 400);
+            CulletSettings settings = CulletSettings.Preset(CulletPreset.Exact);
+            settings.Output = CulletOutput.Triangles;
+            using (var scene = new CulletScene())
+            using (var state = new CulletState())
+            {
+                uint mesh = scene.AddMesh(positions, indices, CulletMeshFlags.OneSided);
+                scene.Add(new CulletInstance(mesh, CulletTransform.At(0, 0, 0)));
+                scene.Commit();
+                state.Cull(scene, view, settings);
+                return state.VisibleCount;
+            }
+        }
+
         /// <summary>The camera stands at 0 and looks along +z, as in Unity; its matrices are those of Unity's
         /// pages.</summary>
         internal static void Run()
@@ -147,6 +164,10 @@ namespace Cullet.Tests
                 "renderers that are off");
             Send(culling, "OnDisable");
             Check.That(four.All(r => !r.forceRenderingOff), "all renderers are on again");
+            // A square that is clockwise as the camera sees it is a front in Unity, and its other side is none.
+            float[] square = { -1, -1, 10, -1, 1, 10, 1, 1, 10, 1, -1, 10 };
+            Check.Equal(1, Visible(square, new uint[] { 0, 1, 2, 0, 2, 3 }), "visible fronts");
+            Check.Equal(0, Visible(square, new uint[] { 0, 2, 1, 0, 3, 2 }), "visible backs");
         }
     }
 }
