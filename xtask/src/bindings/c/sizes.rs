@@ -7,7 +7,7 @@ use super::{Host, STATIC, text};
 use crate::runner::Skip;
 use crate::tools::{Done, command, is_ci, output, run};
 
-/// What a file may have, in bytes, a little above what was measured on x86-64.
+/// Most bytes of a file, a little above what was measured on x86-64.
 struct Limit {
     what: &'static str,
     most: u64,
