@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 
 use crate::result::{self, PyResultOne, PyResults};
 use crate::scene::PyScene;
-use crate::{camera, culler, whole};
+use crate::{camera, culler, levels, whole};
 
 #[pymethods]
 impl PyScene {
@@ -13,16 +13,20 @@ impl PyScene {
     /// Conservative: nothing visible is missing. Many cameras are spread over ``threads`` threads, 0 for as many as
     /// there are processors; the answers are the same. Other threads of Python go on meanwhile, and may cull the same
     /// scene; one that changes it then gets a `RuntimeError`.
-    #[pyo3(signature = (camera, culler=None, *, threads=0))]
+    ///
+    /// With ``lod``, an instance whose mesh has levels is drawn at the coarsest one whose error is at most that many
+    /// pixels at the centre of the picture, as `Result.levels` says; at 0 and without, in full.
+    #[pyo3(signature = (camera, culler=None, *, lod=None, threads=0))]
     fn cull<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
         camera: &Bound<'py, PyAny>,
         culler: Option<&Bound<'py, PyAny>>,
+        lod: Option<f64>,
         #[pyo3(from_py_with = whole::threads)] threads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (views, is_one) = camera::views(camera)?;
-        let culler = culler::culler(culler)?;
+        let culler = levels::with_pixels(culler::culler(culler)?, lod)?;
         let borrowed = slf.try_borrow()?;
         let this: &Self = &borrowed;
         if is_one && let [view] = &views[..] {

@@ -12,6 +12,7 @@ mod draw;
 mod edit;
 mod explain;
 mod jobs;
+mod levels;
 mod occluders;
 mod program;
 mod pvs;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::arrays::{mask_into, structured};
 use crate::jobs::{interruptible, on_threads};
 use crate::scene::PyScene;
-use crate::{StaleError, draw, whole};
+use crate::{StaleError, draw, levels, whole};
 
 /// Characters of names in a structured array.
 const NAME: usize = 10;
@@ -52,6 +52,8 @@ impl Row {
 pub(crate) struct Answer {
     /// Ascending.
     pub(crate) ids: Vec<u32>,
+    /// Level of each id; empty where all are drawn in full.
+    levels: Vec<u32>,
     /// Instance, level, first cluster, how many.
     partial: Vec<[u32; 4]>,
     /// Instance and original triangle.
@@ -65,11 +67,15 @@ pub(crate) struct Answer {
 impl Answer {
     fn of(this: &PyScene, visible: &Visible, culler: &Culler, camera: usize) -> Self {
         let scene = this.scene();
-        let ids = ascending(this, visible);
         let partial = visible
             .partial
             .iter()
             .filter_map(|d| Some([this.id(d.slot)?, d.level, d.first_cluster, d.cluster_count]));
+        let ids = ascending(this, visible);
+        let levels = match culler.lod {
+            Some(_) => levels::drawn(this, visible, &ids),
+            None => Vec::new(),
+        };
         let mut triangles = Vec::new();
         if culler.output == Output::Triangles {
             triangles.reserve_exact(visible.triangles.len());
@@ -96,6 +102,7 @@ impl Answer {
             funnel: visible.funnel.rows.iter().map(|row| Row::of(row, camera)).collect(),
             triangle_count: visible.triangle_count,
             ids,
+            levels,
         }
     }
 }
@@ -209,6 +216,15 @@ impl PyResultOne {
         })
     }
 
+    /// (n,): the level of detail that is drawn of each instance in ``visible``, 0 for the mesh itself.
+    #[getter]
+    fn levels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        Ok(match self.culler.lod {
+            Some(_) => PyArray1::from_slice(py, &self.answer.levels),
+            None => PyArray1::zeros(py, self.visible.bind(py).len()?, false),
+        })
+    }
+
     /// Clusters of instances that are drawn in part: ``id``, ``level``, ``first_cluster``, ``cluster_count``.
     ///
     /// An id that is visible and not in here is drawn whole.
@@ -217,7 +233,8 @@ impl PyResultOne {
         structured(py, &self.answer.partial, "PARTIAL")
     }
 
-    /// Every triangle that is left: ``id`` and ``triangle``, by its number in the mesh as it was given.
+    /// Every triangle that is left: ``id`` and ``triangle``, by its number in the mesh as it was given; of an instance
+    /// that is drawn at a level above 0, in `Scene.level_mesh`.
     ///
     /// Raises `AttributeError` unless the culler's ``output`` is ``triangles``.
     #[getter]
@@ -332,6 +349,16 @@ impl PyResults {
             Some(*end)
         });
         PyArray1::from_vec(py, std::iter::once(0).chain(ends).collect())
+    }
+
+    /// The level of detail that is drawn of each of ``ids``, 0 for the mesh itself.
+    #[getter]
+    fn levels<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
+        let levels = self.answers.iter().flat_map(|a| {
+            let level = |at| a.levels.get(at).copied().unwrap_or(0);
+            (0..a.ids.len()).map(level)
+        });
+        PyArray1::from_vec(py, levels.collect())
     }
 
     /// (cameras,): how many instances each sees.

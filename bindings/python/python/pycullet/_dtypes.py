@@ -32,6 +32,7 @@ FUNNEL = _of(_ROW, 136)
 FUNNELS = _of({"camera": ("u4", 128), **_ROW}, 136)
 PARTIAL = np.dtype([("id", "u4"), ("level", "u4"), ("first_cluster", "u4"), ("cluster_count", "u4")])
 TRIANGLES = np.dtype([("id", "u4"), ("triangle", "u4")])
+LEVELS = np.dtype([("mesh", "u4"), ("level", "u4"), ("triangles", "u4"), ("error", "f4")])
 REASONS = np.dtype([("stage", "u1"), ("detail", "u1")])
 FIGURES = np.dtype([("all", "u8"), ("kept", "u8"), ("visible", "u8"), *((s, "u8") for s in _native.STAGES)])
 FALSE_CULLS = np.dtype(

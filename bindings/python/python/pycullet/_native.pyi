@@ -199,6 +199,10 @@ class Result:
         """(ids,): whether each id is visible; written into ``out`` where it is given."""
 
     @property
+    def levels(self) -> npt.NDArray[np.uint32]:
+        """(n,): the level of detail that is drawn of each instance in ``visible``, 0 for the mesh itself."""
+
+    @property
     def partial(self) -> npt.NDArray[Any]:
         """Clusters of instances that are drawn in part: ``id``, ``level``, ``first_cluster``, ``cluster_count``.
 
@@ -207,7 +211,8 @@ class Result:
 
     @property
     def triangles(self) -> npt.NDArray[Any]:
-        """Every triangle that is left: ``id`` and ``triangle``, by its number in the mesh as it was given.
+        """Every triangle that is left: ``id`` and ``triangle``, by its number in the mesh as it was given; of an
+        instance that is drawn at a level above 0, in `Scene.level_mesh`.
 
         Raises `AttributeError` unless the culler's ``output`` is ``triangles``.
         """
@@ -253,6 +258,10 @@ class Results:
     @property
     def offsets(self) -> npt.NDArray[np.int64]:
         """(cameras + 1,): those of camera i are ``ids[offsets[i]:offsets[i + 1]]``."""
+
+    @property
+    def levels(self) -> npt.NDArray[np.uint32]:
+        """The level of detail that is drawn of each of ``ids``, 0 for the mesh itself."""
 
     @property
     def counts(self) -> npt.NDArray[np.int64]:
@@ -379,14 +388,42 @@ class Scene:
         """Writes GLB, PLY, OBJ or STL, by the ending. Warns of what the file does not have."""
 
     @overload
-    def cull(self, camera: Camera, culler: _Settings | None = None, *, threads: int = 0) -> Result: ...
+    def cull(
+        self, camera: Camera, culler: _Settings | None = None, *, lod: float | None = None, threads: int = 0
+    ) -> Result: ...
     @overload
-    def cull(self, camera: Cameras, culler: _Settings | None = None, *, threads: int = 0) -> Results:
+    def cull(
+        self, camera: Cameras, culler: _Settings | None = None, *, lod: float | None = None, threads: int = 0
+    ) -> Results:
         """Returns what a camera, or each of many, may see.
 
         Conservative: nothing visible is missing. Many cameras are spread over ``threads`` threads, 0 for as many as
         there are processors; the answers are the same. Other threads of Python go on meanwhile, and may cull the same
         scene; one that changes it then gets a `RuntimeError`.
+
+        With ``lod``, an instance whose mesh has levels is drawn at the coarsest one whose error is at most that many
+        pixels at the centre of the picture, as `Result.levels` says; at 0 and without, in full.
+        """
+
+    def bake_levels(self, *, threads: int = 0) -> npt.NDArray[Any]:
+        """Bakes levels of detail of every mesh: the whole mesh again and again, each time with fewer triangles.
+
+        Returns a row for each level: ``mesh``, ``level`` (0 is the mesh itself), ``triangles`` and ``error``, the
+        largest distance between the level and the mesh that was measured, in units of the mesh. `cull` draws levels
+        with ``lod``. They replace levels that a mesh had, and are held by meshes of their own, which count in
+        `mesh_count`; a mesh that cannot be simplified has level 0 alone. The same on every run and machine. Costs
+        seconds for meshes of a hundred thousand triangles, on ``threads`` threads, 0 for one a processor; Ctrl-C
+        interrupts it, and then nothing has changed.
+        """
+
+    def level_mesh(
+        self, mesh: int, number: int = 1
+    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
+        """Vertices (n, 3), triangles (m, 3) and the level of each triangle (m,), of all levels of a mesh.
+
+        ``number`` is which of its levels, from 1, as ``level`` of `Result.partial`: a file may bring several kinds.
+        `Result.triangles` numbers the triangles of an instance that is drawn at a level above 0 as they are here.
+        Raises `IndexError` where the mesh has no such levels.
         """
 
     def bake_pvs(

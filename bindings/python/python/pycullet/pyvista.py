@@ -1,0 +1,308 @@
+"""Culling for `pyvista.Plotter`: what cannot be seen is not drawn, and the picture stays the same.
+
+>>> import pycullet.pyvista                              # doctest: +SKIP
+>>> hook = pycullet.pyvista.attach(plotter)              # doctest: +SKIP
+>>> plotter.show()                                       # doctest: +SKIP
+
+Before each render of a renderer, actors that the camera cannot see are hidden, and shown again after it. Volumes, text,
+2D actors, and actors that are drawn in a way that is not known are left alone.
+"""
+
+from __future__ import annotations
+
+import warnings
+import weakref
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import _native, _vtk
+from ._scene import Scene, Settings
+
+__all__ = ["Hook", "Render", "attach", "detach"]
+
+# Data that change more often hide nothing from then on: they would be copied in every render.
+_CHANGES = 3
+# A cube from -1 to 1, which stands for the bounds of what hides nothing.
+_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float32)
+_SIDES = np.array(
+    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+)
+
+
+@dataclass(frozen=True)
+class Render:
+    """What the last render of a renderer did with its actors."""
+
+    shown: int
+    """Actors that are visible by the user's own setting, and can be culled."""
+    culled: int
+    """How many of them were not drawn."""
+    left_alone: int
+    """Props that are never culled."""
+
+
+class _Renderer:
+    """What is known of one renderer."""
+
+    def __init__(self, culler: Settings) -> None:
+        self.culler = culler
+        self.last = Render(0, 0, 0)
+        self.props_state: tuple[int, ...] = ()
+        self.others = 0
+        self.tracked: list[_vtk.Tracked] = []
+        self.hidden: list[tuple[_vtk.Tracked, tuple[int, ...]]] = []
+        self.clear()
+
+    def clear(self) -> None:
+        """Forgets the scene, so that all actors are read again."""
+        self.scene = Scene()
+        self.cube = self.scene._add_moved(_CORNERS, _SIDES, True, None, None, False)[0]
+        # Of data that actors share, the mesh and where it was moved from.
+        self.meshes: dict[tuple[Any, ...], tuple[int, _vtk._Matrix]] = {}
+        self.added = 0
+        for item in self.tracked:
+            item.key, item.state, item.id = (), (), None
+
+    def start(self, renderer: Any) -> None:
+        """Hides what is not seen. Whatever is in doubt is shown."""
+        self.end()
+        self.last = Render(0, 0, 0)
+        view = _view(renderer)
+        if view is None:
+            return
+        self._track(renderer.GetViewProps())
+        for item in self.tracked:
+            if item.key != (key := item.now()):
+                self._update(item, key)
+        if len(self.meshes) > 64 and len(self.meshes) > 2 * len(self.tracked):
+            # Most meshes are of data that have changed since.
+            self.clear()
+            for item in self.tracked:
+                self._update(item, item.now())
+        if self.added > 16 and 8 * self.added > len(self.scene):
+            self.scene.commit()
+            self.added = 0
+        seen = self.scene.cull(view, self.culler).mask().tolist()
+        shown = 0
+        for item in self.tracked:
+            if item.is_shown and item.id is not None:
+                shown += 1
+                if not seen[item.id]:
+                    item.actor.SetVisibility(False)
+                    self.hidden.append((item, item.now()))
+        alone = self.others + sum(item.id is None for item in self.tracked)
+        self.last = Render(shown, len(self.hidden), alone)
+
+    def end(self) -> None:
+        """Shows again what was hidden."""
+        hidden, self.hidden = self.hidden, []
+        for item, key in hidden:
+            is_same = item.now() == key
+            item.actor.SetVisibility(True)
+            # What changed while it was hidden is read in the next render.
+            item.key = item.now() if is_same else ()
+
+    def _track(self, props: Any) -> None:
+        """Takes up actors that were added, and gives up those that were removed."""
+        state = (props.GetMTime(), props.GetNumberOfItems())
+        if state == self.props_state:
+            return
+        known = {item.actor: item for item in self.tracked}
+        self.tracked, self.others = [], 0
+        for prop in props:
+            item = known.pop(prop, None) or _vtk.tracked(prop)
+            if item is None:
+                self.others += 1
+            else:
+                self.tracked.append(item)
+        gone = [item.id for item in known.values() if item.id is not None]
+        if gone:
+            self.scene.remove(np.array(gone))
+        self.props_state = state
+
+    def _update(self, item: _vtk.Tracked, key: tuple[int, ...]) -> None:
+        """Reads an actor that has changed."""
+        was_shown, item.is_shown = item.is_shown, bool(item.actor.GetVisibility())
+        if not item.is_shown and item.id is None:
+            # Its data may be as good as none; they are read once it is shown.
+            item.key = key
+            return
+        try:
+            self._place(item, was_shown)
+        except (TypeError, ValueError):
+            # Numbers that the engine refuses: VTK may draw something of them.
+            self._drop(item)
+        item.key = item.now()
+
+    def _place(self, item: _vtk.Tracked, was_shown: bool) -> None:
+        matrix = _vtk.matrix_of(item.actor)
+        shape = None if matrix is None else _vtk.shape_of(item, item.changes < _CHANGES)
+        if matrix is None or shape is None:
+            self._drop(item)
+            return
+        if item.id is not None and shape.state == item.state:
+            self.scene.set_transforms([item.id], (matrix @ item.local)[None])
+        else:
+            item.changes += bool(item.state) and shape.state[1:] != item.state[1:]
+            self._drop(item)
+            mesh, item.local = self._mesh(shape)
+            (number,) = self.scene.add_instances(mesh, matrix @ item.local)
+            item.id, item.state, was_shown = int(number), shape.state, True
+            self.added += 1
+        if item.is_shown != was_shown:
+            self.scene.set_layers([item.id], int(item.is_shown))
+
+    def _mesh(self, shape: _vtk.Shape) -> tuple[int, _vtk._Matrix]:
+        if shape.bounds is not None and (shape.vertices is None or shape.faces is None):
+            low, high = shape.bounds
+            half = (high - low) / 2
+            # What is flat has no volume, and rounding is to be within.
+            size = half + 1e-6 * max(float(half.max()), float(np.abs(shape.bounds).max()), 1e-30)
+            local = np.diag([*size, 1.0])
+            local[:3, 3] = (low + high) / 2
+            return self.cube, local
+        found = self.meshes.get(shape.state)
+        if found is None:
+            assert shape.vertices is not None and shape.faces is not None
+            found = self.scene._add_moved(shape.vertices, shape.faces, True, None, None, True)
+            self.meshes[shape.state] = found
+        return found
+
+    def _drop(self, item: _vtk.Tracked) -> None:
+        if item.id is not None:
+            self.scene.remove([item.id])
+        item.id, item.state = None, ()
+
+
+class Hook:
+    """Culling of a plotter's renderers, as `attach` made it. It ends with `detach`, and with the plotter."""
+
+    def __init__(self, renderers: list[Any], window: Any, culler: Settings) -> None:
+        self._culled = [_Renderer(culler) for _ in renderers]
+        self._observers: list[tuple[weakref.ref[Any], int]] = []
+        self._failed = self._ended = False
+        for renderer, own in zip(renderers, self._culled):
+            self._observe(renderer, "StartEvent", lambda caller, _, own=own: self._start(own, caller))
+            self._observe(renderer, "EndEvent", lambda *_, own=own: own.end())
+        if window is not None:
+            # A render that is aborted may not end.
+            self._observe(window, "EndEvent", lambda *_: self._restore())
+
+    @property
+    def renders(self) -> tuple[Render, ...]:
+        """What the last render of each renderer did."""
+        return tuple(own.last for own in self._culled)
+
+    def detach(self) -> None:
+        """Ends culling. Everything is drawn again; calling it again has no effect."""
+        self._restore()
+        # An observer stays where its source is known to VTK alone.
+        self._ended = True
+        for source, tag in self._observers:
+            if (observed := source()) is not None:
+                observed.RemoveObserver(tag)
+        self._observers = []
+
+    def __enter__(self) -> Hook:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.detach()
+
+    def _observe(self, source: Any, event: str, call: Any) -> None:
+        self._observers.append((weakref.ref(source), source.AddObserver(event, call)))
+
+    def _restore(self) -> None:
+        for own in self._culled:
+            own.end()
+
+    def _start(self, own: _Renderer, renderer: Any) -> None:
+        if self._ended:
+            return
+        try:
+            own.start(renderer)
+        except Exception as fault:  # An error within a render would be lost: all is drawn, and the next one tries again.
+            own.end()
+            own.clear()
+            own.last = Render(0, 0, 0)
+            if not self._failed:
+                self._failed = True
+                warnings.warn(f"pycullet.pyvista culls nothing: {fault!r}", RuntimeWarning, stacklevel=1)
+
+
+_hooks: weakref.WeakKeyDictionary[Any, Hook] = weakref.WeakKeyDictionary()
+
+
+def attach(plotter: Any, culler: Settings = "balanced") -> Hook:
+    """Culls what a plotter draws, from now on: a `pyvista.Plotter`, or a `vtkRenderWindow` or `vtkRenderer` of VTK.
+
+    Actors that the camera cannot see are hidden while a renderer draws, and shown again after it; the picture is the
+    same. Actors may be added, removed, moved and changed in any way between renders. Each opaque surface hides what is
+    behind it. Culled but not hiding are translucent, textured and clipped actors, those with face culling or
+    coincident-topology offsets, and data that change often. Left alone are volumes, text, 2D actors, assemblies,
+    followers, actors with shaders, edges, lines or points, and mappers that are not known. A renderer with a render
+    pass, shadows, ambient occlusion or stereo is left alone altogether.
+
+    Data are copied when they are first seen and when they change. Every render asks each actor whether it has changed,
+    some microseconds each. Hiding and showing an actor raises its modification time and calls its observers.
+
+    Attaching again replaces the earlier hook. Raises `TypeError` for anything else than a plotter.
+    """
+    renderers, window = _parts(plotter)
+    detach(plotter)
+    hook = Hook(renderers, window, culler)
+    _hooks[plotter] = hook
+    return hook
+
+
+def detach(plotter: Any) -> None:
+    """Ends culling of a plotter; without effect where there is none."""
+    hook = _hooks.pop(plotter, None)
+    if hook is not None:
+        hook.detach()
+
+
+def _parts(plotter: Any) -> tuple[list[Any], Any]:
+    """The renderers and the window of a plotter."""
+    if hasattr(plotter, "renderers") and hasattr(plotter, "render_window"):
+        return list(plotter.renderers), plotter.render_window
+    is_a = getattr(plotter, "IsA", lambda _: False)
+    if is_a("vtkRenderWindow"):
+        return list(plotter.GetRenderers()), plotter
+    if is_a("vtkRenderer"):
+        return [plotter], plotter.GetRenderWindow()
+    raise TypeError(
+        f"plotter must be a pyvista.Plotter, a vtkRenderWindow or a vtkRenderer, not {type(plotter).__name__}"
+    )
+
+
+def _view(renderer: Any) -> _native.Camera | None:
+    """Returns what a renderer sees; nothing where it draws in more ways than through one camera."""
+    window, (width, height) = renderer.GetRenderWindow(), renderer.GetSize()
+    special = ("GetUseShadows", "GetUseSSAO", "GetUseHiddenLineRemoval", "GetSelector")
+    if (
+        window is None
+        or window.GetStereoRender()
+        or renderer.GetPass() is not None
+        or any(getattr(renderer, name, bool)() for name in special)
+        or not renderer.IsActiveCameraCreated()
+        or width < 1
+        or height < 1
+    ):
+        return None
+    camera = renderer.GetActiveCamera()
+    sight = camera.GetModelViewTransformMatrix()
+    lens = camera.GetProjectionTransformMatrix(renderer.GetTiledAspectRatio(), -1, 1)
+    matrix = _array(lens) @ _array(sight)
+    # Depth of OpenGL goes from -1 to 1.
+    matrix[2] = (matrix[2] + matrix[3]) / 2
+    try:
+        return _native.Camera.from_matrix(matrix, size=(width, height))
+    except ValueError:
+        return None
+
+
+def _array(matrix: Any) -> _vtk._Matrix:
+    return np.array(matrix.GetData()).reshape(4, 4)
