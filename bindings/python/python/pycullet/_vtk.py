@@ -16,20 +16,31 @@ _COMPOSITE = "vtkCompositePolyDataMapper"
 _FLAT = frozenset({"vtkImageData", "vtkRectilinearGrid", "vtkUniformGrid"})
 _SURFACE = 2
 
-_Matrix = npt.NDArray[np.float64]
+Matrix = npt.NDArray[np.float64]
 
 
 @dataclass
 class Shape:
-    """What an actor draws, in its own space."""
+    """What a data set draws, in its own space."""
 
-    state: tuple[Any, ...]
-    """Equal while the data are the same and hide as much."""
-    bounds: npt.NDArray[np.float64] | None = None
-    """(2, 3): low and high corner; none where the state is as it was."""
+    bounds: npt.NDArray[np.float64]
+    """(2, 3): low and high corner."""
     vertices: npt.NDArray[Any] | None = None
     """Where it hides what is behind it: its vertices (n, 3), and its triangles."""
     faces: npt.NDArray[np.int64] | None = None
+
+
+@dataclass
+class Part:
+    """What is culled on its own: the data of an actor, or a block of them."""
+
+    data: Any
+    state: tuple[Any, ...] = ()
+    """Equal while the data are the same and hide as much."""
+    id: int = -1
+    """Its instance in the scene; below 0 while it has none."""
+    local: Matrix = field(default_factory=lambda: np.eye(4))
+    """From the mesh in the scene to the actor's own space."""
 
 
 @dataclass
@@ -37,85 +48,75 @@ class Tracked:
     """An actor of a renderer, and what was last known of it."""
 
     actor: Any
-    shader: Any = None
-    leaves: list[Any] = field(default_factory=list)
-    """Blocks of a composite data set, whose changes the actor does not know."""
     key: tuple[int, ...] = ()
     """Changes with anything that this module reads."""
     is_shown: bool = False
-    state: tuple[Any, ...] = ()
+    matrix: Matrix | None = None
+    parts: list[Part] = field(default_factory=list)
+    """Nothing where it is left alone."""
     changes: int = 0
     """How often the data changed."""
-    id: int | None = None
-    """Its instance in the scene; none where it is left alone."""
-    local: _Matrix = field(default_factory=lambda: np.eye(4))
-    """From the mesh in the scene to the actor's own space."""
+    hides: bool = False
+    looks: Any = None
+    """By which blocks are hidden; nothing where that is the user's."""
+    _sources: list[Any] = field(default_factory=list)
+    """What changes without the actor knowing it: its shader, blocks, and their looks."""
 
     def now(self) -> tuple[int, ...]:
-        """Returns the key as it is now. Costs some microseconds."""
-        shader = 0 if self.shader is None else self.shader.GetMTime()
-        if not self.leaves:
-            return (self.actor.GetRedrawMTime(), shader)
-        return (self.actor.GetRedrawMTime(), shader, *(leaf.GetMTime() for leaf in self.leaves))
+        """Returns the key as it is now. Costs some microseconds, and less than one for each block."""
+        return (self.actor.GetRedrawMTime(), *[source.GetMTime() for source in self._sources])
+
+    def read(self, may_hide: bool) -> list[Any] | None:
+        """Returns the data of each part; nothing where pixels may lie beyond the triangles of the data."""
+        actor, mapper, shader = self.actor, self.actor.GetMapper(), self.actor.GetShaderProperty()
+        self._sources, self.looks, self.hides = [shader], None, False
+        if mapper is None or not _is_plain(actor, shader):
+            return None
+        data = mapper.GetInputDataObject(0, 0)
+        if data is None:
+            return None
+        self.hides = may_hide and _hides(actor, mapper)
+        if mapper.GetClassName() in _MAPPERS:
+            return [data]
+        if mapper.GetClassName() != _COMPOSITE:
+            return None
+        blocks, looks = _leaves(data), mapper.GetCompositeDataDisplayAttributes()
+        self._sources += [data, *blocks]
+        if looks is not None:
+            self._sources.append(looks)
+            self.looks = None if looks.HasBlockVisibilities() else looks
+            self.hides = self.hides and self.looks is not None and not looks.HasBlockOpacities()
+        if not all(block.IsA("vtkPolyData") for block in blocks):
+            return None
+        return [block for block in blocks if block.GetNumberOfPoints()]
+
+    def state_of(self, data: Any) -> tuple[Any, ...]:
+        """Returns the state of a part that has these data."""
+        return (self.hides, data.__this__, data.GetMTime())
 
 
 def tracked(prop: Any) -> Tracked | None:
     """Returns an actor of a class that is known; of everything else nothing."""
-    if prop.GetClassName() not in _ACTORS:
-        return None
-    return Tracked(prop)
+    return Tracked(prop) if prop.GetClassName() in _ACTORS else None
 
 
-def matrix_of(actor: Any) -> _Matrix | None:
+def matrix_of(actor: Any) -> Matrix | None:
     """Returns where an actor is; nothing where that is not affine or not finite."""
     matrix = np.array(actor.GetMatrix().GetData()).reshape(4, 4)
     is_plain = np.isfinite(matrix).all() and matrix[3].tolist() == [0, 0, 0, 1]
     return matrix if is_plain else None
 
 
-def shape_of(item: Tracked, may_hide: bool) -> Shape | None:
-    """Returns what an actor draws; nothing where its pixels may lie beyond its triangles. Reads all of its data, unless
-    the state is as it was."""
-    actor, mapper = item.actor, item.actor.GetMapper()
-    item.shader, item.leaves = actor.GetShaderProperty(), []
-    if mapper is None or not _is_plain(actor, item.shader):
+def shape_of(data: Any, hides: bool) -> Shape | None:
+    """Returns what a data set draws; nothing where it draws points or lines. Reads all of its data."""
+    surface = _surface(data)
+    if surface is None:
         return None
-    data = mapper.GetInputDataObject(0, 0)
-    if data is None:
+    points, faces = surface
+    if not len(points) or not np.isfinite(points).all():
         return None
-    hides = may_hide and _hides(actor, mapper)
-    if mapper.GetClassName() in _MAPPERS:
-        parts = [data]
-    elif mapper.GetClassName() == _COMPOSITE:
-        item.leaves = [data, *leaves(data)]
-        parts = item.leaves[1:]
-        if not all(part.IsA("vtkPolyData") for part in parts):
-            return None
-        looks = mapper.GetCompositeDataDisplayAttributes()
-        if looks is not None:
-            item.leaves.append(looks)
-            hides = hides and not (looks.HasBlockVisibilities() or looks.HasBlockOpacities())
-    else:
-        return None
-    state = (hides, *((part.__this__, part.GetMTime()) for part in parts))
-    if state == item.state:
-        return Shape(state)
-    surfaces = [_surface(part) for part in parts]
-    if not surfaces or any(surface is None for surface in surfaces):
-        return None
-    all_surfaces = [surface for surface in surfaces if surface is not None]
-    points = [points for points, _ in all_surfaces if len(points)]
-    if not points or not all(np.isfinite(p).all() for p in points):
-        return None
-    low = np.min([p.min(0) for p in points], axis=0)
-    high = np.max([p.max(0) for p in points], axis=0)
-    shape = Shape(state, np.array([low, high], np.float64))
-    if hides and all(faces is not None for _, faces in all_surfaces):
-        starts = np.cumsum([0, *(len(points) for points, _ in all_surfaces)])
-        faces = [f + start for (_, f), start in zip(all_surfaces, starts) if f is not None]
-        shape.vertices = np.concatenate([points for points, _ in all_surfaces])
-        shape.faces = np.concatenate(faces)
-    return shape
+    bounds = np.array([points.min(0), points.max(0)], np.float64)
+    return Shape(bounds, points, faces) if hides and faces is not None else Shape(bounds)
 
 
 def _is_plain(actor: Any, shader: Any) -> bool:
@@ -149,7 +150,7 @@ def _hides(actor: Any, mapper: Any) -> bool:
     )
 
 
-def leaves(data: Any) -> list[Any]:
+def _leaves(data: Any) -> list[Any]:
     """Returns the data sets of a composite one, in their order."""
     walk = data.NewIterator()
     walk.InitTraversal()
@@ -197,4 +198,5 @@ def _fans(offsets: npt.NDArray[np.int64], corners: npt.NDArray[np.int64]) -> npt
     counts = np.maximum(np.diff(offsets) - 2, 0)
     first = np.repeat(offsets[:-1], counts)
     nth = np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return corners[np.stack([first, first + nth + 1, first + nth + 2], axis=1)]
+    fans: npt.NDArray[np.int64] = corners[np.stack([first, first + nth + 1, first + nth + 2], axis=1)]
+    return fans

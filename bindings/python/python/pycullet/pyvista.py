@@ -36,7 +36,7 @@ class Render:
     """What the last render of a renderer did with its actors."""
 
     shown: int
-    """Actors that are visible by the user's own setting, and can be culled."""
+    """Actors that are visible by the user's own setting, and can be culled; of a composite actor its blocks."""
     culled: int
     """How many of them were not drawn."""
     left_alone: int
@@ -52,7 +52,8 @@ class _Renderer:
         self.props_state: tuple[int, ...] = ()
         self.others = 0
         self.tracked: list[_vtk.Tracked] = []
-        self.hidden: list[tuple[_vtk.Tracked, tuple[int, ...]]] = []
+        # With each the blocks that are hidden, of an actor that is not hidden as a whole, and its key meanwhile.
+        self.hidden: list[tuple[_vtk.Tracked, list[Any], tuple[int, ...]]] = []
         self.clear()
 
     def clear(self) -> None:
@@ -60,10 +61,10 @@ class _Renderer:
         self.scene = Scene()
         self.cube = self.scene._add_moved(_CORNERS, _SIDES, True, None, None, False)[0]
         # Of data that actors share, the mesh and where it was moved from.
-        self.meshes: dict[tuple[Any, ...], tuple[int, _vtk._Matrix]] = {}
+        self.meshes: dict[tuple[Any, ...], tuple[int, _vtk.Matrix]] = {}
         self.added = 0
         for item in self.tracked:
-            item.key, item.state, item.id = (), (), None
+            item.key, item.parts = (), []
 
     def start(self, renderer: Any) -> None:
         """Hides what is not seen. Whatever is in doubt is shown."""
@@ -76,7 +77,7 @@ class _Renderer:
         for item in self.tracked:
             if item.key != (key := item.now()):
                 self._update(item, key)
-        if len(self.meshes) > 64 and len(self.meshes) > 2 * len(self.tracked):
+        if len(self.meshes) > 64 + 2 * len(self.scene):
             # Most meshes are of data that have changed since.
             self.clear()
             for item in self.tracked:
@@ -85,22 +86,34 @@ class _Renderer:
             self.scene.commit()
             self.added = 0
         seen = self.scene.cull(view, self.culler).mask().tolist()
-        shown = 0
+        shown = culled = 0
         for item in self.tracked:
-            if item.is_shown and item.id is not None:
-                shown += 1
-                if not seen[item.id]:
-                    item.actor.SetVisibility(False)
-                    self.hidden.append((item, item.now()))
-        alone = self.others + sum(item.id is None for item in self.tracked)
-        self.last = Render(shown, len(self.hidden), alone)
+            if not item.is_shown or not item.parts:
+                continue
+            shown += len(item.parts)
+            unseen = [part.data for part in item.parts if not seen[part.id]]
+            if len(unseen) == len(item.parts):
+                item.actor.SetVisibility(False)
+                self.hidden.append((item, [], item.now()))
+            elif unseen and item.looks is not None:
+                for data in unseen:
+                    item.looks.SetBlockVisibility(data, False)
+                self.hidden.append((item, unseen, item.now()))
+            else:
+                continue
+            culled += len(unseen)
+        alone = self.others + sum(not item.parts for item in self.tracked)
+        self.last = Render(shown, culled, alone)
 
     def end(self) -> None:
         """Shows again what was hidden."""
         hidden, self.hidden = self.hidden, []
-        for item, key in hidden:
+        for item, blocks, key in hidden:
             is_same = item.now() == key
-            item.actor.SetVisibility(True)
+            if not blocks:
+                item.actor.SetVisibility(True)
+            for data in blocks:
+                item.looks.RemoveBlockVisibility(data)
             # What changed while it was hidden is read in the next render.
             item.key = item.now() if is_same else ()
 
@@ -109,53 +122,72 @@ class _Renderer:
         state = (props.GetMTime(), props.GetNumberOfItems())
         if state == self.props_state:
             return
-        known = {item.actor: item for item in self.tracked}
+        # By identity: data and actors of pyvista compare what is in them.
+        known = {id(item.actor): item for item in self.tracked}
         self.tracked, self.others = [], 0
         for prop in props:
-            item = known.pop(prop, None) or _vtk.tracked(prop)
+            item = known.pop(id(prop), None) or _vtk.tracked(prop)
             if item is None:
                 self.others += 1
             else:
                 self.tracked.append(item)
-        gone = [item.id for item in known.values() if item.id is not None]
-        if gone:
-            self.scene.remove(np.array(gone))
+        for item in known.values():
+            self._drop(item)
         self.props_state = state
 
     def _update(self, item: _vtk.Tracked, key: tuple[int, ...]) -> None:
         """Reads an actor that has changed."""
         was_shown, item.is_shown = item.is_shown, bool(item.actor.GetVisibility())
-        if not item.is_shown and item.id is None:
-            # Its data may be as good as none; they are read once it is shown.
+        if not item.is_shown and not item.parts:
+            # Its data are read once it is shown.
             item.key = key
             return
         try:
-            self._place(item, was_shown)
+            if not self._place(item, was_shown):
+                self._drop(item)
         except (TypeError, ValueError):
             # Numbers that the engine refuses: VTK may draw something of them.
             self._drop(item)
         item.key = item.now()
 
-    def _place(self, item: _vtk.Tracked, was_shown: bool) -> None:
-        matrix = _vtk.matrix_of(item.actor)
-        shape = None if matrix is None else _vtk.shape_of(item, item.changes < _CHANGES)
-        if matrix is None or shape is None:
+    def _place(self, item: _vtk.Tracked, was_shown: bool) -> bool:
+        """Puts an actor into the scene as it is now; false where it is to be left alone."""
+        matrix, data = _vtk.matrix_of(item.actor), item.read(item.changes < _CHANGES)
+        if matrix is None or data is None:
+            return False
+        if [id(part.data) for part in item.parts] != [id(own) for own in data]:
+            item.changes += bool(item.parts)
             self._drop(item)
-            return
-        if item.id is not None and shape.state == item.state:
-            self.scene.set_transforms([item.id], (matrix @ item.local)[None])
-        else:
-            item.changes += bool(item.state) and shape.state[1:] != item.state[1:]
-            self._drop(item)
-            mesh, item.local = self._mesh(shape)
-            (number,) = self.scene.add_instances(mesh, matrix @ item.local)
-            item.id, item.state, was_shown = int(number), shape.state, True
+            item.parts = [_vtk.Part(own) for own in data]
+        is_moved = item.matrix is None or not np.array_equal(matrix, item.matrix)
+        item.matrix = matrix
+        moved, changed = [], False
+        for part in item.parts:
+            state = item.state_of(part.data)
+            if part.id >= 0 and part.state == state:
+                if is_moved:
+                    moved.append(part)
+                continue
+            shape = _vtk.shape_of(part.data, item.hides)
+            if shape is None:
+                return False
+            changed = changed or part.state[1:] not in ((), state[1:])
+            self._remove(part)
+            mesh, part.local = self._mesh(state, shape)
+            layers = int(item.is_shown)
+            (number,) = self.scene.add_instances(mesh, matrix @ part.local, layers=layers)
+            part.id, part.state = int(number), state
             self.added += 1
-        if item.is_shown != was_shown:
-            self.scene.set_layers([item.id], int(item.is_shown))
+        item.changes += changed
+        ids = [part.id for part in item.parts]
+        if moved:
+            self.scene.set_transforms([p.id for p in moved], np.stack([matrix @ p.local for p in moved]))
+        if ids and item.is_shown != was_shown:
+            self.scene.set_layers(ids, int(item.is_shown))
+        return True
 
-    def _mesh(self, shape: _vtk.Shape) -> tuple[int, _vtk._Matrix]:
-        if shape.bounds is not None and (shape.vertices is None or shape.faces is None):
+    def _mesh(self, state: tuple[Any, ...], shape: _vtk.Shape) -> tuple[int, _vtk.Matrix]:
+        if shape.vertices is None or shape.faces is None:
             low, high = shape.bounds
             half = (high - low) / 2
             # What is flat has no volume, and rounding is to be within.
@@ -163,17 +195,21 @@ class _Renderer:
             local = np.diag([*size, 1.0])
             local[:3, 3] = (low + high) / 2
             return self.cube, local
-        found = self.meshes.get(shape.state)
+        found = self.meshes.get(state)
         if found is None:
-            assert shape.vertices is not None and shape.faces is not None
             found = self.scene._add_moved(shape.vertices, shape.faces, True, None, None, True)
-            self.meshes[shape.state] = found
+            self.meshes[state] = found
         return found
 
+    def _remove(self, part: _vtk.Part) -> None:
+        if part.id >= 0:
+            self.scene.remove([part.id])
+        part.id = -1
+
     def _drop(self, item: _vtk.Tracked) -> None:
-        if item.id is not None:
-            self.scene.remove([item.id])
-        item.id, item.state = None, ()
+        for part in item.parts:
+            self._remove(part)
+        item.parts, item.matrix = [], None
 
 
 class Hook:
@@ -304,5 +340,5 @@ def _view(renderer: Any) -> _native.Camera | None:
         return None
 
 
-def _array(matrix: Any) -> _vtk._Matrix:
+def _array(matrix: Any) -> _vtk.Matrix:
     return np.array(matrix.GetData()).reshape(4, 4)
