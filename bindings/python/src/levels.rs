@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 
 use bytemuck::{Pod, Zeroable};
 use cullet_bake::levels::{ChainOptions, build_chain};
-use engine::lod::{Levels, Lod, NO_GROUP};
+use engine::lod::{Levels, Lod};
 use engine::{Culler, MeshData, Visible};
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::exceptions::{PyIndexError, PyValueError};
@@ -32,14 +32,15 @@ struct Row {
 }
 
 /// Sets the pixels that levels may be off. `None` leaves the culler as it is.
-pub(crate) fn with_pixels(culler: Culler, pixels: Option<f64>) -> PyResult<Culler> {
+pub(crate) fn with_pixels(mut culler: Culler, pixels: Option<f64>) -> PyResult<Culler> {
     let Some(pixels) = pixels else { return Ok(culler) };
     if !(pixels >= 0.0 && pixels.is_finite()) {
         return Err(PyValueError::new_err(format!(
             "lod is {pixels}; it must be a number of pixels from 0"
         )));
     }
-    Ok(Culler { lod: Some(Lod::default().with_pixels(pixels)), ..culler })
+    culler.lod = Some(Lod::default().with_pixels(pixels));
+    Ok(culler)
 }
 
 /// Level of each cluster: how many groups lie between it and the original mesh, which is level 0.
@@ -48,8 +49,8 @@ fn depths(levels: &Levels) -> Vec<u32> {
     let mut order: Vec<usize> = (0..made_from.len()).collect();
     // Groups below have lower numbers, so that those that a cluster is made from are done before it.
     order.sort_by_key(|&c| made_from[c].wrapping_add(1));
-    let (mut of_group, mut of_cluster) =
-        (vec![1; levels.group_count()], vec![0; made_from.len()]);
+    let mut of_group = vec![1_u32; levels.group_count()];
+    let mut of_cluster = vec![0; made_from.len()];
     for cluster in order {
         let depth = of_group.get(made_from[cluster] as usize).copied().unwrap_or(0);
         of_cluster[cluster] = depth;

@@ -22,10 +22,12 @@ def plotter() -> Iterator[Any]:
 
 
 def shot(plotter: Any) -> Any:
+    # A screenshot alone is of what was drawn last.
+    plotter.render_window.Render()
     return np.array(plotter.screenshot(return_img=True))
 
 
-def same(plotter: Any, culler: Any = "balanced") -> Any:
+def same(plotter: Any, culler: Any = "exact") -> Any:
     """Compares the pictures with and without culling; returns what each renderer did."""
     hook = hooks.attach(plotter, culler)
     culled = shot(plotter)
@@ -54,30 +56,31 @@ def screen(plotter: Any) -> tuple[Any, Any]:
     wall = plotter.add_mesh(pyvista.Plane(i_size=4, j_size=4), color="white", name="wall")
     ball = plotter.add_mesh(pyvista.Sphere(radius=0.5, center=(0, 0, -2)), color="red", name="ball")
     plotter.camera_position = [(0, 0, 6), (0, 0, 0), (0, 1, 0)]
+    plotter.camera.clipping_range = (0.1, 100)
     return wall, ball
 
 
 def test_a_city_looks_the_same_from_everywhere_and_most_of_it_is_not_drawn(plotter: Any) -> None:
     actors = streets(plotter)
     actors[3].visibility = False
-    hook = hooks.attach(plotter, "exact")
+    hook = hooks.attach(plotter)
     for turn in range(6):
         plotter.camera.azimuth = 37 * turn
         with_hook = shot(plotter)
         (render,) = hook.renders
-        assert render.shown == len(actors) - 1 and render.culled > 0.6 * len(actors)
+        assert render.shown == len(actors) - 1 and render.culled > 0.5 * len(actors)
         # What is the user's is as it was.
         assert [actor.visibility for actor in actors] == [at != 3 for at in range(len(actors))]
         hooks.detach(plotter)
         assert np.array_equal(with_hook, shot(plotter))
-        hook = hooks.attach(plotter, "exact")
+        hook = hooks.attach(plotter)
 
 
 @pytest.mark.parametrize("parallel", [False, True])
 def test_an_actor_that_is_lost_is_found_out(plotter: Any, monkeypatch: pytest.MonkeyPatch, parallel: bool) -> None:
     streets(plotter, 8)
     plotter.camera.parallel_projection = parallel
-    plotter.camera.parallel_scale = 6
+    plotter.camera.parallel_scale = 3
     plotter.camera_position = [(6, -9, 12), (6, 6, 0), (0, 0, 1)]
     (render,) = same(plotter)
     assert 0 < render.culled < render.shown
@@ -85,30 +88,29 @@ def test_an_actor_that_is_lost_is_found_out(plotter: Any, monkeypatch: pytest.Mo
     lost: list[int] = []
 
     class Lossy:
-        def __init__(self, found: Any) -> None:
-            self.found = found
+        def __init__(self, scene: Any, view: Any, culler: Any) -> None:
+            self.found, self.image = cull(scene, view, culler), scene.render(view)
 
         def mask(self) -> Any:
             mask = self.found.mask()
-            # Of what is seen, whichever was not lost before.
-            lost.append(next(int(id) for id in self.found.visible if id not in lost))
+            lost.append(next(int(id) for id in self.image.visible if id not in lost))
             mask[lost[-1]] = False
             return mask
 
-    monkeypatch.setattr(pycullet.Scene, "cull", lambda *words: Lossy(cull(*words)))
-    caught = 0
+    monkeypatch.setattr(pycullet.Scene, "cull", lambda *words: Lossy(*words))
     for _ in range(5):
-        try:
+        with pytest.raises(AssertionError, match="pixels differ"):
             same(plotter)
-        except AssertionError:
-            caught += 1
-    assert caught >= 4
 
 
 def clip(wall: Any) -> None:
     plane = pyvista._vtk.vtkPlane() if hasattr(pyvista, "_vtk") else __import__("vtk").vtkPlane()
     plane.SetNormal(1, 0, 0)
     wall.mapper.AddClippingPlane(plane)
+
+
+def shrink(data: Any) -> None:
+    data.points *= 0.05
 
 
 CHANGES: dict[str, tuple[Callable[[Any, Any], object], int]] = {
@@ -125,7 +127,7 @@ CHANGES: dict[str, tuple[Callable[[Any, Any], object], int]] = {
     "clipped": (lambda wall, ball: clip(wall), 0),
     "face culling": (lambda wall, ball: setattr(wall.prop, "culling", "front"), 0),
     "other data": (lambda wall, ball: wall.mapper.SetInputData(pyvista.Disc(inner=1, outer=2, c_res=24)), 0),
-    "changed data": (lambda wall, ball: wall.mapper.dataset.points.__imul__(0.05), 0),
+    "changed data": (lambda wall, ball: shrink(wall.mapper.dataset), 0),
     "translucent ball": (lambda wall, ball: setattr(ball.prop, "opacity", 0.4), 1),
     "texture": (lambda wall, ball: setattr(wall, "texture", pyvista.numpy_to_texture(np.full((8, 8, 3), 99, np.uint8))), 0),
 }
@@ -198,13 +200,13 @@ def test_each_renderer_has_its_own_camera() -> None:
     for column in range(2):
         plotter.subplot(0, column)
         screen(plotter)
-    # The second one sees the ball from its own side, with parallel lines of sight.
-    plotter.enable_parallel_projection()
-    plotter.camera_position = [(0, 0, -6), (0, 0, 0), (0, 1, 0)]
+    # The first one sees the ball from its own side, the second one with parallel lines of sight and behind the wall.
     shared = plotter.renderers[0].actors["ball"]
     plotter.renderers[1].AddActor(shared)
-    left, right = same(plotter)
-    assert (left.shown, left.culled) == (2, 1) and (right.shown, right.culled) == (3, 1)
+    plotter.enable_parallel_projection()
+    plotter.camera.parallel_scale = 3
+    plotter.renderers[0].camera_position = [(0, 0, -6), (0, 0, 0), (0, 1, 0)]
+    assert same(plotter) == (hooks.Render(2, 0, 0), hooks.Render(3, 2, 0))
     assert shared.visibility
     plotter.close()
 
@@ -229,7 +231,7 @@ def test_blocks_are_culled_on_their_own(plotter: Any) -> None:
     mapper.block_attr[1].visible = None
     walls = pyvista.MultiBlock([pyvista.Plane(center=(x, 0, 2), i_size=2, j_size=4) for x in (-0.9, 0.9)])
     actor, mapper = plotter.add_composite(walls, color="blue")
-    assert same(plotter)[0].culled == 5
+    assert same(plotter)[0].culled == 4
     mapper.block_attr[1].opacity = 0.3
     assert same(plotter)[0].culled == 3
 

@@ -40,7 +40,7 @@ class Render:
     culled: int
     """How many of them were not drawn."""
     left_alone: int
-    """Props that are never culled."""
+    """Props that were not tested."""
 
 
 class _Renderer:
@@ -62,7 +62,7 @@ class _Renderer:
         self.cube = self.scene._add_moved(_CORNERS, _SIDES, True, None, None, False)[0]
         # Of data that actors share, the mesh and where it was moved from.
         self.meshes: dict[tuple[Any, ...], tuple[int, _vtk.Matrix]] = {}
-        self.added = 0
+        self.is_new = False
         for item in self.tracked:
             item.key, item.parts = (), []
 
@@ -82,9 +82,10 @@ class _Renderer:
             self.clear()
             for item in self.tracked:
                 self._update(item, item.now())
-        if self.added > 16 and 8 * self.added > len(self.scene):
+        if self.is_new:
+            # Only what was prepared hides what is behind it.
             self.scene.commit()
-            self.added = 0
+            self.is_new = False
         seen = self.scene.cull(view, self.culler).mask().tolist()
         shown = culled = 0
         for item in self.tracked:
@@ -102,7 +103,7 @@ class _Renderer:
             else:
                 continue
             culled += len(unseen)
-        alone = self.others + sum(not item.parts for item in self.tracked)
+        alone = self.others + sum(item.is_shown and not item.parts for item in self.tracked)
         self.last = Render(shown, culled, alone)
 
     def end(self) -> None:
@@ -177,7 +178,7 @@ class _Renderer:
             layers = int(item.is_shown)
             (number,) = self.scene.add_instances(mesh, matrix @ part.local, layers=layers)
             part.id, part.state = int(number), state
-            self.added += 1
+            self.is_new = True
         item.changes += changed
         ids = [part.id for part in item.parts]
         if moved:
@@ -271,7 +272,7 @@ class Hook:
 _hooks: weakref.WeakKeyDictionary[Any, Hook] = weakref.WeakKeyDictionary()
 
 
-def attach(plotter: Any, culler: Settings = "balanced") -> Hook:
+def attach(plotter: Any, culler: Settings = "exact") -> Hook:
     """Culls what a plotter draws, from now on: a `pyvista.Plotter`, or a `vtkRenderWindow` or `vtkRenderer` of VTK.
 
     Actors that the camera cannot see are hidden while a renderer draws, and shown again after it; the picture is the
@@ -280,6 +281,9 @@ def attach(plotter: Any, culler: Settings = "balanced") -> Hook:
     coincident-topology offsets, and data that change often. Left alone are volumes, text, 2D actors, assemblies,
     followers, actors with shaders, edges, lines or points, and mappers that are not known. A renderer with a render
     pass, shadows, ambient occlusion or stereo is left alone altogether.
+
+    The default finds as much as can be proved, since an actor costs VTK far more to draw than to test; a ``min_pixels``
+    of the culler may change the picture.
 
     Data are copied when they are first seen and when they change. Every render asks each actor whether it has changed,
     some microseconds each. Hiding and showing an actor raises its modification time and calls its observers.
