@@ -1,4 +1,5 @@
-"""Frames of a pyvista plotter with culling and without, by turns, while the camera turns.
+"""Frames of a pyvista plotter with culling and without, by turns, while the camera turns by 2 degrees a
+frame.
 
     python bench/plotter.py [--blocks] [side of the city, 50 unless given]
 
@@ -16,7 +17,7 @@ import pyvista
 
 import pycullet.pyvista
 
-FRAMES = 24
+FRAMES = 40
 
 
 def city(side: int, as_blocks: bool) -> Any:
@@ -49,7 +50,7 @@ def main() -> None:
     for frame in range(FRAMES + 1):
         for name, plotter in (("plain", plain), ("culled", culled)):
             plotter.camera.view_angle = 50
-            plotter.camera.Yaw(360 / FRAMES)
+            plotter.camera.Yaw(2)
             start = time.perf_counter()
             plotter.render() if frame else plotter.show(auto_close=False)
             took = time.perf_counter() - start

@@ -47,7 +47,7 @@ def test_the_coarsest_level_within_the_pixels_is_drawn(balls: pycullet.Scene) ->
     camera = pycullet.Camera.look_at((0, 0, 0), (0, 0, -1), size=(640, 400))
     full = balls.cull(camera)
     assert full.levels.tolist() == [0] * len(full) and full.visible.tolist() == [0, 1, 2, 3]
-    result = balls.cull(camera, pycullet.Culler(without=["backface"], output="triangles"), lod=1)
+    result = balls.cull(camera, pycullet.Culler(without=["backface", "frustum", "occlusion"], output="triangles"), lod=1)
     assert result.levels.dtype == np.uint32 and result.visible.tolist() == [0, 1, 2, 3]
     near, middle, far, plate = result.levels.tolist()
     assert near < middle < far and plate == 0 and result.triangle_count < full.triangle_count

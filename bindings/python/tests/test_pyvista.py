@@ -64,8 +64,10 @@ def test_a_city_looks_the_same_from_everywhere_and_most_of_it_is_not_drawn(plott
     actors = streets(plotter)
     actors[3].visibility = False
     hook = hooks.attach(plotter)
-    for turn in range(6):
-        plotter.camera.azimuth = 37 * turn
+    plotter.camera_position = [(10.4, 10.4, 1.5), (10.4, 20, 2), (0, 0, 1)]
+    plotter.camera.clipping_range = (0.1, 100)
+    for _ in range(6):
+        plotter.camera.Yaw(55)
         with_hook = shot(plotter)
         (render,) = hook.renders
         assert render.shown == len(actors) - 1 and render.culled > 0.5 * len(actors)

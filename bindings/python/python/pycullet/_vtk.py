@@ -15,6 +15,8 @@ _COMPOSITE = "vtkCompositePolyDataMapper"
 # Data sets whose faces are flat, so that any split into triangles is the one that is drawn.
 _FLAT = frozenset({"vtkImageData", "vtkRectilinearGrid", "vtkUniformGrid"})
 _SURFACE = 2
+# What gives data away as they are.
+_STILL = frozenset({"vtkTrivialProducer"})
 
 Matrix = npt.NDArray[np.float64]
 
@@ -48,8 +50,8 @@ class Tracked:
     """An actor of a renderer, and what was last known of it."""
 
     actor: Any
-    key: tuple[int, ...] = ()
-    """Changes with anything that this module reads."""
+    time: int = -1
+    """When the actor, its looks or its place changed; -1 where it is to be read."""
     is_shown: bool = False
     matrix: Matrix | None = None
     parts: list[Part] = field(default_factory=list)
@@ -59,31 +61,60 @@ class Tracked:
     hides: bool = False
     looks: Any = None
     """By which blocks are hidden; nothing where that is the user's."""
-    _sources: list[Any] = field(default_factory=list)
-    """What changes without the actor knowing it: its shader, blocks, and their looks."""
+    at: int = 0
+    """Where its calls begin in the list of all."""
+    _times: list[Any] = field(default_factory=list)
+    """The calls that say when something changed that the actor does not know: its shader, mapper, data, and blocks."""
+    _seen: list[int] = field(default_factory=list)
+    """What they said."""
+    _is_live: bool = False
+    """Whether the data are made by a pipeline, which is to be run before they are asked."""
 
-    def now(self) -> tuple[int, ...]:
-        """Returns the key as it is now. Costs some microseconds, and less than one for each block."""
-        return (self.actor.GetRedrawMTime(), *[source.GetMTime() for source in self._sources])
+    def calls(self) -> list[Any]:
+        """Returns the calls that say together when anything of it changed."""
+        return [self.actor.GetRedrawMTime if self._is_live else self.actor.GetMTime, *self._times]
+
+    def has_changed(self) -> bool:
+        """Whether anything has changed since `note`."""
+        if self._is_live:
+            self.actor.GetRedrawMTime()
+        return self.actor.GetMTime() != self.time or [time() for time in self._times] != self._seen
+
+    def times(self) -> list[int]:
+        """Returns what `calls` say where nothing has changed since `note`."""
+        return [-1 if self._is_live else self.time, *self._seen]
+
+    def note(self) -> None:
+        """Takes everything as it is now for what is known."""
+        self.time, self._seen = self.actor.GetMTime(), [time() for time in self._times]
 
     def read(self, may_hide: bool) -> list[Any] | None:
         """Returns the data of each part; nothing where pixels may lie beyond the triangles of the data."""
         actor, mapper, shader = self.actor, self.actor.GetMapper(), self.actor.GetShaderProperty()
-        self._sources, self.looks, self.hides = [shader], None, False
-        if mapper is None or not _is_plain(actor, shader):
+        self.looks, self.hides, self._is_live = None, False, False
+        self._times = [shader.GetMTime]
+        if mapper is None:
             return None
+        self._times.append(mapper.GetMTime)
+        if not _is_plain(actor, shader) or mapper.GetNumberOfInputPorts() == 0:
+            return None
+        source = mapper.GetInputAlgorithm(0, 0) if mapper.GetNumberOfInputConnections(0) else None
+        if source is not None and source.GetClassName() not in _STILL:
+            self._is_live = True
+            source.Update()
         data = mapper.GetInputDataObject(0, 0)
         if data is None:
             return None
+        self._times.append(data.GetMTime)
         self.hides = may_hide and _hides(actor, mapper)
         if mapper.GetClassName() in _MAPPERS:
             return [data]
         if mapper.GetClassName() != _COMPOSITE:
             return None
         blocks, looks = _leaves(data), mapper.GetCompositeDataDisplayAttributes()
-        self._sources += [data, *blocks]
+        self._times += [block.GetMTime for block in blocks]
         if looks is not None:
-            self._sources.append(looks)
+            self._times.append(looks.GetMTime)
             self.looks = None if looks.HasBlockVisibilities() else looks
             self.hides = self.hides and self.looks is not None and not looks.HasBlockOpacities()
         if not all(block.IsA("vtkPolyData") for block in blocks):

@@ -52,19 +52,22 @@ class _Renderer:
         self.props_state: tuple[int, ...] = ()
         self.others = 0
         self.tracked: list[_vtk.Tracked] = []
-        # With each the blocks that are hidden, of an actor that is not hidden as a whole, and its key meanwhile.
-        self.hidden: list[tuple[_vtk.Tracked, list[Any], tuple[int, ...]]] = []
+        # When anything of them changed: the calls that say it, and what they said after the last render.
+        self.calls: list[Any] = []
+        self.times: list[int] = []
+        # With each the blocks that are hidden, of an actor that is not hidden as a whole, and its time meanwhile.
+        self.hidden: list[tuple[_vtk.Tracked, list[Any], int]] = []
         self.clear()
 
     def clear(self) -> None:
         """Forgets the scene, so that all actors are read again."""
-        self.scene = Scene()
+        self.scene, self.times = Scene(), []
         self.cube = self.scene._add_moved(_CORNERS, _SIDES, True, None, None, False)[0]
         # Of data that actors share, the mesh and where it was moved from.
         self.meshes: dict[tuple[Any, ...], tuple[int, _vtk.Matrix]] = {}
         self.is_new = False
         for item in self.tracked:
-            item.key, item.parts = (), []
+            item.time, item.parts = -1, []
 
     def start(self, renderer: Any) -> None:
         """Hides what is not seen. Whatever is in doubt is shown."""
@@ -74,32 +77,27 @@ class _Renderer:
         if view is None:
             return
         self._track(renderer.GetViewProps())
-        for item in self.tracked:
-            if item.key != (key := item.now()):
-                self._update(item, key)
-        if len(self.meshes) > 64 + 2 * len(self.scene):
-            # Most meshes are of data that have changed since.
-            self.clear()
-            for item in self.tracked:
-                self._update(item, item.now())
-        if self.is_new:
-            # Only what was prepared hides what is behind it.
-            self.scene.commit()
-            self.is_new = False
+        # All at once first: in most renders nothing, or little, has changed.
+        if not self.times or [call() for call in self.calls] != self.times:
+            self._read()
         seen = self.scene.cull(view, self.culler).mask().tolist()
         shown = culled = 0
         for item in self.tracked:
-            if not item.is_shown or not item.parts:
+            parts = item.parts
+            if not item.is_shown or not parts:
                 continue
-            shown += len(item.parts)
-            unseen = [part.data for part in item.parts if not seen[part.id]]
-            if len(unseen) == len(item.parts):
+            shown += len(parts)
+            unseen = [part.data for part in parts if not seen[part.id]]
+            if not unseen:
+                continue
+            if len(unseen) == len(parts):
                 item.actor.SetVisibility(False)
-                self.hidden.append((item, [], item.now()))
-            elif unseen and item.looks is not None:
+                self.hidden.append((item, [], item.actor.GetMTime()))
+            elif item.looks is not None:
                 for data in unseen:
                     item.looks.SetBlockVisibility(data, False)
-                self.hidden.append((item, unseen, item.now()))
+                item.note()
+                self.hidden.append((item, unseen, item.time))
             else:
                 continue
             culled += len(unseen)
@@ -109,14 +107,42 @@ class _Renderer:
     def end(self) -> None:
         """Shows again what was hidden."""
         hidden, self.hidden = self.hidden, []
-        for item, blocks, key in hidden:
-            is_same = item.now() == key
-            if not blocks:
-                item.actor.SetVisibility(True)
-            for data in blocks:
-                item.looks.RemoveBlockVisibility(data)
+        for item, blocks, time in hidden:
             # What changed while it was hidden is read in the next render.
-            item.key = item.now() if is_same else ()
+            if blocks:
+                is_same = not item.has_changed()
+                for data in blocks:
+                    item.looks.RemoveBlockVisibility(data)
+                item.note()
+            else:
+                is_same = item.actor.GetMTime() == time
+                item.actor.SetVisibility(True)
+                item.time = item.actor.GetMTime()
+            if not is_same:
+                item.time = -1
+            if self.times:
+                own = item.times()
+                self.times[item.at : item.at + len(own)] = own
+
+    def _read(self) -> None:
+        """Reads the actors that have changed."""
+        for item in self.tracked:
+            if item.has_changed():
+                self._update(item)
+        if len(self.meshes) > 64 + 2 * len(self.scene):
+            # Most meshes are of data that have changed since.
+            self.clear()
+            for item in self.tracked:
+                self._update(item)
+        if self.is_new:
+            # Only what was prepared hides what is behind it.
+            self.scene.commit()
+            self.is_new = False
+        self.calls, self.times = [], []
+        for item in self.tracked:
+            item.at = len(self.calls)
+            self.calls += item.calls()
+            self.times += item.times()
 
     def _track(self, props: Any) -> None:
         """Takes up actors that were added, and gives up those that were removed."""
@@ -125,7 +151,7 @@ class _Renderer:
             return
         # By identity: data and actors of pyvista compare what is in them.
         known = {id(item.actor): item for item in self.tracked}
-        self.tracked, self.others = [], 0
+        self.tracked, self.others, self.times = [], 0, []
         for prop in props:
             item = known.pop(id(prop), None) or _vtk.tracked(prop)
             if item is None:
@@ -136,12 +162,12 @@ class _Renderer:
             self._drop(item)
         self.props_state = state
 
-    def _update(self, item: _vtk.Tracked, key: tuple[int, ...]) -> None:
+    def _update(self, item: _vtk.Tracked) -> None:
         """Reads an actor that has changed."""
         was_shown, item.is_shown = item.is_shown, bool(item.actor.GetVisibility())
         if not item.is_shown and not item.parts:
             # Its data are read once it is shown.
-            item.key = key
+            item.note()
             return
         try:
             if not self._place(item, was_shown):
@@ -149,7 +175,7 @@ class _Renderer:
         except (TypeError, ValueError):
             # Numbers that the engine refuses: VTK may draw something of them.
             self._drop(item)
-        item.key = item.now()
+        item.note()
 
     def _place(self, item: _vtk.Tracked, was_shown: bool) -> bool:
         """Puts an actor into the scene as it is now; false where it is to be left alone."""
@@ -220,9 +246,10 @@ class Hook:
         self._culled = [_Renderer(culler) for _ in renderers]
         self._observers: list[tuple[weakref.ref[Any], int]] = []
         self._failed = self._ended = False
+        # Within what observers of the user's do, whatever they change.
         for renderer, own in zip(renderers, self._culled):
-            self._observe(renderer, "StartEvent", lambda caller, _, own=own: self._start(own, caller))
-            self._observe(renderer, "EndEvent", lambda *_, own=own: own.end())
+            self._observe(renderer, "StartEvent", lambda caller, _, own=own: self._start(own, caller), -1)
+            self._observe(renderer, "EndEvent", lambda *_, own=own: own.end(), 1)
         if window is not None:
             # A render that is aborted may not end.
             self._observe(window, "EndEvent", lambda *_: self._restore())
@@ -248,8 +275,8 @@ class Hook:
     def __exit__(self, *_: object) -> None:
         self.detach()
 
-    def _observe(self, source: Any, event: str, call: Any) -> None:
-        self._observers.append((weakref.ref(source), source.AddObserver(event, call)))
+    def _observe(self, source: Any, event: str, call: Any, priority: float = 0) -> None:
+        self._observers.append((weakref.ref(source), source.AddObserver(event, call, priority)))
 
     def _restore(self) -> None:
         for own in self._culled:
