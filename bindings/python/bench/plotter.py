@@ -1,7 +1,7 @@
 """Frames of a pyvista plotter with culling and without, by turns, while the camera turns by 2 degrees a
 frame.
 
-    python bench/plotter.py [--blocks] [side of the city, 50 unless given]
+    python bench/plotter.py [--blocks] [side of the city, 50 unless given] [samples a pixel, 4 unless given]
 
 With ``--blocks`` the houses are blocks of one composite actor.
 """
@@ -20,8 +20,9 @@ import pycullet.pyvista
 FRAMES = 40
 
 
-def city(side: int, as_blocks: bool) -> Any:
+def city(side: int, as_blocks: bool, samples: int = 4) -> Any:
     plotter = pyvista.Plotter(off_screen=True, window_size=(640, 400))
+    plotter.render_window.SetMultiSamples(samples if samples > 1 else 0)
     random = np.random.default_rng(5)
     houses = pyvista.MultiBlock()
     for at in range(side * side):
@@ -43,7 +44,8 @@ def city(side: int, as_blocks: bool) -> Any:
 def main() -> None:
     words = [word for word in sys.argv[1:] if word != "--blocks"]
     side = int(words[0]) if words else 50
-    plain, culled = (city(side, "--blocks" in sys.argv) for _ in range(2))
+    samples = int(words[1]) if len(words) > 1 else 4
+    plain, culled = (city(side, "--blocks" in sys.argv, samples) for _ in range(2))
     hook = pycullet.pyvista.attach(culled)
     times: dict[str, list[float]] = {"plain": [], "culled": []}
     kept = []

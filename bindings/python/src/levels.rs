@@ -72,7 +72,8 @@ pub(crate) fn drawn(this: &PyScene, visible: &Visible, ids: &[u32]) -> Vec<u32> 
         let Some(levels) = scene.levels(mesh).get(range.level as usize - 1) else { continue };
         let depths = known.entry((mesh, range.level)).or_insert_with(|| depths(&levels.levels));
         let clusters = range.first_cluster as usize..;
-        let own = depths.get(clusters).unwrap_or_default().iter().take(range.cluster_count as usize);
+        let own =
+            depths.get(clusters).unwrap_or_default().iter().take(range.cluster_count as usize);
         let at = this.id(range.slot).and_then(|id| ids.binary_search(&id).ok());
         if let (Some(at), Some(&depth)) = (at, own.max()) {
             drawn[at] = depth.max(drawn[at]);
@@ -147,19 +148,22 @@ impl PyScene {
 
     /// Vertices (n, 3), triangles (m, 3) and the level of each triangle (m,), of all levels of a mesh.
     ///
-    /// ``number`` is which of its levels, from 1, as ``level`` of `Result.partial`: a file may bring several kinds.
+    /// ``number`` is which of its levels, from 1 (the default), as ``level`` of `Result.partial`: a file may bring several kinds.
     /// `Result.triangles` numbers the triangles of an instance that is drawn at a level above 0 as they are here.
     /// Raises `IndexError` where the mesh has no such levels.
-    #[pyo3(signature = (mesh, number=1))]
+    #[pyo3(signature = (mesh, number=None))]
     fn level_mesh<'py>(
         &self,
         mesh: &Bound<'py, PyAny>,
-        number: u32,
+        number: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<LevelMesh<'py>> {
         let (py, meshes) = (mesh.py(), self.scene().meshes());
         let mesh = whole::mesh(mesh, meshes.len())?;
         let all = self.scene().levels(mesh);
-        let levels = number.checked_sub(1).and_then(|at| all.get(at as usize)).ok_or_else(|| {
+        let number = number.map_or(Ok(Some(1)), |number| whole::named(number, "number"))?;
+        let at = number.and_then(|number| usize::try_from(number - 1).ok());
+        let levels = at.and_then(|at| all.get(at)).ok_or_else(|| {
+            let number = number.map_or("of that number".into(), |number| number.to_string());
             PyIndexError::new_err(format!(
                 "mesh {mesh} has no levels {number}; it has {}, which count from 1; `bake_levels` makes them",
                 all.len()

@@ -39,6 +39,9 @@ def test_levels_have_fewer_triangles_and_greater_errors_which_hold(balls: pycull
     assert np.array_equal(again, rows)
     with pytest.raises(IndexError, match="mesh 0 has no levels 2; it has 1"):
         balls.level_mesh(0, 2)
+    for number in (0, -1, 10**50):
+        with pytest.raises(IndexError, match="has no levels"):
+            balls.level_mesh(0, number)
 
 
 def test_the_coarsest_level_within_the_pixels_is_drawn(balls: pycullet.Scene) -> None:

@@ -28,8 +28,8 @@ const TESTING: &[&str] = &[
     "rtree",
     "trimesh",
 ];
-/// System packages that VTK, which pyvista draws with, needs.
-const SYSTEM: &[&str] = &["python3-venv", "libgl1", "libxrender1"];
+/// System packages that VTK, which pyvista draws with, needs: the tests draw off-screen, without a GPU.
+const SYSTEM: &[&str] = &["python3-venv", "libegl1", "libgl1", "libgl1-mesa-dri", "libxrender1"];
 /// The oldest interpreter that the wheel is for.
 const OLDEST: &str = "import sys; raise SystemExit(sys.version_info < (3, 10))";
 
