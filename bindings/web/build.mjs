@@ -1,4 +1,4 @@
-// Builds the package into a folder: `node build.mjs OUT`. The five WebAssembly modules are compiled with cargo
+// Builds the package into a folder: `node build.mjs OUT`. The six WebAssembly modules are compiled with cargo
 // into the target folder, what is written by hand is copied, and the sizes are printed.
 import { spawnSync } from 'node:child_process';
 import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
@@ -10,7 +10,7 @@ const here = fileURLToPath(new URL('.', import.meta.url));
 const root = fileURLToPath(new URL('../../', import.meta.url));
 const [out, ...only] = process.argv.slice(2);
 if (!out) {
-  console.error('node build.mjs OUT [frustum] [boxes] [three] [scene] [files]: builds the npm package into OUT');
+  console.error('node build.mjs OUT [frustum] [boxes] [three] [scene] [queries] [files]: builds the npm package into OUT');
   process.exit(2);
 }
 const target = join(process.env.CARGO_TARGET_DIR ?? join(root, 'target'), 'wasm-npm');
@@ -18,9 +18,9 @@ const target = join(process.env.CARGO_TARGET_DIR ?? join(root, 'target'), 'wasm-
 // What is not the engine is small; the engine is quick where occlusion is drawn, which at "s" takes four times as long. Boxes
 // against planes take a third longer at "s", for a quarter less to load.
 const profile = { OPT_LEVEL: 's', LTO: 'fat', CODEGEN_UNITS: '1', PANIC: 'abort', STRIP: 'true' };
-const levels = { frustum: '"s"', boxes: '3', three: '3', scene: '3', files: '3' };
-const modules = { frustum: [], boxes: ['occluders'], three: ['scene'], scene: ['clusters'], files: ['files'] };
-const files = { frustum: 'cullet-frustum.wasm', boxes: 'cullet-boxes.wasm', three: 'cullet-three.wasm', scene: 'cullet.wasm', files: 'cullet-files.wasm' };
+const levels = { frustum: '"s"', boxes: '3', three: '3', scene: '3', queries: '3', files: '3' };
+const modules = { frustum: [], boxes: ['occluders'], three: ['scene'], scene: ['clusters'], queries: ['queries'], files: ['files'] };
+const files = { frustum: 'cullet-frustum.wasm', boxes: 'cullet-boxes.wasm', three: 'cullet-three.wasm', scene: 'cullet.wasm', queries: 'cullet-queries.wasm', files: 'cullet-files.wasm' };
 
 function compile(name) {
   const features = modules[name];

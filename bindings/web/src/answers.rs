@@ -30,7 +30,7 @@ impl More {
 
 impl SceneView {
     /// That the scene is as it was culled.
-    fn check_unchanged(&self, set: &SceneSet) -> Result<(), Fault> {
+    pub(crate) fn check_unchanged(&self, set: &SceneSet) -> Result<(), Fault> {
         if self.more.seen == Some((set.scene.id(), set.scene.change_version())) {
             return Ok(());
         }

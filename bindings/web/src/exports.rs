@@ -224,6 +224,9 @@ mod occluders {
 
 #[cfg(feature = "scene")]
 mod scenes {
+    #[cfg(feature = "queries")]
+    mod queries;
+
     use alloc::string::String;
     use alloc::vec::Vec;
 

@@ -1,7 +1,8 @@
 //! The engine behind the npm package `cullet`: boxes against planes, scenes with all stages, and
 //! model files.
 //!
-//! Five modules for the web are built of it, by features: none, `occluders`, `scene`, `clusters`, `files`. A page holds
+//! Six modules for the web are built of it, by features: none, `occluders`, `scene`, `clusters`, `queries`,
+//! `files`. A page holds
 //! objects by number, writes into memory at addresses that it is told, and reads answers where they
 //! lie; nothing here follows an address that came from outside, so no argument can make it read or
 //! write where it must not. What can be wrong of a call is a [`Fault`], whose code and message the
@@ -25,9 +26,13 @@ mod exports;
 mod fault;
 #[cfg(feature = "files")]
 mod files;
+#[cfg(feature = "queries")]
+mod lights;
 mod listing;
 #[cfg(feature = "occluders")]
 mod occluders;
+#[cfg(feature = "queries")]
+mod queries;
 #[cfg(all(target_arch = "wasm32", not(feature = "files")))]
 mod runtime;
 #[cfg(feature = "scene")]
@@ -39,8 +44,12 @@ pub use boxes::BoxSet;
 pub use fault::{Code, Fault};
 #[cfg(feature = "files")]
 pub use files::open;
+#[cfg(feature = "queries")]
+pub use lights::Lights;
 #[cfg(feature = "occluders")]
 pub use occluders::{Occluders, Refusal};
+#[cfg(feature = "queries")]
+pub use queries::{LineSettings, NONE, Queries, REGION_NUMBERS, VolumeSettings};
 #[cfg(feature = "scene")]
 pub use scene::{Kind, SceneSet};
 #[cfg(feature = "scene")]

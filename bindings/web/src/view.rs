@@ -26,12 +26,17 @@ pub struct Settings {
 pub struct SceneView {
     pub(crate) culler: Culler,
     pub(crate) view: Option<View>,
-    state: ViewState,
+    pub(crate) state: ViewState,
     among: CellView,
     pub(crate) visible: Visible,
     ids: Ascending,
     #[cfg(feature = "clusters")]
     pub(crate) more: crate::answers::More,
+    /// Whether the camera is that of the last cull.
+    #[cfg(feature = "queries")]
+    is_culled: bool,
+    #[cfg(feature = "queries")]
+    pub(crate) lights: crate::lights::Lights,
 }
 
 impl SceneView {
@@ -65,6 +70,10 @@ impl SceneView {
             ids: Ascending::default(),
             #[cfg(feature = "clusters")]
             more: Default::default(),
+            #[cfg(feature = "queries")]
+            is_culled: false,
+            #[cfg(feature = "queries")]
+            lights: Default::default(),
         }
     }
 
@@ -88,6 +97,10 @@ impl SceneView {
         let view =
             view_of(matrix, depth, viewport).map_err(|error| Fault::new(Code::Camera, error))?;
         self.view = Some(view.with_layers(layers));
+        #[cfg(feature = "queries")]
+        {
+            self.is_culled = false;
+        }
         Ok(())
     }
 
@@ -99,12 +112,42 @@ impl SceneView {
         let view = self.view.as_ref().ok_or_else(no_camera)?;
         let (state, visible) = (&mut self.state, &mut self.visible);
         set.cells.cull((&set.scene, &mut self.among), &self.culler, view, state, visible);
+        self.list(set);
+        Ok(())
+    }
+
+    /// Lists what a cull has found, and notes what it was of.
+    pub(crate) fn list(&mut self, set: &SceneSet) {
         #[cfg(feature = "clusters")]
         self.more.note(set.scene.id(), set.scene.change_version());
+        #[cfg(feature = "queries")]
+        {
+            self.is_culled = true;
+        }
         let scene = &set.scene;
         let ids = self.visible.slots().filter_map(|slot| Some(scene.handle(slot)?.index));
         self.ids.fill(self.culler.simd, set.id_count(), ids);
-        Ok(())
+    }
+
+    /// The camera.
+    ///
+    /// # Errors
+    /// If there is none yet.
+    #[cfg(feature = "queries")]
+    pub(crate) fn camera(&self) -> Result<&View, Fault> {
+        self.view.as_ref().ok_or_else(no_camera)
+    }
+
+    /// That the scene and the camera are as they were culled.
+    #[cfg(feature = "queries")]
+    pub(crate) fn check_culled(&self, set: &SceneSet) -> Result<(), Fault> {
+        self.camera()?;
+        self.check_unchanged(set)?;
+        if self.is_culled {
+            return Ok(());
+        }
+        let message = "the camera has changed since this view culled the scene last: cull first";
+        Err(Fault::new(Code::Argument, message))
     }
 
     /// The ids of visible instances, ascending.

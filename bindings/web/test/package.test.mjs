@@ -35,7 +35,7 @@ for (const how of [['--module', 'nodenext'], ['--module', 'esnext', '--moduleRes
 
 test('publint and attw find nothing', () => {
   run('publint', '--strict', folder);
-  const entries = ['.', './frustum', './boxes', './files', './three', './tiles'].filter((name) => !['./three', './tiles'].includes(name) || readdirSync(join(folder, 'js')).includes(name.slice(2)));
+  const entries = ['.', './frustum', './boxes', './queries', './files', './three', './tiles'].filter((name) => !['./three', './tiles'].includes(name) || readdirSync(join(folder, 'js')).includes(name.slice(2)));
   const packed = execFileSync('npm', ['pack', '--json', '--pack-destination', project, folder], { encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] });
   run('attw', join(project, JSON.parse(packed)[0].filename), '--profile', 'esm-only', '--entrypoints', ...entries);
 });
@@ -43,11 +43,11 @@ test('publint and attw find nothing', () => {
 test('npm pack holds what is used, and nothing else', () => {
   const [{ files, version }] = JSON.parse(execFileSync('npm', ['pack', '--dry-run', '--json', folder], { encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] }));
   const names = files.map((file) => file.path).filter((path) => !path.startsWith('js/three/') && !path.startsWith('js/tiles/')).sort();
-  const core = ['boxes', 'check', 'digits', 'engine', 'error', 'occluders', 'scene', 'view'].map((name) => `js/core/${name}.js`);
-  const types = ['js/core/boxes.d.ts', 'js/core/scene.d.ts', ...['boxes', 'files', 'frustum', 'index'].map((name) => `js/${name}.d.ts`)];
-  const wasm = ['js/cullet.wasm', ...['boxes', 'files', 'frustum', 'three'].map((name) => `js/cullet-${name}.wasm`)];
+  const core = ['boxes', 'check', 'digits', 'engine', 'error', 'occluders', 'queries', 'scene', 'view'].map((name) => `js/core/${name}.js`);
+  const types = ['js/core/boxes.d.ts', 'js/core/queries.d.ts', 'js/core/scene.d.ts', ...['boxes', 'files', 'frustum', 'index', 'queries'].map((name) => `js/${name}.d.ts`)];
+  const wasm = ['js/cullet.wasm', ...['boxes', 'files', 'frustum', 'queries', 'three'].map((name) => `js/cullet-${name}.wasm`)];
   const about = ['CHANGELOG.md', 'LICENSE-APACHE', 'LICENSE-MIT', 'README.md', 'package.json'];
-  assert.deepEqual(names, [...about, ...core, ...types, ...wasm, ...['boxes', 'files', 'frustum', 'index'].map((name) => `js/${name}.js`)].sort());
+  assert.deepEqual(names, [...about, ...core, ...types, ...wasm, ...['boxes', 'files', 'frustum', 'index', 'queries'].map((name) => `js/${name}.js`)].sort());
   const manifest = readFileSync(join(here, '../../../Cargo.toml'), 'utf8');
   assert.ok(manifest.includes(`version = "${version}"`), `${version} is that of the crates`);
   assert.ok(readFileSync(join(folder, 'CHANGELOG.md'), 'utf8').includes(`[${version}]`), 'the changelog has this version');

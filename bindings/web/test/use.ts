@@ -2,6 +2,7 @@ import { BoxSet, CulletError, init, Scene, STAGES, type Draws, type Explanation 
 import { Scene as FileScene } from 'cullet/files';
 import * as frustum from 'cullet/frustum';
 import { BoxSet as Boxes, init as load, OccluderSet } from 'cullet/boxes';
+import { LIGHT_REASONS, NONE, Scene as QueryScene, type BoxSight, type Light, type View as QueryView } from 'cullet/queries';
 
 await init();
 await init(new URL('https://example.org/cullet.wasm'));
@@ -33,5 +34,15 @@ occluders.setMatrix(wall, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
 console.log(occluders.draw(new Float32Array(16), 'webgl'), occluders.visible(new Boxes(3), 1).length);
 // @ts-expect-error: a box has six numbers, not three corners.
 occluders.addBox([0, 0, 0], [1, 1, 1]);
+const queries = new QueryScene();
+const blocker = queries.lineOfSight([0, 0, 0], new Float64Array(3), { ignore: id });
+const sight: BoxSight = queries.boxToBox([0, 0, 0, 1, 1, 1], new Float32Array(6), { motion: [1, 2] });
+const eye: QueryView = queries.view({ preset: 'exact' }).setCamera([1, 2, 3], 640, 400);
+const lamps: Light[] = [{ kind: 'point', position: [0, 0, 0], range: 3 }, { kind: 'directional', direction: [0, -1, 0] }];
+const { kept, reasons } = eye.lights(lamps, { casters: true });
+console.log(blocker?.point[0], sight.by === NONE, kept.length, LIGHT_REASONS[reasons[0] ?? 0], eye.casters(0), eye.cullAmong([1]));
+console.log(queries.visibleFrom([0, 0, 0, 1, 1, 1], { view: eye, cellWorld: 1 }), queries.neededAlong([0, 0, 0]).distances);
+// @ts-expect-error: a point light has a position.
+eye.lights([{ kind: 'point', range: 3 }]);
 // @ts-expect-error: a view is made by its scene.
 new (await import('cullet')).View();

@@ -1,4 +1,4 @@
-//! The npm package: five WebAssembly modules, types, bundles, and both hosts, Node and a browser.
+//! The npm package: six WebAssembly modules, types, bundles, and both hosts, Node and a browser.
 
 use std::fs;
 use std::path::{Path, PathBuf};

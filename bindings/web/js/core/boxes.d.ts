@@ -37,7 +37,7 @@ export class CulletError extends Error {
 /**
  * Loads the engine of this entry, once: later calls wait for the first. After a failure the next call tries again.
  *
- * Each entry (`cullet`, `cullet/frustum`, `cullet/boxes`, `cullet/three`, `cullet/files`) and each worker has an engine and memory of its own.
+ * Each entry (`cullet`, `cullet/frustum`, `cullet/boxes`, `cullet/three`, `cullet/queries`, `cullet/files`) and each worker has an engine and memory of its own.
  *
  * @param source where the module is, or the module; a compiled `WebAssembly.Module` may be sent to workers.
  * @throws {CulletError} `no-simd`, `no-wasm`, `load`.

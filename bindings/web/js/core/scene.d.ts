@@ -93,7 +93,7 @@ export interface Explanation {
 
 /** One camera on one scene, with what it remembers from frame to frame; made by {@link Scene.view}. Use one for each camera. */
 export class View {
-  private constructor();
+  protected constructor();
   readonly isDisposed: boolean;
   /**
    * Sets camera and viewport.

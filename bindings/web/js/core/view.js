@@ -15,7 +15,7 @@ const lost = new FinalizationRegistry(({ engine, number }) => {
 const microseconds = (given) => (given === undefined ? 0 : numbers('drawMicroseconds', [given], 1)[0]);
 
 const KEY = Symbol('a scene makes its views');
-export const viewsOf = (engine, scene, given) => new View(KEY, engine, scene, given);
+export const viewsOf = (engine, scene, given, Class = View) => new Class(KEY, engine, scene, given);
 
 export class View {
   #engine;
@@ -41,6 +41,9 @@ export class View {
   }
 
   get isDisposed() { return this.#number === 0; }
+
+  /** For queries: the number of a view that is there. */
+  get number() { return this.#live(); }
 
   #live() {
     if (this.#number === 0) throw new CulletError('disposed', 'this View was disposed of');
