@@ -1,10 +1,10 @@
-// The module of scenes leaves out what only files bring, and digits: its answers and words are those of the module that has all,
-// which golden.test.mjs holds against native ones.
+// The modules of scenes and of queries leave out what only files bring, and digits: their answers and words are those of the module
+// that has all, which golden.test.mjs holds against native ones.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { at, box, entry, perspective } from './package.mjs';
 
-const all = await Promise.all(['index', 'files'].map(entry));
+const all = await Promise.all(['index', 'queries', 'files'].map(entry));
 await Promise.all(all.map(({ init }) => init()));
 const clip = perspective(1, 1.6, 0.1, 300);
 const random = (seed) => () => ((seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0) / 2 ** 32);
@@ -26,7 +26,7 @@ function crowd({ Scene }) {
   return scene;
 }
 
-test('results, funnels, draws and explanations are the same in both', () => {
+test('results, funnels, draws and explanations are the same in all', () => {
   const found = all.map((entry) => {
     const scene = crowd(entry);
     const answers = [];
@@ -47,14 +47,15 @@ test('results, funnels, draws and explanations are the same in both', () => {
     scene.dispose();
     return answers;
   });
-  assert.deepEqual(found[0], found[1]);
+  assert.deepEqual(found[0], found[2]);
+  assert.deepEqual(found[1], found[2]);
   const findings = found[0].flatMap((answer) => answer.steps ?? []).map((step) => step.finding);
   for (const words of [/inside of the \w+ plane/, /outside the \w+ plane by \d+\.\d{6} units/, /nearness \d(\.\d+)?e-?\d+/, /covered at \d/]) {
     assert.ok(findings.some((finding) => words.test(finding)), `${words} is among the findings`);
   }
 });
 
-test('messages are the same in both', () => {
+test('messages are the same in all', () => {
   const wrong = [
     (scene) => scene.addMesh(new Float32Array([0, 0, 0, 1.5, NaN, -Infinity, 0, 1, 0]), new Uint32Array([0, 1, 2])),
     (scene) => scene.addMesh(new Float32Array(9), new Uint32Array([0, 1, 9])),
@@ -67,6 +68,7 @@ test('messages are the same in both', () => {
     try { call(scene); } catch (error) { return error.message; } finally { scene.dispose(); }
     return 'no error';
   }));
-  assert.deepEqual(messages[0], messages[1]);
+  assert.deepEqual(messages[0], messages[2]);
+  assert.deepEqual(messages[1], messages[2]);
   assert.match(messages[0][0], /vertex 1 is not finite: \[1\.5, NaN, -inf\]/);
 });

@@ -13,6 +13,7 @@ const limits = {
   'cullet-boxes.wasm': 82.5,
   'cullet-three.wasm': 144,
   'cullet.wasm': 183,
+  'cullet-queries.wasm': 246,
   'cullet-files.wasm': 546,
 };
 const kilobytes = (name) => brotliCompressSync(readFileSync(join(folder, 'js', name))).length / 1000;
@@ -28,7 +29,7 @@ for (const [name, limit] of Object.entries(limits)) {
 
 test('the book gives the sizes', () => {
   const book = readFileSync(fileURLToPath(new URL('../../../docs/src/web.md', import.meta.url)), 'utf8');
-  const rows = [['cullet/frustum', 'cullet-frustum.wasm'], ['cullet/boxes', 'cullet-boxes.wasm'], ['cullet/three', 'cullet-three.wasm'], ['cullet', 'cullet.wasm'], ['cullet/files', 'cullet-files.wasm']];
+  const rows = [['cullet/frustum', 'cullet-frustum.wasm'], ['cullet/boxes', 'cullet-boxes.wasm'], ['cullet/three', 'cullet-three.wasm'], ['cullet', 'cullet.wasm'], ['cullet/queries', 'cullet-queries.wasm'], ['cullet/files', 'cullet-files.wasm']];
   for (const [entry, name] of rows) {
     const told = Number(book.match(new RegExp(`^\\| \`${entry}\` \\|.*\\| (\\d+) kB \\|$`, 'm'))?.[1]);
     const size = kilobytes(name);
