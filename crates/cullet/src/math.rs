@@ -112,22 +112,53 @@ pub trait Float {
     fn powi(self, n: i32) -> Self;
 }
 
+/// The web's own instructions, of which `libm` makes none: its square root takes some hundred others.
+#[cfg(all(not(feature = "std"), target_arch = "wasm32", target_feature = "simd128"))]
+mod one {
+    use core::arch::wasm32::*;
+
+    macro_rules! one {
+        ($($name:ident, $number:ty: $splat:ident, $all:ident, $lane:ident;)*) => {
+            $(pub(super) fn $name(v: $number) -> $number {
+                $lane::<0>($all($splat(v)))
+            })*
+        };
+    }
+
+    one! {
+        sqrt, f64: f64x2_splat, f64x2_sqrt, f64x2_extract_lane;
+        floor, f64: f64x2_splat, f64x2_floor, f64x2_extract_lane;
+        ceil, f64: f64x2_splat, f64x2_ceil, f64x2_extract_lane;
+        trunc, f64: f64x2_splat, f64x2_trunc, f64x2_extract_lane;
+        sqrtf, f32: f32x4_splat, f32x4_sqrt, f32x4_extract_lane;
+        floorf, f32: f32x4_splat, f32x4_floor, f32x4_extract_lane;
+        ceilf, f32: f32x4_splat, f32x4_ceil, f32x4_extract_lane;
+        truncf, f32: f32x4_splat, f32x4_trunc, f32x4_extract_lane;
+    }
+}
+#[cfg(all(
+    not(feature = "std"),
+    not(all(target_arch = "wasm32", target_feature = "simd128"))
+))]
+use libm as one;
+
 #[cfg(not(feature = "std"))]
 impl Float for f64 {
     fn sqrt(self) -> Self {
-        libm::sqrt(self)
+        one::sqrt(self)
     }
     fn floor(self) -> Self {
-        libm::floor(self)
+        one::floor(self)
     }
     fn ceil(self) -> Self {
-        libm::ceil(self)
+        one::ceil(self)
     }
+    // Half of the way is less than a half where adding that would round up, as in `libm`.
     fn round(self) -> Self {
-        libm::round(self)
+        one::trunc(self + (0.5 - 0.25 * Self::EPSILON).copysign(self))
     }
     fn trunc(self) -> Self {
-        libm::trunc(self)
+        one::trunc(self)
     }
     fn powi(self, n: i32) -> Self {
         let (mut power, mut base, mut left) = (1.0, self, n.unsigned_abs());
@@ -143,19 +174,19 @@ impl Float for f64 {
 #[cfg(not(feature = "std"))]
 impl Float for f32 {
     fn sqrt(self) -> Self {
-        libm::sqrtf(self)
+        one::sqrtf(self)
     }
     fn floor(self) -> Self {
-        libm::floorf(self)
+        one::floorf(self)
     }
     fn ceil(self) -> Self {
-        libm::ceilf(self)
+        one::ceilf(self)
     }
     fn round(self) -> Self {
-        libm::roundf(self)
+        one::truncf(self + (0.5 - 0.25 * Self::EPSILON).copysign(self))
     }
     fn trunc(self) -> Self {
-        libm::truncf(self)
+        one::truncf(self)
     }
     fn powi(self, n: i32) -> Self {
         f64::from(self).powi(n) as Self
