@@ -10,7 +10,7 @@ const fill = (set) => {
 };
 const code = (name) => (error) => error.name === 'CulletError' && error.code === name && error.message.startsWith('cullet: ');
 
-for (const name of ['frustum', 'boxes', 'index', 'files']) {
+for (const name of ['frustum', 'boxes', 'index', 'queries', 'files']) {
   const { BoxSet, init } = await entry(name);
   assert.throws(() => new BoxSet(1), code('not-ready'));
   await Promise.all([init(), init()]);

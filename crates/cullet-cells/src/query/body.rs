@@ -16,7 +16,7 @@ use cullet::cull::occlusion::Convex;
 use cullet::{Transform, exact};
 use glam::DVec3;
 
-use super::linear::linear;
+use super::linear::{length, linear};
 
 /// The corners of a box, each once.
 #[derive(Clone, Copy, Debug)]
@@ -60,14 +60,14 @@ struct Face {
 impl Face {
     fn new([p, q, r]: [DVec3; 3], turn: f64, error: f64) -> Self {
         let (u, v) = (q - p, r - p);
-        Self { corner: p, normal: u.cross(v) * turn, edges: [u.length(), v.length()], error }
+        Self { corner: p, normal: u.cross(v) * turn, edges: [length(u), length(v)], error }
     }
 
     /// The lowest and the highest value that the true normal has with x − corner: positive is the
     /// side that the normal points to.
     fn span(&self, x: DVec3) -> [f64; 2] {
         let w = x - self.corner;
-        let ([u, v], away) = (self.edges, w.length());
+        let ([u, v], away) = (self.edges, length(w));
         // A determinant of three edges: to first order each may be off by the error, times the
         // lengths of the other two; half as much again for the rest. And less than sixteen
         // roundings.

@@ -10,7 +10,7 @@ use cullet::Transform;
 use cullet::cull::occlusion::Convex;
 use glam::{DMat3, DVec3};
 
-use super::super::linear::linear;
+use super::super::linear::{length, linear};
 
 /// A face whose three corners span less, as a share of the square of the body's size, has a normal
 /// of which rounding leaves too little.
@@ -47,7 +47,7 @@ impl<'a> Faces<'a> {
         let sum: DVec3 = body.vertices().iter().map(|v| DVec3::from(v.map(f64::from))).sum();
         let middle = sum / body.vertices().len() as f64;
         let mut faces = Self { body, linear: linear(transform), middle, size: 0.0 };
-        faces.size = faces.corners().map(|v| (faces.linear * v).length()).fold(0.0, f64::max);
+        faces.size = faces.corners().map(|v| length(faces.linear * v)).fold(0.0, f64::max);
         (faces.size > 0.0 && faces.size.is_finite()).then_some(faces)
     }
 
@@ -66,7 +66,7 @@ impl<'a> Faces<'a> {
         self.body.faces().map(|(corners, _)| {
             let [a, b, c] = corners.map(|v| self.linear * self.corner(v));
             let normal = (b - a).cross(c - a);
-            let area = normal.length();
+            let area = length(normal);
             if area.is_nan() || area < LEAST_AREA * self.size * self.size {
                 return None;
             }
@@ -115,7 +115,7 @@ impl<'a> Faces<'a> {
         let across = [m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)];
         let mut shares = [0.0; 3];
         for (share, normal) in shares.iter_mut().zip(across) {
-            let length = normal.length();
+            let length = length(normal);
             if length.is_nan() || length <= 0.0 {
                 return None;
             }
@@ -203,7 +203,7 @@ pub(super) fn is_apart(
     let Some(faces) = Faces::new(body, transform) else { return false };
     let middle = DVec3::from(transform.translation) + faces.linear * faces.middle;
     let (to, by) = (DVec3::from(point) - middle, DVec3::from(by));
-    let slack = ROUNDING * (faces.size + to.length());
+    let slack = ROUNDING * (faces.size + length(to));
     faces
         .planes()
         .flatten()
