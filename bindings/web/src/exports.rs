@@ -228,9 +228,8 @@ mod scenes {
     mod queries;
 
     use alloc::string::String;
-    use alloc::vec::Vec;
 
-    use super::{ANSWER, Mutex, SCRATCH, Slab, answer};
+    use super::{ANSWER, Mutex, SCRATCH, Slab, Vec, answer};
     use crate::fault::{Code, Fault};
     use crate::scene::{Kind, SceneSet};
     use crate::view::{SceneView, Settings};
