@@ -14,8 +14,6 @@
 
 extern crate alloc;
 
-#[cfg(feature = "clusters")]
-mod answers;
 mod boxes;
 #[cfg(any(feature = "occluders", feature = "scene"))]
 mod camera;
@@ -26,8 +24,6 @@ mod exports;
 mod fault;
 #[cfg(feature = "files")]
 mod files;
-#[cfg(feature = "queries")]
-mod lights;
 mod listing;
 #[cfg(feature = "occluders")]
 mod occluders;
@@ -44,13 +40,13 @@ pub use boxes::BoxSet;
 pub use fault::{Code, Fault};
 #[cfg(feature = "files")]
 pub use files::open;
-#[cfg(feature = "queries")]
-pub use lights::Lights;
 #[cfg(feature = "occluders")]
 pub use occluders::{Occluders, Refusal};
 #[cfg(feature = "queries")]
 pub use queries::{LineSettings, NONE, Queries, REGION_NUMBERS, VolumeSettings};
 #[cfg(feature = "scene")]
 pub use scene::{Kind, SceneSet};
+#[cfg(feature = "queries")]
+pub use view::lights::Lights;
 #[cfg(feature = "scene")]
 pub use view::{SceneView, Settings};

@@ -1,5 +1,10 @@
 //! A view of a scene: settings, what it remembers, and its answer as arrays.
 
+#[cfg(feature = "clusters")]
+mod answers;
+#[cfg(feature = "queries")]
+pub(crate) mod lights;
+
 use cullet::{Culler, Output, View, ViewState, Visible};
 
 use crate::camera::view_of;
@@ -31,12 +36,12 @@ pub struct SceneView {
     pub(crate) visible: Visible,
     ids: Ascending,
     #[cfg(feature = "clusters")]
-    pub(crate) more: crate::answers::More,
+    pub(crate) more: answers::More,
     /// Whether the camera is that of the last cull.
     #[cfg(feature = "queries")]
     is_culled: bool,
     #[cfg(feature = "queries")]
-    pub(crate) lights: crate::lights::Lights,
+    pub(crate) lights: lights::Lights,
 }
 
 impl SceneView {

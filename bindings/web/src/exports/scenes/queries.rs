@@ -2,10 +2,10 @@
 
 use super::{Mutex, VIEWS, answer, ended, of_scene, of_view, there, with_scratch};
 use crate::fault::{Code, Fault};
-use crate::lights::LIGHT_NUMBERS;
 use crate::queries::{LineSettings, Queries, REGION_NUMBERS, VolumeSettings};
 use crate::scene::SceneSet;
 use crate::view::SceneView;
+use crate::view::lights::LIGHT_NUMBERS;
 
 static QUERIES: Mutex<Option<Queries>> = Mutex::new(None);
 
@@ -89,7 +89,7 @@ extern "C" fn query_motion(scene: u32, points: usize) -> u32 {
     })
 }
 
-/// What else the last query found: 0 its numbers, 1 its states.
+/// Further answers of the last query: 0 its numbers, 1 its states.
 #[unsafe(no_mangle)]
 extern "C" fn query_more(which: u32) {
     match (&*QUERIES.lock(), which) {
@@ -121,7 +121,7 @@ extern "C" fn view_lights(view: u32, scene: u32, count: usize, flags: u32) -> u3
     })
 }
 
-/// What else is known of the lights: 0 reasons, 1 receivers, 2 rows.
+/// Further answers on the lights: 0 reasons, 1 receivers, 2 rows.
 #[unsafe(no_mangle)]
 extern "C" fn view_lights_of(view: u32, which: u32) {
     if let Some(view) = VIEWS.lock().get(view) {

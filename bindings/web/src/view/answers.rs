@@ -6,9 +6,9 @@ use core::fmt::Write;
 
 use cullet::{DrawList, Output, Reason, funnel::Unit};
 
+use super::{SceneView, no_camera};
 use crate::fault::{Code, Fault};
 use crate::scene::SceneSet;
-use crate::view::{SceneView, no_camera};
 
 /// Memory of these answers.
 #[derive(Debug, Default)]

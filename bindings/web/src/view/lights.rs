@@ -8,10 +8,10 @@ use cullet_cells::query::{
     LightAnswer, LightOptions, LightReason, cull_light_casters, cull_lights,
 };
 
+use super::{SceneView, no_camera};
 use crate::fault::{Code, Fault, has_room};
 use crate::listing::Ascending;
 use crate::scene::SceneSet;
-use crate::view::{SceneView, no_camera};
 
 /// Numbers of a light: kind, position, direction, half angle in radians, range.
 pub(crate) const LIGHT_NUMBERS: usize = 9;
