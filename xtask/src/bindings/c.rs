@@ -88,7 +88,7 @@ impl Host {
         Ok(host)
     }
 
-    /// Tests of a build of boxes alone, and of a project of CMake that builds the library along with itself.
+    /// Tests of a build of boxes alone, and of a project of `CMake` that builds the library along with itself.
     fn boxes_alone(&self, has: &dyn Fn(&str) -> bool) -> Done {
         self.run(&self.compile("gcc", "tests/boxes.c", &["-DCOUNT_ALLOCATIONS"])?, &[])?;
         if !has("cmake") {
