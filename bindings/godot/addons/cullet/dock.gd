@@ -6,6 +6,7 @@ const Fates := preload("fates.gd")
 const Overlay := preload("overlay.gd")
 const Map := preload("map.gd")
 const Report := preload("report.gd")
+const Bake := preload("bake.gd")
 
 # Seconds between decisions while the camera moves, and while it stands.
 const SOON := 0.2
@@ -31,6 +32,7 @@ var map := Map.new()
 var why := Label.new()
 var report_button := Button.new()
 var report_message := Label.new()
+var bake := Bake.new()
 
 func _init() -> void:
 	name = "Cullet"
@@ -59,6 +61,8 @@ func _init() -> void:
 	body.add_child(why)
 	button(body, report_button, "Report of this scene", "Writes the scene as glTF, has the program cullet cull and draw it from this camera, and opens the page.", start_report)
 	body.add_child(report_message)
+	bake.find_world = find_world
+	body.add_child(bake)
 	list_cameras()
 
 func button(parent: Node, what: BaseButton, text: String, tooltip: String, pressed: Callable) -> void:
@@ -224,6 +228,7 @@ func forget() -> void:
 
 # Takes all lines away.
 func clear() -> void:
+	bake.stop()
 	decision = null
 	overlay.clear()
 	of_selection.clear()

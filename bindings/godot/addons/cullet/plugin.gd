@@ -19,6 +19,7 @@ func _enter_tree() -> void:
 	scene_closed.connect(content.scene_closed)
 	EditorInterface.get_selection().selection_changed.connect(content.refresh)
 	content.undo = get_undo_redo()
+	content.bake.undo = get_undo_redo()
 	content.library_message(get_plugin_version())
 
 func _exit_tree() -> void:

@@ -198,11 +198,14 @@ impl CulletPvsBaker {
                 let mirror = &mut all.0.mirror;
                 mirror.remove_freed();
                 mirror.receive_meshes();
-                self.state = if mirror.meshes.waiting() > 0 {
-                    State::Gathers(all)
-                } else {
-                    Self::begin(*all)
-                };
+                if mirror.meshes.waiting() > 0 {
+                    self.state = State::Gathers(all);
+                    return;
+                }
+                match Self::begin(*all) {
+                    Ok(state) => self.state = state,
+                    Err(error) => self.end(Err(error)),
+                }
             }
             State::Works(progress, thread) if thread.is_finished() => {
                 drop(progress);
@@ -264,7 +267,9 @@ impl CulletPvsBaker {
     }
 
     /// Hands the nodes over to a thread.
-    fn begin((mut registry, root, settings): (Registry, Gd<Node>, Settings)) -> State {
+    fn begin(
+        (mut registry, root, settings): (Registry, Gd<Node>, Settings),
+    ) -> Result<State, BakeError> {
         let is_there = root.is_instance_valid() && root.is_inside_tree();
         let gathered = if is_there {
             Gathered::new(&registry.mirror, &root, settings.smallest)
@@ -275,10 +280,8 @@ impl CulletPvsBaker {
         let progress = Arc::new(Progress::default());
         let own = Arc::clone(&progress);
         let name = std::thread::Builder::new().name("cullet pvs".into());
-        match name.spawn(move || work::bake(gathered, &settings, &own)) {
-            Ok(thread) => State::Works(progress, thread),
-            Err(_) => State::Idle,
-        }
+        let thread = name.spawn(move || work::bake(gathered, &settings, &own))?;
+        Ok(State::Works(progress, thread))
     }
 
     /// Ends threads, and lets all nodes go.

@@ -93,6 +93,7 @@ func with_library() -> void:
 	root = await open("res://city.tscn")
 	check("and the first scene can be decided about again", choose(root) and dock.decision.counts().nodes > 100)
 	dock.forget()
+	await bakes()
 
 # Chooses the scene's own camera, and switches the preview on.
 func choose(root: Node) -> bool:
@@ -186,6 +187,53 @@ func reports() -> void:
 	check("a program that writes a page is run", ended("mkdir -p \"${10}\"; test -s \"$2\" && grep -q eye \"${4#file:}\" && echo page > \"${10}/index.html\"").contains("The report is"))
 	check("one that fails is told of", ended("exit 3").contains("ended with code 3"))
 	settings.set_setting("cullet/program", "")
+
+# Rooms are baked by the dock, and what they hide is told by the preview.
+func bakes() -> void:
+	var made := Node3D.new()
+	made.name = "Level"
+	load("res://rooms.gd").build(made, 4, 4)
+	var camera := Camera3D.new()
+	camera.name = "Eye"
+	camera.position = Vector3(-12, 1.6, -12)
+	camera.rotation.y = -0.75 * PI
+	made.add_child(camera)
+	var own: Node = ClassDB.instantiate("CulletWorld")
+	own.name = "CulletWorld"
+	own.occlusion = false
+	made.add_child(own)
+	save(made, "res://level.tscn")
+	var root: Node = await open("res://level.tscn")
+	var before := root.find_children("*", "", true, false).size()
+	var world: Node = root.get_node("CulletWorld")
+	var bake: Node = dock.bake
+	DirAccess.remove_absolute("res://level.cullet_pvs.res")
+	bake.button.pressed.emit()
+	check("a bake begins", bake.is_running() and bake.bar.visible and bake.button.text.contains("Cancel"))
+	await frames(2)
+	bake.button.pressed.emit()
+	await frames(2)
+	check("and is cancelled: nothing is kept", not bake.is_running() and bake.message.text.contains("cancelled") and world.pvs.is_empty() and not FileAccess.file_exists("res://level.cullet_pvs.res"))
+	bake.button.pressed.emit()
+	for i in 3000:
+		if not bake.is_running():
+			break
+		OS.delay_msec(10)
+		await frames(1)
+	await frames(2)
+	check("it ends with a file beside the scene", FileAccess.file_exists("res://level.cullet_pvs.res") and bake.message.text.contains("Nothing that can be seen is missing"))
+	check("which the CulletWorld has", world.pvs.size() == 1 and world.pvs[0].resource_path == "res://level.cullet_pvs.res")
+	check("nothing else is added to the scene", root.find_children("*", "", true, false).size() == before)
+	check("the preview knows it", choose(root) and dock.decision.counts().pvs > 10 and dock.rows.pvs.row.visible)
+	var hidden: Node3D = null
+	for node in root.find_children("*", "MeshInstance3D", true, false):
+		if dock.decision.fate_of(node) == "pvs":
+			hidden = node
+	check("and why", hidden != null and dock.decision.explain(hidden).contains("baked sets"))
+	var history: UndoRedo = get_undo_redo().get_history_undo_redo(get_undo_redo().get_object_history_id(root))
+	history.undo()
+	check("it can be undone", world.pvs.is_empty())
+	dock.forget()
 
 # Runs a script in place of the program, and returns what the dock says in the end.
 func ended(script: String) -> String:
