@@ -100,7 +100,11 @@ impl Host {
             let mut configure = command("cmake", &["-S", &from, "-B", &text(&build)]);
             configure.arg(format!("-DFETCH={fetch}"));
             configure.arg(format!("-DCULLET_TARGET_DIR={}", text(&target())));
-            configure.arg(format!("-DCULLET_CARGO={}", cargo_program()));
+            // CMake takes a name alone for a file beside the build; it finds cargo itself then.
+            let cargo = cargo_program();
+            if Path::new(&cargo).is_absolute() {
+                configure.arg(format!("-DCULLET_CARGO={cargo}"));
+            }
             run(configure)?;
             run(command("cmake", &["--build", &text(&build)]))?;
             for program in ["boxes_shared", "boxes_static"] {
