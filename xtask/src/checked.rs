@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::graphics::{self, Machine};
-use crate::plain::{self, has_nextest, run_examples, tested, tester};
+use crate::plain::{self, run_examples, tested, tester};
 use crate::runner::{End, Ended, Skip, Step, all};
 use crate::tools::{apart, cargo_program, command, install_words, is_ci, is_set, run, target};
 
@@ -39,15 +39,33 @@ const PACKAGES: &[&str] = &[
     VIEWER,
 ];
 
-/// All that has tests, the libraries among it whose units `cargo test` leaves out, so that it need
-/// not compile them twice. Examples are built apart: named here they would be built as tests, and
-/// not as programs.
-const TARGETS: [&str; 3] = ["--lib", "--bins", "--tests"];
+/// The libraries, whose units `cargo test` leaves out so that it need not compile them twice; the
+/// engine's tests once more; and what the README's second command does not run. Examples are built
+/// apart: named here they would be built as tests, and not as programs.
+const TARGETS: [&str; 2] = ["--lib", "--bins"];
+const TESTS: &[&str] = &["cells", "cullet*", "gpu", "header", "profile", "queries"];
+const VIEWER_TESTS: &[&str] = &[
+    "book",
+    "camera",
+    "controls",
+    "drawn",
+    "fading",
+    "panels",
+    "report",
+    "serve_load",
+    "session",
+    "sides",
+    "state",
+    "tour",
+    "window",
+];
 
-/// Filter of cargo-nextest: leaves out the programs of tests that the README's second command runs,
-/// but for the engine's.
-const ANEW: &str = "not (kind(test) & (package(cullet-bake) | package(cullet-cut) | package(cullet-lab) | \
-                    (package(cullet-testkit) & not binary(/^(cells|cullet)/))))";
+/// Words that name it all.
+fn targets() -> Vec<&'static str> {
+    let viewer: &[&str] = if graphics::is_there() { VIEWER_TESTS } else { &[] };
+    let tests = TESTS.iter().chain(viewer).flat_map(|&name| ["--test", name]);
+    TARGETS.into_iter().chain(tests).collect()
+}
 
 fn packages() -> impl Iterator<Item = &'static str> {
     let is_there = graphics::is_there();
@@ -83,7 +101,7 @@ fn test(args: &[&str]) -> Result<Command, String> {
 
 /// The step that builds it all, apart from running it, so that its time is seen.
 pub(crate) fn build() -> Ended {
-    run(cargo("test", &[&TARGETS[..], &["--no-run"]].concat()))?;
+    run(cargo("test", &[&targets()[..], &["--no-run"]].concat()))?;
     run(cargo("build", &["--examples"]))?;
     if graphics::is_there() {
         return Ok(End::Passed);
@@ -95,10 +113,7 @@ pub(crate) fn build() -> Ended {
 /// The step that runs all its tests, whichever fail. Where there is Vulkan, and CI runs this, those
 /// that need a device must find it.
 pub(crate) fn tests() -> Ended {
-    let mut all = test(&TARGETS)?;
-    if has_nextest()? {
-        all.args(["-E", ANEW]);
-    }
+    let mut all = test(&targets())?;
     if graphics::is_there() && is_ci() {
         all.envs(Machine::Vulkan.environment());
     }
@@ -131,10 +146,10 @@ pub(crate) fn beside(machine: Machine) -> Ended {
 pub(crate) fn tests_on(machine: Machine) -> Ended {
     let chooses = machine == Machine::Both;
     let passes = if chooses { "gpu_devices" } else { "gpu_" };
-    let of_passes = ["--lib", "--test", "all", "--", passes, "checked::tests"];
+    let of_passes = ["--lib", "--test", "gpu", "--", passes, "checked::tests"];
     let mut programs = vec!["--test", "profile"];
     if packages().any(|package| package == VIEWER) {
-        let drawn: &[&str] = if chooses { &[] } else { &["--test", "draw", "--test", "fading"] };
+        let drawn: &[&str] = if chooses { &[] } else { &["--test", "drawn", "--test", "fading"] };
         programs.extend([&["--test", "window"], drawn].concat());
     }
     if chooses {
@@ -162,4 +177,21 @@ pub(crate) fn examples() -> Ended {
     run_examples(&plain::program("examples")?, is_plain)?;
     let is_built = |name: &str| !is_plain(name) && packages().any(|package| package == name);
     all(run_examples(&examples_folder()?, is_built))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_test_of_the_viewer_is_named() {
+        let folder = crate::tools::root().join("programs/cullet-viewer/tests");
+        let entries = std::fs::read_dir(&folder).expect("the viewer's tests").flatten();
+        let programs = entries.filter(|e| e.path().is_file() || e.path().join("main.rs").is_file());
+        let mut names: Vec<String> = programs
+            .map(|e| e.path().with_extension("").file_name().unwrap().to_string_lossy().into())
+            .collect();
+        names.sort();
+        assert_eq!(names, VIEWER_TESTS);
+    }
 }

@@ -81,6 +81,12 @@ pub(crate) fn is_ci() -> bool {
     is_set("CI", "true")
 }
 
+/// Whether all is wanted that a step can do: by hand, and in CI with `CULLET_ALL=1`. Else CI leaves
+/// out what is drawn or built once more for further renderers and systems, so that it ends in time.
+pub(crate) fn is_whole() -> bool {
+    !is_ci() || is_set("CULLET_ALL", "1")
+}
+
 /// Whether a variable of the environment has a value.
 pub(crate) fn is_set(name: &str, value: &str) -> bool {
     std::env::var_os(name).is_some_and(|v| v == value)

@@ -4,7 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::runner::{End, Ended, Skip};
-use crate::tools::{apart, cache, command, install_words, is_ci, is_set, output, root, run};
+use crate::tools::{
+    Done, apart, cache, command, install_words, is_ci, is_whole, output, root, run,
+};
 
 /// The oldest compiler that godot-rust builds with.
 const OLDEST: [u32; 2] = [1, 94];
@@ -41,19 +43,32 @@ pub(crate) fn test() -> Ended {
         run(command(&script.to_string_lossy(), &words))?;
     }
     let work = target.join("project");
-    let paths = [&godot, &library, &work].map(|path| path.to_string_lossy().into_owned());
-    let script = root().join("bindings/godot/tests/run.sh");
-    let mut words: Vec<&str> = paths.iter().map(String::as_str).collect();
-    let draws = output("sh", &["-c", "command -v xvfb-run"]).is_some();
-    if !draws {
-        words.push("headless");
-    }
-    run(command(&script.to_string_lossy(), &words))?;
-    if !draws {
+    if output("sh", &["-c", "command -v xvfb-run"]).is_none() {
+        in_godot(&godot, &library, &work, &["headless"], "")?;
         let cure = install_words(&["xvfb", "xauth"]);
         skipped.push(Skip::new("Godot's pictures with the extension and without", cure));
+    } else if is_whole() {
+        in_godot(&godot, &library, &work, &[], "")?;
+    } else {
+        in_godot(&godot, &library, &work, &["headless", "mobile"], "")?;
+        in_godot(&godot, &library, &work, &["gl_compatibility", "forward_plus"], FEW)?;
     }
     Ok(if skipped.is_empty() { End::Passed } else { End::Partly(skipped) })
+}
+
+/// Cases that the renderers draw each in its own way: shadows, lamps, glass and fog.
+const FEW: &str = "city_sun casts lamps surfaces fog";
+
+/// Runs the tests in Godot with these renderers, or with all, and these cases, or all.
+fn in_godot(godot: &Path, library: &Path, work: &Path, renderers: &[&str], cases: &str) -> Done {
+    let paths = [godot, library, work].map(|path| path.to_string_lossy().into_owned());
+    let script = root().join("bindings/godot/tests/run.sh");
+    let mut tests = command(&script.to_string_lossy(), &[]);
+    tests.args(paths).args(renderers);
+    if !cases.is_empty() {
+        tests.env("CULLET_CASES", cases);
+    }
+    run(tests)
 }
 
 /// A system that the release archive holds a library for beside that of Linux on x86-64.
@@ -114,8 +129,7 @@ fn archive(
     std::fs::copy(library, bin.join("libcullet_godot.so")).map_err(failed)?;
     let targets = output("rustup", &["target", "list", "--installed"]).unwrap_or_default();
     // Two builds more are for whoever makes a release.
-    let is_for_all = !is_ci() || is_set("CULLET_ALL", "1");
-    for further in FURTHER.iter().filter(|_| is_for_all) {
+    for further in FURTHER.iter().filter(|_| is_whole()) {
         let what = || format!("the library for Godot on {}", further.triple);
         if !targets.lines().any(|line| line == further.triple) {
             skipped.push(Skip::new(what(), format!("rustup target add {}", further.triple)));

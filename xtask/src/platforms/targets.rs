@@ -21,6 +21,9 @@ pub(super) struct Target {
     pub(super) probe: &'static str,
     pub(super) packages: &'static [&'static str],
     pub(super) further: Further,
+    /// Whether it differs from another here by its system libraries or by its width alone: such are
+    /// left to who wants the whole.
+    pub(super) is_like_another: bool,
 }
 
 /// Tests besides the answers and the C library.
@@ -47,6 +50,7 @@ pub(super) const HOST: Target = Target {
     probe: "true",
     packages: &[],
     further: Further::None,
+    is_like_another: false,
 };
 
 /// Tells glibc that the processor has no fused multiply-add, as those before 2013.
@@ -60,6 +64,7 @@ pub(super) const OTHERS: &[Target] = &[
         name: "x86-64 with musl",
         triple: "x86_64-unknown-linux-musl",
         has_scalar: false,
+        is_like_another: true,
         ..HOST
     },
     Target {
@@ -71,6 +76,7 @@ pub(super) const OTHERS: &[Target] = &[
         // (Debian's gcc-multilib conflicts with its compilers for ARM, that of a version does not.)
         probe: "echo 'int main() { return 0; }' | gcc -m32 -x c - -o /dev/null",
         packages: &["gcc-12-multilib"],
+        is_like_another: true,
         ..HOST
     },
     Target {
@@ -116,6 +122,7 @@ pub(super) const OTHERS: &[Target] = &[
         probe: "command -v x86_64-w64-mingw32-gcc && command -v wine",
         packages: &["gcc-mingw-w64-x86-64", "wine", "wine64"],
         further: Further::Programs,
+        ..HOST
     },
 ];
 

@@ -57,8 +57,10 @@ fn programs_at(testkit: &str, folder: &str) -> String {
 }
 
 fn is_left_out(name: &str, all: &str, manifest: &str) -> bool {
-    let (module, apart) = (format!("mod {name};"), format!("name = \"{name}\""));
-    let is_program = manifest.split("[[test]]").skip(1).any(|rest| rest.contains(&apart));
+    let module = format!("mod {name};");
+    let apart = [format!("name = \"{name}\""), format!("path = \"tests/{name}.rs\"")];
+    let names_it = |rest: &str| apart.iter().any(|line| rest.contains(line));
+    let is_program = manifest.split("[[test]]").skip(1).any(names_it);
     !all.lines().any(|line| line == module) && !is_program
 }
 
@@ -68,9 +70,12 @@ mod tests {
 
     #[test]
     fn a_file_that_nothing_names_is_found() {
-        let (all, manifest) = ("//! All.\n\nmod a;\n", "name = \"b\"\n[[test]]\nname = \"c\"\n");
+        let (all, manifest) = (
+            "//! All.\n\nmod a;\n",
+            "name = \"b\"\n[[test]]\nname = \"c\"\npath = \"tests/d.rs\"\n",
+        );
         let found: Vec<&str> =
-            ["a", "b", "c"].into_iter().filter(|n| is_left_out(n, all, manifest)).collect();
+            ["a", "b", "c", "d"].into_iter().filter(|n| is_left_out(n, all, manifest)).collect();
         assert_eq!(found, ["b"]);
         let testkit = "path = \"../x/tests/b.rs\"\npath = \"../y/tests/a.rs\"\n";
         let manifest = programs_at(testkit, "x");

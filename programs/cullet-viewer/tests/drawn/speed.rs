@@ -1,5 +1,5 @@
 //! Savings by culling for a renderer: the city at 1280×720. It measures, so it is run by hand,
-//! alone: `cargo test -p cullet-viewer --profile checked --test draw speed -- --ignored
+//! alone: `cargo test -p cullet-viewer --profile checked --test drawn speed -- --ignored
 //! --nocapture`
 
 use std::time::Instant;
