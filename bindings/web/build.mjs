@@ -1,7 +1,8 @@
 // Builds the package into a folder: `node build.mjs OUT`. The six WebAssembly modules are compiled with cargo
 // into the target folder, what is written by hand is copied, and the sizes are printed.
-import { spawnSync } from 'node:child_process';
+import { spawn } from 'node:child_process';
 import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { availableParallelism } from 'node:os';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { brotliCompressSync, gzipSync } from 'node:zlib';
@@ -14,6 +15,8 @@ if (!out) {
   process.exit(2);
 }
 const target = join(process.env.CARGO_TARGET_DIR ?? join(root, 'target'), 'wasm-npm');
+// The compiler has one thread for most of a module, which is optimised as a whole; so two are built at once.
+const LANES = Math.min(2, availableParallelism());
 
 // What is not the engine is small; the engine is quick where occlusion is drawn, which at "s" takes four times as long. Boxes
 // against planes take a third longer at "s", for a quarter less to load.
@@ -22,17 +25,21 @@ const levels = { frustum: '"s"', boxes: '3', three: '3', scene: '3', queries: '3
 const modules = { frustum: [], boxes: ['occluders'], three: ['scene'], scene: ['clusters'], queries: ['queries'], files: ['files'] };
 const files = { frustum: 'cullet-frustum.wasm', boxes: 'cullet-boxes.wasm', three: 'cullet-three.wasm', scene: 'cullet.wasm', queries: 'cullet-queries.wasm', files: 'cullet-files.wasm' };
 
-function compile(name) {
+function compile(name, lane) {
   const features = modules[name];
   const args = (process.env.CULLET_CARGO_ARGS ?? '').split(' ').filter(Boolean);
   const words = ['rustc', ...args, '--lib', '--crate-type', 'cdylib', '--package', 'cullet-web', '--profile', 'web', '--target', 'wasm32-unknown-unknown',
     '--no-default-features', '--features', features.join(','), '--config', `profile.web.package.cullet.opt-level=${levels[name]}`];
-  const env = { ...process.env, CARGO_TARGET_DIR: target,
+  const folder = join(target, String(lane));
+  const env = { ...process.env, CARGO_TARGET_DIR: folder,
     CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: '-Ctarget-feature=+simd128' };
   for (const [key, value] of Object.entries(profile)) env[`CARGO_PROFILE_WEB_${key}`] = value;
-  const { status, error } = spawnSync(process.env.CULLET_CARGO ?? 'cargo', words, { cwd: root, env, stdio: ['ignore', 'inherit', 'inherit'] });
-  if (status !== 0) throw new Error(`cargo ${words.join(' ')}: ${error ?? `ended with ${status}`}`);
-  return join(target, 'wasm32-unknown-unknown/web/cullet_web.wasm');
+  const cargo = spawn(process.env.CULLET_CARGO ?? 'cargo', words, { cwd: root, env, stdio: ['ignore', 'inherit', 'inherit'] });
+  return new Promise((resolve, reject) => {
+    const fail = (why) => reject(new Error(`cargo ${words.join(' ')}: ${why}`));
+    cargo.on('error', fail);
+    cargo.on('close', (status) => (status === 0 ? resolve(join(folder, 'wasm32-unknown-unknown/web/cullet_web.wasm')) : fail(`ended with ${status}`)));
+  });
 }
 
 rmSync(out, { recursive: true, force: true });
@@ -40,8 +47,12 @@ mkdirSync(join(out, 'js'), { recursive: true });
 for (const file of ['package.json', 'README.md', 'CHANGELOG.md']) cpSync(join(here, file), join(out, file));
 for (const file of ['LICENSE-MIT', 'LICENSE-APACHE']) cpSync(join(root, file), join(out, file));
 cpSync(join(here, 'js'), join(out, 'js'), { recursive: true });
-for (const name of only.length ? only : Object.keys(modules)) {
-  const bytes = readFileSync(compile(name));
-  writeFileSync(join(out, 'js', files[name]), bytes);
-  console.log(`${files[name].padEnd(20)} ${String(bytes.length).padStart(8)} bytes, ${gzipSync(bytes, { level: 9 }).length} by gzip, ${brotliCompressSync(bytes).length} by brotli`);
-}
+// The largest first, for the last one is built alone.
+const waiting = (only.length ? only : Object.keys(modules)).toReversed();
+await Promise.all(Array.from({ length: LANES }, async (_, lane) => {
+  for (let name = waiting.shift(); name !== undefined; name = waiting.shift()) {
+    const bytes = readFileSync(await compile(name, lane));
+    writeFileSync(join(out, 'js', files[name]), bytes);
+    console.log(`${files[name].padEnd(20)} ${String(bytes.length).padStart(8)} bytes, ${gzipSync(bytes, { level: 9 }).length} by gzip, ${brotliCompressSync(bytes).length} by brotli`);
+  }
+}));

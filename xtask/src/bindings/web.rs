@@ -30,7 +30,8 @@ fn build_and_test(browser: &str) -> Done {
     for host in ["three", "tiles"] {
         files.extend(tests(&root().join(SOURCES).join("test").join(host))?);
     }
-    let mut node = command("node", &["--test", "--test-concurrency=1"]);
+    // Each with a browser of its own, whose scripts have one thread.
+    let mut node = command("node", &["--test", "--test-concurrency=2"]);
     node.args(files).env("CHROMIUM", browser);
     node.env("CULLET_PACKAGE", package).env("CULLET_NODE_MODULES", packages);
     if golden::folder().join("golden.json").is_file() {

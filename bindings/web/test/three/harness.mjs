@@ -54,7 +54,7 @@ export async function open(browser, url, api) {
   page.on('pageerror', (e) => page.errors.push(String(e)));
   page.on('console', (m) => { if (m.type() === 'error' && !/favicon/.test(m.text() + m.location().url)) page.errors.push(m.text()); });
   await page.goto(`${url}/test/three/page.html`);
-  await page.waitForSelector('body[data-state]', { state: 'attached', timeout: 20000 });
+  await page.waitForSelector('body[data-state]', { state: 'attached', timeout: 60_000 });
   const backend = await page.evaluate((a) => t.start(a), api);
   const expected = { webgl: 'WebGLRenderer', webgpu: 'WebGPUBackend' }[api];
   if (backend !== expected) throw new Error(`the renderer runs on ${backend}, not on ${expected}`);

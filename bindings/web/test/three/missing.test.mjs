@@ -21,7 +21,7 @@ for (const [fault, [script, warning]] of Object.entries(faults)) {
     page.on('pageerror', (e) => errors.push(String(e)));
     await page.addInitScript(script);
     await page.goto(`${server.url}/test/three/page.html`);
-    await page.waitForSelector('body[data-state]', { state: 'attached', timeout: 20000 });
+    await page.waitForSelector('body[data-state]', { state: 'attached', timeout: 60_000 });
     await page.evaluate(() => t.start('webgl'));
     for (const name of ['meshes', 'instances', 'shadows']) {
       const [plain, ours] = await page.evaluate(async (n) => [await t.pictures(n, 'three'), await t.pictures(n, { occlusion: true })], name);
