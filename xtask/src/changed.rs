@@ -48,26 +48,41 @@ const INPUTS: &[Inputs] = &[
 /// Files that all steps depend on.
 const COMMON: &[&str] = &["xtask/", ".ci/", ".cargo/", "Cargo.toml", "Cargo.lock"];
 
+/// Whether a step of a name need not run.
+pub(crate) fn is_kept(name: &str) -> bool {
+    kept_since(name).is_some()
+}
+
+/// The commit at which a step passed, if nothing that it depends on has changed since.
+fn kept_since(name: &str) -> Option<String> {
+    let inputs = INPUTS.iter().find(|inputs| inputs.step == name)?;
+    let record = fs::read_to_string(passed(name)).unwrap_or_default();
+    // Another compiler may find what this one did not.
+    let since = record.strip_suffix(&compiler()).unwrap_or_default().trim();
+    let is_kept = !is_set("CULLET_ALL", "1") && is_unchanged(inputs, since);
+    is_kept.then(|| since.to_owned())
+}
+
+fn compiler() -> String {
+    output("rustc", &["--version"]).unwrap_or_default()
+}
+
 /// Runs a step, unless nothing has changed; remembers where it passed.
 pub(crate) fn run(step: &Step) -> Ended {
-    let Some(inputs) = INPUTS.iter().find(|inputs| inputs.step == step.name) else {
+    if !INPUTS.iter().any(|inputs| inputs.step == step.name) {
         return (step.run)();
-    };
-    let file = passed(step.name);
-    // Another compiler may find what this one did not.
-    let compiler = output("rustc", &["--version"]).unwrap_or_default();
-    let record = fs::read_to_string(&file).unwrap_or_default();
-    let since = record.strip_suffix(&compiler).unwrap_or_default().trim();
-    if !is_set("CULLET_ALL", "1") && is_unchanged(inputs, since) {
+    }
+    if let Some(since) = kept_since(step.name) {
         return Ok(End::Unchanged(since.chars().take(8).collect()));
     }
+    let file = passed(step.name);
     let ended = (step.run)();
     // Whoever changes the checkout meanwhile is on his own: CI's clone is nobody else's.
     match (&ended, output("git", &["rev-parse", "HEAD"])) {
         (Ok(End::Passed), Some(commit)) => {
             let folder = file.parent().unwrap_or(&file);
             fs::create_dir_all(folder)
-                .and_then(|()| fs::write(&file, commit + &compiler))
+                .and_then(|()| fs::write(&file, commit + &compiler()))
                 .map_err(|e| format!("{}: {e}", file.display()))?;
         }
         // What fails at this commit is tried again at the next, whatever that changes.

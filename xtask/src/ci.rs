@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
+use crate::ahead;
 use crate::changed;
 use crate::plain;
 use crate::runner;
@@ -60,7 +61,13 @@ pub(crate) fn all() -> Done {
 /// Runs what `test` has beyond the README's second command, which ran just now.
 pub(crate) fn rest() -> Done {
     let but_plain: Vec<_> = steps::all().into_iter().filter(|step| step.name != "plain").collect();
-    runner::run_by(&but_plain, "", changed::run)
+    let ahead = ahead::begin();
+    let done = runner::run_by(&but_plain, "", changed::run);
+    // It has nothing left to do, for the steps waited for it.
+    if let Some(mut ahead) = ahead {
+        let _ = ahead.wait();
+    }
+    done
 }
 
 /// Empties a cache of another layout, but for tools and the folder that this program runs from, and

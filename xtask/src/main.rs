@@ -1,6 +1,7 @@
 //! Everything that CI does, runnable by hand: `cargo xtask help` lists it.
 #![forbid(unsafe_code)]
 
+mod ahead;
 mod benches;
 mod bindings;
 mod book;
@@ -101,6 +102,7 @@ fn main() -> ExitCode {
         ["ci"] => ci::all(),
         // For `ci` alone.
         ["rest"] => ci::rest(),
+        ["ahead"] => ahead::build(),
         [] | ["help" | "--help" | "-h"] => {
             println!("{HELP}");
             return ExitCode::SUCCESS;

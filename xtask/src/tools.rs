@@ -1,5 +1,6 @@
 //! Running commands, and finding out what is installed.
 
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -90,6 +91,17 @@ pub(crate) fn is_whole() -> bool {
 /// Whether a variable of the environment has a value.
 pub(crate) fn is_set(name: &str, value: &str) -> bool {
     std::env::var_os(name).is_some_and(|v| v == value)
+}
+
+/// Waits until no other process of this program has the name, and has it until it is dropped.
+pub(crate) fn alone(name: &str) -> Result<File, String> {
+    let folder = cache().join("alone");
+    let path = folder.join(name);
+    let fail = |e: std::io::Error| format!("{}: {e}", path.display());
+    fs::create_dir_all(&folder).map_err(fail)?;
+    let file = File::create(&path).map_err(fail)?;
+    file.lock().map_err(fail)?;
+    Ok(file)
 }
 
 /// The folder of test data, where there is one: `CULLET_DATA`, else beside the checkout.

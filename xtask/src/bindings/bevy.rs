@@ -1,24 +1,23 @@
 //! The plugin for Bevy: a workspace of its own, for Bevy wants a newer compiler than the rest.
 
+use std::process::Command;
+
 use super::golden;
 use crate::graphics;
 use crate::runner::{End, Ended, Skip};
-use crate::tools::{Done, apart, command, is_ci, output, root, run};
+use crate::tools::{Done, alone, apart, command, is_ci, output, root, run};
 
 /// The compiler that it is tested with.
 const TOOLCHAIN: &str = "1.99.1";
 
+/// Words by which rustup installs it.
+const INSTALL: [&str; 5] = ["toolchain", "install", TOOLCHAIN, "--profile", "minimal"];
+
 /// Builds the plugin and runs its tests, those that draw where there is a driver of Vulkan.
 pub(crate) fn test() -> Ended {
-    let install = ["toolchain", "install", TOOLCHAIN, "--profile", "minimal"];
-    let cure = || format!("rustup {}", install.join(" "));
-    let skip = || Ok(End::Skipped(Skip::new("the plugin for Bevy", cure())));
-    let has_compiler = || output("rustup", &["run", TOOLCHAIN, "rustc", "--version"]);
-    if has_compiler().is_none() {
-        if !is_ci() || run(command("rustup", &install)).is_err() {
-            return skip();
-        }
-        println!("installed: Rust {TOOLCHAIN}");
+    if !has_compiler()? {
+        let cure = format!("rustup {}", INSTALL.join(" "));
+        return Ok(End::Skipped(Skip::new("the plugin for Bevy", cure)));
     }
     let draws = graphics::is_there();
     tests(draws)?;
@@ -32,13 +31,24 @@ pub(crate) fn test() -> Ended {
     Ok(End::Partly(vec![drawn]))
 }
 
+/// Builds the plugin and all of its tests.
+pub(crate) fn build() -> Done {
+    if has_compiler()? { run(cargo_test(&["--no-run"])) } else { Ok(()) }
+}
+
+/// Whether the compiler is there, once CI has installed it.
+fn has_compiler() -> Result<bool, String> {
+    let is_there = || output("rustup", &["run", TOOLCHAIN, "rustc", "--version"]).is_some();
+    if !is_there() && is_ci() {
+        let _alone = alone("rustup")?;
+        if !is_there() && run(command("rustup", &INSTALL)).is_ok() {
+            println!("installed: Rust {TOOLCHAIN}");
+        }
+    }
+    Ok(is_there())
+}
+
 fn tests(draws: bool) -> Done {
-    let toolchain = format!("+{TOOLCHAIN}");
-    let manifest = root().join("bindings/bevy/Cargo.toml");
-    let manifest = manifest.to_string_lossy();
-    let words = ["run", TOOLCHAIN, "cargo", "test", "--locked", "--manifest-path", &manifest];
-    // The words behind `rustup run` name the compiler; this is what a person would type instead.
-    println!("cargo {toolchain} test --manifest-path {manifest}");
     let which: &[&str] = if draws {
         &[]
     } else {
@@ -56,6 +66,18 @@ fn tests(draws: bool) -> Done {
             "occlusion",
         ]
     };
+    let mut cargo = cargo_test(which);
+    cargo.env("CULLET_GOLDEN", golden::folder()).env("WGPU_BACKEND", "vulkan");
+    run(cargo)
+}
+
+/// Cargo's `test` by that compiler, with more words.
+fn cargo_test(which: &[&str]) -> Command {
+    let manifest = root().join("bindings/bevy/Cargo.toml");
+    let manifest = manifest.to_string_lossy();
+    let words = ["run", TOOLCHAIN, "cargo", "test", "--locked", "--manifest-path", &manifest];
+    // The words behind `rustup run` name the compiler; this is what a person would type instead.
+    println!("cargo +{TOOLCHAIN} test --manifest-path {manifest}");
     let mut cargo = command("rustup", &[&words[..], which].concat());
     // The compiler of whoever runs this must not win over the one that is named.
     for name in ["RUSTUP_TOOLCHAIN", "CARGO", "RUSTC", "RUSTDOC"] {
@@ -63,6 +85,5 @@ fn tests(draws: bool) -> Done {
     }
     cargo.env("CARGO_TARGET_DIR", apart("bevy"));
     cargo.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "0");
-    cargo.env("CULLET_GOLDEN", golden::folder()).env("WGPU_BACKEND", "vulkan");
-    run(cargo)
+    cargo
 }

@@ -10,12 +10,12 @@ use std::process::Command;
 use super::golden;
 use crate::runner::{End, Ended, Skip};
 use crate::tools::{
-    Done, cargo_program, command, data, install, install_words, is_ci, is_set, output, root, run,
-    target,
+    Done, alone, cargo_program, command, data, install, install_words, is_ci, is_set, output, root,
+    run, target,
 };
 
 /// Profile in which it is published.
-const PROFILE: &str = "library";
+pub(super) const PROFILE: &str = "library";
 const WARNINGS: &[&str] = &["-Wall", "-Wextra", "-Werror", "-pedantic", "-g", "-O1"];
 /// Libraries that a static library of Rust needs beside it.
 const STATIC: &[&str] = &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl"];
@@ -62,6 +62,12 @@ pub(crate) fn test() -> Ended {
     Ok(if skips.is_empty() { End::Passed } else { End::Partly(skips) })
 }
 
+/// Builds the library as the step installs it, before that.
+pub(crate) fn build_ahead() -> Done {
+    Host::install("ahead", &[("CULLET_FEATURES", "boxes")])?;
+    Host::install("ahead", &[]).map(drop)
+}
+
 /// An install tree, and the folder of what is compiled against it.
 struct Host {
     source: PathBuf,
@@ -72,6 +78,8 @@ struct Host {
 impl Host {
     /// Installs what settings of the script ask for.
     fn install(name: &str, settings: &[(&str, &str)]) -> Result<Self, String> {
+        // All parts and the least of them are built into one folder.
+        let _alone = alone("c")?;
         let folder = target().join("host-c").join(name);
         let _ = fs::remove_dir_all(&folder);
         let host = Self {

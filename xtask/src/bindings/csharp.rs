@@ -4,10 +4,10 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-use super::golden;
+use super::{c, golden};
 use crate::runner::{End, Ended, Skip};
 use crate::tools::{
-    Done, cargo_program, command, install, install_words, is_ci, output, root, run, target,
+    Done, alone, cargo_program, command, install, install_words, is_ci, output, root, run, target,
 };
 
 /// Packages of Debian with the compiler and the runtime, and the compiler of C for what stands
@@ -49,9 +49,10 @@ impl Host {
         };
         fs::create_dir_all(&host.work).map_err(|e| format!("{}: {e}", host.work.display()))?;
         // Another step may have built the library: then this copies it.
+        let _alone = alone("c")?;
         let script = root().join("bindings/c/install.sh");
         let mut install = command("sh", &[]);
-        install.arg(script).arg(&host.prefix).arg("release");
+        install.arg(script).arg(&host.prefix).arg(c::PROFILE);
         install.env("CARGO", cargo_program()).env("CARGO_TARGET_DIR", target());
         run(install)?;
         Ok(host)

@@ -1,10 +1,10 @@
 //! The bindings, each built and tested in the host that it is for: `cargo xtask bindings [NAME]`,
 //! and steps of `test`.
 
-mod bevy;
-mod c;
+pub(crate) mod bevy;
+pub(crate) mod c;
 mod csharp;
-mod godot;
+pub(crate) mod godot;
 pub(crate) mod golden;
 pub(crate) mod python;
 pub(crate) mod web;

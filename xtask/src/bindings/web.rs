@@ -7,7 +7,7 @@ use std::process::Command;
 use super::golden;
 use crate::compiler::{Compiler, wasm_linker};
 use crate::runner::{End, Ended, Skip, all};
-use crate::tools::{Done, apart, cache, command, root, run, target};
+use crate::tools::{Done, alone, apart, cache, command, root, run, target};
 use crate::web::browser;
 
 const TARGET: &str = "wasm32-unknown-unknown";
@@ -42,6 +42,7 @@ fn build_and_test(browser: &str) -> Done {
 
 /// Builds the package into a folder of the target folder.
 pub(crate) fn build() -> Result<PathBuf, String> {
+    let _alone = alone("npm")?;
     let out = target().join("npm/cullet");
     let mut node = command("node", &[&format!("{SOURCES}/build.mjs"), &out.to_string_lossy()]);
     node.env("CARGO_TARGET_DIR", apart("npm"));
