@@ -7,6 +7,7 @@ import { Clipping, Cut } from './clip.js';
 import { DrawCost } from './cost.js';
 import { Decisions, Fate } from './decisions.js';
 import { explain } from './explain.js';
+import { Chains, viewOf } from './levels.js';
 import { Nodes } from './nodes.js';
 import { Occlusion } from './occlusion.js';
 import { isPassOf, planesOfFrustum } from './planes.js';
@@ -47,9 +48,12 @@ export class Culling {
   #children;
   #gone;
   #cost;
+  // Draws beyond one for each mesh.
+  #more = 0;
   #decisions = new Decisions();
+  #chains = new Chains();
   #panel = null;
-  #stats = { passes: 0, objects: 0, visible: 0, instances: 0, visibleInstances: 0, hidden: 0, hiddenInstances: 0, clipped: 0, noOcclusion: null, keptMaps: 0, allCast: null, drawMicroseconds: 0, drawMicrosecondsFrom: 'default', milliseconds: 0 };
+  #stats = { passes: 0, objects: 0, visible: 0, instances: 0, visibleInstances: 0, coarserInstances: 0, hidden: 0, hiddenInstances: 0, clipped: 0, noOcclusion: null, keptMaps: 0, allCast: null, drawMicroseconds: 0, drawMicrosecondsFrom: 'default', milliseconds: 0 };
 
   constructor(root, { still = false, movesVertices = undefined, occlusion = undefined, preset = 'balanced', callbacks = false, drawMicroseconds = undefined, shadows = 'all' } = {}) {
     check(root);
@@ -143,6 +147,16 @@ export class Culling {
     else this.#nodes.refresh(i);
   }
 
+  levels(mesh, list, options) {
+    if (this.#inert) return;
+    if (this.#disposed) throw new Error('cullet: levels() of a culling that was disposed; make another one');
+    if (!mesh?.isBatchedMesh && !mesh?.isInstancedMesh) throw new TypeError(`cullet: levels() takes a BatchedMesh or an InstancedMesh, not ${nameOf(mesh)}`);
+    this.#flush(true);
+    const part = this.#nodes.parts.get(this.#nodes.numberOf(mesh));
+    if (!part) throw new Error(`cullet: levels() of ${nameOf(mesh)}, ${isBelow(mesh, this.#root) ? 'which three.js culls by itself, since its shaders or attributes are not known here' : `which is not below ${nameOf(this.#root)}; add it to that first`}`);
+    this.#chains.take(mesh, part, list, options);
+  }
+
   dispose() {
     if (this.#disposed) return;
     this.#disposed = true;
@@ -220,6 +234,7 @@ export class Culling {
     if (object.isSkinnedMesh && !Object.hasOwn(object, 'intersectsFrustum')) object.intersectsFrustum = this.#always;
     if (kind <= Kind.Container) return;
     this.#Mesh ??= meshClass(object);
+    if (kind > Kind.Mesh) this.#chains.give(object, this.#nodes.parts.get(this.#nodes.numberOf(object)));
     if (object.children.length > 0) this.#shortenMesh(object);
   }
 
@@ -307,9 +322,10 @@ export class Culling {
     const nodes = this.#nodes;
     const stats = this.#stats;
     stats.passes += 1;
-    stats.visible = stats.visibleInstances = stats.instances = stats.hidden = stats.hiddenInstances = stats.clipped = 0;
+    stats.visible = stats.visibleInstances = stats.coarserInstances = stats.instances = stats.hidden = stats.hiddenInstances = stats.clipped = 0;
     stats.noOcclusion = null;
     this.#walk.clear();
+    this.#more = 0;
     if (nodes.length === 0) { this.#walk.cut(); return; }
     nodes.commit();
     const pass = this.#turn(layers, frustum);
@@ -329,6 +345,9 @@ export class Culling {
     if (decision) decision.occludes = own !== null;
     const camera = kept ? null : own;
     const clip = renderer && !kept && (isMain || camera) ? Clipping.of(this.#root, renderer, camera ?? current.camera, scene.overrideMaterial) : null;
+    // Before occlusion: what is drawn at a coarser level hides nothing.
+    const view = isMain && !kept && planes.length === 24 ? viewOf(renderer, viewer) : null;
+    for (const part of nodes.parts.values()) part.choose(view, planes);
     const isTrial = camera !== null && this.#wanted.preset !== 'exact' && this.#cost.isOpen && isMain && current.outer === null && this.#measure(current, camera);
     const occlusion = camera && !isTrial && this.#occlusion.cull(camera, scene, renderer, clip) ? this.#occlusion : null;
     if (camera) stats.noOcclusion = isTrial ? 'this render goes without, to measure what a draw costs' : this.#occlusion.refusal;
@@ -357,7 +376,7 @@ export class Culling {
       }
       if (this.#kids.size > 0 && object.visible) this.#kids.get(object)?.arm();
     }
-    stats.visible = this.#walk.cut();
+    stats.visible = this.#walk.cut() - this.#more;
     if (receivers) this.#endMain(scene, current, receivers);
     if (isMain && this.#byReceivers && this.frozen) [stats.keptMaps, stats.allCast] = [0, 'the culling is frozen'];
     if (kept) [stats.hidden, stats.hiddenInstances, stats.clipped, stats.noOcclusion] = [kept.stats.hidden, kept.stats.hiddenInstances, kept.stats.clipped, kept.stats.noOcclusion];
@@ -417,15 +436,20 @@ export class Culling {
       stats.hiddenInstances += unclipped - left.length;
       if (caster) left = part.filter(left, (box, matrix) => { worldBox(box, 0, matrix, 0, this.#box, 0); return caster.casts(this.#box, 0); });
       if (takes) part.filter(left, (box, matrix) => { receivers.add(box, 0, matrix, 0); return true; });
-      lists?.set(i, { inside: list.slice(), drawn: left.slice() });
+      lists?.set(i, { inside: list.slice(), drawn: left.slice(), chosen: part.chosen?.slice() ?? null });
       return left;
     };
-    if (kept) keep = (list) => kept.lists.get(i)?.drawn ?? list;
+    if (kept) {
+      keep = (list) => kept.lists.get(i)?.drawn ?? list;
+      part.chosen = kept.lists.get(i)?.chosen ?? null;
+    }
     const drawn = part.cull(pass, planes, keep, camera);
     if (takes && inside < 0) receivers.reason ??= 'not all instances that receive shadows have bounds';
-    if (!drawn) return inside > 0 ? Fate.Hidden : Fate.Outside;
+    if (drawn.length === 0) return inside > 0 ? Fate.Hidden : Fate.Outside;
     stats.visibleInstances += part.visible;
-    push(this.#carriers[i], drawn);
+    stats.coarserInstances += part.coarser;
+    for (const one of drawn) push(this.#carriers[i], one);
+    this.#more += drawn.length - 1;
     return Fate.Drawn;
   }
 

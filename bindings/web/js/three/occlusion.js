@@ -1,7 +1,8 @@
 // What is hidden behind other meshes, for the cameras that asked for it.
 //
 // The engine keeps a scene of its own of all that is culled by its box, with the triangles of what may hide others. It is
-// conservative at every resolution, so what it drops would have covered no pixel.
+// conservative at every resolution, so what it drops would have covered no pixel. An instance that is drawn at a coarser level hides
+// nothing in that pass: the level may lie within the outline of the finest, which is what the engine knows.
 
 import { Scene } from './engine.js';
 import { boxOf, Kind } from './bounds.js';
@@ -18,8 +19,8 @@ const [MOST_TILED, TILES] = [4, 128];
 // What an object does in the engine's scene.
 const Role = { Absent: -1, Alone: 0, Hidden: 1, Hides: 2, HidesTwoSided: 3 };
 
-// An instance that is drawn, and one that no plane touches.
-const State = { Shown: 1, Whole: 2 };
+// An instance that is drawn, one that no plane touches, and one that is drawn at a coarser level.
+const State = { Shown: 1, Whole: 2, Coarse: 4 };
 const NO_ID = 2 ** 32 - 1;
 
 const named = (object) => `${object.type}${object.name ? ` "${object.name}"` : ''}`;
@@ -55,6 +56,7 @@ export class Occlusion {
   #states = new Map();
   #cut = 0;
   #hasBatches = false;
+  #coarse = new Set();
   #hasTiles;
   #tiles = new Map();
   #untiled = new WeakSet();
@@ -310,21 +312,26 @@ export class Occlusion {
     return boxes;
   }
 
-  // What planes touch hides nothing, until they or it are elsewhere.
+  // What planes touch, or is drawn at a coarser level, hides nothing, until that is otherwise.
   #recut() {
     const clip = this.#clip;
     const { objects } = this.#nodes;
-    if (!clip.isActive && this.#cut === 0 && !this.#hasBatches) return;
+    const { parts } = this.#nodes;
+    if (!clip.isActive && this.#cut === 0 && !this.#hasBatches && this.#coarse.size === 0 && ![...parts.values()].some(({ chosen }) => chosen)) return;
     this.#cut = 0;
     for (const [i, ids] of this.#ids) {
-      const batch = this.#nodes.kinds[i] === Kind.Batched ? this.#nodes.parts.get(i) : null;
+      const part = parts.get(i) ?? null;
+      const batch = this.#nodes.kinds[i] === Kind.Batched ? part : null;
       const hides = this.#looked[i] % 4 >= Role.Hides;
       if (!hides && !batch) continue;
       const key = hides && clip.clips(objects[i]) ? clip.key + clip.keyFor(objects[i]) : '';
       if (key !== '') this.#cut += 1;
       const had = this.#clipKeys[i] ?? '';
       const isSame = had === key && (key === '' || !this.#moved.has(i));
-      if (isSame && !batch) continue;
+      // Once more when none is chosen any more.
+      const isCoarse = this.#coarse.delete(i);
+      if (part?.chosen) this.#coarse.add(i);
+      if (isSame && !batch && !isCoarse && !part?.chosen) continue;
       this.#clipKeys[i] = key;
       let states = this.#states.get(i);
       if (!states) this.#states.set(i, states = new Uint8Array(ids.length).fill(State.Shown + State.Whole));
@@ -334,11 +341,12 @@ export class Occlusion {
         if (ids[k] === NO_ID) continue;
         if (matrices && batch) batch.boxOf(k, box);
         let now = batch && !batch.isShown(k) ? 0 : State.Shown;
+        if (part && !part.isFull(k)) now += State.Coarse;
         if (isSame) now += states[k] & State.Whole;
         else if (matrices === null || clip.cut(objects[i], box, 0, matrices, 16 * k) === Cut.Whole) now += State.Whole;
         if (now === states[k]) continue;
         states[k] = now;
-        this.#scene.setState(ids[k], { layers: now & State.Shown ? objects[i].layers.mask >>> 0 : 0, occluder: hides && (now & State.Whole) !== 0 });
+        this.#scene.setState(ids[k], { layers: now & State.Shown ? objects[i].layers.mask >>> 0 : 0, occluder: hides && (now & (State.Whole + State.Coarse)) === State.Whole });
       }
     }
   }
@@ -420,6 +428,7 @@ export class Occlusion {
     this.#states.clear();
     this.#cut = 0;
     this.#hasBatches = false;
+    this.#coarse.clear();
     this.#tiles.clear();
     this.#clipKeys.length = 0;
     this.#scene?.dispose();

@@ -1,6 +1,7 @@
 // What the tests call in the page, as window.t.
 
 import { Culling, init } from 'cullet/three';
+import { groves } from './groves.js';
 import { chosen, compare, early } from './pairs.js';
 import { random, scenes } from './scenes.js';
 import { towns } from './towns.js';
@@ -8,6 +9,7 @@ import { towns } from './towns.js';
 const SIZE = [320, 192];
 let three, renderer;
 let now = null;
+let last = null;
 
 async function start(api) {
   // Both have the same classes in the same file, but tell them apart as a user's page does.
@@ -26,14 +28,16 @@ async function start(api) {
 async function build(name, ...values) {
   now?.culling?.dispose();
   now?.end?.();
-  const made = await { ...scenes, ...towns }[name](three, SIZE, ...values);
+  const made = await { ...scenes, ...towns, ...groves }[name](three, SIZE, ...values);
   renderer.shadowMap.type = three[made.shadowType ?? 'PCFShadowMap'];
   now = Object.assign(made, { culling: null });
   return Object.keys(now);
 }
 
-function cull({ occlusion, ...options } = {}) {
+// `pixels`, `corners`: levels of a scene that has some.
+function cull({ occlusion, pixels, corners, ...options } = {}) {
   now.culling = new Culling(now.root ?? now.scene, { ...now.options, ...options, occlusion: occlusion ? now.camera : undefined });
+  if (pixels !== undefined) now.levels(now.culling, pixels, { corners });
 }
 
 function never() {
@@ -62,6 +66,7 @@ async function picture(isOwn = true) {
   // In the task of the drawing: later the canvas may be empty.
   context.drawImage(renderer.domElement, 0, 0);
   const { data } = context.getImageData(0, 0, ...SIZE);
+  last = data;
   const digest = [...new Uint8Array(await crypto.subtle.digest('SHA-256', data))].map((b) => b.toString(16).padStart(2, '0')).join('').slice(0, 16);
   return { digest, colours: new Set(new Uint32Array(data.buffer)).size, ...drawn, stats: now.culling && { ...now.culling.stats } };
 }
@@ -78,6 +83,41 @@ async function pictures(name, how) {
     list.push(await picture());
   }
   return list;
+}
+
+/** How many pixels of one picture differ from another, and how many of them have a colour that the other has nowhere within `reach` pixels. */
+function off(one, other, reach) {
+  const [a, b] = [one, other].map((data) => new Uint32Array(data.buffer));
+  const [width, height] = SIZE;
+  let [differ, far] = [0, 0];
+  for (let i = 0; i < a.length; i++) {
+    if (a[i] === b[i]) continue;
+    differ += 1;
+    const [x, y] = [i % width, Math.floor(i / width)];
+    let found = false;
+    for (let v = Math.max(0, y - reach); v <= Math.min(height - 1, y + reach); v++) for (let u = Math.max(0, x - reach); u <= Math.min(width - 1, x + reach); u++) found ||= b[width * v + u] === a[i];
+    if (!found) far += 1;
+  }
+  return { differ, far };
+}
+
+/** Pictures of all steps of a scene without culling, and in several ways with levels: `[how, reach]` each. How far they are off, to either side. */
+async function deviations(name, ways) {
+  const data = [];
+  for (const [how, reach] of [['none', 0], ...ways]) {
+    await build(name);
+    if (how === 'none') never(); else cull(how);
+    const list = [];
+    for (let i = -1; i < now.steps; i++) {
+      if (i >= 0) now.step(i, now.culling);
+      if (how === 'none') never();
+      const { digest, triangles, stats } = await picture();
+      const full = data[0]?.[i + 1].last;
+      list.push({ digest, triangles, stats, last, ...(full && { ...off(last, full, reach), lost: off(full, last, reach).far }) });
+    }
+    data.push(list);
+  }
+  return data.map((list) => list.map((one) => ({ ...one, last: undefined })));
 }
 
 const median = (list) => [...list].sort((a, b) => a - b)[list.length >> 1];
@@ -121,7 +161,7 @@ async function pairs(most, only) {
 }
 
 window.t = {
-  pairs,
+  pairs, deviations,
   start, build, cull, never, picture, pictures, frames, frame, finish, Culling,
   get three() { return three; }, get renderer() { return renderer; }, get now() { return now; },
 };
