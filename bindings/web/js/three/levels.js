@@ -62,7 +62,7 @@ export function viewOf(renderer, camera) {
 /** The same in the space of a mesh: where the eye is, and what a distance of 1 counts as. */
 export function viewIn(world, { eye, pixels, corners }) {
   const [least, largest] = stretch(world, 0).map(Math.sqrt);
-  if (eye === null) return { eye, pixels: pixels * largest, per: 1, corners };
+  if (eye === null) return { eye, pixels: pixels * largest + 0 * (world[12] + world[13] + world[14]), per: 1, corners };
   const [a, b, c, d, e, f, g, h, i] = [world[0], world[4], world[8], world[1], world[5], world[9], world[2], world[6], world[10]];
   const [x, y, z] = [eye[0] - world[12], eye[1] - world[13], eye[2] - world[14]];
   const [u, v, w] = [e * i - f * h, f * g - d * i, d * h - e * g];

@@ -3,7 +3,7 @@
 
 import { random, stage } from './scenes.js';
 
-const COUNT = 250;
+const COUNT = 120;
 const STEPS = [[32, 24], [20, 14], [12, 8], [8, 5], [5, 3]];
 
 /** Balls of radius 1, the finest first, as levels. */
@@ -49,7 +49,7 @@ function grove(T, size, isBatch) {
   const { mesh, chain, set } = many(T, isBatch, balls(T), COUNT, material);
   const [at, quaternion, scale] = [new T.Vector3(), new T.Quaternion(), new T.Vector3()];
   const put = (k) => {
-    at.set((next() - 0.5) * 90, next() * 6, (next() - 0.5) * 90);
+    at.set((next() - 0.5) * 60, next() * 6, (next() - 0.5) * 60);
     quaternion.setFromEuler(new T.Euler(6 * next(), 6 * next(), 6 * next()));
     // Stretched along its axes by half as much again.
     scale.setScalar(0.3 + next()).multiply({ x: 1, y: 1 + 0.5 * next(), z: 1 });

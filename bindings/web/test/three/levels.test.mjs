@@ -49,7 +49,7 @@ const project = (camera, p) => { const q = new T.Vector4(p.x, p.y, p.z, 1).apply
 test('nothing of a level that is chosen is off by more pixels than are allowed', () => {
   const next = random(5);
   let [tried, coarse, largest] = [0, 0, 0];
-  for (let i = 0; i < 15000; i++) {
+  for (let i = 0; i < 12000; i++) {
     const made = anything(next);
     const { camera, world, instance, box, chain } = made;
     const level = chosen(made);
@@ -58,7 +58,7 @@ test('nothing of a level that is chosen is off by more pixels than are allowed',
     const whole = world.clone().multiply(instance);
     const ahead = new T.Vector3(0, 0, -1).transformDirection(camera.matrixWorld);
     const cosine = (p) => { const to = p.clone().sub(new T.Vector3().setFromMatrixPosition(camera.matrixWorld)); return to.normalize().dot(ahead); };
-    for (let k = 0; k < 60; k++) {
+    for (let k = 0; k < 40; k++) {
       const p = new T.Vector3(...[0, 1, 2].map((c) => box[c] + next() * (box[3 + c] - box[c])));
       const q = new T.Vector3(next() - 0.5, next() - 0.5, next() - 0.5).setLength(chain.errors[level] * (next() < 0.5 ? 1 : next())).add(p);
       // The box holds all levels.
@@ -73,9 +73,9 @@ test('nothing of a level that is chosen is off by more pixels than are allowed',
       assert.ok(pixels * angle <= chain.pixels * (1 + 1e-5), `case ${i}: level ${level} is off by ${pixels} pixels, and ${chain.pixels} are allowed`);
     }
   }
-  assert.ok(coarse > 1500 && tried > 10000, `${coarse} cases with a coarser level, ${tried} points`);
+  assert.ok(coarse > 1000 && tried > 7000, `${coarse} cases with a coarser level, ${tried} points`);
   // A bound that is never nearly reached would draw too much.
-  assert.ok(largest > 0.6, `at most ${largest} of what is allowed`);
+  assert.ok(largest > 0.5, `at most ${largest} of what is allowed`);
 });
 
 test('a level is never coarser than the exact distance and stretch allow, and seldom finer', () => {
@@ -147,38 +147,39 @@ before(async () => { server = await serve(); browser = await launch(); });
 after(async () => { await browser?.close(); server?.close(); });
 
 const kinds = ['Batched', 'Instanced'];
-// A page with a renderer of its own.
+// One page for all tests of a renderer.
+const pages = {};
 const inPage = async (api, body) => {
-  const page = await open(browser, server.url, api);
-  try { await body((...values) => page.evaluate(...values)); assert.deepEqual(page.errors, []); } finally { await page.close(); }
+  const page = pages[api] ??= await open(browser, server.url, api);
+  await body((...values) => page.evaluate(...values));
+  assert.deepEqual(page.errors, []);
 };
 
-// In the sum of all steps: triangles, as a share of those drawn in full, pixels that differ, and pixels with a colour that the other picture
-// has nowhere within `reach` pixels: what shows through where two outlines meet. As measured, and up to a quarter more.
+// In the sum of all steps, for so many pixels: triangles, as a share of those drawn in full, pixels that differ, and pixels with a colour that
+// the other picture has nowhere within a pixel more: what shows through where two outlines meet. As measured, and up to a quarter more.
 const limits = {
-  1: { share: 0.04, differ: 2700, far: 16, reach: 2 },
-  4: { share: 0.02, differ: 9000, far: 60, reach: 5 },
+  1: { share: 0.08, differ: 3000, far: 16 },
+  4: { share: 0.04, differ: 9000, far: 60 },
 };
 
 for (const api of ['webgl', 'webgpu']) {
   for (const kind of kinds) {
     test(`${kind}, ${api}: fewer triangles, and outlines are off by no more than is allowed`, () => inPage(api, async (evaluate) => {
       const sum = (list, what) => list.reduce((all, one) => all + one[what], 0);
-      for (const more of [{}, { occlusion: true, preset: 'exact' }]) {
-        const ways = [more, { pixels: 0, ...more }, ...Object.keys(limits).map((pixels) => ({ pixels: Number(pixels), ...more }))];
-        const reaches = [0, 0, ...Object.values(limits).map(({ reach }) => reach)];
-        const [none, culled, exact, ...off] = await evaluate(([name, list]) => t.deviations(name, list), [`grove${kind}`, ways.map((how, i) => [how, reaches[i]])]);
-        assert.deepEqual(exact.map((p) => [p.digest, p.triangles]), culled.map((p) => [p.digest, p.triangles]), '0 pixels: as without levels');
-        assert.deepEqual(exact.map((p) => p.digest), none.map((p) => p.digest), '0 pixels: as without culling');
-        for (const [i, [pixels, { share, differ, far, reach }]] of Object.entries(limits).entries()) {
-          const steps = off[i];
-          const said = `${pixels} pixels, ${JSON.stringify(more)}: ${sum(steps, 'triangles')} of ${sum(culled, 'triangles')} triangles, ${sum(steps, 'differ')} pixels differ, ${sum(steps, 'far')} and ${sum(steps, 'lost')} by more than ${reach}`;
-          if (process.env.VERBOSE) console.log(api, kind, said);
-          assert.ok(sum(steps, 'triangles') <= share * sum(culled, 'triangles'), said);
-          assert.ok(steps.every(({ stats }) => stats.coarserInstances > 0 && stats.coarserInstances <= stats.visibleInstances && stats.visible <= 1), said);
-          assert.ok(sum(steps, 'differ') > 0 && sum(steps, 'differ') <= differ, said);
-          assert.ok(sum(steps, 'far') <= far && sum(steps, 'lost') <= far, said);
-        }
+      const hiding = { occlusion: true, preset: 'exact' };
+      const ways = [[{}, 0], [{ pixels: 0 }, 0], [{ pixels: 0, ...hiding }, 0], [{ pixels: 1 }, 2], [{ pixels: 4 }, 5], [{ pixels: 1, ...hiding }, 2]];
+      const [none, culled, exact, hidden, ...coarse] = await evaluate(([name, list]) => t.deviations(name, list), [`grove${kind}`, ways]);
+      assert.deepEqual(exact.map((p) => [p.digest, p.triangles]), culled.map((p) => [p.digest, p.triangles]), '0 pixels: as without levels');
+      for (const pictures of [exact, hidden]) assert.deepEqual(pictures.map((p) => p.digest), none.map((p) => p.digest), '0 pixels: as without culling');
+      for (const [i, steps] of coarse.entries()) {
+        const [{ pixels, occlusion }, reach] = ways[3 + i];
+        const { share, differ, far } = limits[pixels];
+        const said = `${pixels} pixels${occlusion ? ' and occlusion' : ''}: ${sum(steps, 'triangles')} of ${sum(culled, 'triangles')} triangles, ${sum(steps, 'differ')} pixels differ, ${sum(steps, 'far')} and ${sum(steps, 'lost')} by more than ${reach}`;
+        if (process.env.VERBOSE) console.log(api, kind, said);
+        assert.ok(sum(steps, 'triangles') <= share * sum(culled, 'triangles'), said);
+        assert.ok(steps.every(({ stats }) => stats.coarserInstances > 0 && stats.coarserInstances <= stats.visibleInstances && stats.visible <= 1), said);
+        assert.ok(sum(steps, 'differ') > 0 && sum(steps, 'differ') <= differ, said);
+        assert.ok(sum(steps, 'far') <= far && sum(steps, 'lost') <= far, said);
       }
     }));
 
@@ -220,7 +221,7 @@ for (const api of ['webgl', 'webgpu']) {
         plan.position.set(0, 90, 0);
         plan.lookAt(0, 0, 0);
         const above = await draw(plan);
-        is('each camera has its own levels', above.stats.coarserInstances === above.stats.visibleInstances && first.stats.coarserInstances < first.stats.visibleInstances);
+        is('each camera has its own levels', above.triangles / above.stats.visibleInstances < 0.5 * first.triangles / first.stats.visibleInstances);
         is('and again', (await draw()).digest === first.digest && (await draw(plan)).digest === above.digest);
         // In one task, without a frame between.
         t.renderer.render(now.scene, now.camera); t.renderer.render(now.scene, plan);
@@ -311,7 +312,7 @@ test('mistakes', () => inPage('webgl', async (evaluate) => {
     const [fine, coarse] = [batch.addGeometry(new T.BoxGeometry()), batch.addGeometry(new T.BoxGeometry())];
     const own = { geometry: mesh.geometry, error: 0 };
     const other = { geometry: new T.BoxGeometry(), error: 1 };
-    throws('not below', () => culling.levels(mesh, [own]), /Error: cullet: levels\(\) of InstancedMesh.*not below Scene/);
+    throws('not below', () => culling.levels(mesh, [own]), /Error: cullet: levels\(\) of Mesh.*not below Scene/);
     const shader = new T.InstancedMesh(new T.BoxGeometry(), new T.ShaderMaterial(), 2);
     scene.add(mesh, batch, shader);
     throws('a mesh', () => culling.levels(new T.Mesh(), [own]), /TypeError.*takes a BatchedMesh or an InstancedMesh, not Mesh/);
