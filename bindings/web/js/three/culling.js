@@ -10,7 +10,7 @@ import { explain } from './explain.js';
 import { Chains, viewOf } from './levels.js';
 import { Nodes } from './nodes.js';
 import { Occlusion } from './occlusion.js';
-import { isPassOf, planesOfFrustum } from './planes.js';
+import { isPassOf, planesOf } from './planes.js';
 import { Renders } from './renders.js';
 import { camerasOf, check, isBelow, nameOf, orderAbove, taken } from './roots.js';
 import { casting, complete, prepare, Receivers } from './shadows.js';
@@ -150,11 +150,8 @@ export class Culling {
   levels(mesh, list, options) {
     if (this.#inert) return;
     if (this.#disposed) throw new Error('cullet: levels() of a culling that was disposed; make another one');
-    if (!mesh?.isBatchedMesh && !mesh?.isInstancedMesh) throw new TypeError(`cullet: levels() takes a BatchedMesh or an InstancedMesh, not ${nameOf(mesh)}`);
     this.#flush(true);
-    const part = this.#nodes.parts.get(this.#nodes.numberOf(mesh));
-    if (!part) throw new Error(`cullet: levels() of ${nameOf(mesh)}, ${isBelow(mesh, this.#root) ? 'which three.js culls by itself, since its shaders or attributes are not known here' : `which is not below ${nameOf(this.#root)}; add it to that first`}`);
-    this.#chains.take(mesh, part, list, options);
+    this.#chains.take(mesh, this.#nodes.parts.get(this.#nodes.numberOf(mesh)), this.#root, list, options);
   }
 
   dispose() {
@@ -329,7 +326,7 @@ export class Culling {
     if (nodes.length === 0) { this.#walk.cut(); return; }
     nodes.commit();
     const pass = this.#turn(layers, frustum);
-    const planes = this.#planesOf(frustum);
+    const planes = planesOf(frustum, this.#planes);
     // Before the list is made: the engine's memory may grow, and views over it die.
     const scene = this.#renders.listen();
     const { renderer, current } = this.#renders;
@@ -356,7 +353,7 @@ export class Culling {
     let list;
     if (kept) list = kept.drawn(nodes);
     else if (planes.length === 24) list = nodes.boxes.cull(planes);
-    else list = this.#ofAny(planes);
+    else list = nodes.seenByAny(planes);
     const { objects, kinds, hidden, length } = nodes;
     const carriers = this.#carriers;
     const only = this.#walk.orders.size === 0 ? this.#walk.base : null;
@@ -469,23 +466,6 @@ export class Culling {
     this.#lights = lights;
     this.#stats.keptMaps = prepare(render, lights, receivers);
     this.#stats.allCast = receivers.reason;
-  }
-
-  // Planes of the frustum, twenty-four numbers, or those of each camera of an array.
-  #planesOf(frustum) {
-    if (frustum.planes) { planesOfFrustum(frustum, this.#planes); return this.#planes; }
-    const count = frustum._count;
-    const all = new Float64Array(24 * count);
-    for (let i = 0; i < count; i++) planesOfFrustum(frustum.getFrustum(i), all.subarray(24 * i, 24 * i + 24));
-    return all;
-  }
-
-  #ofAny(planes) {
-    const seen = new Uint8Array(this.#nodes.length);
-    for (let at = 0; at < planes.length; at += 24) for (const i of this.#nodes.boxes.cull(planes.subarray(at, at + 24))) seen[i] = 1;
-    const list = [];
-    for (let i = 0; i < seen.length; i++) if (seen[i] === 1) list.push(i);
-    return list;
   }
 
   // Which list each object goes to, by its groups' render order, and what is in it always.

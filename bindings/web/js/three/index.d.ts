@@ -1,5 +1,5 @@
 import type { Source } from 'cullet';
-import type { Camera, Mesh, Object3D } from 'three';
+import type { BatchedMesh, BufferGeometry, Camera, InstancedMesh, Mesh, Object3D } from 'three';
 
 /**
  * Loads the engine, once. In a browser that cannot run it (Chrome and Edge before 91, Firefox before 89, Safari before 16.4, and all
@@ -53,6 +53,35 @@ export interface CullingOptions {
   movesVertices?: (mesh: Mesh) => boolean;
 }
 
+/** A level of detail: a geometry, and how far it is off. */
+export interface Level<G> {
+  /** Of an `InstancedMesh` a geometry, of a `BatchedMesh` the number that `addGeometry()` returned. */
+  geometry: G;
+  /**
+   * Greatest distance from any point of the finest level to this one and back, in the geometry's own units; 0 for the finest. Finite, and
+   * at least that of the level before.
+   */
+  error: number;
+}
+
+/** How levels are chosen; all may be left out. */
+export interface LevelsOptions {
+  /** How many pixels an outline may be off at the centre of the picture. Default 1. What is not above 0, NaN included, draws everything in full. */
+  pixels?: number;
+  /** Whether that holds in the corners of the picture too, where an error is larger by 1/cos² of the angle to the centre. Default `false`. */
+  corners?: boolean;
+}
+
+/**
+ * The levels of a file that `cullet bake` wrote, with their measured errors: for each geometry of the file its chain, as
+ * {@link Culling.levels} takes it. Each coarser level is a new geometry with vertices of its own. Empty for other files. Geometries are left
+ * out where their chain is missing or does not fit, and where several meshes of the file share vertices. Checksums are not compared:
+ * bake a file again once its meshes have changed.
+ *
+ * @param gltf what three.js's `GLTFLoader` returned
+ */
+export function bakedLevels(gltf: { readonly parser: object }): Promise<Map<BufferGeometry, Level<BufferGeometry>[]>>;
+
 /** Counts of the last pass (a camera, a shadow map, a face of a point light) of a {@link Culling}. */
 export interface CullingStats {
   /** Passes so far. */
@@ -65,6 +94,8 @@ export interface CullingStats {
   readonly instances: number;
   /** How many of those instances the pass drew. */
   readonly visibleInstances: number;
+  /** How many of the drawn instances are at a coarser level than their finest. */
+  readonly coarserInstances: number;
   /** How many meshes the pass left out because others hide them. */
   readonly hidden: number;
   /** How many instances the pass left out because others hide them. */
@@ -152,6 +183,19 @@ export class Culling {
    * @throws Error if the object is not below the root, or after {@link dispose}
    */
   update(object?: Object3D): void;
+  /**
+   * Gives the instances of a mesh levels of detail. In each pass of a camera whose root is in a `Scene`, every instance is drawn at the
+   * coarsest level that is off by no more pixels than allowed; shadow maps, and an `ArrayCamera`, get the finest. An instance that is
+   * drawn at a coarser level hides nothing. A `BatchedMesh` has a chain for each finest geometry, and instances of that geometry use it. An
+   * `InstancedMesh` has a chain for its geometry. A chain takes the place of one with the same finest level. The mesh is not changed. A
+   * geometry of a batch that is deleted or set anew is no level any more.
+   *
+   * @param levels the finest first, at most 255; `null` ends all chains of the mesh
+   * @throws TypeError for a mesh of another kind, or levels that make no chain: the message names the level, its value and the limit
+   * @throws Error if the mesh is not below the root, or three.js culls it by itself; after {@link dispose}
+   */
+  levels(mesh: BatchedMesh, levels: readonly Level<number>[] | null, options?: LevelsOptions): void;
+  levels(mesh: InstancedMesh, levels: readonly Level<BufferGeometry>[] | null, options?: LevelsOptions): void;
   /**
    * Says why an object is missing, by the last pass of a camera.
    * @throws TypeError if it is no object of three.js

@@ -5,7 +5,7 @@
 // In the picture that way is at most e s k / d pixels long at the centre, k being the pixels of a length of 1 at distance 1, and 1/cos²
 // of the angle to the centre as much elsewhere. So where t pixels are allowed, e may be t d / (s k).
 
-import { nameOf } from './roots.js';
+import { isBelow, nameOf } from './roots.js';
 
 // More than all roundings on the way, as a share.
 const ROUNDING = 1e-6;
@@ -139,8 +139,10 @@ function chainOf(fail, part, list, { pixels = 1, corners = false } = {}) {
 export class Chains {
   #byMesh = new WeakMap();
 
-  /** Takes a chain for a mesh, or with `null` drops those that it has. `part`: what culls it. */
-  take(mesh, part, list, options) {
+  /** Takes a chain for a mesh below `root`, or with `null` drops those that it has. `part`: what culls it, if anything does. */
+  take(mesh, part, root, list, options) {
+    if (!mesh?.isBatchedMesh && !mesh?.isInstancedMesh) throw new TypeError(`cullet: levels() takes a BatchedMesh or an InstancedMesh, not ${nameOf(mesh)}`);
+    if (!part) throw new Error(`cullet: levels() of ${nameOf(mesh)}, ${isBelow(mesh, root) ? 'which three.js culls by itself, since its shaders or attributes are not known here' : `which is not below ${nameOf(root)}; add it to that first`}`);
     if (list === null) this.#byMesh.delete(mesh);
     else {
       const chain = chainOf((text) => { throw new TypeError(`cullet: levels() of ${nameOf(mesh)}: ${text}`); }, part, list, options);

@@ -161,6 +161,15 @@ export class Nodes {
     dirty.length = 0;
   }
 
+  /** Numbers that any of several cameras sees, ascending: `planes` has twenty-four numbers for each. */
+  seenByAny(planes) {
+    const seen = new Uint8Array(this.length);
+    for (let at = 0; at < planes.length; at += 24) for (const i of this.boxes.cull(planes.subarray(at, at + 24))) seen[i] = 1;
+    const list = [];
+    for (let i = 0; i < seen.length; i++) if (seen[i] === 1) list.push(i);
+    return list;
+  }
+
   #remember(i, { position: p, quaternion: q, scale: s }) {
     const state = this.#state;
     const at = STATE * i;

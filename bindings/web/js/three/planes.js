@@ -1,7 +1,7 @@
 // Planes of frusta as twenty-four numbers: inward normal and constant, six times, as three.js has them.
 
 /** Writes the planes of a `THREE.Frustum`. */
-export function planesOfFrustum(frustum, to) {
+function planesOfFrustum(frustum, to) {
   const { planes } = frustum;
   for (let i = 0; i < 6; i++) {
     const { normal, constant } = planes[i];
@@ -10,6 +10,15 @@ export function planesOfFrustum(frustum, to) {
     to[4 * i + 2] = normal.z;
     to[4 * i + 3] = constant;
   }
+}
+
+/** Planes of a frustum, twenty-four numbers written to `to`, or those of each camera of an array, in an array of their own. */
+export function planesOf(frustum, to) {
+  if (frustum.planes) { planesOfFrustum(frustum, to); return to; }
+  const count = frustum._count;
+  const all = new Float64Array(24 * count);
+  for (let i = 0; i < count; i++) planesOfFrustum(frustum.getFrustum(i), all.subarray(24 * i, 24 * i + 24));
+  return all;
 }
 
 const WEBGPU_COORDINATES = 2001;

@@ -300,6 +300,45 @@ for (const api of ['webgl', 'webgpu']) {
   }));
 }
 
+test('boxes hold all levels, and a mesh with another geometry has the chain of that', () => inPage('webgl', async (evaluate) => {
+  const answer = await evaluate(async () => {
+    const T = t.three;
+    const found = [];
+    const scene = new T.Scene();
+    const camera = new T.PerspectiveCamera(60, 1.6, 0.1, 100);
+    const [small, large, ball, coarse] = [new T.BoxGeometry(0.5, 0.5, 0.5), new T.BoxGeometry(8, 8, 0.5), new T.SphereGeometry(1, 16, 12), new T.SphereGeometry(1, 5, 3)];
+    const mesh = new T.InstancedMesh(small, new T.MeshBasicMaterial(), 1);
+    mesh.setMatrixAt(0, new T.Matrix4().setPosition(-12, 0, -10));
+    const batch = new T.BatchedMesh(1, 100, 200, new T.MeshBasicMaterial());
+    const ids = [small, large].map((g) => batch.addGeometry(g));
+    batch.setMatrixAt(batch.addInstance(ids[0]), new T.Matrix4().setPosition(12, 0, -10));
+    scene.add(mesh, batch);
+    const culling = new t.Culling(scene);
+    const draw = () => { t.renderer.info.reset(); t.renderer.render(scene, camera); return culling.stats; };
+    found.push(['beside the picture', draw().visibleInstances === 0]);
+    culling.levels(mesh, [{ geometry: small, error: 0 }, { geometry: large, error: 5 }], { pixels: 1000 });
+    found.push(['a larger level of an InstancedMesh', draw().visibleInstances === 1 && culling.stats.coarserInstances === 1]);
+    culling.levels(batch, [{ geometry: ids[0], error: 0 }, { geometry: ids[1], error: 5 }], { pixels: 1000 });
+    found.push(['and of a BatchedMesh', draw().visibleInstances === 2 && culling.stats.coarserInstances === 2]);
+    mesh.geometry = ball;
+    culling.levels(mesh, [{ geometry: ball, error: 0 }, { geometry: coarse, error: 0.5 }], { pixels: 1000 });
+    mesh.setMatrixAt(0, new T.Matrix4().setPosition(0, 0, -10));
+    mesh.instanceMatrix.needsUpdate = true;
+    batch.visible = false;
+    const triangles = () => { draw(); return t.renderer.info.render.triangles; };
+    found.push(['another chain', triangles() === coarse.index.count / 3]);
+    mesh.geometry = small;
+    found.push(['the first again', triangles() === 12]);
+    mesh.geometry = large;
+    found.push(['a geometry without one', triangles() === 12 && culling.stats.coarserInstances === 0]);
+    mesh.geometry = ball;
+    found.push(['the other again', triangles() === coarse.index.count / 3]);
+    culling.dispose();
+    return found;
+  });
+  assert.deepEqual(answer, answer.map(([what]) => [what, true]));
+}));
+
 test('mistakes', () => inPage('webgl', async (evaluate) => {
   const answer = await evaluate(async () => {
     const T = t.three;

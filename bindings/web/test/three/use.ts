@@ -1,6 +1,6 @@
 // Taken by tsc --strict: what a user writes, and what is to be refused.
-import { PerspectiveCamera, Scene } from 'three';
-import { Culling, init, type CullingOptions, type Explanation, type Panel } from 'cullet/three';
+import { BatchedMesh, BoxGeometry, InstancedMesh, MeshBasicMaterial, PerspectiveCamera, Scene, type BufferGeometry } from 'three';
+import { bakedLevels, Culling, init, type CullingOptions, type Explanation, type Level, type Panel } from 'cullet/three';
 
 const culls: boolean = await init();
 console.log(culls);
@@ -29,4 +29,16 @@ panel.refresh();
 panel.dispose();
 // @ts-expect-error: an explanation has no such reason
 console.log(why.reason === 'gone', culling.stats.drawMicroseconds, culling.stats.drawMicrosecondsFrom === 'given', culling.stats.milliseconds);
+// As GLTFLoader returns it; its own types need another package.
+declare const gltf: { scene: Scene; parser: { json: unknown } };
+const chains: Map<BufferGeometry, Level<BufferGeometry>[]> = await bakedLevels(gltf);
+const trees = new InstancedMesh(new BoxGeometry(), new MeshBasicMaterial(), 9);
+culling.levels(trees, chains.get(trees.geometry) ?? null, { pixels: 2, corners: true });
+const batch = new BatchedMesh(9, 100, 200);
+culling.levels(batch, [{ geometry: batch.addGeometry(trees.geometry), error: 0 }]);
+// @ts-expect-error: geometries of a batch are numbers
+culling.levels(batch, [{ geometry: trees.geometry, error: 0 }]);
+// @ts-expect-error: a mesh alone has no instances
+culling.levels(scene.children[0], null);
+console.log(culling.stats.coarserInstances);
 culling.dispose();
