@@ -104,10 +104,20 @@ test('a level is never coarser than the exact distance and stretch allow, and se
   assert.ok(ours >= 0.97 * exact && exact > 3000, `levels are ${ours} in sum, and ${exact} by the oracle`);
 });
 
+test('a skewed instance counts by its greatest stretch, which no column shows', () => {
+  const camera = new T.OrthographicCamera(-48, 48, 27, -27, 0.1, 100);
+  camera.updateMatrixWorld();
+  const [world, instance] = [new T.Matrix4(), new T.Matrix4().set(1, 0.9, 0, 0, 0, Math.sqrt(1 - 0.81), 0, 0, 0, 0, 1, -9, 0, 0, 0, 1)];
+  const made = { camera, world, instance, box: [-1, -1, -1, 1, 1, 1], chain: { errors: [0, 0.1], pixels: 1.2, corners: false } };
+  // Ten pixels a unit: 0.1 is a pixel, and 1.38 along the stretch.
+  assert.equal(chosen(made), 0);
+  assert.equal(chosen({ ...made, instance: new T.Matrix4().setPosition(0, 0, -9) }), 1);
+});
+
 test('what is not known, and no allowance, is drawn in full', () => {
   const next = random(8);
   for (let i = 0; i < 300; i++) {
-    for (const pixels of [0, -1, NaN]) { const made = anything(next); made.chain.pixels = pixels; assert.equal(chosen(made), 0, `${pixels} pixels`); }
+    for (const pixels of [0, -1, NaN]) { const made = anything(next); made.chain.pixels = pixels; made.chain.errors[1] = 0; assert.equal(chosen(made), 0, `${pixels} pixels`); }
     for (const bad of [NaN, Infinity]) {
       for (const name of ['world', 'instance']) {
         const made = anything(next);
@@ -138,7 +148,8 @@ test('pixels are those of what is drawn into', () => {
     const target = { width: 2 * SIZE[0], height: 2 * SIZE[1], viewport: { z: 2 * SIZE[0], w: 2 * SIZE[1] } };
     assert.equal(chosen(made, rendererOf(target)), chosen({ ...made, chain: { ...made.chain, pixels: made.chain.pixels / 2 } }), 'a target twice as large');
     assert.equal(chosen(made, rendererOf(null, 2)), full, 'a ratio of 2');
-    assert.ok(chosen(made, { ...rendererOf(), getViewport: (to) => to.copy({ z: 4 * SIZE[0], w: 4 * SIZE[1] }) }) <= full, 'a viewport larger than the canvas');
+    const larger = { ...rendererOf(), getViewport: (to) => to.copy({ z: 4 * SIZE[0], w: 4 * SIZE[1] }) };
+    assert.equal(chosen(made, larger), chosen({ ...made, chain: { ...made.chain, pixels: made.chain.pixels / 4 } }), 'a viewport larger than the canvas');
   }
 });
 
