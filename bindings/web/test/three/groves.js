@@ -1,6 +1,7 @@
 // Scenes of instances with levels of detail: balls of fewer and fewer triangles, each with its measured error, in a BatchedMesh or as an
 // InstancedMesh. Colours are flat, so that pictures differ only where outlines do.
 
+import { bakedLevels } from 'cullet/three';
 import { random, stage } from './scenes.js';
 
 const COUNT = 120;
@@ -127,7 +128,30 @@ function shade(T, size, isBatch) {
   };
 }
 
-export const groves = Object.fromEntries(Object.entries({ grove, edge, shade }).flatMap(([name, make]) => [
+// Rings of two halves, from a file that `cullet bake` wrote.
+async function rings(T, size, isBatch) {
+  const { GLTFLoader } = await import('three/addons/loaders/GLTFLoader.js');
+  const gltf = await new GLTFLoader().loadAsync('/test/three/ring.glb');
+  const chains = [...(await bakedLevels(gltf)).values()];
+  const { scene, camera } = stage(T, size);
+  const halves = chains.map((chain, half) => {
+    const made = many(T, isBatch, chain, 40, new T.MeshBasicMaterial());
+    for (let k = 0; k < 40; k++) {
+      made.set(k, new T.Matrix4().makeRotationX(k).setPosition(3 * (k % 8) - 10 + 0.1 * half, 3 * Math.floor(k / 8) - 4, -10 - 5 * (k % 5)));
+      made.mesh.setColorAt(k, colourOf(T, k + 5 * half));
+    }
+    scene.add(made.mesh);
+    return made;
+  });
+  camera.rotation.set(0, 0, 0);
+  return {
+    scene, camera, steps: 1,
+    levels: (culling, pixels, options) => { for (const { mesh, chain } of halves) culling.levels(mesh, chain, { pixels, ...options }); },
+    step() { camera.position.z = 30; },
+  };
+}
+
+export const groves = Object.fromEntries(Object.entries({ grove, edge, shade, rings }).flatMap(([name, make]) => [
   [`${name}Batched`, (T, size) => make(T, size, true)],
   [`${name}Instanced`, (T, size) => make(T, size, false)],
 ]));

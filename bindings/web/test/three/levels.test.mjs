@@ -194,6 +194,14 @@ for (const api of ['webgl', 'webgpu']) {
       }
     }));
 
+    test(`${kind}, ${api}: levels of a baked file`, () => inPage(api, async (evaluate) => {
+      const [none, culled, coarse] = await evaluate(([name]) => t.deviations(name, [[{}, 0], [{ pixels: 1 }, 2]]), [`rings${kind}`]);
+      const said = coarse.map(({ triangles, differ, far, lost }, i) => `${triangles} of ${culled[i].triangles} triangles, ${differ} pixels differ, ${far} and ${lost} by more than 2`).join('; ');
+      if (process.env.VERBOSE) console.log(api, kind, said);
+      assert.deepEqual(culled.map((p) => p.digest), none.map((p) => p.digest));
+      assert.ok(coarse.every(({ triangles, differ, far, lost }, i) => triangles < [0.3, 0.14][i] * culled[i].triangles && differ > 0 && differ < 770 && far <= 18 && lost <= 18), said);
+    }));
+
     test(`${kind}, ${api}: a coarser level hides only what it covers`, () => inPage(api, async (evaluate) => {
       for (const pixels of [0, 500]) {
         const [alone, hidden] = await evaluate(async ([name, px]) => [await t.pictures(name, { pixels: px }), await t.pictures(name, { pixels: px, occlusion: true, preset: 'exact' })], [`edge${kind}`, pixels]);
