@@ -497,4 +497,55 @@ mod scenes {
             *ANSWER.lock() = [number as usize, 0];
         }))
     }
+
+    /// The text of the last answer about a file.
+    #[cfg(feature = "files")]
+    static TEXT: Mutex<String> = Mutex::new(String::new());
+
+    #[cfg(feature = "files")]
+    fn told(text: Result<String, Fault>) -> u32 {
+        *SCRATCH.lock() = Vec::new();
+        ended(text.map(|text| {
+            let mut kept = TEXT.lock();
+            *kept = text;
+            answer(kept.as_bytes());
+        }))
+    }
+
+    /// The arguments of `file_open`; the answer has the files that it names, one a line.
+    #[cfg(feature = "files")]
+    #[unsafe(no_mangle)]
+    extern "C" fn file_beside(name: usize, bytes: usize) -> u32 {
+        told(with_scratch(name + bytes, |all| {
+            crate::files::beside(&String::from_utf8_lossy(&all[..name]), &all[name..])
+        }))
+    }
+
+    /// The arguments of `file_open`, then `beside` bytes of the files that it names: the lengths of
+    /// a name and of a file as u32, then both. The answer is JSON.
+    #[cfg(feature = "files")]
+    #[unsafe(no_mangle)]
+    extern "C" fn file_info(name: usize, bytes: usize, beside: usize) -> u32 {
+        told(with_scratch(name + bytes + beside, |all| {
+            let (file, rest) = all[name..].split_at(bytes);
+            let beside = packed(rest);
+            let short = || Fault::new(Code::Argument, "the files beside it are not all there");
+            let beside = beside.ok_or_else(short)?;
+            crate::info::info(&String::from_utf8_lossy(&all[..name]), file, &beside)
+        }))
+    }
+
+    #[cfg(feature = "files")]
+    fn packed(mut bytes: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
+        let mut files = Vec::new();
+        while !bytes.is_empty() {
+            let (name, rest) = bytes.split_first_chunk::<4>()?;
+            let (file, rest) = rest.split_first_chunk::<4>()?;
+            let (name, rest) = rest.split_at_checked(u32::from_le_bytes(*name) as usize)?;
+            let (file, rest) = rest.split_at_checked(u32::from_le_bytes(*file) as usize)?;
+            files.push((String::from_utf8_lossy(name).into_owned(), file.to_vec()));
+            bytes = rest;
+        }
+        Some(files)
+    }
 }

@@ -19,6 +19,8 @@ pub enum Code {
     Camera = 5,
     /// A file is refused.
     File = 6,
+    /// A file is over a limit.
+    Limit = 7,
 }
 
 /// Why a call is refused.

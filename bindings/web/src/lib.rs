@@ -24,6 +24,8 @@ mod exports;
 mod fault;
 #[cfg(feature = "files")]
 mod files;
+#[cfg(feature = "files")]
+mod info;
 mod listing;
 #[cfg(feature = "occluders")]
 mod occluders;
@@ -39,7 +41,9 @@ mod view;
 pub use boxes::BoxSet;
 pub use fault::{Code, Fault};
 #[cfg(feature = "files")]
-pub use files::open;
+pub use files::{beside, open};
+#[cfg(feature = "files")]
+pub use info::info;
 #[cfg(feature = "occluders")]
 pub use occluders::{Occluders, Refusal};
 #[cfg(feature = "queries")]

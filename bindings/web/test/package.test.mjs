@@ -47,7 +47,7 @@ test('npm pack holds what is used, and nothing else', () => {
   const types = ['js/core/boxes.d.ts', 'js/core/queries.d.ts', 'js/core/scene.d.ts', ...['boxes', 'files', 'frustum', 'index', 'queries'].map((name) => `js/${name}.d.ts`)];
   const wasm = ['js/cullet.wasm', ...['boxes', 'files', 'frustum', 'queries', 'three'].map((name) => `js/cullet-${name}.wasm`)];
   const about = ['CHANGELOG.md', 'LICENSE-APACHE', 'LICENSE-MIT', 'README.md', 'package.json'];
-  assert.deepEqual(names, [...about, ...core, ...types, ...wasm, ...['boxes', 'files', 'frustum', 'index', 'queries'].map((name) => `js/${name}.js`)].sort());
+  assert.deepEqual(names, [...about, ...core, ...types, ...wasm, ...['boxes', 'files', 'frustum', 'index', 'queries'].map((name) => `js/${name}.js`), 'js/bin/cullet.js', 'js/bin/info.js'].sort());
   const manifest = readFileSync(join(here, '../../../Cargo.toml'), 'utf8');
   assert.ok(manifest.includes(`version = "${version}"`), `${version} is that of the crates`);
   assert.ok(readFileSync(join(folder, 'CHANGELOG.md'), 'utf8').includes(`[${version}]`), 'the changelog has this version');

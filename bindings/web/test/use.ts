@@ -1,5 +1,5 @@
 import { BoxSet, CulletError, init, Scene, STAGES, type Draws, type Explanation } from 'cullet';
-import { Scene as FileScene } from 'cullet/files';
+import { filesNamed, info, Scene as FileScene, type ModelInfo } from 'cullet/files';
 import * as frustum from 'cullet/frustum';
 import { BoxSet as Boxes, init as load, OccluderSet } from 'cullet/boxes';
 import { LIGHT_REASONS, NONE, Scene as QueryScene, type BoxSight, type Light, type View as QueryView } from 'cullet/queries';
@@ -26,6 +26,10 @@ const draws: Draws = view.draws();
 const why: Explanation = view.explain(id);
 console.log(STAGES[view.reasons()[id] ?? 0], draws.commands.length, why.reason?.stage, view.funnel()[0]?.left.triangles);
 const opened: FileScene = FileScene.open(new ArrayBuffer(1), 'model.glb');
+const model: ModelInfo = info(new ArrayBuffer(1), 'a.gltf', Object.fromEntries(filesNamed(new Uint8Array(1), 'a.gltf').map((name) => [name, new Uint8Array(1)])));
+console.log(model.scene.triangles, model.scene.extent?.[0][1], model.meshes[0]?.defect?.length, model.groups?.depth);
+// @ts-expect-error: a model may be empty, and then has no extent.
+console.log(model.scene.extent[0]);
 try { opened.remove(3); } catch (error) { if (error instanceof CulletError && error.code === 'id') console.log(error.message); }
 await load();
 const occluders = new OccluderSet(640, 360);

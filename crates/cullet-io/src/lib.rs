@@ -20,6 +20,7 @@ mod convex;
 pub mod deform;
 mod error;
 mod extent;
+mod facts;
 mod format;
 mod gltf;
 mod json;
@@ -53,6 +54,7 @@ pub use baked_file::{
 pub use cells::{Cell, CellGraph, Mirror, Portal};
 pub use error::{ErrorKind, LoadError};
 pub use extent::extent;
+pub use facts::{InstanceFacts, MeshFacts, instance_facts, level_holders, mesh_facts, mesh_name};
 pub use load::{load, load_bytes, load_bytes_with};
 pub use model::{CameraNode, Material, MatrixView, Model, Motion, Unread, Warning};
 pub use named::{files_named, files_named_in};

@@ -76,9 +76,7 @@ pub(crate) fn run(args: &InfoArgs, console: &Console) -> Outcome {
     let facts = meshes::facts(&model);
     let record = meshes::scene_record(&model, &facts);
     let scene = &model.scene;
-    let transforms = |is_counted: fn(&cullet::Transform) -> bool| {
-        scene.slots().filter(|&s| is_counted(scene.transform(s))).count() as u64
-    };
+    let counts = cullet_io::instance_facts(scene);
     let tree = Some(&model.node_tree).filter(|t| !t.is_empty());
     let groups = tree.and_then(|_| model.node_tree_statistics());
     let info = InfoRecord {
@@ -87,13 +85,10 @@ pub(crate) fn run(args: &InfoArgs, console: &Console) -> Outcome {
         cameras: model.cameras.iter().map(|c| c.name.as_str()).collect(),
         cells: model.cells.cells.len(),
         portals: model.cells.portals.len(),
-        mirrored_instances: transforms(|t| t.is_finite() && t.determinant() < 0.0),
-        non_finite_instances: transforms(|t| !t.is_finite()),
-        unbounded_instances: scene
-            .slots()
-            .filter(|&s| scene.transform(s).is_finite() && !scene.bounds(s).is_finite())
-            .count() as u64,
-        singular_instances: transforms(|t| t.is_finite() && t.determinant() == 0.0),
+        mirrored_instances: counts.mirrored,
+        non_finite_instances: counts.non_finite,
+        unbounded_instances: counts.unbounded,
+        singular_instances: counts.singular,
         groups: groups.map(|g| GroupsRecord {
             nodes: g.nodes,
             empty: g.empty,

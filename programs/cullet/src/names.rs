@@ -2,19 +2,12 @@
 
 use cullet::{Reason, Stage};
 use cullet_io::Model;
+pub use cullet_io::mesh_name;
 
 /// The name of a slot's instance; its slot where it has none.
 pub fn name_of(model: &Model, slot: u32) -> String {
     let name = model.scene.handle(slot).map(|h| model.instance_name(h)).unwrap_or_default();
     if name.is_empty() { format!("instance {slot}") } else { name.to_string() }
-}
-
-/// The name of a mesh; its number where it has none.
-pub fn mesh_name(model: &Model, mesh: u32) -> String {
-    match model.mesh_names.get(mesh as usize) {
-        Some(name) if !name.is_empty() => name.clone(),
-        _ => format!("mesh {mesh}"),
-    }
 }
 
 /// A reason in words.

@@ -232,7 +232,9 @@ fn npm() -> Ended {
     fs::write(user.join("first.js"), example).map_err(|e| at(&user, e))?;
     let words = ["install", "--no-audit", "--no-fund", "--omit=peer", &text(&tarball)];
     run_in(&user, Path::new("npm"), &words)?;
-    all(run_in(&user, Path::new("node"), &["first.js"]))
+    run_in(&user, Path::new("node"), &["first.js"])?;
+    fs::write(user.join("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").map_err(|e| at(&user, e))?;
+    all(run_in(&user, Path::new("npx"), &["--no-install", "cullet", "info", "one.obj"]))
 }
 
 /// Lists all artefacts with their sizes, and writes `SHA256SUMS` beside them.

@@ -16,6 +16,7 @@ export type Numbers = Float32Array | Float64Array | readonly number[];
  * | `mesh` | triangles or positions that make no mesh |
  * | `camera` | a matrix that shows no volume, or a view without a camera |
  * | `file` | a file that is invalid or of no known kind |
+ * | `limit` | a file with more triangles or instances than are read |
  * | `memory` | fewer boxes, instances or triangles: a module has 4 GiB at the most |
  * | `not-ready` | `await init()` first |
  * | `disposed` | the object was disposed of |
@@ -24,7 +25,7 @@ export type Numbers = Float32Array | Float64Array | readonly number[];
  * | `dead` | an error of ours ended the engine: load the page or worker anew, and report it |
  */
 export type CulletErrorCode =
-  | 'argument' | 'id' | 'mesh' | 'camera' | 'file' | 'memory' | 'not-ready' | 'disposed' | 'load' | 'no-simd' | 'no-wasm' | 'dead';
+  | 'argument' | 'id' | 'mesh' | 'camera' | 'file' | 'limit' | 'memory' | 'not-ready' | 'disposed' | 'load' | 'no-simd' | 'no-wasm' | 'dead';
 
 /** What every call of this package throws where it refuses. Nothing has changed then, unless the call says so. */
 export class CulletError extends Error {

@@ -8,4 +8,4 @@ export class CulletError extends Error {
 }
 
 // By the number that the module sends.
-export const CODES = [undefined, 'memory', 'argument', 'id', 'mesh', 'camera', 'file'];
+export const CODES = [undefined, 'memory', 'argument', 'id', 'mesh', 'camera', 'file', 'limit'];
