@@ -1,4 +1,4 @@
-//! Prepares meshes and scenes for culling: work that is done once, offline, so that every frame is
+//! Prepares meshes and scenes for culling. The work is done once, offline, so that every frame is
 //! cheaper.
 //!
 //! | module | makes |

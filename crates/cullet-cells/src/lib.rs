@@ -1,9 +1,9 @@
-//! Cells, portals and visible sets for [`cullet`], and queries of a scene that games and tools
-//! make, and no frame.
+//! Cells, portals and visible sets for [`cullet`], and queries of a scene for games and tools,
+//! apart from drawing.
 //!
 //! | module | holds |
 //! |---|---|
-//! | the root | [`Cells`]: which instances of a scene are in which cell; [`CellView`]: what a view sees of those |
+//! | the root | [`Cells`]: which instances of a scene are in which cell; [`CellView`]: which of them a view sees |
 //! | [`cell`] | graphs of cells, where they are, and the portals between them |
 //! | [`portal`] | the walk from the cell of an eye through open portals |
 //! | [`pvs`] | visible sets at run time |
@@ -17,14 +17,15 @@
 //!                              slots of each cell, sets   cullet::candidates::Candidates
 //! ```
 //!
-//! [`Cells`] stand beside the scene and follow it: [`Cells::update`] reads what the scene logged
-//! since the last time, and finds that alone again. A [`CellView`] belongs to one view, as a
-//! `ViewState` does. After the frustum stage the culler lets its candidates look: for the stage
-//! `pvs` at the sets of the cells that the near plane may be in, for the stage `portal` through
-//! open portals, at the instances that are left. What they do not see goes, in the rows of these
-//! two stages and with the cell for a reason; of an instance that portals cut, the culler asks for
-//! the frusta and tests its clusters. What moved since the last update counts as seen from
-//! everywhere; slots that were permuted since are an error.
+//! [`Cells`] belong to a scene and follow its changes: [`Cells::update`] reads the changes that the
+//! scene logged since the last update, and places only the changed instances again. A [`CellView`]
+//! belongs to one view, like a `ViewState`. After the frustum stage the culler asks its candidates.
+//! For the stage `pvs`, they look up the sets of the cells that the near plane may be in. For the
+//! stage `portal`, they look at the remaining instances through open portals. Instances that they
+//! do not see are dropped in the rows of these two stages, with the cell as the reason. If portals
+//! cut an instance, the culler asks for the frusta and tests its clusters. Instances that moved
+//! since the last update count as seen from everywhere. If slots were permuted since then, the
+//! answer is [`CullError::Order`](cullet::CullError::Order).
 //!
 //! ```
 //! use cullet::{Instance, Mesh, MeshData, Scene, Transform};

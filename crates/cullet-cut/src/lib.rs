@@ -27,30 +27,30 @@
 //!
 //! # Rules
 //!
-//! *Sides.* Whether a vertex is inside, on or outside of a plane is the exact sign of n·p − d,
-//! found once a vertex and plane, so neighbours always agree. A vertex on a plane counts as inside.
-//! A triangle with all corners on a plane belongs to the half that it bounds: it is kept inside
-//! where it faces the way the plane's normal points, or has no area, and outside where it faces the
-//! other way.
+//! *Sides.* The exact sign of n·p − d says whether a vertex is inside, on or outside a plane. It is
+//! computed once for each vertex and plane, so neighbours always agree. A vertex on a plane counts
+//! as inside. A triangle with all corners on a plane belongs to the half that it bounds. It is kept
+//! inside if it faces the way the plane's normal points, or has no area, and outside if it faces
+//! the other way.
 //!
-//! *New vertices.* One for each edge and plane. Its position is computed from the lower of the
-//! edge's two positions (in the order of their coordinates), so that it has the same bits on both
-//! sides of a seam, where an edge has two pairs of vertices. Planes are applied in the order they
-//! are given, each to what the ones before left: the rest of a triangle is again triangles. On a
-//! plane along an axis the coordinate of new vertices is the plane's offset, rounded once.
+//! *New vertices.* There is one for each edge and plane. Its position is computed from the lower of
+//! the edge's two positions (in the order of their coordinates). It therefore has the same bits on
+//! both sides of a seam, where an edge has two pairs of vertices. Planes are applied in the given
+//! order, each to what the previous ones left: the rest of a triangle is again triangles. On a
+//! plane along an axis, the coordinate of new vertices is the plane's offset, rounded once.
 //!
-//! *Caps.* What was removed at a plane leaves edges there, directed by the winding of the
-//! triangles; the cap is the chain of triangles whose border they are. A region around which the
-//! surface winds w times is covered by |w| sheets, facing out of the plane for w > 0 and into it
-//! for w < 0 (the surface is inside out there). So a capped cut of a closed surface is closed,
-//! whatever overlaps, is nested or was there twice, and the volumes of the two halves add up.
-//! Outlines that cross are split where they do; thin triangles without area join the halves of a
-//! split edge to the wall's whole one. Where the winding does not add up (triangles wound both
-//! ways) the even–odd rule covers a region once.
+//! *Caps.* Removing triangles at a plane leaves edges there, directed by the winding of the
+//! triangles. The cap is the chain of triangles whose border these edges are. If the surface winds
+//! w times around a region, |w| sheets cover the region. They face out of the plane for w > 0 and
+//! into it for w < 0 (there the surface is inside out). So a capped cut of a closed surface is
+//! closed, even if parts overlap, are nested or are duplicates, and the volumes of the two halves
+//! add up. Outlines that cross are split at the crossing; thin triangles without area join the
+//! halves of a split edge to the whole edge of the wall. If the winding does not add up (triangles
+//! wound both ways), the even–odd rule covers a region once.
 //!
-//! *Defects* are reported in [`CutReport`]. Outlines that do not close are not capped, unless their
-//! ends lie within [`CapOptions::heal`] of each other. Seams that do not quite meet are closed
-//! before the cut by [`CapOptions::weld`].
+//! *Defects* are reported in [`CutReport`]. An outline that does not close is not capped, unless
+//! its ends lie within [`CapOptions::heal`] of each other. [`CapOptions::weld`] closes seams that
+//! do not quite meet, before the cut.
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 

@@ -24,32 +24,33 @@
 //!
 //! # What a frame is
 //!
-//! All is f64. A vertex in clip space is the view's matrix times the transform, both in f64, times
-//! the f32 vertex; nothing is snapped, and no clipping moves an edge. A pixel has one sample. A
-//! triangle covers it where its three homogeneous edge functions are positive, or zero on a top or
-//! left edge, and where its depth is within 0..1; an edge is evaluated in one order of its
-//! vertices, so that two triangles that share it agree bit for bit, and each sample on it belongs
-//! to just one of them. The nearest triangle owns the pixel; of equally near ones, that with the
-//! lowest slot and then the lowest original triangle. One-sided parts are drawn from their front
-//! alone, as the view and the transform (mirrored ones too) define it. Blended and masked triangles
-//! hide nothing: they are tested against the opaque ones, and each that is not behind them
-//! somewhere is in [`Frame::blended`].
+//! All numbers are f64. A vertex in clip space is the view's matrix times the transform, both in
+//! f64, times the f32 vertex. Nothing is snapped, and no clipping moves an edge. A pixel has one
+//! sample. A triangle covers the sample if its three homogeneous edge functions are positive there,
+//! or zero on a top or left edge, and if its depth is within 0..1. An edge is evaluated in one
+//! order of its vertices. Two triangles that share an edge therefore agree bit for bit, and each
+//! sample on the edge belongs to exactly one of them. The nearest triangle owns the pixel. Among
+//! equally near triangles, the one with the lowest slot wins, then the one with the lowest original
+//! triangle number. One-sided parts are drawn from their front only, as defined by the view and the
+//! transform, mirrored ones included. Blended and masked triangles hide nothing. They are tested
+//! against the opaque triangles, and [`Frame::blended`] lists each of them that is somewhere not
+//! behind those.
 //!
-//! The result depends on neither the order of drawing, nor the number of threads, nor on what is
-//! skipped because it is hidden or off the screen; [`render_ref`], which skips nothing, returns the
-//! same frame. None of the engine's cullers takes part in it.
+//! The result does not depend on the order of drawing, on the number of threads, or on work that is
+//! skipped because it is hidden or off the screen: [`render_ref`], which skips nothing, returns the
+//! same frame. The reference renderer uses none of the engine's cullers.
 //!
 //! # The proof
 //!
-//! [`verify`] draws a view with and without culling and compares the owners of all pixels, then
-//! looks for dropped instances at N × N jittered samples a pixel.
+//! [`verify`] draws a view with and without culling and compares the owners of all pixels. It then
+//! looks for dropped instances at N × N jittered samples per pixel.
 //!
-//! With levels of detail the picture may differ; [`verify_levels`] tells what they excuse from what
-//! they do not.
+//! With levels of detail the picture may differ. [`verify_levels`] separates the differences that
+//! the levels allow from those that they do not.
 //!
-//! Of what is hidden there are two judges besides, for boxes of any kind: [`sampled_boxes`] looks
-//! at samples, and so can only say what is visible; a [`Prover`] says what is hidden, between the
-//! samples too.
+//! Two other judges say whether boxes of any kind are hidden. [`sampled_boxes`] looks at samples,
+//! so it can only prove that a box is visible. A [`Prover`] proves that a box is hidden, also
+//! between the samples.
 #![forbid(unsafe_code)]
 
 mod bounds;

@@ -1,12 +1,12 @@
-//! Culling as [wgpu] compute passes, with the answers of the engine: the same lists, byte for byte,
-//! whichever device makes them.
+//! Culling as [wgpu] compute passes, with the answers of the engine: the lists are the same, byte
+//! for byte, on every device.
 //!
-//! Devices round f32 differently: one that multiplies and adds in one step, as WGSL allows it,
-//! gives another answer for one of 25 boxes that lie near a plane. So instances are tested in
-//! integers. Their boxes are stored relative to a [`Grid`] for each [block](Blocks) of 256, as
-//! steps that fit 16 bits, rounded outward; planes are brought to the grid by the CPU, rounded so
-//! that "outside" is only said where it is true. [`visible_ref`] is the same test on the CPU, and
-//! what the passes are held against.
+//! Devices round f32 differently. A device that multiplies and adds in one step, as WGSL allows,
+//! gives another answer for one of 25 boxes that lie near a plane. Instances are therefore tested
+//! in integers. The boxes of each [block](Blocks) of 256 are stored relative to a [`Grid`], as
+//! 16-bit steps that are rounded outward. The CPU converts planes to the grid, and rounds them so
+//! that "outside" is reported only if it is true. [`visible_ref`] is the same test on the CPU;
+//! tests compare the passes with it.
 //!
 //! ```text
 //!  Scene ──► Blocks ──upload──► boxes                      once, then what changed
@@ -22,27 +22,26 @@
 //!                                   bits ──► list of what is new ──► drawn
 //! ```
 //!
-//! By the same means go clusters that [face away](GridCone), what is [too small](SizeRule), and
-//! clusters of other levels of detail than that which is [near enough](GridGroup): what is rounded
-//! keeps more, or is finer. [`Settings`] has their switches and thresholds.
+//! The same method culls clusters that [face away](GridCone), boxes that are [too small](SizeRule),
+//! and clusters whose level of detail is not the one that is [near enough](GridGroup). Rounding
+//! keeps more, or selects a finer level. [`Settings`] has the switches and thresholds.
 //!
-//! [`Culling`] is all of it for one scene and one view at a time, in a program's own device and
-//! encoder; lists are in order, and each bucket of instances that are drawn alike is one indirect
-//! draw. Boxes are tested in integers. Against the [`Pyramid`] they are tested in floating point,
-//! which devices round differently: there the promise is that what owns a pixel is drawn.
+//! [`Culling`] does all of this for one scene and one view at a time, in your own device and
+//! encoder. Lists are in order, and each bucket of instances that are drawn alike is one indirect
+//! draw. Boxes are tested against the frustum in integers. They are tested against the [`Pyramid`]
+//! in floating point, which devices round differently; there the promise is that an instance that
+//! owns a pixel is drawn.
 //!
-//! [`InView`] is the list alone, for programs that draw nothing, by the device or by the CPU in its
-//! place.
+//! [`InView`] makes only the list, on the device or on the CPU, for programs that draw nothing.
 //!
-//! Devices differ in what they can do: a [`Tier`] says it, and [`Gpu::open`] finds an adapter that
-//! has one. A device that is absent, too small, full or lost is a [`GpuError`] that says what to
-//! do. In a browser nobody may wait for a device: there [`Gpu::request`], [`Gpu::read_later`] and
-//! [`Passes::request`] are awaited, and what goes wrong when something is uploaded comes to the
-//! device's own listener (`on_uncaptured_error`).
+//! A [`Tier`] says what a device can do, and [`Gpu::open`] finds an adapter that reaches one. If a
+//! device is absent, too small, full or lost, the [`GpuError`] says what to do. A browser does not
+//! allow waiting for a device: await [`Gpu::request`], [`Gpu::read_later`] and [`Passes::request`]
+//! there. Errors of uploads then go to the device's own listener (`on_uncaptured_error`).
 //!
 //! [`TrianglePass`] tests the triangles of single draws, by the class of their normal or by their
-//! plane, and lists what is left for one indirect draw each: for what is drawn more than once a
-//! frame, and for devices to which a back face is dear.
+//! plane, and lists the remaining ones for one indirect draw each. It is for geometry that is drawn
+//! more than once per frame, and for devices on which back faces are expensive.
 #![forbid(unsafe_code)]
 
 mod blocks;

@@ -1,9 +1,9 @@
 //! Loads and saves models: glTF and GLB, OBJ, PLY, STL, OFF, and baked files.
 //!
-//! Each layer knows those below it: the model and how it moves; the builder and what reads blocks
-//! and text; a file for each format; which format a file has; loading, posing and saving.
-//! [`reader`] has the parts that readers of other formats are made of; `cullet-maps` and
-//! `cullet-scenes` are made of them.
+//! The modules form layers, and each uses only those below it. From the bottom they are: the model
+//! and its motion; the builder, and readers of blocks and text; one file for each format; the
+//! recognition of formats; loading, posing and saving. [`reader`] exports the parts of which
+//! readers of other formats are made; `cullet-maps` and `cullet-scenes` use them.
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 

@@ -1,6 +1,6 @@
-//! Facts about meshes that readers, bakes, reports and methods of the literature ask for, and no
-//! frame of the engine: their topology, classes of their normals, and how they look from all around
-//! as [impostors](Impostor).
+//! Facts about meshes for readers, bakes, reports and methods of the literature; frames of the
+//! engine do not need them. They are the topology of a mesh, the classes of its normals, and its
+//! appearance from all around as an [impostor](Impostor).
 //!
 //! ```
 //! let positions = vec![[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0]];

@@ -14,8 +14,8 @@
 //! | [`oracles`] | what must come out, by slow and plain means |
 //! | [`memory`] | an allocator that counts |
 //!
-//! At the root stand [`at_every_level!`], and what four variables of the environment steer ([`data`], [`cases`],
-//! [`skip`]), and a [`Folder`] that goes with its test:
+//! The root has [`at_every_level!`], a [`Folder`] that is removed with its test, and [`data`], [`cases`] and
+//! [`skip`], which read four environment variables:
 //!
 //! | variable | meaning |
 //! |---|---|
@@ -24,21 +24,21 @@
 //! | `CULLET_CASES` | how often properties are tried, in percent of what their tests say; 25 where unset |
 //! | `CULLET_SKIPPED` | the file to which every skipped test appends a line; unset: `target/skipped-tests.txt` |
 //!
-//! The tests of `cullet`, `cullet-cells`, `cullet-draw`, `cullet-io`, `cullet-maps`, `cullet-scenes` and `cullet-tiles` lie in the
-//! folders of those crates and are programs of this one, which `Cargo.toml` lists: here they are built unoptimised, and
-//! what they call is not.
+//! The tests of `cullet`, `cullet-cells`, `cullet-draw`, `cullet-io`, `cullet-maps`, `cullet-scenes` and
+//! `cullet-tiles` are in the folders of those crates, but are programs of this one, which `Cargo.toml` lists. Here
+//! they are built unoptimised, and the code that they call is optimised.
 //!
-//! # A circle that is none
+//! # Why the circle of dependencies works
 //!
-//! This crate depends on `cullet`, whose tests depend on this crate. Cargo allows that, for what only tests need does
-//! not count. Two rules follow:
+//! This crate depends on `cullet`, and the tests of `cullet` depend on this crate. Cargo allows that, because
+//! dependencies of tests do not count. Two rules follow:
 //!
-//! - Programs in `cullet/tests` see one `cullet`. Unit tests within `cullet/src` are compiled into
-//!   a second one, whose types are others: they may use what is plain data here ([`random`], [`vectors`], [`soups`],
-//!   [`models`], [`data`], [`cases`], [`skip`]). What needs a mesh, a view or a SIMD level from here is a test of the
-//!   public API, and stands in `tests`.
-//! - Crates that are published name this one without a version, so that `cargo package` leaves it out of what it
-//!   writes, and nobody has to publish it. Their tests run from the repository.
+//! - Programs in `cullet/tests` see one `cullet`. Unit tests within `cullet/src` are compiled into a second one,
+//!   whose types are different. They may use the plain data of this crate ([`random`], [`vectors`], [`soups`],
+//!   [`models`], [`data`], [`cases`], [`skip`]). A test that needs a mesh, a view or a SIMD level from here tests the
+//!   public API, and belongs in `tests`.
+//! - Published crates name this one without a version, so `cargo package` leaves it out and it need not be published.
+//!   Their tests run from the repository.
 #![deny(unsafe_code)]
 
 pub mod answers;

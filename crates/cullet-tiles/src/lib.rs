@@ -1,5 +1,5 @@
-//! Worlds that do not fit in memory: a hierarchy of tiles, of which those are loaded that matter
-//! for the eye.
+//! Worlds that do not fit in memory: a hierarchy of tiles, which loads the tiles that matter for
+//! the eye.
 //!
 //! ```text
 //!  eye, motion ──> choose ──> a cut of the hierarchy: coarse far away, fine nearby, within a budget of bytes
@@ -9,13 +9,13 @@
 //!  frame ──> World::look: never waits ──> World::scene ──> Culler, as of any scene
 //! ```
 //!
-//! A [`World`] gives one [`Scene`](cullet::Scene) at any time, so every stage works on it as on a
-//! scene that was never cut: occluders of one tile hide what stands in another, and nothing visible
-//! of what is loaded is dropped. The scene is a function of the cut alone, not of the order in
-//! which tiles came. Every place of the world is in exactly one tile of a cut, and in those above
-//! it that it adds to. Coarse tiles stand in for what is not loaded; what they show is drawn and
-//! never hides anything. Where a world [knows](TileSource::is_seen) what can be seen from where,
-//! that is loaded first.
+//! A [`World`] presents one [`Scene`](cullet::Scene) at any time, so every stage works on it as on
+//! a scene that was never cut: occluders of one tile hide instances of another, and nothing visible
+//! among the loaded tiles is dropped. The scene depends only on the cut, not on the order in which
+//! tiles arrived. Every place of the world is in exactly one tile of a cut, and in the tiles above
+//! it to which that tile adds. Coarse tiles stand in for tiles that are not loaded. They are drawn
+//! and never hide anything. If a world [knows](TileSource::is_seen) what can be seen from where,
+//! visible tiles are loaded first.
 //!
 //! ```
 //! use cullet::{Culler, ViewState, Visible};

@@ -1,7 +1,7 @@
 //! A visibility engine: takes a scene and a view and decides what need not be drawn.
 //!
-//! It is conservative, so nothing that the view sees is dropped; it is fast; and it says why each
-//! instance was culled.
+//! The engine is conservative: exact stages drop nothing that the view sees. It is fast, and it
+//! gives the reason for each culled instance.
 //!
 //! ```
 //! use cullet::{Camera, Culler, Depth, Instance, Mesh, MeshData, Projection, Scene, Transform, View};
@@ -31,9 +31,9 @@
 //! # }
 //! ```
 //!
-//! [`Visible::draws`] is for a start; [`DrawList`] fills arrays for indirect draws and allocates
-//! nothing. Both refuse a result that is older than the last commit of its scene. A renderer that
-//! has no use for a [`Scene`] calls the rooms below it: plain functions over slices.
+//! Start with [`Visible::draws`]. [`DrawList`] fills arrays for indirect draws and allocates
+//! nothing. Both refuse a result that is older than the last commit of its scene. A renderer
+//! without a [`Scene`] can call the modules below it, which are plain functions over slices.
 //!
 //! # Where to find what
 //!
