@@ -1,4 +1,4 @@
-//! What is in a model, and what is wrong with it, as `cullet info --json` gives it.
+//! Contents of a model and its defects, as `cullet info --json` gives them.
 
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
