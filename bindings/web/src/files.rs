@@ -24,11 +24,7 @@ pub fn open(name: &str, bytes: &[u8]) -> Result<SceneSet, Fault> {
 }
 
 /// Reads a file with the files that it names, without preparing it for culling.
-pub(crate) fn read(
-    name: &str,
-    bytes: &[u8],
-    beside: &[(String, Vec<u8>)],
-) -> Result<Model, Fault> {
+pub(crate) fn read(name: &str, bytes: &[u8], beside: &[(String, Vec<u8>)]) -> Result<Model, Fault> {
     // As the program `cullet` reads it for `info`.
     let options =
         LoadOptions { impostors: true, prepare: Preparation::NONE, ..LoadOptions::default() };

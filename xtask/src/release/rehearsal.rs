@@ -233,7 +233,8 @@ fn npm() -> Ended {
     let words = ["install", "--no-audit", "--no-fund", "--omit=peer", &text(&tarball)];
     run_in(&user, Path::new("npm"), &words)?;
     run_in(&user, Path::new("node"), &["first.js"])?;
-    fs::write(user.join("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").map_err(|e| at(&user, e))?;
+    fs::write(user.join("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        .map_err(|e| at(&user, e))?;
     all(run_in(&user, Path::new("npx"), &["--no-install", "cullet", "info", "one.obj"]))
 }
 
