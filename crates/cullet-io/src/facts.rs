@@ -148,7 +148,7 @@ fn duplicates(mesh: &Mesh) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use cullet::MeshData;
+    use cullet::{Instance, MeshData, Transform};
 
     use super::*;
 
@@ -161,5 +161,28 @@ mod tests {
         let mesh = Mesh::new(MeshData { positions, indices, ..MeshData::default() }).unwrap();
         assert_eq!(duplicates(&mesh), 1);
         assert_eq!(sides(&mesh), "two-sided");
+    }
+
+    #[test]
+    fn each_instance_that_needs_a_note_is_counted_for_its_own_reason() {
+        let mut scene = Scene::new();
+        let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let data = MeshData { positions, indices: vec![0, 1, 2], ..MeshData::default() };
+        let mesh = scene.add_mesh(Mesh::new(data).unwrap());
+        for (scale, x) in [
+            ([1.0, 1.0, 1.0], 0.0),
+            ([2.0, 3.0, 4.0], 5.0),
+            ([-1.0, 1.0, 1.0], 0.0),
+            ([1.0, 0.0, 1.0], 0.0),
+            ([1.0, 1.0, 1.0], f64::NAN),
+            ([1.0, 1.0, 1.0], 1e19),
+            ([1.0, -1.0, 1.0], -1e19),
+        ] {
+            let transform = Transform::from_scale_translation(scale, [x, 0.0, 0.0]);
+            scene.add(Instance::new(mesh, transform)).unwrap();
+        }
+        let facts = instance_facts(&scene);
+        let expected = InstanceFacts { mirrored: 2, non_finite: 1, unbounded: 2, singular: 1 };
+        assert_eq!(facts, expected);
     }
 }
