@@ -1,6 +1,6 @@
 //! Steps of CI: the README's two commands as a stranger meets them, in a fresh checkout with a
 //! fresh target folder, no data beside it, nothing installed but Rust and compilers of C and C++;
-//! then in the same checkout everything else, with nothing left out.
+//! then in the same checkout everything else.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -38,7 +38,7 @@ pub(crate) fn all() -> Done {
     let clone = cache.join("clone/cullet");
     check_out(&clone)?;
     let bare = first(&clone).and_then(|()| second(&clone));
-    println!("\n════ the rest, with nothing left out ════");
+    println!("\n════ the rest ════");
     let own = std::env::current_exe().map_err(|e| format!("this program: {e}"))?;
     let mut rest = Command::new(own);
     // It takes the folder of its checkout from there.

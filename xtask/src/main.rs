@@ -63,9 +63,9 @@ cargo xtask release --dry-run [NAME]
                        alone, and lists sizes, checksums and what is left to do by hand
 cargo xtask bare       the README's two commands as a stranger meets them: in a fresh clone of what is committed,
                        with no data beside it and nothing used but Rust and compilers of C and C++
-cargo xtask ci         what CI runs: bare, then in the same clone everything else that test has, with nothing left out; what is
-                       missing is installed; clone and builds are kept in CULLET_CACHE, and steps do not run again whose
-                       files have not changed since they passed, unless CULLET_ALL=1";
+cargo xtask ci         what CI runs: bare, then in the same clone everything else that test has; what is missing is installed;
+                       clone and builds are kept in CULLET_CACHE. Unless CULLET_ALL=1, steps do not run again whose files
+                       have not changed since they passed, and renderers and systems like others are left out";
 
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
