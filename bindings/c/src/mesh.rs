@@ -144,10 +144,12 @@ pub unsafe extern "C" fn cullet_scene_add_mesh(
         for (number, &of) in given.iter().enumerate() {
             parts.push(part(number, of)?);
         }
-        if given.is_empty() && !indices.is_empty() {
+        if given.is_empty() {
             let triangle_count = u32::try_from(indices.len() / 3).unwrap_or(u32::MAX);
             let flags = flags & PART_FLAGS;
-            parts.push(part(0, Part { first_triangle: 0, triangle_count, material, flags })?);
+            let whole = part(0, Part { first_triangle: 0, triangle_count, material, flags })?;
+            // A mesh without triangles has no part, and the same flags are refused.
+            parts.extend((!indices.is_empty()).then_some(whole));
         }
         let data = EngineData {
             positions: positions.to_vec(),

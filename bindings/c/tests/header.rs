@@ -27,3 +27,45 @@ fn the_header_is_that_of_the_source() {
         other.map(|line| line + 1)
     );
 }
+
+/// Functions that `tests/random` leaves out, each with the reason.
+const NOT_AT_RANDOM: &[(&str, &str)] = &[];
+
+/// Returns the functions that a header declares.
+fn declared(header: &str) -> Vec<&str> {
+    let is_declaration = |line: &&str| line.starts_with(|c: char| c.is_ascii_lowercase());
+    let name = |line| {
+        let (before, _) = str::split_once(line, '(')?;
+        let name = before.rsplit([' ', '*']).next()?;
+        name.starts_with("cullet_").then_some(name)
+    };
+    header.lines().filter(is_declaration).filter_map(name).collect()
+}
+
+#[test]
+fn every_function_of_the_header_is_called_at_random() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/random");
+    let mut calls = String::new();
+    for entry in std::fs::read_dir(folder).expect("tests/random") {
+        calls += &std::fs::read_to_string(entry.expect("a file").path()).expect("a text");
+    }
+    let functions = declared(include_str!("../include/cullet.h"));
+    assert!(functions.len() > 60, "{} functions in include/cullet.h", functions.len());
+    for (name, reason) in NOT_AT_RANDOM {
+        assert!(functions.contains(name), "{name} is left out ({reason}), but not in the header");
+    }
+    let is_called = |name: &str| {
+        let listed = format!("CALL({})", name.trim_start_matches("cullet_"));
+        calls.contains(&format!("{name}(")) && calls.contains(&listed)
+    };
+    let is_left_out = |name: &str| NOT_AT_RANDOM.iter().any(|(left_out, _)| *left_out == name);
+    let missing = |name: &&&str| !is_called(name) && !is_left_out(name);
+    let missing: Vec<_> = functions.iter().filter(missing).collect();
+    assert!(
+        missing.is_empty(),
+        "tests/random calls none of these: give each a function and a CALL(...) there, or a reason in NOT_AT_RANDOM: {missing:#?}"
+    );
+    for name in ["cullet_boxes_create", "cullet_version", "cullet_view_look_at"] {
+        assert!(functions.contains(&name), "{name}");
+    }
+}
