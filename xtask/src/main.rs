@@ -9,6 +9,7 @@ mod changed;
 mod checked;
 mod ci;
 mod compiler;
+mod cross;
 mod figures;
 mod gpu_record;
 mod graphics;

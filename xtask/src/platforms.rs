@@ -11,6 +11,7 @@ use std::process::Command;
 
 use crate::bindings::golden;
 use crate::compiler::{Compiler, words};
+use crate::cross;
 use crate::runner::{End, Ended, Skip};
 use crate::tools::{
     Done, command, install, install_words, is_ci, is_set, is_whole, output, root, run,
@@ -39,7 +40,7 @@ pub(crate) fn test() -> Ended {
             continue;
         }
         if target.further == Further::Programs {
-            windows::prepare()?;
+            cross::prepare_wine()?;
         }
         let program = everywhere(target)?;
         compare(target.name, &lines, &printed(program.command(&[]))?)?;

@@ -1,6 +1,8 @@
 //! Checks for a release: packages that can be made, versions in step, the oldest compiler that is
 //! promised, and changes of the public interface since a version.
 
+mod folders;
+mod libraries;
 mod rehearsal;
 
 use std::fs;

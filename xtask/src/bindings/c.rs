@@ -223,6 +223,12 @@ impl Host {
             self.run(&self.compile("gcc", test, &sanitised)?, &[])?;
         }
         self.run(&self.compile("gcc", "tests/golden.c", &sanitised)?, &[&golden])?;
+        // Seconds, and a seed.
+        let random = "tests/random/random.c";
+        self.run(&self.compile("gcc", random, &sanitised)?, &["5", "1"].map(Path::new))?;
+        if has("clang") {
+            self.run(&self.compile("clang", random, &[])?, &["1", "2"].map(Path::new))?;
+        }
         self.run(&self.compile("g++", "tests/wrapper.cpp", &sanitised)?, &[])?;
         // The last -std counts.
         self.run(&self.compile("g++", "tests/wrapper.cpp", &["-std=c++20"])?, &[])?;

@@ -2,7 +2,9 @@
 //! rest and has a licence that nothing else depends on.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
+use crate::cross::{ARM, Cross, WINDOWS};
 use crate::runner::{End, Ended, Skip};
 use crate::tools::{
     Done, apart, cache, command, install_words, is_ci, is_whole, output, root, run,
@@ -11,36 +13,24 @@ use crate::tools::{
 /// The oldest compiler that godot-rust builds with.
 const OLDEST: [u32; 2] = [1, 94];
 
-/// Builds the extension and runs its tests in Godot, those that draw where there is a screen.
+/// Builds the extension and runs its tests in Godot, those that draw where there is a screen. The
+/// archive holds the library of this system alone: `cargo xtask release --dry-run` makes it whole.
 pub(crate) fn test() -> Ended {
-    let skip = |what: &str, cure: String| Ok(End::Skipped(Skip::new(what, cure)));
-    if !has_compiler() {
-        let cure = format!("rustup update, to Rust {}.{} or newer", OLDEST[0], OLDEST[1]);
-        return skip("the extension for Godot", cure);
-    }
-    let manifest = root().join("bindings/godot/Cargo.toml");
-    let manifest = manifest.to_string_lossy();
-    let target = apart("godot");
-    for words in [&["build", "--release"][..], &["test", "--release"]] {
-        let mut cargo =
-            command("cargo", &[words, &["--locked", "--manifest-path", &manifest]].concat());
-        cargo.env("CARGO_TARGET_DIR", &target).env("CARGO_INCREMENTAL", "0");
-        run(cargo)?;
-    }
-    let library = target.join("release/libcullet_godot.so");
+    let library = match build()? {
+        Ok(library) => library,
+        Err(skip) => return Ok(End::Skipped(skip)),
+    };
+    run(cargo(&["test", "--release"]))?;
+    let target = folder();
     let mut skipped = Vec::new();
-    let archive = archive(&library, &target, &manifest, &mut skipped)?;
+    let archive = archive(&library, &[], &mut skipped)?;
     let Some(godot) = godot() else {
         let cure = "set CULLET_GODOT to a Godot 4.6";
         skipped.push(Skip::new("the extension in Godot: not run", cure));
         return Ok(End::Partly(skipped));
     };
     if let Some(archive) = archive {
-        let paths = [&godot, &archive, &target.join("empty")];
-        let paths = paths.map(|path| path.to_string_lossy().into_owned());
-        let words: Vec<&str> = paths.iter().map(String::as_str).collect();
-        let script = root().join("bindings/godot/tests/archive.sh");
-        run(command(&script.to_string_lossy(), &words))?;
+        use_archive(&godot, &archive)?;
     }
     let work = target.join("project");
     if output("sh", &["-c", "command -v xvfb-run"]).is_none() {
@@ -71,45 +61,91 @@ fn in_godot(godot: &Path, library: &Path, work: &Path, renderers: &[&str], cases
     run(tests)
 }
 
-/// A system that the release archive holds a library for beside that of Linux on x86-64.
+/// Makes the release archive with a library for each system whose compiler is there, and tests it in
+/// Godot where that is there. Returns it with what was skipped; or why there is none.
+pub(crate) fn release_archive() -> Result<Result<(PathBuf, Vec<Skip>), Skip>, String> {
+    let library = match build()? {
+        Ok(library) => library,
+        Err(skip) => return Ok(Err(skip)),
+    };
+    let mut skipped = Vec::new();
+    let Some(archive) = archive(&library, &FURTHER, &mut skipped)? else {
+        return skipped.pop().map(Err).ok_or_else(|| "no archive for Godot".into());
+    };
+    match godot() {
+        Some(godot) => use_archive(&godot, &archive)?,
+        None => {
+            let cure = "set CULLET_GODOT to a Godot 4.6";
+            skipped.push(Skip::new("the archive in Godot: not run", cure));
+        }
+    }
+    Ok(Ok((archive, skipped)))
+}
+
+/// Where the extension is built.
+fn folder() -> PathBuf {
+    apart("godot")
+}
+
+/// A command of cargo for the extension.
+fn cargo(words: &[&str]) -> Command {
+    of_extension(command("cargo", words))
+}
+
+fn of_extension(mut cargo: Command) -> Command {
+    cargo.arg("--locked").arg("--manifest-path").arg(manifest());
+    cargo.env("CARGO_TARGET_DIR", folder()).env("CARGO_INCREMENTAL", "0");
+    cargo
+}
+
+fn manifest() -> PathBuf {
+    root().join("bindings/godot/Cargo.toml")
+}
+
+/// Builds the library of this system; or says why it cannot be built.
+fn build() -> Result<Result<PathBuf, Skip>, String> {
+    if !has_compiler() {
+        let cure = format!("rustup update, to Rust {}.{} or newer", OLDEST[0], OLDEST[1]);
+        return Ok(Err(Skip::new("the extension for Godot", cure)));
+    }
+    run(cargo(&["build", "--release"]))?;
+    Ok(Ok(folder().join("release/libcullet_godot.so")))
+}
+
+/// Unpacks an archive into an empty project of Godot, and culls there.
+fn use_archive(godot: &Path, archive: &Path) -> Done {
+    let script = root().join("bindings/godot/tests/archive.sh");
+    let mut test = command(&script.to_string_lossy(), &[]);
+    test.arg(godot).arg(archive).arg(folder().join("empty"));
+    run(test)
+}
+
+/// A system that the release archive holds a library for beside that of Linux on x86-64, with the
+/// library's name as built and in the archive.
 struct Further {
-    triple: &'static str,
-    linker: &'static str,
-    packages: &'static [&'static str],
+    cross: &'static Cross,
     built: &'static str,
     named: &'static str,
 }
 
 /// None of them is run here.
 const FURTHER: [Further; 2] = [
-    Further {
-        triple: "aarch64-unknown-linux-gnu",
-        linker: "aarch64-linux-gnu-gcc",
-        packages: &["gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross"],
-        built: "libcullet_godot.so",
-        named: "libcullet_godot.arm64.so",
-    },
-    Further {
-        triple: "x86_64-pc-windows-gnu",
-        linker: "x86_64-w64-mingw32-gcc",
-        packages: &["gcc-mingw-w64-x86-64"],
-        built: "cullet_godot.dll",
-        named: "cullet_godot.dll",
-    },
+    Further { cross: &ARM, built: "libcullet_godot.so", named: "libcullet_godot.arm64.so" },
+    Further { cross: &WINDOWS, built: "cullet_godot.dll", named: "cullet_godot.dll" },
 ];
 
-/// Makes the release archive, with a library for each system whose compiler is installed, and prints
+/// Makes the archive, with a library for each of `further` whose compiler is installed, and prints
 /// its checksum. Returns `None` where there is no program to make it.
 fn archive(
     library: &Path,
-    target: &Path,
-    manifest: &str,
+    further: &[Further],
     skipped: &mut Vec<Skip>,
 ) -> Result<Option<PathBuf>, String> {
     if output("sh", &["-c", "command -v zip && command -v unzip"]).is_none() {
         skipped.push(Skip::new("the archive for Godot", install_words(&["zip", "unzip"])));
         return Ok(None);
     }
+    let target = folder();
     let staged = target.join("archive");
     let bin = staged.join("addons/cullet/bin");
     let failed = |e: std::io::Error| format!("{}: {e}", staged.display());
@@ -127,28 +163,16 @@ fn archive(
         }
     }
     std::fs::copy(library, bin.join("libcullet_godot.so")).map_err(failed)?;
-    let targets = output("rustup", &["target", "list", "--installed"]).unwrap_or_default();
-    // Two builds more are for whoever makes a release.
-    for further in FURTHER.iter().filter(|_| is_whole()) {
-        let what = || format!("the library for Godot on {}", further.triple);
-        if !targets.lines().any(|line| line == further.triple) {
-            skipped.push(Skip::new(what(), format!("rustup target add {}", further.triple)));
+    for Further { cross, built, named } in further {
+        if let Some(skip) = cross.missing("the library for Godot") {
+            skipped.push(skip);
             continue;
         }
-        if output(further.linker, &["--version"]).is_none() {
-            skipped.push(Skip::new(what(), install_words(further.packages)));
-            continue;
-        }
-        let words = ["build", "--release", "--locked", "--manifest-path", manifest];
-        let mut cargo = command("cargo", &[&words[..], &["--target", further.triple]].concat());
-        let name = further.triple.to_uppercase().replace('-', "_");
-        cargo.env(format!("CARGO_TARGET_{name}_LINKER"), further.linker);
-        cargo.env("CARGO_TARGET_DIR", target).env("CARGO_INCREMENTAL", "0");
-        run(cargo)?;
-        let built = target.join(further.triple).join("release").join(further.built);
-        std::fs::copy(built, bin.join(further.named)).map_err(failed)?;
+        run(of_extension(cross.cargo(&["build", "--release"], &target)))?;
+        let built = target.join(cross.triple).join("release").join(built);
+        std::fs::copy(built, bin.join(named)).map_err(failed)?;
     }
-    let name = format!("cullet-godot-{}.zip", version(manifest)?);
+    let name = format!("cullet-godot-{}.zip", version()?);
     let archive = target.join(&name);
     if archive.exists() {
         std::fs::remove_file(&archive).map_err(failed)?;
@@ -163,11 +187,13 @@ fn archive(
 }
 
 /// Returns the version of the extension's package.
-fn version(manifest: &str) -> Result<String, String> {
-    let text = std::fs::read_to_string(manifest).map_err(|e| format!("{manifest}: {e}"))?;
+fn version() -> Result<String, String> {
+    let manifest = manifest();
+    let at = manifest.display();
+    let text = std::fs::read_to_string(&manifest).map_err(|e| format!("{at}: {e}"))?;
     let line = text.lines().find_map(|line| line.strip_prefix("version = \""));
     let version = line.and_then(|rest| rest.strip_suffix('"'));
-    version.map(str::to_owned).ok_or_else(|| format!("{manifest}: no version"))
+    version.map(str::to_owned).ok_or_else(|| format!("{at}: no version"))
 }
 
 /// Whether the compiler of this workspace is new enough.

@@ -5,6 +5,7 @@ use std::process::Command;
 
 use super::targets::Target;
 use crate::compiler::Compiler;
+use crate::cross;
 use crate::tools::{apart, command, output};
 
 /// Built light: most of it runs once, some of it emulated.
@@ -47,14 +48,13 @@ pub(super) fn built(target: &Target, file: &str) -> PathBuf {
 
 /// Where programs find libraries: that of seeds, the C library, and those of the compiler.
 fn wine_path(target: &Target) -> String {
-    let mut folders = vec![folder().join("wine"), built(target, "")];
+    let mut folders = vec![cross::wine_seeds(), built(target, "")];
     for library in ["libgcc_s_seh-1.dll", "libwinpthread-1.dll"] {
-        let found = output("x86_64-w64-mingw32-gcc", &[&format!("-print-file-name={library}")]);
+        let found = output(cross::WINDOWS.compiler, &[&format!("-print-file-name={library}")]);
         let file = found.map(|file| PathBuf::from(file.trim()));
         folders.extend(file.and_then(|file| Some(file.parent()?.to_owned())));
     }
-    let names: Vec<_> = folders.iter().map(|path| format!("Z:{}", text(path))).collect();
-    names.join(";").replace('/', "\\")
+    cross::wine_path(&folders)
 }
 
 pub(super) fn text(path: &Path) -> String {

@@ -1,5 +1,7 @@
 //! The machines.
 
+use crate::cross::{ARM, WINDOWS};
+
 /// A machine that answers are compared with.
 pub(super) struct Target {
     pub(super) name: &'static str,
@@ -57,8 +59,6 @@ pub(super) const HOST: Target = Target {
 pub(super) const WITHOUT_FMA: &str =
     "glibc.cpu.hwcaps=-AVX2_Usable,-FMA_Usable,-AVX2,-FMA,-FMA4,-AVX512F";
 
-const ARM_RUNNER: &str = "qemu-aarch64 -L /usr/aarch64-linux-gnu";
-
 pub(super) const OTHERS: &[Target] = &[
     Target {
         name: "x86-64 with musl",
@@ -80,17 +80,14 @@ pub(super) const OTHERS: &[Target] = &[
         ..HOST
     },
     Target {
-        name: "64-bit ARM",
-        triple: "aarch64-unknown-linux-gnu",
-        runner: &["qemu-aarch64", "-L", "/usr/aarch64-linux-gnu"],
-        environment: &[
-            ("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER", "aarch64-linux-gnu-gcc"),
-            ("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER", ARM_RUNNER),
-        ],
-        c_compiler: Some(&["aarch64-linux-gnu-gcc"]),
+        name: ARM.name,
+        triple: ARM.triple,
+        runner: ARM.runner,
+        environment: ARM.environment,
+        c_compiler: Some(&[ARM.compiler]),
         c_flags: &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl"],
-        probe: "command -v aarch64-linux-gnu-g++ && command -v qemu-aarch64",
-        packages: &["g++-aarch64-linux-gnu", "libc6-dev-arm64-cross", "qemu-user"],
+        probe: ARM.probe,
+        packages: ARM.packages,
         further: Further::Engine,
         ..HOST
     },
@@ -106,21 +103,17 @@ pub(super) const OTHERS: &[Target] = &[
         ..HOST
     },
     Target {
-        name: "64-bit Windows",
-        triple: "x86_64-pc-windows-gnu",
+        name: WINDOWS.name,
+        triple: WINDOWS.triple,
         has_scalar: false,
-        runner: &["wine"],
-        environment: &[
-            ("CARGO_TARGET_X86_64_PC_WINDOWS_GNU_LINKER", "x86_64-w64-mingw32-gcc"),
-            ("CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER", "wine"),
-            ("WINEDEBUG", "-all"),
-        ],
-        c_compiler: Some(&["x86_64-w64-mingw32-gcc"]),
+        runner: WINDOWS.runner,
+        environment: WINDOWS.environment,
+        c_compiler: Some(&[WINDOWS.compiler]),
         c_library: "cullet.dll",
         c_flags: &["-lpthread"],
         ending: ".exe",
-        probe: "command -v x86_64-w64-mingw32-gcc && command -v wine",
-        packages: &["gcc-mingw-w64-x86-64", "wine", "wine64"],
+        probe: WINDOWS.probe,
+        packages: WINDOWS.packages,
         further: Further::Programs,
         ..HOST
     },

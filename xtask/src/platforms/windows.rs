@@ -9,30 +9,8 @@ use super::targets::Target;
 use crate::plain;
 use crate::tools::{Done, command, run};
 
-/// Wine 8 lacks this library of Windows, from which Rust takes the seeds of its maps.
-const SEEDS: &str = "\
-#include <windows.h>
-#include <ntsecapi.h>
-BOOL WINAPI ProcessPrng(PBYTE at, SIZE_T count) { return RtlGenRandom(at, (ULONG)count); }
-";
-
 /// A cube's corner, with ends of lines as Windows' editors write them.
 const MODEL: &str = "v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nv 0 0 1\r\nf 1 3 2\r\nf 1 2 4\r\nf 1 4 3\r\n";
-
-/// Makes the library of seeds.
-pub(super) fn prepare() -> Done {
-    let beside = folder().join("wine");
-    let library = beside.join("bcryptprimitives.dll");
-    if !library.exists() {
-        fs::create_dir_all(&beside).map_err(|e| format!("{}: {e}", beside.display()))?;
-        let source = beside.join("seeds.c");
-        fs::write(&source, SEEDS).map_err(|e| format!("{}: {e}", source.display()))?;
-        let mut compile = command("x86_64-w64-mingw32-gcc", &["-shared", "-o"]);
-        compile.args([&library, &source]).arg("-ladvapi32");
-        run(compile)?;
-    }
-    Ok(())
-}
 
 /// The program: paths with spaces, letters beyond ASCII, and longer than Windows likes; what it
 /// says and writes is what it says and writes here.

@@ -2,19 +2,23 @@
 //! README is run from that alone. Nothing is uploaded.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
-use super::{current_version, published};
+use super::folders::{artefacts, at, empty, first_example, machine, pack, run_in, text, work};
+use super::{current_version, libraries, published};
 use crate::bindings::{python, web};
+use crate::cross;
 use crate::runner::{self, End, Ended, Step, all};
-use crate::tools::{Done, cargo, cargo_program, command, output, root, run, target};
+use crate::tools::{Done, cargo, cargo_program, command, root, run, target};
 
 /// The artefacts, each made and used. The programs come first: they write the scene that others open.
 const STEPS: &[Step] = &[
     Step { name: "programs", run: programs },
     Step { name: "crates", run: crates },
-    Step { name: "c", run: c },
+    Step { name: "c", run: libraries::c },
+    Step { name: "c-arm", run: || libraries::c_for(&cross::ARM) },
+    Step { name: "c-windows", run: || libraries::c_for(&cross::WINDOWS) },
+    Step { name: "godot", run: libraries::godot },
     Step { name: "wheel", run: wheel },
     Step { name: "npm", run: npm },
 ];
@@ -27,82 +31,19 @@ by hand, in this order:
   4  cargo publish, with the packages that `crates` printed; it waits for each
   5  npm publish cullet-{version}.tgz; twine upload pycullet-{version}*
   6  a release on GitHub with the archives and SHA256SUMS: cargo binstall finds them there
-  7  the Godot addon, by its form; the book, from cargo xtask book, to where books are served
+  7  cullet-godot-{version}.zip to the Godot Asset Library, by its form; the book, from cargo xtask book, to where books are served
   8  README: the lines that say how to install, in place of \"Nothing is published yet\"";
 
-/// Makes and uses the artefacts whose name contains `filter`, and lists their sizes and checksums.
+/// Makes and uses the artefact that is called `filter` or else those whose name contains it, and lists their sizes and checksums.
 pub(crate) fn rehearse(filter: &str) -> Done {
     let _ = fs::remove_dir_all(work());
     for folder in [artefacts(), work()] {
         fs::create_dir_all(&folder).map_err(|e| at(&folder, e))?;
     }
-    let steps: Vec<Step> = STEPS.iter().filter(|s| s.name.contains(filter)).copied().collect();
-    runner::run(&steps, "")?;
+    runner::run(STEPS, filter)?;
     checksums()?;
     println!("\n{}", BY_HAND.replace("{version}", &current_version()?));
     Ok(())
-}
-
-/// Folder of what would be uploaded.
-fn artefacts() -> PathBuf {
-    target().join("release-artefacts")
-}
-
-/// Folder of the empty projects that use it: outside of the checkout, whose settings cargo would find.
-fn work() -> PathBuf {
-    std::env::temp_dir().join("cullet-release-rehearsal")
-}
-
-fn at(path: &Path, error: std::io::Error) -> String {
-    format!("{}: {error}", path.display())
-}
-
-fn text(path: &Path) -> String {
-    path.to_string_lossy().into_owned()
-}
-
-/// Makes an empty folder to use an artefact in.
-fn empty(name: &str) -> Result<PathBuf, String> {
-    let folder = work().join(name);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).map_err(|e| at(&folder, e))?;
-    Ok(folder)
-}
-
-/// Runs a program in a folder, with nothing from this checkout in its environment.
-fn run_in(folder: &Path, program: &Path, words: &[&str]) -> Done {
-    let mut command = Command::new(program);
-    command.args(words).current_dir(folder).env_remove("CARGO_TARGET_DIR");
-    run(command)
-}
-
-/// Returns the first block of code of a README in a language.
-fn first_example(readme: &str, language: &str) -> Result<String, String> {
-    let path = root().join(readme);
-    let text = fs::read_to_string(&path).map_err(|e| at(&path, e))?;
-    let block = text.split(&format!("```{language}\n")).nth(1).and_then(|b| b.split("```").next());
-    block.map(str::to_owned).ok_or_else(|| format!("{readme} has no example in {language}"))
-}
-
-/// Packs a folder of `parent` as a `.tar.gz` among the artefacts, and unpacks that into an empty folder;
-/// returns the folder there.
-fn pack(parent: &Path, name: &str) -> Result<PathBuf, String> {
-    let archive = text(&artefacts().join(format!("{name}.tar.gz")));
-    // Owned by nobody in particular, in a stable order.
-    let words = ["--sort=name", "--owner=0", "--group=0", "--numeric-owner", "-C"];
-    let mut tar = command("tar", &words);
-    tar.args([&text(parent), "-czf", &archive, name]);
-    run(tar)?;
-    let place = empty(&format!("unpacked-{name}"))?;
-    run(command("tar", &["-xzf", &archive, "-C", &text(&place)]))?;
-    Ok(place.join(name))
-}
-
-/// Returns the machine that this compiler builds for, as archives are named.
-fn machine() -> Result<String, String> {
-    let said = output("rustc", &["-vV"]).ok_or("rustc cannot be run")?;
-    let host = said.lines().find_map(|line| line.strip_prefix("host: "));
-    host.map(str::to_owned).ok_or_else(|| "rustc -vV names no host".into())
 }
 
 /// Archive of the programs that need nothing but themselves, as `cargo binstall` expects it.
@@ -163,35 +104,6 @@ fn crates() -> Ended {
     fs::write(user.join("Cargo.toml"), manifest).map_err(|e| at(&user, e))?;
     fs::write(source.join("main.rs"), program).map_err(|e| at(&source, e))?;
     all(run_in(&user, Path::new(&cargo_program()), &["run", "--quiet"]))
-}
-
-/// Archive of the C library, and the first example compiled against it.
-fn c() -> Ended {
-    let name = format!("cullet-c-{}-{}", current_version()?, machine()?);
-    let stage = empty("stage")?;
-    let script = text(&root().join("bindings/c/install.sh"));
-    let mut install = command("sh", &[&script, &text(&stage.join(&name))]);
-    install.env("CARGO", cargo_program()).env("CARGO_TARGET_DIR", target());
-    run(install)?;
-    fs::copy(root().join("bindings/c/README.md"), stage.join(&name).join("README.md"))
-        .map_err(|e| at(&stage, e))?;
-    let prefix = pack(&stage, &name)?;
-    let user = empty("c-user")?;
-    let example = first_example("bindings/c/README.md", "c")?;
-    fs::write(user.join("first.c"), example).map_err(|e| at(&user, e))?;
-    // An example that opens a scene opens this one.
-    let scene = work().join("scene.glb");
-    let mut bake =
-        command("cargo", &["run", "--release", "--quiet", "--package", "cullet-cli", "--"]);
-    bake.args(["bake", "solids", "--quiet", "-o", &text(&scene)]);
-    run(bake)?;
-    fs::copy(&scene, user.join("scene.glb")).map_err(|e| at(&scene, e))?;
-    let line = "gcc -std=c11 first.c -o first $(pkg-config --cflags --libs cullet) && ./first";
-    let mut compile = Command::new("sh");
-    compile.args(["-euc", line]).current_dir(&user);
-    compile.env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig"));
-    compile.env("LD_LIBRARY_PATH", prefix.join("lib"));
-    all(run(compile))
 }
 
 /// The wheel and the sdist, each in an environment of its own.
@@ -261,22 +173,4 @@ fn checksums() -> Done {
         println!("  {:>9} kB  {name}", size.div_ceil(1000));
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::first_example;
-
-    #[test]
-    fn the_readme_of_each_artefact_has_a_first_example() {
-        for (readme, language) in [
-            ("crates/cullet/README.md", "rust"),
-            ("bindings/c/README.md", "c"),
-            ("bindings/python/README.md", "python"),
-            ("bindings/web/README.md", "js"),
-        ] {
-            assert!(first_example(readme, language).unwrap().lines().count() > 4, "{readme}");
-        }
-        assert!(first_example("README.md", "cobol").unwrap_err().contains("no example"));
-    }
 }
