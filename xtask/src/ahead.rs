@@ -4,7 +4,7 @@
 use std::fs::{self, File};
 use std::process::{Child, Command, Stdio};
 
-use crate::bindings::{bevy, c, web};
+use crate::bindings::{bevy, c, godot, web};
 use crate::changed;
 use crate::tools::{Done, target};
 
@@ -15,10 +15,11 @@ struct Build {
 }
 
 /// In the order in which the steps run.
-const BUILDS: [Build; 3] = [
+const BUILDS: [Build; 4] = [
     Build { step: "host-c", run: c::build_ahead },
     Build { step: "host-web", run: || web::build().map(drop) },
     Build { step: "host-bevy", run: bevy::build },
+    Build { step: "host-godot", run: || godot::build().map(drop) },
 ];
 
 /// Starts this program once more to build, behind everything else that runs; `None` where that cannot

@@ -103,7 +103,7 @@ fn manifest() -> PathBuf {
 }
 
 /// Builds the library of this system; or says why it cannot be built.
-fn build() -> Result<Result<PathBuf, Skip>, String> {
+pub(crate) fn build() -> Result<Result<PathBuf, Skip>, String> {
     if !has_compiler() {
         let cure = format!("rustup update, to Rust {}.{} or newer", OLDEST[0], OLDEST[1]);
         return Ok(Err(Skip::new("the extension for Godot", cure)));
