@@ -15,6 +15,7 @@ mod draws;
 mod funnel;
 mod hierarchy;
 mod horizon;
+mod horizon_point;
 mod many_meshes;
 mod mesh;
 mod occlusion;

@@ -30,62 +30,18 @@
 //! assert!(!hides(house(5e3)) && hides(house(20e3)));
 //! ```
 
+mod ellipsoid;
+mod point;
+mod vector;
+
 use alloc::vec::Vec;
 
 use crate::array::{self, Each};
 use crate::bounds::{Aabb, ROUNDING};
 #[cfg(not(feature = "std"))]
 use crate::math::Float;
-
-/// An ellipsoid around the origin, with its axes along those of space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Ellipsoid {
-    radii: [f64; 3],
-}
-
-impl Ellipsoid {
-    /// The earth, in metres: WGS 84 in geocentric axes (EPSG:4978), with the north pole on +z.
-    pub const WGS84: Self = Self { radii: [6_378_137.0, 6_378_137.0, 6_356_752.314_245_179] };
-
-    /// Makes an ellipsoid of its three radii. One that is not above zero, or not finite, makes an
-    /// ellipsoid that hides nothing.
-    #[must_use]
-    pub const fn new(radii: [f64; 3]) -> Self {
-        Self { radii }
-    }
-
-    /// Returns the radii along x, y and z.
-    #[must_use]
-    pub const fn radii(&self) -> [f64; 3] {
-        self.radii
-    }
-
-    /// Returns an ellipsoid that lies at least `depth` below this one everywhere, for ground that
-    /// goes below it. A negative `depth` is taken as 0, and NaN hides nothing.
-    ///
-    /// Radii that are shorter by `depth` do not quite do: between the axes their ellipsoid comes
-    /// nearer than that, by up to half of depth · f², where f is the flattening.
-    #[must_use]
-    pub fn lowered(&self, depth: f64) -> Self {
-        let [low, high] = self.bounds();
-        let flattening = 1.0 - low / high;
-        let depth = if depth < 0.0 { 0.0 } else { depth };
-        let depth = depth * (1.0 + flattening * flattening) * (1.0 + ROUNDING);
-        Self { radii: self.radii.each(|r| r - depth) }
-    }
-
-    /// The shortest and the longest radius.
-    fn bounds(&self) -> [f64; 2] {
-        let [x, y, z] = self.radii;
-        [x.min(y).min(z), x.max(y).max(z)]
-    }
-
-    /// Whether all radii are numbers above zero.
-    fn is_solid(&self) -> bool {
-        self.radii.iter().all(|r| *r > 0.0 && r.is_finite())
-    }
-}
+pub use ellipsoid::Ellipsoid;
+use vector::{cross, dot, length1};
 
 /// The horizon of an ellipsoid as seen by one eye: made once per view.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -163,15 +119,18 @@ impl Horizon {
         radius >= 0.0 && self.hides_ball(self.scaled(centre), radius * self.longest_scale)
     }
 
-    /// Tests a horizon occlusion point: `true` if what it stands for is hidden.
+    /// Tests a horizon occlusion point: `true` if everything that it stands for is hidden.
     ///
     /// `point` is in space divided by the radii, as `quantized-mesh` (`HorizonOcclusionPoint`) and 3D
-    /// Tiles (`TILE_HORIZON_OCCLUSION_POINT`, `3DTILES_horizon_occlusion_point`) have it. The
-    /// ellipsoid has to be the one that it was made for, which is [WGS 84](Ellipsoid::WGS84) unless
-    /// the file says otherwise, and whether all of a tile is hidden with it is the file's promise.
+    /// Tiles (`TILE_HORIZON_OCCLUSION_POINT`, `3DTILES_horizon_occlusion_point`) have it, and as
+    /// [`Ellipsoid::occlusion_point`] computes it. The ellipsoid has to be the one that it was made
+    /// for, which is [WGS 84](Ellipsoid::WGS84) unless the file says otherwise; for one that is
+    /// lowered, take [`Ellipsoid::lowered_occlusion_point`]. Whether all of a tile is hidden with its
+    /// point is the file's promise. A point inside the ellipsoid stands for nothing, and is never
+    /// hidden: files have (0, 0, 0) where they have no point.
     #[must_use]
     pub fn hides_occlusion_point(&self, point: [f64; 3]) -> bool {
-        self.hides_ball(point, 0.0)
+        dot(point, point) >= 1.0 && self.hides_ball(point, 0.0)
     }
 
     /// Writes a mask of the boxes that are not hidden into `kept`, in place of what it held: bit i
@@ -221,16 +180,4 @@ impl Horizon {
         let is_beside_cap = dot(centre, e) < far - ROUNDING * size * self.size;
         is_in_cone && (is_beside_cap || (far + radius) * (1.0 + ROUNDING) <= 1.0)
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn length1(v: [f64; 3]) -> f64 {
-    v[0].abs() + v[1].abs() + v[2].abs()
 }
