@@ -19,6 +19,6 @@ pub use load::{has_scene_ending, load, load_bytes, load_bytes_with};
 pub use prt::{Prt, PrtVariant, load_prt, load_prt_bytes};
 #[cfg(not(target_family = "wasm"))]
 pub use tileset::{
-    StandInOf, TileInput, TileNode, TileSets, TileSight, TileSize, TileStandIn, TileTree,
-    TilesWritten, WriteTiles, write_tiles, write_tiles_with,
+    GlobePlace, StandInOf, TileInput, TileNode, TileSets, TileSight, TileSize, TileStandIn,
+    TileTree, TilesWritten, WriteTiles, write_tiles, write_tiles_with,
 };

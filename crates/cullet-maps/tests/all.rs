@@ -11,3 +11,4 @@ mod prt;
 mod recording;
 mod tileset;
 mod tileset_forms;
+mod tileset_globe;

@@ -13,6 +13,7 @@ use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
 use cullet_command::{inputs, sets};
 use cullet_io::{Attributes, Model};
+use cullet_maps::GlobePlace;
 use cullet_maps::TileInput;
 use cullet_maps::TileSets;
 use cullet_maps::TileStandIn;
@@ -31,6 +32,9 @@ detail and occluders of a baked scene are written with their meshes; impostors, 
 With --stand-ins what is far away is shown coarse instead of not at all: a tile shows one mesh in the place of all that is below it, made of the
 levels of detail and merged groups that the scene was baked with, and the tiles below replace it. A scene without levels is baked first, once.
 
+With --at the scene stands at a place on the globe (WGS 84, its units metres): +X is east, +Y up, +Z south. Each tile then has a horizon
+occlusion point (extension 3DTILES_horizon_occlusion_point, a draft of 3D Tiles 2.0), by which viewers of globes drop it beyond the horizon.
+
 With --pvs, the sets of `cullet pvs` for this scene, each view cell has a row that says which tiles can be seen from it, and those are
 loaded before all others while the eye is in the cell.
 
@@ -44,6 +48,7 @@ Examples
   cullet bake castle.glb -o b.glb --merge --occluders && cullet tiles b.glb --stand-ins -o castle     with all that is baked
   cullet pvs city -o city.cpvs && cullet tiles city --pvs city.cpvs -o city                  with rows for view cells
   cullet tiles plant.glb -o plant --triangles 20000    smaller tiles
+  cullet tiles city.glb -o city --at 13.4,52.5,34      on the globe: degrees east and north, metres above the ellipsoid
   cullet report city/tileset.json                      what of all of it is drawn for nothing";
 
 /// `cullet tiles`
@@ -66,6 +71,9 @@ pub struct TilesArgs {
     /// The most triangles of a stand-in
     #[arg(long, value_name = "N", requires = "stand_ins", default_value_t = StandInOptions::default().triangles, value_parser = clap::value_parser!(u64).range(1..))]
     stand_in_triangles: u64,
+    /// Place of the scene's origin on the globe: longitude and latitude in degrees, and metres above the ellipsoid
+    #[arg(long, value_name = "LON,LAT[,HEIGHT]", allow_hyphen_values = true)]
+    at: Option<GlobePlace>,
     /// Write the figures as JSON; - is the standard output
     #[arg(long, value_name = "PATH", value_parser = cullet_command::parse::output)]
     pub(crate) json: Option<PathBuf>,
@@ -88,6 +96,8 @@ struct Record {
     stand_in_error: f64,
     /// View cells with a row of tiles.
     cells: u32,
+    /// Tiles with a horizon occlusion point.
+    horizon_points: u32,
     /// How often a tile is cut at the most.
     depth: u32,
     bytes: u64,
@@ -113,6 +123,7 @@ pub(crate) fn run(args: &TilesArgs, console: &Console) -> Outcome {
     let start = Instant::now();
     let mut options = WriteTiles::default();
     (options.triangles, options.instances) = (args.triangles, args.instances);
+    options.place = args.at;
     let attributes: Vec<MeshAttributes<'_>> = model
         .attributes
         .iter()
@@ -151,6 +162,7 @@ pub(crate) fn run(args: &TilesArgs, console: &Console) -> Outcome {
         stand_in_triangles: written.stand_in_triangles,
         stand_in_error: written.stand_in_error,
         cells: written.cells,
+        horizon_points: written.horizon_points,
         depth: written.depth,
         bytes: written.bytes,
         seconds: start.elapsed().as_secs_f64(),
@@ -171,6 +183,10 @@ pub(crate) fn run(args: &TilesArgs, console: &Console) -> Outcome {
             count(record.stand_in_triangles, "triangle", "triangles"),
             digits(record.stand_in_error),
         ));
+    }
+    if args.at.is_some() {
+        let points = count(record.horizon_points.into(), "tile", "tiles");
+        console.line(format!("  {points} with a horizon occlusion point"));
     }
     if sets.is_some() {
         let cells = count(record.cells.into(), "view cell", "view cells");

@@ -50,6 +50,11 @@ impl Item {
         Some(Self { slot, low, high, triangles })
     }
 
+    /// Low and high corner of everything that it draws.
+    pub(super) fn bounds(&self) -> [DVec3; 2] {
+        [self.low, self.high]
+    }
+
     fn middle(&self) -> DVec3 {
         (self.low + self.high) * 0.5
     }

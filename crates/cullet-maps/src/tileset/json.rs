@@ -118,6 +118,8 @@ pub(super) struct OursJson {
     pub(super) number: Option<u32>,
     /// File of visible sets, in a root.
     pub(super) cells: Option<String>,
+    /// Whether the transform of a root places a scene on the globe, and does not belong to the scene.
+    pub(super) placed: bool,
 }
 
 /// Size of a tile once it is loaded.
@@ -140,7 +142,8 @@ impl FromJson<'_> for Extras {
                 vertices: all.need::<Integer>("vertices")?.0,
                 triangles: all.need::<Integer>("triangles")?.0,
             };
-            Ok(OursJson { size, number: all.get("number")?, cells: all.get("cells")? })
+            let placed = all.get("placed")?.unwrap_or_default();
+            Ok(OursJson { size, number: all.get("number")?, cells: all.get("cells")?, placed })
         };
         Ok(Self(ours().ok()))
     }
@@ -187,9 +190,10 @@ impl Content {
 }
 
 /// Extensions that are read, or change nothing of what is drawn where.
-const KNOWN: [&str; 5] = [
+const KNOWN: [&str; 6] = [
     "3DTILES_batch_table_hierarchy",
     "3DTILES_content_gltf",
+    "3DTILES_horizon_occlusion_point",
     "3DTILES_implicit_tiling",
     "3DTILES_metadata",
     "3DTILES_multiple_contents",

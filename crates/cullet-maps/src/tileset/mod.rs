@@ -8,6 +8,7 @@
 mod content;
 mod cut;
 mod files;
+mod globe;
 mod implicit;
 mod join;
 mod json;
@@ -23,6 +24,7 @@ use std::path::{Path, PathBuf};
 
 use cullet_io::reader::Beside;
 use cullet_io::{ErrorKind, LoadOptions, Model};
+pub use globe::GlobePlace;
 use join::Joint;
 pub use json::TileSize;
 pub use options::{StandInOf, TileInput, TileStandIn, TilesWritten, WriteTiles};

@@ -2,6 +2,7 @@
 
 use cullet::Mesh;
 
+use super::globe::GlobePlace;
 use super::sight::TileSets;
 use cullet_io::{Attributes, Warning};
 
@@ -13,11 +14,16 @@ pub struct WriteTiles {
     pub triangles: u64,
     /// Or more instances than this. Default: 4,096.
     pub instances: u32,
+    /// Place of the scene's origin on the globe, with +X to the east, +Y up and +Z to the south; the
+    /// scene's units are metres. The root then has this place as its transform, and every tile has a
+    /// horizon occlusion point (`3DTILES_horizon_occlusion_point`). Default: none; tiles lie as the
+    /// scene does.
+    pub place: Option<GlobePlace>,
 }
 
 impl Default for WriteTiles {
     fn default() -> Self {
-        Self { triangles: 1 << 16, instances: 4096 }
+        Self { triangles: 1 << 16, instances: 4096, place: None }
     }
 }
 
@@ -89,6 +95,8 @@ pub struct TilesWritten {
     pub stand_in_error: f64,
     /// Cells whose rows were written.
     pub cells: u32,
+    /// Tiles with a horizon occlusion point.
+    pub horizon_points: u32,
     /// How often a tile is cut at the most.
     pub depth: u32,
     /// Bytes of all files.

@@ -57,26 +57,38 @@ pub(super) struct Frame {
     pub(super) frame: DMat4,
     /// Assumption that was made, where the tileset does not say.
     pub(super) note: Option<String>,
+    /// Whether the scene is the one that this crate wrote the tileset of, in its own coordinates.
+    pub(super) is_ours: bool,
 }
 
 /// Finds the frame of a tileset by its root; `up` says that it is not on the globe.
 pub(super) fn frame(root: &TileJson<'_>, up: Option<Up>) -> Result<Frame, ErrorKind> {
     let middle = middle(root)?;
-    let flat = |note: Option<String>| Ok(Frame { frame: plain(), note });
+    let is_ours = root.extras.0.is_some() && root.transform.is_none();
+    let flat = |note: Option<String>| Ok(Frame { frame: plain(), note, is_ours });
     match up {
-        Some(Up::Y) => return Ok(Frame { frame: DMat4::IDENTITY, note: None }),
+        Some(Up::Y) => {
+            return Ok(Frame { frame: DMat4::IDENTITY, note: None, is_ours: false });
+        }
         Some(Up::Z) => return flat(None),
         None => {}
     }
+    // A place on the globe that a scene was written for is taken away again.
+    if root.extras.0.as_ref().is_some_and(|ours| ours.placed) {
+        let frame = plain() * matrix(root.transform.as_ref())?.inverse();
+        if frame.is_finite() {
+            return Ok(Frame { frame, note: None, is_ours: true });
+        }
+    }
     let is_said = root.bounding_volume.region.is_some();
     // Those that this crate wrote lie as the scene did, unless somebody moved them since.
-    let is_ours = root.extras.0.is_some() && root.transform.is_none();
     if is_ours || (!is_said && middle.length() < NEAR_ZERO) {
         return flat(None);
     }
     let to_scene = |note: Option<String>| {
         let axes = DMat4::from_mat3(east_north_up(middle)).transpose();
-        Ok(Frame { frame: plain() * axes * DMat4::from_translation(-middle), note })
+        let frame = plain() * axes * DMat4::from_translation(-middle);
+        Ok(Frame { frame, note, is_ours: false })
     };
     if is_said {
         return to_scene(None);

@@ -194,7 +194,7 @@ pub(super) fn read(
     beside: Beside<'_>,
 ) -> Result<Tree, ErrorKind> {
     let tileset = json::read(bytes)?;
-    let Frame { frame, note } = place::frame(&tileset.root, options.up)?;
+    let Frame { frame, note, is_ours } = place::frame(&tileset.root, options.up)?;
     let mut walk = Walk {
         beside,
         frame,
@@ -206,7 +206,7 @@ pub(super) fn read(
         tiles: Vec::new(),
     };
     walk.tileset(own, &tileset, DMat4::IDENTITY)?;
-    let ours = tileset.root.extras.0.filter(|_| frame == place::plain());
+    let ours = tileset.root.extras.0.filter(|_| is_ours);
     let sight = ours.and_then(|ours| ours.cells);
     let requests = (walk.requests > 0).then(|| {
         format!(

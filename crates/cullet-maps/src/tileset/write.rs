@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::cut::{Item, Node, cut};
+use super::globe::{self, Globe};
 use super::json::TileSize;
 use super::options::{TileInput, TileStandIn, TilesWritten, WriteTiles};
 use super::part::part;
@@ -38,6 +39,10 @@ pub fn write_tiles(
 /// that are large beside their box are a tile of their own there. A stand-in of nothing is left
 /// out, and the error is the diagonal of the largest instance below.
 ///
+/// With a [place on the globe](WriteTiles::place) tiles have horizon occlusion points, for the boxes
+/// of their instances and of the tiles below them. Ground may go below the ellipsoid as far as the
+/// lowest instance does.
+///
 /// Visible sets are written as `sight.bin`, named by the tileset's root: for each cell a row of
 /// bits, one for each tile.
 ///
@@ -58,11 +63,13 @@ pub fn write_tiles_with(
     let scene = &model.scene;
     let items: Vec<Item> = scene.slots().filter_map(|slot| Item::of(scene, slot)).collect();
     let all = items.len().max(1) as f64;
+    let globe = options.place.map(|place| Globe::new(place, &items));
     let root = cut(items, options, input.stand_in.is_some());
     let mut writer = Writer {
         model,
         folder,
         input,
+        globe,
         written: TilesWritten { notes: left_out(model), ..TilesWritten::default() },
         numbered: Numbered::default(),
         done: 0,
@@ -75,8 +82,12 @@ pub fn write_tiles_with(
         writer.written.cells = sets.sets.cell_count();
     }
     let version = env!("CARGO_PKG_VERSION");
+    let used = match writer.written.horizon_points {
+        0 => String::new(),
+        _ => format!(r#""extensionsUsed":["{}"],"#, globe::EXTENSION),
+    };
     let tileset = format!(
-        r#"{{"asset":{{"generator":"cullet {version}","version":"1.1"}},"geometricError":{:?},"root":{json}}}"#,
+        r#"{{"asset":{{"generator":"cullet {version}","version":"1.1"}},{used}"geometricError":{:?},"root":{json}}}"#,
         error.max(root.diagonal())
     );
     writer.write("tileset.json", tileset.as_bytes())?;
@@ -87,6 +98,7 @@ struct Writer<'a> {
     model: &'a Model,
     folder: &'a Path,
     input: &'a TileInput<'a>,
+    globe: Option<Globe>,
     written: TilesWritten,
     numbered: Numbered,
     done: usize,
@@ -141,6 +153,8 @@ impl Writer<'_> {
             }
             None => error = error.max(node.error),
         }
+        // Stand-ins may reach beyond the boxes of what they stand for, here and in tiles below.
+        let off = if self.input.stand_in.is_some() && !children.is_empty() { error } else { 0.0 };
         let refine = if self.input.stand_in.is_some() { "REPLACE" } else { "ADD" };
         let mut json = format!(
             r#"{{"boundingVolume":{{"box":{:?}}},"refine":"{refine}","geometricError":{error:?}"#,
@@ -152,10 +166,14 @@ impl Writer<'_> {
         if size.is_some() {
             json += &format!(r#","content":{{"uri":"tiles/{number}.glb"}}"#);
         }
+        json += &self.on_globe(node, number, off);
         let TileSize { instances, vertices, triangles } = size.unwrap_or_default();
         json += &format!(
             r#","extras":{{"cullet":{{"instances":{instances},"vertices":{vertices},"triangles":{triangles}"#
         );
+        if self.globe.is_some() && number == 0 {
+            json += r#","placed":true"#;
+        }
         if self.input.sets.is_some() {
             json += &format!(r#","number":{number}"#);
             if number == 0 {
@@ -164,6 +182,22 @@ impl Writer<'_> {
         }
         json += "}}}";
         Ok(Some(Tile { json, error }))
+    }
+
+    /// The part of a tile's JSON that places it on the globe: the transform of the root, and the
+    /// horizon occlusion point of a tile whose meshes are off by `error`.
+    fn on_globe(&mut self, node: &Node, number: u32, error: f64) -> String {
+        let Some(globe) = &self.globe else { return String::new() };
+        let mut json = String::new();
+        if number == 0 {
+            json += &format!(r#","transform":{:?}"#, globe.transform());
+        }
+        if let Some(point) = globe.point(node, error) {
+            self.written.horizon_points += 1;
+            let name = globe::EXTENSION;
+            json += &format!(r#","extensions":{{"{name}":{{"horizonOcclusionPoint":{point:?}}}}}"#);
+        }
+        json
     }
 
     /// Notes where instances are, for the rows of visible sets.
