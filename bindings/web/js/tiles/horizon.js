@@ -1,13 +1,40 @@
-// Horizon culling as in the engine (crates/cullet/src/cull/horizon.rs), operation by operation: a test holds both to the same bits.
+// Horizon culling as in the engine (crates/cullet/src/cull/horizon.rs and the files beside it), operation by operation: a test holds
+// both to the same bits.
 
 // Bound of rounding: 16 u, with u = 2⁻⁵³.
 const ROUNDING = 8 * Number.EPSILON;
 
-/** Radii of an ellipsoid that lies at least `depth` below that of `radii` everywhere. */
+// Bound of the rounding of the cosine of a sum of angles.
+const SLACK = 8 * ROUNDING;
+
+// Scale of the ellipsoid that is lowered by `depth`, rounded down; 1 where it is not lowered.
+const level = (radii, depth) => (depth <= 0 ? 1 : (1 - depth / Math.min(...radii)) * (1 - ROUNDING));
+
+// Sine of an angle up to 90° by its cosine, rounded up.
+const sine = (cosine) => Math.sqrt(Math.max((1 - cosine) * (1 + cosine), 0) + ROUNDING);
+
+/** Radii of an ellipsoid of the same shape that lies at least `depth` below that of `radii` everywhere. */
 export function lowered(radii, depth) {
-  const flattening = 1 - Math.min(...radii) / Math.max(...radii);
-  const by = (depth < 0 ? 0 : depth) * (1 + flattening * flattening) * (1 + ROUNDING);
-  return radii.map((r) => r - by);
+  const scale = level(radii, depth);
+  return radii.map((r) => r * scale);
+}
+
+/**
+ * The horizon occlusion point for the ellipsoid that is lowered by `depth`, in space divided by the radii of that, where `point` is one for
+ * that of `radii`, in space divided by these; `null` if there is none, or `point` is not made of three finite numbers outside of the ellipsoid.
+ */
+export function loweredOcclusionPoint(radii, depth, point) {
+  const ground = level(radii, depth);
+  if (!(ground > 0) || !radii.every((r) => r > 0 && r < Infinity)) return null;
+  // A file may have anything here.
+  if (!Array.isArray(point) || point.length !== 3 || !point.every(Number.isFinite)) return null;
+  const [x, y, z] = point;
+  const distance = Math.sqrt(x * x + y * y + z * z);
+  if (!(distance >= 1 && distance < Infinity)) return null;
+  if (ground === 1) return [x, y, z];
+  const cosine = 1 / distance;
+  const sum = cosine * ground - sine(cosine) * sine(ground) - SLACK;
+  return sum > 0 ? point.map((c) => c / (distance * sum)) : null;
 }
 
 /** The horizon of an ellipsoid around the origin, by its radii, for an eye. An eye in or under the surface hides nothing. */
@@ -44,6 +71,9 @@ export class Horizon {
     const [a, b, c] = this.#radii;
     return radius >= 0 && this.#hidesBall(x / a, y / b, z / c, radius * this.#scale);
   }
+
+  /** Whether everything that a horizon occlusion point of this ellipsoid stands for is hidden. One inside the ellipsoid stands for nothing. */
+  hidesOcclusionPoint([x, y, z]) { return x * x + y * y + z * z >= 1 && this.#hidesBall(x, y, z, 0); }
 
   #hidesBall(x, y, z, radius) {
     const [ex, ey, ez] = this.#eye;

@@ -11,7 +11,8 @@ export interface CullingPluginOptions {
   horizon?: boolean;
   /**
    * Height of the lowest ground that is drawn, in metres above the ellipsoid. Default −500, which holds for all dry land of the earth.
-   * Ground below it may be hidden by mistake; with the sea floor give −11500.
+   * Ground below it may be hidden by mistake; with the sea floor give −11500. Horizon occlusion points in the tileset
+   * (`3DTILES_horizon_occlusion_point`) are lowered as much; with 0 they are tested as they stand, as in CesiumJS.
    */
   lowest?: number;
   /** Whether tiles are hidden by the meshes of drawn tiles. Default `true`. The horizon alone needs no engine, and so no `init()`. */
@@ -35,7 +36,7 @@ export interface CullingPluginStats {
   readonly updates: number;
   /** Passes so far: an update is repeated where its own tiles show that one is visible after all. */
   readonly passes: number;
-  /** Tiles that the last pass left out since they lie behind the horizon. */
+  /** Tiles that the last pass left out since they, or their horizon occlusion points, lie behind the horizon. */
   readonly beyondHorizon: number;
   /** Tiles that the last pass left out since others hide them. */
   readonly hidden: number;

@@ -10,7 +10,7 @@
 // Hiding has no circles. Along any ray to a hidden tile's box, the first surface of all that hide belongs to a tile that is not hidden
 // there, for its box would be entered before. That one is drawn, and so is all that is needed.
 
-import { Horizon, lowered } from './horizon.js';
+import { Horizon, lowered, loweredOcclusionPoint } from './horizon.js';
 import { eyeOf, Occluders } from './occluders.js';
 
 // Passes of an update before it is made without occlusion.
@@ -19,6 +19,8 @@ const PASSES = 4;
 const REST = 60;
 // Boxes that are kept without looking whether the renderer still visits their tiles.
 const MANY = 4096;
+// Drafted for 3D Tiles 2.0, where nodes of glTF have it; here it is read from tiles and contents of 1.0 and 1.1.
+const POINT = '3DTILES_horizon_occlusion_point';
 // Parts of the way ahead that are looked from, one in each frame.
 const SHARES = [0.2, 0.5, 1];
 
@@ -28,6 +30,8 @@ export class CullingPlugin {
   #tiles = null;
   #occluders = null;
   #horizons = [];
+  #radii = null;
+  #points = new WeakMap();
   #hidden = new Set();
   #used = new Set();
   #fresh = new Set();
@@ -102,14 +106,29 @@ export class CullingPlugin {
 
   #isCulled(tile) { return this.#tiles !== null && this.#culled.get(tile) === this.#tiles.frameCount; }
 
-  #isBeyond({ engineData: { boundingVolume } }) {
+  #isBeyond(tile) {
     if (this.#horizons.length === 0) return false;
-    const { sphere, obb, regionObb } = boundingVolume;
+    const { sphere, obb, regionObb } = tile.engineData.boundingVolume;
     const oriented = obb ?? regionObb;
-    const isBeyond = this.#horizons.every((horizon) => (oriented && horizon.hidesPoints(oriented.points))
-      || (sphere && horizon.hidesSphere(sphere.center, sphere.radius)));
+    const points = this.#pointsOf(tile);
+    const isBeyond = this.#horizons.every((horizon) => points.some((point) => horizon.hidesOcclusionPoint(point))
+      || (oriented && horizon.hidesPoints(oriented.points)) || (sphere && horizon.hidesSphere(sphere.center, sphere.radius)));
     if (isBeyond) this.#stats.beyondHorizon += 1;
     return isBeyond;
+  }
+
+  // Horizon occlusion points of a tile, for the lowered ground; none where the file has none, or something else in its place. The point of
+  // a content stands for the tile only while nothing is below it: tiles come there late, from other files and subtrees.
+  #pointsOf(tile) {
+    let points = this.#points.get(tile);
+    if (!points) {
+      const depth = Math.max(0, -this.#settings.lowest);
+      points = [tile, tile.content].map((of) => loweredOcclusionPoint(this.#radii, depth, of?.extensions?.[POINT]?.horizonOcclusionPoint));
+      this.#points.set(tile, points);
+    }
+    const [own, content] = points;
+    const isAll = content !== null && tile.children.length === 0 && tile.internal.hasRenderableContent;
+    return (isAll ? [own, content] : [own]).filter((point) => point !== null);
   }
 
   // Loads what is hidden yet, so that it is there when it comes in sight. A tile without meshes stands for those below it, each of which
@@ -232,6 +251,9 @@ export class CullingPlugin {
     const isGlobe = horizon ?? (root !== null && holdsCentre(root.engineData?.boundingVolume));
     if (!isGlobe || cameras.some((camera) => camera.projectionMatrix.elements[15] === 1)) return;
     const radii = [ellipsoid.radius.x, ellipsoid.radius.y, ellipsoid.radius.z];
+    // A page may change the ellipsoid: points are lowered for one.
+    if (radii.some((r, a) => r !== this.#radii?.[a])) this.#points = new WeakMap();
+    this.#radii = radii;
     const ground = lowered(radii, Math.max(0, -lowest));
     const inverse = group.matrixWorldInverse.elements;
     this.#horizons = cameras.map((camera) => new Horizon(ground, eyeOf(camera, inverse)));

@@ -49,8 +49,9 @@ globalThis.pictures = {
     }
     return found;
   },
-  async globe() {
-    const world = globe({ levels: 3 });
+  async globe(points) {
+    const mark = (tile, point) => { if (points) tile.extensions = { '3DTILES_horizon_occlusion_point': { horizonOcclusionPoint: point } }; };
+    const world = globe({ levels: 3, mark });
     const runs = await both(world, [world.radius + 4e5, 0, 0], [world.radius * 0.2, world.radius * 0.9, 0], { near: 1e4, far: 1e8 });
     for (const { tiles } of runs) {
       tiles.group.traverse((mesh) => { if (mesh.isMesh) { mesh.material = new MeshNormalMaterial(); mesh.geometry.computeVertexNormals(); } });

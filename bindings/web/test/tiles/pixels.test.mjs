@@ -19,7 +19,8 @@ after(async () => { await browser?.close(); server?.close(); });
 for (const [name, ask] of [
   ['a walk in a street, tiles replace', () => pictures.street('REPLACE')],
   ['a walk in a street, tiles add', () => pictures.street('ADD')],
-  ['a globe', () => pictures.globe()],
+  ['a globe', () => pictures.globe(false)],
+  ['a globe with horizon occlusion points', () => pictures.globe(true)],
 ]) {
   test(`not a pixel differs: ${name}`, async () => {
     const found = await page.evaluate(ask);

@@ -8,7 +8,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { entry, folder, tools } from '../package.mjs';
-import { camera, city, gate, globe, isBehind, picture, start, three } from './world.mjs';
+import { camera, city, gate, globe, isBehind, passes, picture, start, three } from './world.mjs';
 
 const { CullingPlugin, init } = await entry('tiles/index');
 // The renderer warns of versions of tilesets that it does not know wholly.
@@ -174,6 +174,86 @@ test('horizons are those of globes alone, unless the page says otherwise', async
   const [off, on] = await both(globe(), { ...eye, eye: [6371000 - 600, 0, 0] });
   assert.equal(on.plugin.stats.beyondHorizon, 0);
   assert.deepEqual(drawn(on), drawn(off));
+});
+
+const extension = (value) => ({ extensions: { '3DTILES_horizon_occlusion_point': { horizonOcclusionPoint: value } } });
+const low = (r, height) => ({ eye: [r + height, 0, 0], target: [r * 0.2, r * 0.9, 0], near: 10, far: 1e8 });
+
+test('horizon occlusion points hide more than spheres do, for the same picture', async () => {
+  const radius = 6371000;
+  for (const [height, lowest] of [[1e4, 0], [1e4, -500]]) {
+    const mark = (tile, point) => Object.assign(tile, extension(point));
+    const [, without] = await both(globe(), low(radius, height), { lowest });
+    const [off, on] = await both(globe({ mark }), low(radius, height), { lowest });
+    assert.deepEqual(picture(on), picture(off), `${height} m, ${lowest} m`);
+    assert.ok(on.log.loaded.size < without.log.loaded.size, `${height} m, ${lowest} m: ${on.log.loaded.size} of ${without.log.loaded.size}`);
+    assert.ok(drawn(on).length <= drawn(without).length);
+    assert.ok([...on.log.loaded].every((uri) => without.log.loaded.has(uri)));
+    console.log(`points from ${height} m, lowest ${lowest} m: ${on.log.loaded.size} loaded and ${drawn(on).length} drawn, of ${without.log.loaded.size} and ${drawn(without).length} by spheres alone`);
+  }
+});
+
+test('over ground below the ellipsoid tiles are seen past points that were made without it', async () => {
+  // An eye 150 m above the ellipsoid sees 7.7 km far over it. Over ground 450 m below it, that is 15.5 km, and the near edge of a tile on
+  // that ground shows if the tile's middle is 27.3 km away. Past a valley of 499 m the eye sees 16 km far, and on to a tile on the ellipsoid
+  // 14 km beyond.
+  const [radius, height, width] = [2e5, 150, Math.PI / 24];
+  for (const [ground, valley, away] of [[-450, -450, 27300], [0, -499, 40000]]) {
+    const mark = (tile, point) => Object.assign(tile, extension(point));
+    const world = globe({ radius, ground, bands: 24, levels: 1, mark });
+    const place = (longitude, up) => [Math.cos(longitude) * Math.cos(width / 2), Math.sin(longitude) * Math.cos(width / 2), Math.sin(width / 2)].map((c) => c * (radius + up));
+    const eye = place(width / 2 - away / radius, height);
+    const view = { eye, target: place(width / 2, 0), near: 1, far: 1e6, up: eye };
+    const [off, on] = await both(world, view, { occlusion: false });
+    const seen = drawn(off).filter((uri) => world.points.get(uri).some((p) => passes(eye, radius + valley - 0.01, p)));
+    assert.ok(seen.length > 0, `${ground} m`);
+    assert.deepEqual(seen.filter((uri) => !drawn(on).includes(uri)), [], `${ground} m`);
+    assert.ok(on.plugin.stats.beyondHorizon > 10, `${ground} m`);
+    // A page that says that there is no such ground gets what it says.
+    const [, wrong] = await both(world, view, { occlusion: false, lowest: 0 });
+    assert.ok(seen.some((uri) => !drawn(wrong).includes(uri)), `${ground} m`);
+  }
+});
+
+test('the point of a content stands for tiles without others below', async () => {
+  const radius = 6371000;
+  const behind = [-1.5, 0, 0];
+  const leaves = globe({ mark: (tile, point, isLeaf) => { if (isLeaf) Object.assign(tile.content, extension(behind)); } });
+  const [off, on] = await both(leaves, low(radius, 1e4));
+  assert.ok(drawn(off).length > 5);
+  assert.ok(drawn(on).every((uri) => !uri.startsWith('g3-')), 'what its file says to be hidden is');
+  const inner = () => globe({ mark: (tile, point, isLeaf) => { if (!isLeaf) Object.assign(tile.content, extension(behind)); } });
+  const [, plain] = await both(globe(), low(radius, 1e4));
+  const [, kept] = await both(inner(), low(radius, 1e4));
+  assert.deepEqual(drawn(kept), drawn(plain));
+});
+
+test('what is no horizon occlusion point is passed over', async () => {
+  const radius = 6371000;
+  const [, plain] = await both(globe(), low(radius, 1e4));
+  const odd = [undefined, null, 'NaN', ['NaN', 'NaN', 'NaN'], ['-1.5', 0, 0], [-1.5, 0], [-1.5, 0, 0, 0], [NaN, 0, 0], [-Infinity, 0, 0], [0, 0, 0], [-0.9, 0, 0], [-1e300, 0, 0], { x: -1.5 }, 7];
+  let k = 0;
+  const mark = (tile) => { Object.assign(tile, extension(odd[k % odd.length])); Object.assign(tile.content, extension(odd[(k + 1) % odd.length])); k += 1; };
+  const [, on] = await both(globe({ mark }), low(radius, 1e4));
+  assert.deepEqual(drawn(on), drawn(plain));
+  const other = globe({ mark: (tile) => { tile.extensions = k % 2 ? 'no' : { '3DTILES_horizon_occlusion_point': 3 }; k += 1; } });
+  const [, also] = await both(other, low(radius, 1e4));
+  assert.deepEqual(drawn(also), drawn(plain));
+});
+
+test('points are those of globes alone, and hide only what they hide from all cameras', async () => {
+  const radius = 6371000;
+  const mark = (tile) => Object.assign(tile, extension([-1.5, 0, 0]));
+  const [off, none] = await both(globe({ mark }), low(radius, 1e4), { horizon: false, occlusion: false });
+  assert.deepEqual(drawn(none), drawn(off));
+  const [, all] = await both(globe({ mark }), low(radius, 1e4));
+  assert.deepEqual(drawn(all), []);
+  // A camera on the other side has the point before it.
+  const other = camera([-radius - 1e6, 0, 0], [0, 0, 0], { near: 10, far: 1e8 });
+  all.tiles.setCamera(other);
+  all.tiles.setResolution(other, 640, 400);
+  await all.rest();
+  assert.ok(drawn(all).length > 5);
 });
 
 test('what a fine form shows of what its coarse one hid is sent for in the same frame', async () => {

@@ -200,25 +200,30 @@ export function gate() {
   return { tileset: { asset: { version: '1.0' }, geometricError: 1000, root: { ...root, refine: 'ADD' } }, content };
 }
 
-/** A globe of radius `radius` in `bands` of latitude by twice as many of longitude, with four times as many tiles below each. */
-export function globe({ radius = 6371000, bands = 6, levels = 3 } = {}) {
+/**
+ * A globe of radius `radius` in `bands` of latitude by twice as many of longitude, with four times as many tiles below each. Its ground is
+ * at the height `ground`. `mark(tile, point, isLeaf)` may put a tile's horizon occlusion point where it likes.
+ */
+export function globe({ radius = 6371000, bands = 6, levels = 3, ground = 0, mark } = {}) {
   const content = {};
+  const points = new Map();
   const tile = (west, south, width, level) => {
     const uri = `g${level}-${west.toFixed(4)}-${south.toFixed(4)}.bin`;
     const steps = 8;
     const corner = (i, j) => {
       const [longitude, latitude] = [west + (width * i) / steps, south + (width * j) / steps];
-      return [Math.cos(latitude) * Math.cos(longitude), Math.cos(latitude) * Math.sin(longitude), Math.sin(latitude)].map((c) => c * radius);
+      return [Math.cos(latitude) * Math.cos(longitude), Math.cos(latitude) * Math.sin(longitude), Math.sin(latitude)].map((c) => c * (radius + ground));
     };
-    const points = [];
-    for (let i = 0; i <= steps; i++) for (let j = 0; j <= steps; j++) points.push(corner(i, j));
+    const grid = [];
+    for (let i = 0; i <= steps; i++) for (let j = 0; j <= steps; j++) grid.push(corner(i, j));
+    points.set(uri, grid);
     const middle = corner(steps / 2, steps / 2);
-    const reach = Math.max(...points.map((p) => Math.hypot(...p.map((c, a) => c - middle[a]))));
+    const reach = Math.max(...grid.map((p) => Math.hypot(...p.map((c, a) => c - middle[a]))));
     content[uri] = {
       bytes: 50000,
       make: () => {
         const [positions, indices] = [[], []];
-        for (const p of points) positions.push(...p.map((c, a) => c - middle[a]));
+        for (const p of grid) positions.push(...p.map((c, a) => c - middle[a]));
         for (let i = 0; i < steps; i++) {
           for (let j = 0; j < steps; j++) {
             const [a, b, c, d] = [i * (steps + 1) + j, (i + 1) * (steps + 1) + j, (i + 1) * (steps + 1) + j + 1, i * (steps + 1) + j + 1];
@@ -232,7 +237,9 @@ export function globe({ radius = 6371000, bands = 6, levels = 3 } = {}) {
     };
     const half = width / 2;
     const children = level === levels ? [] : [0, 1, 2, 3].map((k) => tile(west + half * (k & 1), south + half * (k >> 1), half, level + 1));
-    return { boundingVolume: { sphere: [...middle, reach * 1.01] }, geometricError: level === levels ? 0 : reach / 8, refine: 'REPLACE', content: { uri }, children };
+    const made = { boundingVolume: { sphere: [...middle, reach * 1.01] }, geometricError: level === levels ? 0 : reach / 8, refine: 'REPLACE', content: { uri }, children };
+    mark?.(made, occlusionPoint(grid, middle, radius), level === levels);
+    return made;
   };
   const width = Math.PI / bands;
   const children = [];
@@ -241,8 +248,24 @@ export function globe({ radius = 6371000, bands = 6, levels = 3 } = {}) {
   return {
     tileset: { asset: { version: '1.0' }, geometricError: 1e8, root, extensionsUsed: ['3DTILES_ellipsoid'], extensions: { '3DTILES_ellipsoid': { body: 'ball', radii: [radius, radius, radius] } } },
     content,
+    points,
     radius,
   };
+}
+
+// By the angles of the caps that points of a ball see of it; what is below its surface is raised to that.
+function occlusionPoint(points, middle, radius) {
+  const up = new Vector3(...middle).normalize();
+  const angles = points.map((p) => { const v = new Vector3(...p); return v.angleTo(up) + Math.acos(Math.min(1, radius / v.length())); });
+  return up.divideScalar(Math.cos(Math.max(...angles) + 1e-7)).toArray();
+}
+
+/** Whether the way from an eye to a point passes a ball around the origin. */
+export function passes(eye, ballRadius, point) {
+  const [from, to] = [new Vector3(...eye), new Vector3(...point)];
+  const way = to.clone().sub(from);
+  const nearest = Math.min(1, Math.max(0, -from.dot(way) / way.lengthSq()));
+  return from.addScaledVector(way, nearest).length() >= ballRadius;
 }
 
 /** Whether all of a sphere is behind the sphere of a globe around the origin: by the angles that both fill, from the eye. */
