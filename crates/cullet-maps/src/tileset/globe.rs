@@ -1,53 +1,16 @@
 //! Tiles that are written for a place on the globe, with horizon occlusion points.
 
-use std::str::FromStr;
-
 use cullet::cull::horizon::Ellipsoid;
 use glam::{DMat4, DVec3};
 
 use super::cut::{Item, Node};
+use super::globe_place::GlobePlace;
 use super::place;
 
 /// The extension that has horizon occlusion points. It is a draft of August 2026 for 3D Tiles 2.0
 /// (pull requests `CesiumGS/glTF` 120 and `CesiumGS/3d-tiles` 867), for tiles that are nodes of glTF.
 /// Nobody has specified it for 1.1; it is written there under the same name with the same contents.
 pub(super) const EXTENSION: &str = "3DTILES_horizon_occlusion_point";
-
-/// A place on the globe (WGS 84): longitude, latitude and height above the ellipsoid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GlobePlace {
-    degrees: [f64; 2],
-    height: f64,
-}
-
-impl GlobePlace {
-    /// Makes a place of a longitude from −180 to 180 and a latitude from −90 to 90, in degrees, and a
-    /// height in metres of at most 100 km above or below the ellipsoid. `None` for other numbers.
-    #[must_use]
-    pub fn new(longitude: f64, latitude: f64, height: f64) -> Option<Self> {
-        let is_place = longitude.abs() <= 180.0 && latitude.abs() <= 90.0 && height.abs() <= 1e5;
-        is_place.then_some(Self { degrees: [longitude, latitude], height })
-    }
-}
-
-impl FromStr for GlobePlace {
-    type Err = String;
-
-    /// Reads `LONGITUDE,LATITUDE` or `LONGITUDE,LATITUDE,HEIGHT`.
-    fn from_str(text: &str) -> Result<Self, String> {
-        let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
-        let place = match numbers.as_deref() {
-            Ok(&[longitude, latitude]) => Self::new(longitude, latitude, 0.0),
-            Ok(&[longitude, latitude, height]) => Self::new(longitude, latitude, height),
-            _ => None,
-        };
-        place.ok_or_else(|| {
-            "give a longitude from -180 to 180 and a latitude from -90 to 90 in degrees, then a height \
-             above the ellipsoid in metres if it is not 0, such as 13.4,52.5,34"
-                .to_owned()
-        })
-    }
-}
 
 /// Where the tiles of a scene are on the globe.
 #[derive(Debug)]
@@ -61,8 +24,8 @@ pub(super) struct Globe {
 impl Globe {
     /// Places the origin of a scene with `items`: its +X is east, +Y up and +Z south.
     pub(super) fn new(at: GlobePlace, items: &[Item]) -> Self {
-        let [longitude, latitude] = at.degrees.map(f64::to_radians);
-        let origin = place::on_globe(longitude, latitude, at.height);
+        let [longitude, latitude] = at.radians();
+        let origin = place::on_globe(longitude, latitude, at.height());
         // Above the ellipsoid the normal is that of the place below.
         let axes = place::east_north_up(place::on_globe(longitude, latitude, 0.0));
         let mut globe = Self { transform: DMat4::from_mat3_translation(axes, origin), depth: 0.0 };

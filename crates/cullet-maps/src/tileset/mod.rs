@@ -9,6 +9,7 @@ mod content;
 mod cut;
 mod files;
 mod globe;
+mod globe_place;
 mod implicit;
 mod join;
 mod json;
@@ -24,7 +25,7 @@ use std::path::{Path, PathBuf};
 
 use cullet_io::reader::Beside;
 use cullet_io::{ErrorKind, LoadOptions, Model};
-pub use globe::GlobePlace;
+pub use globe_place::GlobePlace;
 use join::Joint;
 pub use json::TileSize;
 pub use options::{StandInOf, TileInput, TileStandIn, TilesWritten, WriteTiles};

@@ -2,7 +2,7 @@
 
 use cullet::Mesh;
 
-use super::globe::GlobePlace;
+use super::globe_place::GlobePlace;
 use super::sight::TileSets;
 use cullet_io::{Attributes, Warning};
 
