@@ -92,7 +92,13 @@ fn hold(place: [f64; 2], height: f64, depth: f64) {
         for _ in 0..cases(200) {
             // On and beyond the tile's horizon.
             let aside = up.cross(rng.direction().into()).normalize();
-            let (away, over) = (10_f64.powf(rng.range(3.5, 6.0)), 10_f64.powf(rng.range(0.0, 5.0)));
+            let over = 10_f64.powf(rng.range(0.0, 5.0));
+            let reach = [over, height + 20.0].map(|h| (2.0 * 6.36e6 * h.max(0.0)).sqrt());
+            let away = if depth == 0.0 && rng.chance(0.5) {
+                (reach[0] + reach[1]) * rng.range(0.98, 1.02)
+            } else {
+                10_f64.powf(rng.range(3.5, 6.0))
+            };
             let way = up * 6.37e6 + aside * away;
             let eye = way / (way / DVec3::from(Ellipsoid::WGS84.radii())).length();
             let eye = eye * (1.0 + over / 6.36e6);
@@ -111,7 +117,7 @@ fn hold(place: [f64; 2], height: f64, depth: f64) {
         }
     }
     // A tile's point stands for the boxes of the tiles below it, which are larger than their instances.
-    let least = if depth > 0.0 { 5 } else { 9 };
+    let least = if depth > 0.0 { 5 } else { 8 };
     assert!(hidden * 10 > unseen * least && seen > hidden / 10, "{hidden} of {unseen}, {seen}");
 }
 

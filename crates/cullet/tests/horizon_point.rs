@@ -289,7 +289,9 @@ fn bodies_that_have_no_point_and_numbers_that_are_none_get_none() {
             q[a] = odd;
             assert_eq!(one.occlusion_point(0.0, &[p[0], q], 0.0), None, "{q:?}");
             assert_eq!(one.occlusion_point(0.0, &[q, p[0]], 0.0), None, "{q:?}");
-            assert_eq!(one.lowered_occlusion_point(0.1, q), None, "{q:?}");
+            for depth in [0.0, 0.1] {
+                assert_eq!(one.lowered_occlusion_point(depth, q), None, "{q:?}");
+            }
         }
     }
     for odd in [f64::NAN, f64::INFINITY, -1.0, -1e-9] {
