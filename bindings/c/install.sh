@@ -1,7 +1,8 @@
 #!/bin/sh
 # Builds the library and installs header, libraries, CMake package and pkg-config file: ./install.sh PREFIX [PROFILE]
-# CULLET_FEATURES chooses its parts: scenes,files,queries as it is unset; boxes for the least. CULLET_NO_BACKTRACE=1 compiles
-# Rust's standard library along, without what lists the calls that led to a panic; it needs `rustup component add rust-src`.
+# CULLET_FEATURES chooses its parts: scenes,files,queries as it is unset; with bake added, what asset pipelines need; boxes for
+# the least. CULLET_NO_BACKTRACE=1 compiles Rust's standard library along, without what lists the calls that led to a panic; it
+# needs `rustup component add rust-src`.
 # CULLET_TARGET builds for another system, by Rust's name for it, such as x86_64-pc-windows-gnu; STRIP names its strip.
 set -eu
 if [ $# -lt 1 ] || [ $# -gt 2 ]; then
@@ -31,7 +32,9 @@ fi
 target=$(cd "$here" && "$cargo" metadata --format-version 1 --no-deps | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' "$here/Cargo.toml" "$here/../../Cargo.toml" 2>/dev/null | head -n 1)
 mkdir -p "$prefix/include" "$prefix/lib/pkgconfig" "$prefix/lib/cmake/cullet" "$prefix/share/licenses/cullet"
-cp "$here/include/cullet.h" "$here/include/cullet.hpp" "$here/include/cullet_moc.h" "$prefix/include/"
+for header in cullet.h cullet.hpp cullet_queries.hpp cullet_pvs.hpp cullet_moc.h; do
+    cp "$here/include/$header" "$prefix/include/"
+done
 built=$target/$folder
 cp "$built/libcullet.a" "$prefix/lib/"
 # strip stops at members without sections, which the standard library for MinGW has.

@@ -11,14 +11,20 @@
  *
  * THREADS. Every call may be made from any thread. Calls that read an object (cullet_cull reads its scene) may run side by
  * side; one that changes it (cullet_cull changes its state) needs it alone. A call that comes while another excludes it
- * returns CULLET_STATUS_BUSY at once and does nothing: nothing here waits, and nothing starts a thread. cullet_cull_on alone
- * calls back: your function that runs jobs, on your threads.
- * cullet_last_error() is the calling thread's own.
+ * returns CULLET_STATUS_BUSY at once and does nothing: nothing here waits. cullet_bake_* alone start threads, and end them
+ * before they return. cullet_cull_on and cullet_bake_* alone call back: your functions that run jobs, on your threads, and that
+ * hear of progress. cullet_last_error() is the calling thread's own.
+ *
+ * MEMORY is the system's allocator's. Calls that make, add, open, commit, save or bake allocate, and so does whatever says so.
+ * A cull, its results, queries, and boxes and occlusion buffers allocate only until their state, region, set or buffer has grown
+ * to what it needs; reading a scene never does. A call that fails allocates its message. What a call allocates is freed by the
+ * _destroy of its object; nothing is yours to free. Where memory is exhausted the process ends, as everywhere in Rust.
  *
  * SPACE is right-handed, +Y up; clip depth is 0 to 1; matrices are column-major. Origins, eyes and translations are double.
  *
- * PARTS. A library may be built without scenes, files or queries (CULLET_FEATURES). This file is the same for each: a call that
- * is not in the library fails when a program is linked.
+ * PARTS. A library may be built without scenes, files or queries, and with bake (CULLET_FEATURES): cullet_bake_* and
+ * cullet_scene_save are in that alone. This file is the same for each: a call that is not in the library fails when a program is
+ * linked.
  *
  * This file is written from the source of the library: do not edit it.
  */
@@ -28,6 +34,32 @@
 
 #include <stddef.h>
 #include <stdint.h>
+
+/**
+ * No stage but the layers may cull it. Bit of `cullet_instance.flags`.
+ */
+#define CULLET_ALWAYS_VISIBLE 1
+
+/**
+ * It never hides anything. Bit of `cullet_instance.flags`.
+ */
+#define CULLET_NO_OCCLUSION 2
+
+/**
+ * Both sides of its triangles are drawn, whatever its mesh says. Bit of `cullet_instance.flags`.
+ */
+#define CULLET_TWO_SIDED 4
+
+/**
+ * It is blended, whatever its mesh says. Bit of `cullet_instance.flags`.
+ */
+#define CULLET_TRANSPARENT 8
+
+/**
+ * It is going to move: a hint that keeps nodes of what stands tight. Bit of
+ * `cullet_instance.flags`.
+ */
+#define CULLET_DYNAMIC 16
 
 /**
  * One-sided: only the fronts of its triangles are drawn, which are counter-clockwise. Only such
@@ -72,32 +104,6 @@
  * The material is blended: draws want an order from back to front. Bit of `cullet_draw_key.state`.
  */
 #define CULLET_DRAW_BLENDED 8
-
-/**
- * No stage but the layers may cull it. Bit of `cullet_instance.flags`.
- */
-#define CULLET_ALWAYS_VISIBLE 1
-
-/**
- * It never hides anything. Bit of `cullet_instance.flags`.
- */
-#define CULLET_NO_OCCLUSION 2
-
-/**
- * Both sides of its triangles are drawn, whatever its mesh says. Bit of `cullet_instance.flags`.
- */
-#define CULLET_TWO_SIDED 4
-
-/**
- * It is blended, whatever its mesh says. Bit of `cullet_instance.flags`.
- */
-#define CULLET_TRANSPARENT 8
-
-/**
- * It is going to move: a hint that keeps nodes of what stands tight. Bit of
- * `cullet_instance.flags`.
- */
-#define CULLET_DYNAMIC 16
 
 /**
  * Clip depth 0 at the near plane, 1 at the far plane. Value of `depth`.
@@ -175,7 +181,7 @@ typedef enum {
    */
   CULLET_STATUS_VIEW = 13,
   /**
-   * A file cannot be loaded.
+   * A file, or the bytes of one, cannot be loaded or written, or is of another scene.
    */
   CULLET_STATUS_FILE = 14,
   /**
@@ -187,6 +193,11 @@ typedef enum {
    * only be destroyed.
    */
   CULLET_STATUS_INTERNAL = 16,
+  /**
+   * A bake ended before its end: a callback stopped it, or it was one share of several. The scene
+   * is as it was; what was finished lies in the folder of the bake, if it has one.
+   */
+  CULLET_STATUS_STOPPED = 17,
 } cullet_status;
 
 /**
@@ -430,6 +441,185 @@ typedef enum {
 } cullet_found;
 
 /**
+ * Kinds of items that visible sets hold.
+ */
+typedef enum {
+  /**
+   * Cells of the scene. Conservative, and true of whatever moves.
+   */
+  CULLET_PVS_TARGETS_CELLS = 0,
+  /**
+   * Instances, by the `index` of their handles, seen from view cells: boxes that the sets bring
+   * along. Found by sampled lines, so that something may be missing.
+   */
+  CULLET_PVS_TARGETS_INSTANCES = 1,
+} cullet_pvs_targets;
+
+/**
+ * Handle of a scene. A plain number: copy it freely; 0 is none.
+ */
+typedef struct {
+  /**
+   * Not to be read or made.
+   */
+  uint64_t id;
+} cullet_scene;
+
+/**
+ * Threads, progress and units of a bake. Set it to zero before its fields. Nothing of it changes
+ * what is baked.
+ */
+typedef struct {
+  /**
+   * Threads that work, up to 1024; 0 and 1 for one. They are the library's own, end before the
+   * call does, and have stacks of up to 8 MiB.
+   */
+  uint32_t threads;
+  /**
+   * Number of this share of the work, from 0 and below `share_count`.
+   */
+  uint32_t share;
+  /**
+   * Shares that the work is split into, each a call on any machine with the same folder and the
+   * same scene; 0 and 1 for all of it. A share does its own units, and those of others where the
+   * rest of the work needs them. Such a call returns `CULLET_STATUS_STOPPED` once its share lies
+   * in the folder and others are missing. A call without shares joins what is there.
+   */
+  uint32_t share_count;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * Folder for finished units, UTF-8; it is made where it is not there. What lies there of the
+   * same scene and settings is not done again, so that a bake goes on after a stop. NULL for none.
+   */
+  const char *folder;
+  /**
+   * Called after each unit of work with the share of it that is done, 0 to 1 and never falling;
+   * returns 1 to go on, and 0 to stop: the call then returns `CULLET_STATUS_STOPPED` as soon as
+   * the units that were begun are done. Called on threads of the bake, by one at a time, and no
+   * more once it returned 0. It may make calls, but none that changes the scene that is baked.
+   * NULL for none.
+   */
+  uint32_t (*step)(void *context, double share);
+  /**
+   * Handed to `step`.
+   */
+  void *context;
+} cullet_bake_options;
+
+/**
+ * All eyes in a box, in world space. A point is a box too; one whose `min` is above its `max` has
+ * no eye; where a number is not finite, eyes may be anywhere.
+ */
+typedef struct {
+  /**
+   * The lowest corner.
+   */
+  double min[3];
+  /**
+   * The highest corner.
+   */
+  double max[3];
+} cullet_eye_box;
+
+/**
+ * Settings of visible sets. Set them to zero before their fields: 0 takes the default of each.
+ */
+typedef struct {
+  /**
+   * Boxes to make view cells in, in world space; NULL for the bounds of the scene.
+   */
+  const cullet_eye_box *boxes;
+  /**
+   * How many boxes.
+   */
+  size_t box_count;
+  /**
+   * 1 where the boxes are the view cells themselves; then `cells` and `grid` are 0.
+   */
+  uint32_t boxes_are_cells;
+  /**
+   * How many view cells to make, small ones where geometry is near; default 500.
+   */
+  uint32_t cells;
+  /**
+   * In place of that: equal cells, so many along each axis of the one box.
+   */
+  uint32_t grid[3];
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * The bake ends after about so many rays; default 100,000,000.
+   */
+  uint64_t rays;
+  /**
+   * Seed of the rays; default 1.
+   */
+  uint64_t seed;
+  /**
+   * The bake ends earlier where the mean share of looks that are estimated to miss something is
+   * at most this, up to 1; default 0.00002. Below 0 to use all rays.
+   */
+  double missing;
+  /**
+   * What could appear wider than this is kept, whether a ray met it or not: in radians, up to pi,
+   * the default, which keeps what a cell may touch.
+   */
+  double keep_angle;
+  /**
+   * View cells get the sets of others within this distance, in world units; default none.
+   */
+  double join;
+} cullet_pvs_settings;
+
+/**
+ * Handle of potentially visible sets: what may be seen from each of some cells. A plain number: copy
+ * it freely; 0 is none.
+ */
+typedef struct {
+  /**
+   * Not to be read or made.
+   */
+  uint64_t id;
+} cullet_pvs;
+
+/**
+ * Handle of an instance in its scene: stays the same until the instance is removed.
+ */
+typedef struct {
+  /**
+   * Index, from 0 in the order in which instances are added, used again after a removal.
+   */
+  uint32_t index;
+  /**
+   * How often that index was used before.
+   */
+  uint32_t generation;
+} cullet_handle;
+
+/**
+ * Settings of cells that are found. Set them to zero before their fields.
+ */
+typedef struct {
+  /**
+   * Side of a voxel, in world units: no more than half as thick as the walls. 0 finds one.
+   */
+  double voxel;
+  /**
+   * Instances that hide nothing because they move, such as doors; NULL for none.
+   */
+  const cullet_handle *ignored;
+  /**
+   * How many of them.
+   */
+  size_t ignored_count;
+} cullet_cells_settings;
+
+/**
  * Handle of a set of boxes. A plain number: copy it freely; 0 is none.
  */
 typedef struct {
@@ -642,16 +832,6 @@ typedef struct {
 } cullet_state;
 
 /**
- * Handle of a scene. A plain number: copy it freely; 0 is none.
- */
-typedef struct {
-  /**
-   * Not to be read or made.
-   */
-  uint64_t id;
-} cullet_scene;
-
-/**
  * Settings of culling. Filled by `cullet_settings_preset`; then any field may be changed. Switches
  * are 0 or 1.
  */
@@ -722,9 +902,12 @@ typedef struct {
    */
   uint32_t reasons;
   /**
-   * 0.
+   * Lossy: a budget for levels of detail. Where more triangles than this would be drawn, the
+   * pixels of `lod_pixels` are raised until they are not, as far as there are levels;
+   * `cullet_visible_lod` says to how many. Triangles are counted before occlusion culling, and
+   * those without levels in full. 0, the default, for no budget.
    */
-  uint32_t reserved;
+  uint32_t lod_triangles;
 } cullet_settings;
 
 /**
@@ -752,20 +935,6 @@ typedef struct {
 } cullet_jobs;
 
 /**
- * Handle of an instance in its scene: stays the same until the instance is removed.
- */
-typedef struct {
-  /**
-   * Index, from 0 in the order in which instances are added, used again after a removal.
-   */
-  uint32_t index;
-  /**
-   * How often that index was used before.
-   */
-  uint32_t generation;
-} cullet_handle;
-
-/**
  * Why an instance was culled.
  */
 typedef struct {
@@ -779,6 +948,65 @@ typedef struct {
    */
   uint8_t detail;
 } cullet_reason;
+
+/**
+ * An instance to add: a mesh with a transform.
+ */
+typedef struct {
+  /**
+   * Where it is.
+   */
+  cullet_transform transform;
+  /**
+   * Number of its mesh.
+   */
+  uint32_t mesh;
+  /**
+   * Bits of the layers that it is in; a view sees it where they share a bit. 0 is in none, so
+   * never drawn.
+   */
+  uint32_t layers;
+  /**
+   * `CULLET_ALWAYS_VISIBLE` and so on.
+   */
+  uint32_t flags;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * A number of the caller's, such as an entity or an index; `cullet_visible_users` gives it
+   * back.
+   */
+  uint64_t user;
+} cullet_instance;
+
+/**
+ * Levels of detail of a mesh: one chain of whole meshes, or one hierarchy of clusters.
+ */
+typedef struct {
+  /**
+   * The mesh of the scene that holds the triangles of all its levels: draws name it, and
+   * `cullet_scene_mesh_read` reads what to upload.
+   */
+  uint32_t mesh;
+  /**
+   * Steps of simplification: of a chain its levels.
+   */
+  uint32_t group_count;
+  /**
+   * Triangles of all levels together.
+   */
+  uint64_t triangle_count;
+  /**
+   * The least distance from the original surface of a step, in units of the mesh.
+   */
+  float least_error;
+  /**
+   * The largest.
+   */
+  float most_error;
+} cullet_levels;
 
 /**
  * A range of a mesh's triangles with one material.
@@ -886,6 +1114,41 @@ typedef struct {
 } cullet_box;
 
 /**
+ * Contents of visible sets.
+ */
+typedef struct {
+  /**
+   * Cells that there is a set of.
+   */
+  uint32_t cell_count;
+  /**
+   * Items that the sets may hold: cells, or instances.
+   */
+  uint32_t target_count;
+  /**
+   * A `cullet_pvs_targets`.
+   */
+  uint32_t targets;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * Rays that were traced for them; 0 for sets of cells.
+   */
+  uint64_t rays;
+  /**
+   * Share of looks that are estimated to end on something that its set lacks, 0 to 1: the mean
+   * over the cells. 0 for sets of cells, which lack nothing.
+   */
+  double mean_missing;
+  /**
+   * The same of the cell where it is largest.
+   */
+  double most_missing;
+} cullet_pvs_info;
+
+/**
  * Two points in world space: from where one looks, and what is looked at.
  */
 typedef struct {
@@ -989,21 +1252,6 @@ typedef struct {
    */
   uint64_t id;
 } cullet_region;
-
-/**
- * All eyes in a box, in world space. A point is a box too; one whose `min` is above its `max` has
- * no eye; where a number is not finite, eyes may be anywhere.
- */
-typedef struct {
-  /**
-   * The lowest corner.
-   */
-  double min[3];
-  /**
-   * The highest corner.
-   */
-  double max[3];
-} cullet_eye_box;
 
 /**
  * Settings of region queries. Set them to zero before their fields: 0 takes the default of each.
@@ -1193,38 +1441,6 @@ typedef struct {
 } cullet_draws;
 
 /**
- * An instance to add: a mesh with a transform.
- */
-typedef struct {
-  /**
-   * Where it is.
-   */
-  cullet_transform transform;
-  /**
-   * Number of its mesh.
-   */
-  uint32_t mesh;
-  /**
-   * Bits of the layers that it is in; a view sees it where they share a bit. 0 is in none, so
-   * never drawn.
-   */
-  uint32_t layers;
-  /**
-   * `CULLET_ALWAYS_VISIBLE` and so on.
-   */
-  uint32_t flags;
-  /**
-   * 0.
-   */
-  uint32_t reserved;
-  /**
-   * A number of the caller's, such as an entity or an index; `cullet_visible_users` gives it
-   * back.
-   */
-  uint64_t user;
-} cullet_instance;
-
-/**
  * Contents of a scene.
  */
 typedef struct {
@@ -1373,6 +1589,60 @@ typedef struct {
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
+
+/**
+ * Bakes occluders of every mesh, boxes and polygons that hide no more than the mesh does, and gives
+ * them to meshes as `cullet_scene_take_occluders` does; `always` and `given` are those of it. Meshes
+ * that deform have none. `cullet_scene_save` keeps them. `options` may be NULL; a unit is a mesh.
+ * The same on every run and machine. Needs the scene alone. Cost: up to seconds a mesh.
+ */
+cullet_status cullet_bake_occluders(cullet_scene scene,
+                                    uint32_t always,
+                                    const cullet_bake_options *options,
+                                    uint32_t *given);
+
+/**
+ * Bakes levels of detail of every mesh: the whole mesh again and again, each time with fewer
+ * triangles and a measured error. They replace the levels that a mesh has, from whatever source,
+ * and are held by meshes of their own, with new numbers: `cullet_scene_levels` lists them. Meshes
+ * that deform, or that cannot be simplified, have none. `count` takes how many meshes have some,
+ * unless it is NULL. `cullet_scene_save` keeps them. `options` may be NULL; a unit is a mesh. The
+ * same on every run and machine. Needs the scene alone; commit it afterwards. Cost: seconds for
+ * meshes of a hundred thousand triangles.
+ */
+cullet_status cullet_bake_levels(cullet_scene scene,
+                                 const cullet_bake_options *options,
+                                 uint32_t *count);
+
+/**
+ * Bakes visible sets of a scene, as `cullet pvs` does, with the same bytes; `cullet_pvs_write`
+ * writes them, and `cullet_scene_set_pvs` culls by them. A scene with cells of its own and
+ * settings that ask for no view cells gets sets of those: conservative. Otherwise it gets sets of
+ * instances, seen from view cells and found by rays: something may be missing, and
+ * `cullet_pvs_info.mean_missing` says how much is likely to be. `settings` and `options` may be
+ * NULL. The same on every run and machine, for any threads, shares and stops. Reads the scene,
+ * which must stay as it is. Cost: seconds to hours, in proportion to `rays`.
+ */
+cullet_status cullet_bake_pvs(cullet_scene scene,
+                              const cullet_pvs_settings *settings,
+                              const cullet_bake_options *options,
+                              cullet_pvs *pvs);
+
+/**
+ * Finds the rooms of a scene and the openings between them, in its triangles, and gives the scene
+ * these cells in place of its own: `cullet_cull` culls by them at once, and `cullet_bake_pvs` bakes
+ * sets of them. Conservative: walls are closed, opaque meshes, which must stay where they are.
+ * `count` takes how many cells there are, unless it is NULL; the first is the outside. `settings`
+ * and `options` may be NULL; the work has five steps and no units, so that `options->folder` must
+ * be NULL. Refused with `CULLET_STATUS_INVALID_VALUE` where nothing is closed, all is one cell, or
+ * there are too many voxels; the message says what to try. `cullet_scene_save` keeps them in a GLB.
+ * Needs the scene alone. Cost: linear in the voxels, and in the triangles by the voxels that they
+ * touch.
+ */
+cullet_status cullet_bake_cells(cullet_scene scene,
+                                const cullet_cells_settings *settings,
+                                const cullet_bake_options *options,
+                                uint32_t *count);
 
 /**
  * Makes an empty set of boxes, to be culled over your own arrays: `cullet_boxes_set` takes the
@@ -1588,11 +1858,112 @@ cullet_status cullet_explain(cullet_scene scene,
 
 /**
  * Opens a file as a scene: glTF and GLB, with what `cullet bake` wrote into them, OBJ, PLY, STL,
- * OFF, maps of Quake. The path is UTF-8. The scene is committed; instances have the handles 0, 1,
+ * OFF, maps of Quake with the visible sets that are in them. The path is UTF-8. The scene is committed; instances have the handles 0, 1,
  * 2, ... of generation 0 in the order of the file. Reading takes at most three times the memory of
  * the geometry. The message of a failure names the file, the item and what would be right.
  */
-cullet_status cullet_open(const char *path, cullet_scene *scene);
+cullet_status cullet_open(const char *path,
+                          cullet_scene *scene);
+
+/**
+ * Adds instances, and writes a handle for each into `handles`, unless that is NULL. All or none:
+ * if one has no mesh or an unknown flag, nothing is added. Commit before culling where many were
+ * added.
+ */
+cullet_status cullet_scene_add(cullet_scene scene,
+                               const cullet_instance *instances,
+                               size_t count,
+                               cullet_handle *handles);
+
+/**
+ * Removes instances; their handles are stale from then on. All or none, but that a handle which is
+ * there twice is an error after the first was removed.
+ */
+cullet_status cullet_scene_remove(cullet_scene scene, const cullet_handle *handles, size_t count);
+
+/**
+ * Moves instances: `transforms` has one for each of `handles`. All or none. Cull on as it is: the
+ * answer is right at once, and `cullet_scene_refit` after a frame's moves makes it faster.
+ */
+cullet_status cullet_scene_set_transforms(cullet_scene scene,
+                                          const cullet_handle *handles,
+                                          const cullet_transform *transforms,
+                                          size_t count);
+
+/**
+ * Sets the layers of instances: `layers` has a mask for each of `handles`. All or none.
+ */
+cullet_status cullet_scene_set_layers(cullet_scene scene,
+                                      const cullet_handle *handles,
+                                      const uint32_t *layers,
+                                      size_t count);
+
+/**
+ * Sets the flags of instances: `values` has some for each of `handles`. All or none.
+ */
+cullet_status cullet_scene_set_flags(cullet_scene scene,
+                                     const cullet_handle *handles,
+                                     const uint32_t *values,
+                                     size_t count);
+
+/**
+ * Gives an instance bounds of the caller's. `kind` is a `cullet_bounds`; `numbers` has six floats
+ * for `CULLET_BOUNDS_WORLD`, the lowest and the highest corner relative to the scene's origin, one
+ * for `CULLET_BOUNDS_MARGIN`, from 0, and is not read for the others. A box that is not finite
+ * keeps its instance visible.
+ */
+cullet_status cullet_scene_set_bounds(cullet_scene scene,
+                                      cullet_handle handle,
+                                      uint32_t kind,
+                                      const float *numbers);
+
+/**
+ * Writes the slot of an instance: the index of arrays by slot, until the next commit.
+ */
+cullet_status cullet_scene_slot(cullet_scene scene, cullet_handle handle, uint32_t *slot);
+
+/**
+ * Writes the instance of a slot, as draws name it: its mesh, transform, layers, flags and number;
+ * and its handle into `handle`, unless that is NULL. `CULLET_STATUS_NOT_FOUND` for an empty slot
+ * and one beyond the last.
+ */
+cullet_status cullet_scene_instance(cullet_scene scene,
+                                    uint32_t slot,
+                                    cullet_instance *instance,
+                                    cullet_handle *handle);
+
+/**
+ * Writes the levels that a mesh of a scene has: from its file, by `cullet_scene_add_lod`, or baked.
+ * The first is number 1 in `cullet_draw_key.level`; 0 is the mesh itself. `capacity` and `count` as
+ * for `cullet_visible_slots`; most meshes have at most two. `cullet_settings.lod_pixels` and
+ * `.lod_triangles` choose among them in each cull. Reads the scene.
+ */
+cullet_status cullet_scene_levels(cullet_scene scene,
+                                  uint32_t mesh,
+                                  cullet_levels *levels,
+                                  size_t capacity,
+                                  size_t *count);
+
+/**
+ * Gives a mesh a coarser one to be drawn in its place where the eye is far enough: another mesh of
+ * the scene, in the same space, with the same parts and materials. No point of it may be farther
+ * than `error` from the surface of `mesh`, in units of the mesh, nor the other way round; at least
+ * 0 and finite. Call it once for each level, in any order. Refused with `CULLET_STATUS_MESH` where
+ * `coarse` has triangles without area. Commit the scene before culling.
+ */
+cullet_status cullet_scene_add_lod(cullet_scene scene, uint32_t mesh, uint32_t coarse, float error);
+
+/**
+ * Takes all levels of a mesh away. Meshes that held them stay in the scene.
+ */
+cullet_status cullet_scene_clear_levels(cullet_scene scene, uint32_t mesh);
+
+/**
+ * Writes by how many pixels the surfaces of the last result may be off: `cullet_settings.lod_pixels`,
+ * or what the budget of triangles raised it to; 0 where no levels were chosen.
+ */
+cullet_status cullet_visible_lod(cullet_state state,
+                                 double *pixels);
 
 /**
  * Adds a mesh that instances may share, and writes its number, from 0 on. Cost: linear in its
@@ -1621,6 +1992,16 @@ cullet_status cullet_scene_mesh_read(cullet_scene scene,
                                      size_t position_capacity,
                                      uint32_t *indices,
                                      size_t index_capacity);
+
+/**
+ * Gives meshes the occluders that were baked of them and that the scene's file brought; each mesh
+ * is its own occluder otherwise. With `always` 0 a mesh takes them only where they hide nearly all
+ * that it hides itself and cost less than half as much to draw; with 1 wherever there are some,
+ * which `cullet_box_to_box` and `cullet_region_cull` may need: boxes and polygons hide there, and
+ * walls that are sheets do not. `given` takes how many meshes took some, unless it is NULL. Call it
+ * after a commit. Cost: linear in the triangles of meshes that are new.
+ */
+cullet_status cullet_scene_take_occluders(cullet_scene scene, uint32_t always, uint32_t *given);
 
 /**
  * Makes an occlusion buffer of so many pixels, 1 to 4096 each way; a quarter or half of the
@@ -1683,6 +2064,86 @@ cullet_status cullet_occlusion_test_boxes(cullet_occlusion buffer,
  * perspective, 0 where nothing is proved. `capacity` must be at least width times height.
  */
 cullet_status cullet_occlusion_read(cullet_occlusion buffer, float *nearness, size_t capacity);
+
+/**
+ * Opens a file of visible sets, as `cullet pvs` and `cullet_pvs_write` make them. The path is
+ * UTF-8. Refused with `CULLET_STATUS_FILE` where it cannot be read, is cut short or was changed; the
+ * message names the file. Destroy them with `cullet_pvs_destroy`. Cost: linear in the file.
+ */
+cullet_status cullet_pvs_open(const char *path,
+                              cullet_pvs *pvs);
+
+/**
+ * Makes visible sets of the bytes of such a file, for programs with files of their own; they are
+ * copied. Otherwise as `cullet_pvs_open`.
+ */
+cullet_status cullet_pvs_read(const uint8_t *bytes, size_t size, cullet_pvs *pvs);
+
+/**
+ * Writes visible sets as the bytes of a file, which `cullet_pvs_open`, `cullet_pvs_read` and the
+ * program `cullet` read. `capacity` and `count`, in bytes, as for `cullet_visible_slots`.
+ */
+cullet_status cullet_pvs_write(cullet_pvs pvs, uint8_t *bytes, size_t capacity, size_t *count);
+
+/**
+ * Destroys visible sets; their handle is stale from then on. Scenes that were given them keep them.
+ */
+cullet_status cullet_pvs_destroy(cullet_pvs pvs);
+
+/**
+ * Writes the contents of visible sets.
+ */
+cullet_status cullet_pvs_get_info(cullet_pvs pvs, cullet_pvs_info *info);
+
+/**
+ * Writes the view cells, in the order of their numbers, in world space; `CULLET_STATUS_NOT_FOUND`
+ * for sets of a scene's own cells. `capacity` and `count` as for `cullet_visible_slots`.
+ */
+cullet_status cullet_pvs_cells(cullet_pvs pvs,
+                               cullet_eye_box *boxes,
+                               size_t capacity,
+                               size_t *count);
+
+/**
+ * Writes for each view cell the share of looks from it that are estimated to end on something that
+ * its set lacks, 0 to 1. Otherwise as `cullet_pvs_cells`.
+ */
+cullet_status cullet_pvs_missing(cullet_pvs pvs, float *shares, size_t capacity, size_t *count);
+
+/**
+ * Writes the view cell of each point, three doubles in world space; `UINT32_MAX` where it is in
+ * none, or not finite. Of several that touch there, it is the lowest. `CULLET_STATUS_NOT_FOUND` for
+ * sets of a scene's own cells: ask `cullet_scene_cell_of`. Cost: that of a tree of the cells for
+ * each point; allocates nothing.
+ */
+cullet_status cullet_pvs_cell_of(cullet_pvs pvs,
+                                 const double *points,
+                                 size_t count,
+                                 uint32_t *cells);
+
+/**
+ * Writes all that may be seen from any of some cells, ascending: the `index` of each handle, or
+ * numbers of cells, as `cullet_pvs_info.targets` says. For streaming and for your own culling;
+ * instances that were added since the bake are in no set. `CULLET_STATUS_NOT_FOUND` where there is
+ * no such cell. `capacity` and `count` as for `cullet_visible_slots`. Cost: linear in the targets,
+ * for each cell; allocates a bit a target.
+ */
+cullet_status cullet_pvs_visible(cullet_pvs pvs,
+                                 const uint32_t *cells,
+                                 size_t cell_count,
+                                 uint32_t *targets,
+                                 size_t capacity,
+                                 size_t *count);
+
+/**
+ * Gives a scene visible sets, to be culled by from now on where `cullet_settings.pvs` is 1 and the
+ * eye is in one of their cells; 0 for no more. They are copied. Sets of view cells take the place
+ * of the scene's own cells and portals until then; those of cells need the cells that they were
+ * baked of. Instances that are added or moved later are seen from everywhere; what hides must stay
+ * where it was. Refused with `CULLET_STATUS_FILE` where they are of another scene, or of this one
+ * before it was changed. Cost: linear in the triangles of the meshes and in the instances.
+ */
+cullet_status cullet_scene_set_pvs(cullet_scene scene, cullet_pvs pvs);
 
 /**
  * Finds what blocks lines of sight, and writes a result for each segment. Exact: nothing slips
@@ -1827,6 +2288,16 @@ const char *cullet_stage_name(uint32_t stage);
 const char *cullet_unit_name(uint32_t unit);
 
 /**
+ * Writes a scene to a file, by the ending of its name: `.glb` with the levels, occluders and cells
+ * that were baked, which `cullet_open` reads; `.ply`, `.obj` and `.stl` without them. With
+ * `original`, which may be NULL, a `.glb` is that glTF file as it is, textures and all, with what
+ * was baked added: the one that the scene was opened from. Paths are UTF-8. An existing file is
+ * replaced when all has been written. Refused with `CULLET_STATUS_FILE`; the message names the
+ * file. Needs the scene alone. Cost: linear in the file.
+ */
+cullet_status cullet_scene_save(cullet_scene scene, const char *path, const char *original);
+
+/**
  * Makes an empty scene. Destroy it with `cullet_scene_destroy`.
  */
 cullet_status cullet_scene_create(cullet_scene *scene);
@@ -1835,58 +2306,6 @@ cullet_status cullet_scene_create(cullet_scene *scene);
  * Destroys a scene; its handle is stale from then on, and so are those of its instances.
  */
 cullet_status cullet_scene_destroy(cullet_scene scene);
-
-/**
- * Adds instances, and writes a handle for each into `handles`, unless that is NULL. All or none:
- * if one has no mesh or an unknown flag, nothing is added. Commit before culling where many were
- * added.
- */
-cullet_status cullet_scene_add(cullet_scene scene,
-                               const cullet_instance *instances,
-                               size_t count,
-                               cullet_handle *handles);
-
-/**
- * Removes instances; their handles are stale from then on. All or none, but that a handle which is
- * there twice is an error after the first was removed.
- */
-cullet_status cullet_scene_remove(cullet_scene scene, const cullet_handle *handles, size_t count);
-
-/**
- * Moves instances: `transforms` has one for each of `handles`. All or none. Cull on as it is: the
- * answer is right at once, and `cullet_scene_refit` after a frame's moves makes it faster.
- */
-cullet_status cullet_scene_set_transforms(cullet_scene scene,
-                                          const cullet_handle *handles,
-                                          const cullet_transform *transforms,
-                                          size_t count);
-
-/**
- * Sets the layers of instances: `layers` has a mask for each of `handles`. All or none.
- */
-cullet_status cullet_scene_set_layers(cullet_scene scene,
-                                      const cullet_handle *handles,
-                                      const uint32_t *layers,
-                                      size_t count);
-
-/**
- * Sets the flags of instances: `values` has some for each of `handles`. All or none.
- */
-cullet_status cullet_scene_set_flags(cullet_scene scene,
-                                     const cullet_handle *handles,
-                                     const uint32_t *values,
-                                     size_t count);
-
-/**
- * Gives an instance bounds of the caller's. `kind` is a `cullet_bounds`; `numbers` has six floats
- * for `CULLET_BOUNDS_WORLD`, the lowest and the highest corner relative to the scene's origin, one
- * for `CULLET_BOUNDS_MARGIN`, from 0, and is not read for the others. A box that is not finite
- * keeps its instance visible.
- */
-cullet_status cullet_scene_set_bounds(cullet_scene scene,
-                                      cullet_handle handle,
-                                      uint32_t kind,
-                                      const float *numbers);
 
 /**
  * Sorts the slots by place, closes gaps, and prepares meshes that are new. Call it once after
@@ -1906,21 +2325,6 @@ cullet_status cullet_scene_refit(cullet_scene scene);
  * Writes the contents of a scene. Cost: linear in its instances.
  */
 cullet_status cullet_scene_get_info(cullet_scene scene, cullet_scene_info *info);
-
-/**
- * Writes the slot of an instance: the index of arrays by slot, until the next commit.
- */
-cullet_status cullet_scene_slot(cullet_scene scene, cullet_handle handle, uint32_t *slot);
-
-/**
- * Writes the instance of a slot, as draws name it: its mesh, transform, layers, flags and number;
- * and its handle into `handle`, unless that is NULL. `CULLET_STATUS_NOT_FOUND` for an empty slot
- * and one beyond the last.
- */
-cullet_status cullet_scene_instance(cullet_scene scene,
-                                    uint32_t slot,
-                                    cullet_instance *instance,
-                                    cullet_handle *handle);
 
 /**
  * Fills settings from a preset, a `cullet_preset`.

@@ -94,6 +94,20 @@ constexpr uint32_t number_of() {
     static_assert(alignof(V) >= (size < 24 ? alignof(float) : alignof(double)), "floats or doubles are needed");
     return size < 24 ? CULLET_NUMBER_F32 : CULLET_NUMBER_F64;
 }
+
+/** Fills a vector by a call that takes room and writes a count; the vector keeps its memory. */
+template <typename T, typename F>
+inline void fill(std::vector<T> &to, F read) {
+    size_t count = 0;
+    to.resize(to.capacity());
+    cullet_status status = read(to.data(), to.size(), &count);
+    if (status == CULLET_STATUS_TOO_SMALL || (status == CULLET_STATUS_OK && count > to.size())) {
+        to.resize(count);
+        status = read(to.data(), to.size(), &count);
+    }
+    to.resize(status == CULLET_STATUS_OK ? count : 0);
+    check(status);
+}
 }  // namespace detail
 
 /** An instance of a mesh at a place, in layer 1, with a number of the caller's. */
@@ -178,6 +192,13 @@ public:
         same(handles.size(), flags.size());
         check(cullet_scene_set_flags(get(), handles.data(), flags.data(), handles.size()));
     }
+    void set_bounds(const cullet_handle &handle, cullet_bounds kind, span<const float> numbers = {}) {
+        const std::size_t needed = kind == CULLET_BOUNDS_WORLD ? 6 : kind == CULLET_BOUNDS_MARGIN ? 1 : 0;
+        if (numbers.size() < needed)
+            throw error(CULLET_STATUS_INVALID_VALUE, "set_bounds: " + std::to_string(numbers.size()) + " numbers, but " +
+                                                         std::to_string(needed) + " are needed");
+        check(cullet_scene_set_bounds(get(), handle, kind, numbers.data()));
+    }
     void commit() { check(cullet_scene_commit(get())); }
     void refit() { check(cullet_scene_refit(get())); }
     cullet_scene_info info() const {
@@ -185,6 +206,35 @@ public:
         check(cullet_scene_get_info(get(), &info));
         return info;
     }
+    uint32_t slot(const cullet_handle &handle) const {
+        uint32_t slot;
+        check(cullet_scene_slot(get(), handle, &slot));
+        return slot;
+    }
+    cullet_instance instance(uint32_t slot, cullet_handle *handle = nullptr) const {
+        cullet_instance instance;
+        check(cullet_scene_instance(get(), slot, &instance, handle));
+        return instance;
+    }
+    cullet_mesh_info mesh_info(uint32_t mesh) const {
+        cullet_mesh_info info;
+        check(cullet_scene_mesh_info(get(), mesh, &info));
+        return info;
+    }
+    /** Reads what to upload of a mesh: three floats a vertex, three indices a triangle, in the order of draws. */
+    void mesh_read(uint32_t mesh, std::vector<float> &positions, std::vector<uint32_t> &indices) const {
+        const cullet_mesh_info info = mesh_info(mesh);
+        positions.resize(3 * info.position_count);
+        indices.resize(info.index_count);
+        check(cullet_scene_mesh_read(get(), mesh, positions.data(), positions.size(), indices.data(), indices.size()));
+    }
+    void levels(uint32_t mesh, std::vector<cullet_levels> &to) const {
+        detail::fill(to, [&](cullet_levels *data, size_t room, size_t *count) {
+            return cullet_scene_levels(get(), mesh, data, room, count);
+        });
+    }
+    void add_lod(uint32_t mesh, uint32_t coarse, float error) { check(cullet_scene_add_lod(get(), mesh, coarse, error)); }
+    void clear_levels(uint32_t mesh) { check(cullet_scene_clear_levels(get(), mesh)); }
 
 private:
     using owner = detail::owner<cullet_scene, cullet_scene_destroy>;
@@ -196,6 +246,52 @@ private:
     }
     owner own_;
 };
+
+/** Draws of a result; the vectors keep their memory from frame to frame. */
+struct draw_lists {
+    std::vector<cullet_draw_command> commands;
+    std::vector<cullet_draw_key> keys;
+    std::vector<uint32_t> instances;
+    /** Where the output is triangles. */
+    std::vector<uint32_t> indices;
+
+private:
+    friend class state;
+    /** All the room that there is. */
+    cullet_draws room() {
+        commands.resize(commands.capacity());
+        keys.resize(commands.size());
+        instances.resize(instances.capacity());
+        indices.resize(indices.capacity());
+        return {commands.data(), keys.data(), commands.size(), 0, instances.data(), instances.size(), 0,
+                indices.data(),  indices.size(), 0};
+    }
+    bool holds(const cullet_draws &needed) const {
+        return needed.command_count <= commands.size() && needed.instance_count <= instances.size() &&
+               needed.index_count <= indices.size();
+    }
+    void grow(const cullet_draws &needed) {
+        if (commands.size() < needed.command_count) commands.resize(needed.command_count);
+        if (instances.size() < needed.instance_count) instances.resize(needed.instance_count);
+        if (indices.size() < needed.index_count) indices.resize(needed.index_count);
+    }
+    void shrink(const cullet_draws &used) {
+        commands.resize(used.command_count);
+        keys.resize(used.command_count);
+        instances.resize(used.instance_count);
+        indices.resize(used.index_count);
+    }
+};
+
+/** Jobs on threads of the caller's: run(job, count) calls job(0), job(1) and so on below count, on any threads, and returns
+ * when all have returned. It must live until the cull ends, and throw nothing. */
+template <typename F>
+cullet_jobs jobs_on(uint32_t threads, F &run) {
+    const auto call = [](void *context, void (*job)(void *, size_t), void *jobs, size_t count) noexcept {
+        (*static_cast<F *>(context))([=](std::size_t number) { job(jobs, number); }, std::size_t(count));
+    };
+    return {threads, 0, call, const_cast<void *>(static_cast<const void *>(&run))};
+}
 
 /** The state of a view, and its last result. Vectors that are filled keep their memory from frame to frame. */
 class state {
@@ -213,46 +309,80 @@ public:
     void cull(const scene &scene, const cullet_view &view, const cullet_settings &settings) {
         check(cullet_cull(scene.get(), &view, &settings, get()));
     }
+    /** Culls on threads of the caller's: see jobs_on. */
+    void cull_on(const cullet_jobs &jobs, const scene &scene, const cullet_view &view,
+                 const cullet_settings *settings = nullptr) {
+        check(cullet_cull_on(&jobs, scene.get(), &view, settings, get()));
+    }
+    /** Culls among candidates: a bit for each slot, 64 a word. */
+    void cull_among(const scene &scene, const cullet_view &view, span<const uint64_t> words,
+                    const cullet_settings *settings = nullptr) {
+        check(cullet_cull_among(scene.get(), &view, settings, words.data(), words.size(), get()));
+    }
+    void cull_stereo(const scene &scene, const cullet_view &left, const cullet_view &right,
+                     const cullet_settings *settings = nullptr) {
+        check(cullet_cull_stereo(scene.get(), &left, &right, settings, get()));
+    }
+    /** Which eye may see each of the slots: bit 0 for the left, bit 1 for the right. */
+    void eyes(const scene &scene, const cullet_view &left, const cullet_view &right, std::vector<uint8_t> &to) const {
+        detail::fill(to, [&](uint8_t *data, size_t room, size_t *count) {
+            return cullet_visible_eyes(get(), scene.get(), &left, &right, data, room, count);
+        });
+    }
+    void cull_shadow(const scene &scene, const cullet_view &camera, const cullet_shadow &shadow,
+                     const cullet_settings *settings = nullptr) {
+        check(cullet_cull_shadow(scene.get(), &camera, &shadow, settings, get()));
+    }
+    /** A cullet_light_reason for each light. */
+    void lights(const scene &scene, span<const cullet_light> lights, std::vector<uint8_t> &reasons) {
+        reasons.resize(lights.size());
+        check(cullet_cull_lights(scene.get(), get(), lights.data(), lights.size(), reasons.data()));
+    }
+    /** By how many pixels levels of detail may be off; 0 where none were chosen. */
+    double lod() const {
+        double pixels;
+        check(cullet_visible_lod(get(), &pixels));
+        return pixels;
+    }
+    void draws(const scene &scene, span<const cullet_mesh_place> places, draw_lists &to) const {
+        cullet_draws arrays = to.room();
+        cullet_status status = cullet_visible_draws(get(), scene.get(), places.data(), places.size(), &arrays);
+        if (status == CULLET_STATUS_TOO_SMALL || (status == CULLET_STATUS_OK && !to.holds(arrays))) {
+            to.grow(arrays);
+            arrays = to.room();
+            status = cullet_visible_draws(get(), scene.get(), places.data(), places.size(), &arrays);
+        }
+        check(status);
+        to.shrink(arrays);
+    }
     void slots(std::vector<uint32_t> &to) const {
-        fill(to, [&](uint32_t *data, size_t room, size_t *count) {
+        detail::fill(to, [&](uint32_t *data, size_t room, size_t *count) {
             return cullet_visible_slots(get(), data, room, count);
         });
     }
     void handles(const scene &scene, std::vector<cullet_handle> &to) const {
-        fill(to, [&](cullet_handle *data, size_t room, size_t *count) {
+        detail::fill(to, [&](cullet_handle *data, size_t room, size_t *count) {
             return cullet_visible_handles(get(), scene.get(), data, room, count);
         });
     }
     void users(const scene &scene, std::vector<uint64_t> &to) const {
-        fill(to, [&](uint64_t *data, size_t room, size_t *count) {
+        detail::fill(to, [&](uint64_t *data, size_t room, size_t *count) {
             return cullet_visible_users(get(), scene.get(), data, room, count);
         });
     }
     void reasons(std::vector<cullet_reason> &to) const {
-        fill(to, [&](cullet_reason *data, size_t room, size_t *count) {
+        detail::fill(to, [&](cullet_reason *data, size_t room, size_t *count) {
             return cullet_visible_reasons(get(), data, room, count);
         });
     }
     void funnel(std::vector<cullet_funnel_row> &to) const {
-        fill(to, [&](cullet_funnel_row *data, size_t room, size_t *count) {
+        detail::fill(to, [&](cullet_funnel_row *data, size_t room, size_t *count) {
             return cullet_visible_funnel(get(), data, room, count);
         });
     }
 
 private:
     using owner = detail::owner<cullet_state, cullet_state_destroy>;
-    template <typename T, typename F>
-    static void fill(std::vector<T> &to, F read) {
-        size_t count = 0;
-        to.resize(to.capacity());
-        cullet_status status = read(to.data(), to.size(), &count);
-        if (status == CULLET_STATUS_TOO_SMALL || (status == CULLET_STATUS_OK && count > to.size())) {
-            to.resize(count);
-            status = read(to.data(), to.size(), &count);
-        }
-        to.resize(status == CULLET_STATUS_OK ? count : 0);
-        check(status);
-    }
     owner own_;
 };
 

@@ -11,14 +11,20 @@
  *
  * THREADS. Every call may be made from any thread. Calls that read an object (cullet_cull reads its scene) may run side by
  * side; one that changes it (cullet_cull changes its state) needs it alone. A call that comes while another excludes it
- * returns CULLET_STATUS_BUSY at once and does nothing: nothing here waits, and nothing starts a thread. cullet_cull_on alone
- * calls back: your function that runs jobs, on your threads.
- * cullet_last_error() is the calling thread's own.
+ * returns CULLET_STATUS_BUSY at once and does nothing: nothing here waits. cullet_bake_* alone start threads, and end them
+ * before they return. cullet_cull_on and cullet_bake_* alone call back: your functions that run jobs, on your threads, and that
+ * hear of progress. cullet_last_error() is the calling thread's own.
+ *
+ * MEMORY is the system's allocator's. Calls that make, add, open, commit, save or bake allocate, and so does whatever says so.
+ * A cull, its results, queries, and boxes and occlusion buffers allocate only until their state, region, set or buffer has grown
+ * to what it needs; reading a scene never does. A call that fails allocates its message. What a call allocates is freed by the
+ * _destroy of its object; nothing is yours to free. Where memory is exhausted the process ends, as everywhere in Rust.
  *
  * SPACE is right-handed, +Y up; clip depth is 0 to 1; matrices are column-major. Origins, eyes and translations are double.
  *
- * PARTS. A library may be built without scenes, files or queries (CULLET_FEATURES). This file is the same for each: a call that
- * is not in the library fails when a program is linked.
+ * PARTS. A library may be built without scenes, files or queries, and with bake (CULLET_FEATURES): cullet_bake_* and
+ * cullet_scene_save are in that alone. This file is the same for each: a call that is not in the library fails when a program is
+ * linked.
  *
  * This file is written from the source of the library: do not edit it.
  */

@@ -53,8 +53,9 @@ pub(crate) enum Asked {
 struct Question {
     asked: Asked,
     scene: u64,
-    /// Version of the scene.
+    /// Version of the scene, and of its cells.
     change: u64,
+    cells: u64,
     view: View,
     settings: Option<Settings>,
 }
@@ -112,7 +113,7 @@ impl Frame {
         self.of = None;
         run(&mut self.view, &mut self.visible)?;
         let (scene, change) = (scene.id(), scene.change_version());
-        self.of = Some(Question { asked, scene, change, view, settings });
+        self.of = Some(Question { asked, scene, change, cells: 0, view, settings });
         self.triangles = culler.output == engine::Output::Triangles;
         Ok(())
     }
@@ -189,7 +190,8 @@ pub(crate) fn cull(
     let Frame { view: own, among, visible, of, triangles, .. } = &mut *state;
     let (id, change) = (scene.id(), scene.change_version());
     let settings = given(settings)?;
-    let question = Question { asked: Asked::View, scene: id, change, view, settings };
+    let cells = scene.cells_version;
+    let question = Question { asked: Asked::View, scene: id, change, cells, view, settings };
     if *of == Some(question) {
         return Ok(());
     }
@@ -209,11 +211,9 @@ pub(crate) fn cull(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::instance::{Handle, Instance, cullet_scene_add, cullet_scene_set_layers};
     use crate::mesh::{MeshArrays, cullet_scene_add_mesh};
-    use crate::scene::{
-        Handle, Instance, cullet_scene_add, cullet_scene_commit, cullet_scene_create,
-        cullet_scene_set_layers,
-    };
+    use crate::scene::{cullet_scene_commit, cullet_scene_create};
     use crate::settings::cullet_settings_preset;
     use crate::transform::Transform;
     use crate::view::cullet_view_look_at;

@@ -3,9 +3,10 @@
 use std::ffi::c_char;
 
 use crate::cull::settings_of;
+use crate::instance::{Handle, scene_error};
 use crate::memory::{Out, value};
 use crate::results::Reason;
-use crate::scene::{Handle, SCENES, Scene, scene_error};
+use crate::scene::{SCENES, Scene};
 use crate::settings::Settings;
 use crate::status::{Error, Status, call};
 use crate::view::{View, to_engine};

@@ -11,7 +11,7 @@ use crate::scene::{InCells, SCENES, Scene};
 use crate::status::{Error, Status, call};
 
 /// Opens a file as a scene: glTF and GLB, with what `cullet bake` wrote into them, OBJ, PLY, STL,
-/// OFF, maps of Quake. The path is UTF-8. The scene is committed; instances have the handles 0, 1,
+/// OFF, maps of Quake with the visible sets that are in them. The path is UTF-8. The scene is committed; instances have the handles 0, 1,
 /// 2, ... of generation 0 in the order of the file. Reading takes at most three times the memory of
 /// the geometry. The message of a failure names the file, the item and what would be right.
 #[unsafe(no_mangle)]
@@ -23,10 +23,7 @@ pub unsafe extern "C" fn cullet_open(path: *const c_char, scene: *mut Scene) -> 
         let path = unsafe { text("path", path) }?;
         let model = load(Path::new(path), &LoadOptions::default())
             .map_err(|e| Error::new(Status::File, e.to_string()))?;
-        out.set(
-            0,
-            Scene { id: SCENES.insert(InCells { scene: model.scene, cells: model.placed })? },
-        );
+        out.set(0, Scene { id: SCENES.insert(InCells::of_model(model))? });
         Ok(())
     })
 }

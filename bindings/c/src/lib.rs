@@ -9,6 +9,12 @@
     reason = "the docs are the header's, which says what each pointer must have"
 )]
 
+#[cfg(feature = "bake")]
+pub mod bake;
+#[cfg(feature = "bake")]
+pub mod bake_meshes;
+#[cfg(feature = "bake")]
+pub mod bake_pvs;
 pub mod boxes;
 pub mod clip;
 pub mod clip_occlusion;
@@ -20,10 +26,18 @@ pub mod cull_more;
 pub mod explain;
 #[cfg(feature = "files")]
 pub mod files;
+#[cfg(feature = "scenes")]
+pub mod instance;
+#[cfg(feature = "scenes")]
+pub mod levels;
 mod memory;
 #[cfg(feature = "scenes")]
 pub mod mesh;
+#[cfg(feature = "files")]
+pub mod occluders;
 pub mod occlusion;
+#[cfg(feature = "files")]
+pub mod pvs;
 #[cfg(feature = "queries")]
 pub mod queries;
 #[cfg(feature = "queries")]
@@ -31,6 +45,8 @@ pub mod region;
 mod registry;
 #[cfg(feature = "scenes")]
 pub mod results;
+#[cfg(feature = "bake")]
+pub mod save;
 #[cfg(feature = "scenes")]
 pub mod scene;
 #[cfg(feature = "scenes")]

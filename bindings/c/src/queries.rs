@@ -6,9 +6,10 @@ use cullet_cells::query::{
 };
 use engine::cull::occlusion::Visibility;
 
+use crate::instance::Handle;
 use crate::memory::{Out, Plain, read, reserved, value};
 use crate::occlusion::{Box3, number_of};
-use crate::scene::{Handle, SCENES, Scene};
+use crate::scene::{SCENES, Scene};
 use crate::status::{Error, Result, Status, call};
 
 /// Two points in world space: from where one looks, and what is looked at.

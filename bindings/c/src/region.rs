@@ -7,7 +7,7 @@ use crate::registry::{Kind, Table};
 use crate::results::write;
 use crate::scene::{SCENES, Scene};
 use crate::status::{Error, Result, Status, call};
-use crate::view::{View, to_engine};
+use crate::view::{EyeBox, View, to_engine};
 
 static REGIONS: Table<Found> = Table::new(Kind::Region);
 
@@ -26,19 +26,6 @@ struct Found {
     visible: RegionVisible,
     is_made: bool,
 }
-
-/// All eyes in a box, in world space. A point is a box too; one whose `min` is above its `max` has
-/// no eye; where a number is not finite, eyes may be anywhere.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct EyeBox {
-    /// The lowest corner.
-    pub min: [f64; 3],
-    /// The highest corner.
-    pub max: [f64; 3],
-}
-
-impl Plain for EyeBox {}
 
 /// Settings of region queries. Set them to zero before their fields: 0 takes the default of each.
 #[repr(C)]

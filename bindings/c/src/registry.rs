@@ -19,6 +19,7 @@ pub(crate) enum Kind {
     Occlusion = 3,
     Boxes = 4,
     Region = 5,
+    Pvs = 6,
 }
 
 impl Kind {
@@ -29,6 +30,7 @@ impl Kind {
             Self::Occlusion => "occlusion buffer",
             Self::Boxes => "set of boxes",
             Self::Region => "region",
+            Self::Pvs => "pvs",
         }
     }
 
@@ -39,7 +41,7 @@ impl Kind {
     }
 
     fn of(id: u64) -> Option<Self> {
-        let all = [Self::Scene, Self::State, Self::Occlusion, Self::Boxes, Self::Region];
+        let all = [Self::Scene, Self::State, Self::Occlusion, Self::Boxes, Self::Region, Self::Pvs];
         all.into_iter().find(|k| *k as u64 == id >> 56)
     }
 }

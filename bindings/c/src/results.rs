@@ -6,8 +6,9 @@
 use std::ffi::{CStr, c_char};
 
 use crate::cull::{Frame, STATES, State};
+use crate::instance::Handle;
 use crate::memory::{Out, Plain, read};
-use crate::scene::{Handle, SCENES, Scene};
+use crate::scene::{SCENES, Scene};
 use crate::status::{Error, Result, Status, call};
 
 /// Why an instance was culled.
@@ -354,7 +355,7 @@ pub unsafe extern "C" fn cullet_visible_draws(
         } else {
             list.fill(&scene, visible, places)
         }
-        .map_err(crate::scene::scene_error)?;
+        .map_err(crate::instance::scene_error)?;
         all.command_count = list.commands.len();
         all.instance_count = list.instances.len();
         all.index_count = if *triangles { list.indices.len() } else { 0 };

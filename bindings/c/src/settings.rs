@@ -5,7 +5,7 @@ use engine::cull::occlusion::{Occlusion, OcclusionBuffer};
 use engine::lod::Lod;
 use engine::{Backface, Culler, Output};
 
-use crate::memory::{Out, Plain, reserved};
+use crate::memory::{Out, Plain};
 use crate::status::{Error, Result, Status, call};
 
 /// Settings that go together. None has a stage that is lossy.
@@ -86,8 +86,11 @@ pub struct Settings {
     /// Record why each instance was culled, for `cullet_visible_reasons`: two bytes a slot. 0 by
     /// default.
     pub reasons: u32,
-    /// 0.
-    pub reserved: u32,
+    /// Lossy: a budget for levels of detail. Where more triangles than this would be drawn, the
+    /// pixels of `lod_pixels` are raised until they are not, as far as there are levels;
+    /// `cullet_visible_lod` says to how many. Triangles are counted before occlusion culling, and
+    /// those without levels in full. 0, the default, for no budget.
+    pub lod_triangles: u32,
 }
 
 impl Plain for Settings {}
@@ -127,7 +130,7 @@ fn of_culler(culler: &Culler) -> Settings {
             Output::Triangles => 2,
         },
         reasons: culler.reasons.into(),
-        reserved: 0,
+        lod_triangles: 0,
     }
 }
 
@@ -141,7 +144,6 @@ pub(crate) fn to_culler(settings: &Settings) -> Result<Culler> {
         );
         return Err(Error::new(Status::StructSize, message));
     }
-    reserved("settings->reserved", settings.reserved)?;
     let switch = |name: &str, value: u32| match value {
         0 => Ok(false),
         1 => Ok(true),
@@ -187,7 +189,10 @@ pub(crate) fn to_culler(settings: &Settings) -> Result<Culler> {
         .with_degenerate(switch("degenerate", settings.degenerate)?)
         .with_occlusion(has_occlusion.then_some(occlusion))
         .with_detail((detail > 0.0).then(|| Detail::default().with_threshold_px(detail)))
-        .with_lod((lod > 0.0).then(|| Lod::default().with_pixels(lod)))
+        .with_lod((lod > 0.0 || settings.lod_triangles > 0).then(|| {
+            let triangles = (settings.lod_triangles > 0).then(|| settings.lod_triangles.into());
+            Lod::default().with_pixels(lod).with_triangles(triangles)
+        }))
         .with_output(match settings.output {
             0 => Output::Instances,
             1 => Output::Clusters,

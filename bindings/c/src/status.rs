@@ -40,13 +40,16 @@ pub enum Status {
     Mesh = 12,
     /// The numbers make no view.
     View = 13,
-    /// A file cannot be loaded.
+    /// A file, or the bytes of one, cannot be loaded or written, or is of another scene.
     File = 14,
     /// There are as many objects as there can be.
     Full = 15,
     /// A defect of this library: the call was stopped. The object that it was about to change can
     /// only be destroyed.
     Internal = 16,
+    /// A bake ended before its end: a callback stopped it, or it was one share of several. The scene
+    /// is as it was; what was finished lies in the folder of the bake, if it has one.
+    Stopped = 17,
 }
 
 /// Why a call is refused: its code, and words that name the argument, the value, the limit and what
@@ -126,6 +129,7 @@ pub extern "C" fn cullet_status_name(status: i32) -> *const c_char {
         14 => c"file",
         15 => c"full",
         16 => c"internal",
+        17 => c"stopped",
         _ => c"unknown status",
     };
     name.as_ptr()

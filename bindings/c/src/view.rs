@@ -149,6 +149,19 @@ pub(crate) fn to_engine(view: &View) -> Result<engine::View> {
     Ok(of)
 }
 
+/// All eyes in a box, in world space. A point is a box too; one whose `min` is above its `max` has
+/// no eye; where a number is not finite, eyes may be anywhere.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct EyeBox {
+    /// The lowest corner.
+    pub min: [f64; 3],
+    /// The highest corner.
+    pub max: [f64; 3],
+}
+
+impl Plain for EyeBox {}
+
 /// Fills a view from a matrix that takes world to clip space: 16 doubles, column-major, invertible,
 /// with depth 0 to 1 (`depth` says which is near). Perspective, orthographic, off-centre, mirrored,
 /// with or without a far plane.

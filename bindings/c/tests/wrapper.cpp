@@ -1,30 +1,9 @@
 // The C++ wrapper: objects destroy themselves once, are moved, and throw what the calls refuse.
-#include <cstdio>
-#include <cstdlib>
-#include <cstring>
-
 #if __cplusplus >= 202002L
 #include <span>
 #endif
 
-#include <cullet.hpp>
-
-static void require(bool condition, const char *what) {
-    if (condition) return;
-    std::fprintf(stderr, "failed: %s\n", what);
-    std::exit(1);
-}
-
-template <typename F>
-static void throws(cullet_status status, F call, const char *what) {
-    try {
-        call();
-    } catch (const cullet::error &error) {
-        require(error.status() == status && std::strlen(error.what()) > 8, what);
-        return;
-    }
-    require(false, what);
-}
+#include "wrapper_check.hpp"
 
 struct vector3 {
     double x, y, z;

@@ -52,7 +52,7 @@ namespace Cullet
         /// <summary>The numbers make no view.</summary>
         View = 13,
 
-        /// <summary>A file cannot be loaded.</summary>
+        /// <summary>A file, or the bytes of one, cannot be loaded or written, or is of another scene.</summary>
         File = 14,
 
         /// <summary>There are as many objects as there can be.</summary>
@@ -61,6 +61,10 @@ namespace Cullet
         /// <summary>A defect of this library: the call was stopped. The object that it was about to change
         /// can only be destroyed.</summary>
         Internal = 16,
+
+        /// <summary>A bake ended before its end: a callback stopped it, or it was one share of several. The
+        /// scene is as it was; what was finished lies in the folder of the bake, if it has one.</summary>
+        Stopped = 17,
     }
 
     /// <summary>What the two arrays of boxes hold.</summary>

@@ -1,5 +1,5 @@
 // The C library's functions, as its header (bindings/c/include/cullet.h) declares and explains them, and those of its
-// structs that hold pointers or handles. The other structs are in CulletTypes.cs. tests/Layouts.cs compares all of it
+// structs that hold pointers or handles. The other structs are in CulletTypes.cs and CulletPvs.cs. tests/Layouts.cs compares all of it
 // with the header.
 using System;
 using System.Runtime.InteropServices;
@@ -9,7 +9,7 @@ namespace Cullet
     /// <summary>The C interface, call for call, for pointers of your own. Nothing is marshalled: every type is
     /// blittable. Each call that can fail returns a status; the classes around it turn that into
     /// <see cref="CulletException"/>.</summary>
-    public static unsafe class CulletNative
+    public static unsafe partial class CulletNative
     {
 #if (UNITY_IOS || UNITY_WEBGL) && !UNITY_EDITOR
         const string Library = "__Internal";

@@ -104,7 +104,9 @@ namespace Cullet
         /// slot. 0 by default.</summary>
         public uint Reasons;
 
-        uint reserved;
+        /// <summary>Lossy: a budget for levels of detail, in triangles; 0, the default, for none. Where more
+        /// would be drawn, <c>LodPixels</c> is raised until they are not, as far as there are levels.</summary>
+        public uint LodTriangles;
     }
 
     /// <summary>Handle of an instance in its scene: stays the same until the instance is removed.</summary>

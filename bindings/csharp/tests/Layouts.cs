@@ -28,7 +28,7 @@ namespace Cullet.Tests
         static readonly Type[] Arrays =
         {
             typeof(CulletFloat3), typeof(CulletDouble3), typeof(CulletLinear), typeof(CulletMatrix),
-                typeof(CulletHandlePair)
+                typeof(CulletHandlePair), typeof(CulletUInt3)
         };
 
         static readonly Dictionary<Type, string> Numbers = new Dictionary<Type, string>

@@ -151,6 +151,12 @@ impl Cells {
         Ok(())
     }
 
+    /// Takes the sets away: portals alone hide from then on.
+    pub fn clear_visible_sets(&mut self) {
+        self.sets = None;
+        self.version += 1;
+    }
+
     /// Returns the sets of what may be seen from each cell, if any: to ask who sees whom, and what
     /// must be there where the eye goes.
     #[must_use]

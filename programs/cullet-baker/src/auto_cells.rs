@@ -7,7 +7,7 @@ use cullet::{Handle, prepared::Preparation};
 use cullet_bake::room_volumes::{RoomCells, RoomOptions, cells_of_rooms};
 use cullet_bake::rooms::{FindOptions, FoundCells, FoundFigures, RoomsError, find_cells};
 use cullet_command::args::SceneArgs;
-use cullet_io::{Cell, CellGraph, LoadOptions, Model, Portal};
+use cullet_io::{LoadOptions, Model};
 
 use cullet_command::console::{Console, count, digits, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure};
@@ -94,7 +94,7 @@ pub(crate) fn find(
         Failure { exit, message: failure(&format!("{e}{hint}")) }
     })?;
     note(&found, begin.elapsed().as_secs_f64(), &model.name, console);
-    (model.cells, model.cell_sets) = (graph(found), None);
+    (model.cells, model.cell_sets) = (found.into_graph(), None);
     model.place_cells().map_err(|e| Failure::input(format!("{}: {e}", model.name)))
 }
 
@@ -111,34 +111,6 @@ fn openings(model: &Model) -> Vec<Handle> {
     all.sort_unstable();
     all.dedup();
     all
-}
-
-/// Found cells as a model has them.
-fn graph(found: FoundCells) -> CellGraph {
-    let planes = |boxes: Vec<[[f64; 3]; 2]>| {
-        let planes = |[low, high]: [[f64; 3]; 2]| Cell::from_box("", low, high).pieces;
-        boxes.into_iter().flat_map(planes).collect()
-    };
-    let name = |number: usize| match number {
-        0 => "outside".to_owned(),
-        _ => format!("room {number}"),
-    };
-    let cells = found.cells.into_iter().enumerate().map(|(number, cell)| Cell {
-        name: name(number),
-        pieces: planes(cell.pieces),
-        skins: planes(cell.skins),
-    });
-    let portals = found.portals.into_iter().map(|portal| Portal {
-        cells: portal.cells,
-        polygon: portal.polygon,
-        ..Portal::default()
-    });
-    CellGraph {
-        cells: cells.collect(),
-        portals: portals.collect(),
-        sealed: true,
-        ..CellGraph::default()
-    }
 }
 
 fn note(found: &FoundCells, seconds: f64, name: &str, console: &Console) {

@@ -1,6 +1,7 @@
 //! The C and C++ interface: installed, then compiled against and run as its users do, by each
 //! compiler that is there.
 
+mod bakes;
 mod sizes;
 
 use std::fs;
@@ -16,6 +17,10 @@ use crate::tools::{
 
 /// Profile in which it is published.
 pub(super) const PROFILE: &str = "library";
+const SANITISED: &[&str] = &["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+/// Tests in C that need no files.
+const TESTS: [&str; 4] = ["tests/mistakes.c", "tests/boxes.c", "tests/more.c", "tests/sets.c"];
+const WRAPPERS: [&str; 2] = ["tests/wrapper.cpp", "tests/wrapper_queries.cpp"];
 const WARNINGS: &[&str] = &["-Wall", "-Wextra", "-Werror", "-pedantic", "-g", "-O1"];
 /// Libraries that a static library of Rust needs beside it.
 const STATIC: &[&str] = &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl"];
@@ -58,6 +63,7 @@ pub(crate) fn test() -> Ended {
     host.examples()?;
     host.programs(&has, &mut skips)?;
     host.packages(&has)?;
+    bakes::test(&host, SANITISED)?;
     host.border()?;
     Ok(if skips.is_empty() { End::Passed } else { End::Partly(skips) })
 }
@@ -78,6 +84,11 @@ struct Host {
 impl Host {
     /// Installs what settings of the script ask for.
     fn install(name: &str, settings: &[(&str, &str)]) -> Result<Self, String> {
+        Self::install_in(name, PROFILE, settings)
+    }
+
+    /// The same in another profile.
+    fn install_in(name: &str, profile: &str, settings: &[(&str, &str)]) -> Result<Self, String> {
         // All parts and the least of them are built into one folder.
         let _alone = alone("c")?;
         let folder = target().join("host-c").join(name);
@@ -89,7 +100,7 @@ impl Host {
         };
         fs::create_dir_all(&host.work).map_err(|e| format!("{}: {e}", host.work.display()))?;
         let script = text(&host.source.join("install.sh"));
-        let mut install = command("sh", &[&script, &text(&host.prefix), PROFILE]);
+        let mut install = command("sh", &[&script, &text(&host.prefix), profile]);
         install.env("CARGO", cargo_program()).env("CARGO_TARGET_DIR", target());
         install.envs(settings.iter().copied());
         run(install)?;
@@ -203,10 +214,9 @@ impl Host {
             }
         }
         let model: Vec<&Path> = castle.as_deref().into_iter().collect();
-        let sanitised = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
         let compilers = [("gcc", "g++"), ("clang", "clang++")];
         for (c, cpp) in compilers.into_iter().filter(|(c, _)| *c == "gcc" || has(c)) {
-            for test in ["tests/mistakes.c", "tests/boxes.c", "tests/more.c"] {
+            for test in TESTS {
                 let program = self.compile(c, test, &[])?;
                 self.run(&program, &[])?;
                 if c == "gcc" && has("valgrind") {
@@ -216,24 +226,28 @@ impl Host {
                 }
             }
             self.run(&self.compile(c, "tests/golden.c", &[])?, &[&golden])?;
-            self.run(&self.compile(cpp, "tests/wrapper.cpp", &[])?, &[])?;
+            for test in WRAPPERS {
+                self.run(&self.compile(cpp, test, &[])?, &[])?;
+            }
             self.run(&self.compile(cpp, "tests/moc.cpp", &[])?, &model)?;
         }
-        for test in ["tests/mistakes.c", "tests/boxes.c", "tests/more.c"] {
-            self.run(&self.compile("gcc", test, &sanitised)?, &[])?;
+        for test in TESTS {
+            self.run(&self.compile("gcc", test, SANITISED)?, &[])?;
         }
-        self.run(&self.compile("gcc", "tests/golden.c", &sanitised)?, &[&golden])?;
+        self.run(&self.compile("gcc", "tests/golden.c", SANITISED)?, &[&golden])?;
+        for test in WRAPPERS {
+            self.run(&self.compile("g++", test, SANITISED)?, &[])?;
+            // The last -std counts.
+            self.run(&self.compile("g++", test, &["-std=c++20"])?, &[])?;
+        }
         // Seconds, and a seed.
         let random = "tests/random/random.c";
-        self.run(&self.compile("gcc", random, &sanitised)?, &["5", "1"].map(Path::new))?;
+        self.run(&self.compile("gcc", random, SANITISED)?, &["5", "1"].map(Path::new))?;
         if has("clang") {
             self.run(&self.compile("clang", random, &[])?, &["1", "2"].map(Path::new))?;
         }
-        self.run(&self.compile("g++", "tests/wrapper.cpp", &sanitised)?, &[])?;
-        // The last -std counts.
-        self.run(&self.compile("g++", "tests/wrapper.cpp", &["-std=c++20"])?, &[])?;
         self.run(&self.compile("gcc", "tests/boxes.c", &["-DCOUNT_ALLOCATIONS"])?, &[])?;
-        self.run(&self.compile("g++", "tests/moc.cpp", &sanitised)?, &[])?;
+        self.run(&self.compile("g++", "tests/moc.cpp", SANITISED)?, &[])?;
         self.run(&self.compile("gcc", "tests/border.c", &["-DALONE"])?, &[])
     }
 

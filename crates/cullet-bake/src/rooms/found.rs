@@ -1,6 +1,7 @@
 //! Cells as they are found.
 
 use cullet_cells::cell::{CellError, CellGraph, CellPiece, CellShapes, Portal};
+use cullet_io::{Cell, CellGraph as NamedGraph, Portal as NamedPortal};
 
 use super::options::FoundFigures;
 
@@ -41,5 +42,35 @@ impl FoundCells {
         };
         let shapes = CellShapes::with_skins(&graph, of(|c| &c.pieces), of(|c| &c.skins))?;
         Ok((graph, shapes.sealed()))
+    }
+
+    /// Returns the cells as a model has them: the first is named `outside`, the others `room 1` and
+    /// so on.
+    #[must_use]
+    pub fn into_graph(self) -> NamedGraph {
+        let planes = |boxes: Vec<[[f64; 3]; 2]>| {
+            let planes = |[low, high]: [[f64; 3]; 2]| Cell::from_box("", low, high).pieces;
+            boxes.into_iter().flat_map(planes).collect()
+        };
+        let name = |number: usize| match number {
+            0 => "outside".to_owned(),
+            _ => format!("room {number}"),
+        };
+        let cells = self.cells.into_iter().enumerate().map(|(number, cell)| Cell {
+            name: name(number),
+            pieces: planes(cell.pieces),
+            skins: planes(cell.skins),
+        });
+        let portals = self.portals.into_iter().map(|portal| NamedPortal {
+            cells: portal.cells,
+            polygon: portal.polygon,
+            ..NamedPortal::default()
+        });
+        NamedGraph {
+            cells: cells.collect(),
+            portals: portals.collect(),
+            sealed: true,
+            ..NamedGraph::default()
+        }
     }
 }
