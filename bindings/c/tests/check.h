@@ -29,7 +29,7 @@ static void that(int condition, const char *words, int line) {
 /* The message of the last call that failed has these words. */
 #define SAYS(words) that(strstr(cullet_last_error(), words) != NULL, words, __LINE__)
 
-static cullet_view ahead(void) {
+static inline cullet_view ahead(void) {
     const double eye[3] = {0, 0, 0}, target[3] = {0, 0, -1};
     cullet_view view;
     IS(CULLET_STATUS_OK, cullet_view_look_at(eye, target, 0.9, 0.1, 640, 400, &view));

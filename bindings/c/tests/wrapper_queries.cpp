@@ -24,7 +24,8 @@ static void queries(const cullet::scene &scene, const std::vector<cullet_handle>
     require(found.size() == 2 && found[0] == CULLET_FOUND_HIDDEN && found[1] == CULLET_FOUND_VISIBLE, "a box is hidden");
     require(cullet::cell_of(scene, {0, 0, 0}) == UINT32_MAX, "no cells");
     cullet_reason reason;
-    const std::string why = cullet::explain(scene, view, handles[1], nullptr, &reason);
+    const cullet_settings exact = cullet::preset(CULLET_PRESET_EXACT);
+    const std::string why = cullet::explain(scene, view, handles[1], &exact, &reason);
     require(reason.stage == CULLET_STAGE_OCCLUSION && why.find("occlusion") != std::string::npos, "why");
     require(why.find('\0') == std::string::npos, "a text without a zero");
     cullet::region region;
