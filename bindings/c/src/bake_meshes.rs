@@ -1,6 +1,6 @@
 //! Bakes of meshes: occluders and levels of detail.
 
-use cullet_bake::levels::{ChainOptions, build_chain};
+use cullet_bake::levels::{ChainOptions, LevelsData, build_chain};
 use cullet_bake::occluders::{OccluderOptions, occluders};
 use cullet_bake::work::OneRound;
 use cullet_io::baked::{
@@ -189,7 +189,7 @@ fn bake_levels(own: &mut InCells, bake: &Bake<'_>) -> Result<u32> {
 /// Levels of a mesh as the bytes of a unit; none where it cannot be simplified.
 fn level_bytes(mesh: &Mesh) -> Vec<u8> {
     let data = MeshData { polygons: 0, ..mesh.to_data() };
-    let made = build_chain(&data, &ChainOptions::default()).and_then(|made| made.into_levels());
+    let made = build_chain(&data, &ChainOptions::default()).and_then(LevelsData::into_levels);
     let tables = made.ok().and_then(|(held, levels)| LevelTables::of(&held, &levels));
     let Some(tables) = tables.filter(|tables| !tables.groups.is_empty()) else {
         return Vec::new();

@@ -84,6 +84,7 @@ static void culls(const cullet::scene &scene, const std::vector<cullet_handle> &
     throws(CULLET_STATUS_INVALID_VALUE, [&] { state.cull_shadow(scene, view, of_sun); }, "the state of the receivers");
 
     cullet::draw_lists draws;
+    draws.commands.reserve(8);
     for (int turn = 0; turn < 2; turn++) {
         state.draws(scene, {}, draws);
         require(draws.commands.size() == 1 && draws.keys.size() == 1 && draws.instances.size() == 1, "one draw");
@@ -96,6 +97,10 @@ static void culls(const cullet::scene &scene, const std::vector<cullet_handle> &
     pooled.cull_stereo(scene, view, right, &exact);
     pooled.eyes(scene, view, right, eyes);
     require(eyes.size() == 1 && eyes[0] == 3, "both eyes see the wall");
+    const cullet_view aside = cullet::look_at({0, 0, 0}, {-0.995, 0, -0.0998}, 0.9, 0.1, 640, 400);
+    pooled.cull_stereo(scene, view, aside, &exact);
+    pooled.eyes(scene, view, aside, eyes);
+    require(eyes.size() == 1 && eyes[0] == 1, "the left eye alone does");
 
     const auto pool = [](auto job, std::size_t count) {
         std::vector<std::thread> threads;
@@ -112,7 +117,8 @@ static void culls(const cullet::scene &scene, const std::vector<cullet_handle> &
 static void levels(const cullet_view &view) {
     cullet::scene scene;
     std::vector<cullet_levels> found;
-    const uint32_t fine = scene.add_mesh(corners, faces), coarse = scene.add_mesh(corners, faces);
+    const uint32_t fine = scene.add_mesh(corners, faces);
+    const uint32_t coarse = scene.add_mesh(corners, cullet::span<const uint32_t>(faces, 24));
     scene.add_lod(fine, coarse, 0.25f);
     scene.levels(fine, found);
     require(found.size() == 1 && found[0].mesh == coarse && found[0].most_error == 0.25f, "one level");

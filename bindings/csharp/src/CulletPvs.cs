@@ -88,7 +88,7 @@ namespace Cullet
             public uint share;
             public uint share_count;
             public uint reserved;
-            public byte* folder;
+            public IntPtr folder;
             public IntPtr step;
             public void* context;
         }
