@@ -566,7 +566,7 @@ typedef struct {
    */
   double missing;
   /**
-   * What could appear wider than this is kept, whether a ray met it or not: in radians, up to pi,
+   * Things that could appear wider than this are kept, met by a ray or not: in radians, up to pi,
    * the default, which keeps what a cell may touch.
    */
   double keep_angle;

@@ -38,7 +38,7 @@ pub struct PvsSettings {
     /// The bake ends earlier where the mean share of looks that are estimated to miss something is
     /// at most this, up to 1; default 0.00002. Below 0 to use all rays.
     pub missing: f64,
-    /// What could appear wider than this is kept, whether a ray met it or not: in radians, up to pi,
+    /// Things that could appear wider than this are kept, met by a ray or not: in radians, up to pi,
     /// the default, which keeps what a cell may touch.
     pub keep_angle: f64,
     /// View cells get the sets of others within this distance, in world units; default none.

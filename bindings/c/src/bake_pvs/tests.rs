@@ -83,7 +83,7 @@ fn options(threads: u32) -> BakeOptions {
     }
 }
 
-/// What is baked of a scene, as a C program reads it.
+/// Bytes that are baked of a scene, as a C program reads them.
 fn baked(scene: Scene, settings: *const PvsSettings, threads: u32) -> Vec<u8> {
     let (mut pvs, mut size, options) = (Pvs { id: 0 }, 0, options(threads));
     // SAFETY: pointers are of values that live on, or NULL.
