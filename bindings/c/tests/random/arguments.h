@@ -67,8 +67,9 @@ static const cullet_settings *settings(run *r) {
     s->backfaces = below(r, 3);
     if (one_in(r, 4)) s->occlusion_risk = -1;
     if (one_in(r, 4)) s->detail_pixels = s->lod_pixels = (float)below(r, 9);
+    if (one_in(r, 4)) s->lod_triangles = below(r, 5000);
     uint32_t *of[] = {&s->size, &s->frustum, &s->frustum_exact, &s->pvs, &s->portals, &s->backfaces, &s->degenerate,
-                      &s->occlusion, &s->output, &s->reasons, &s->reserved};
+                      &s->occlusion, &s->output, &s->reasons};
     uint32_t *one = of[below(r, sizeof of / sizeof *of)];
     *one = or_wrong(r, *one, 3 + below(r, 9));
     s->occlusion_width = or_wrong(r, s->occlusion_width, one_in(r, 2) ? 0 : 4097);
