@@ -11,7 +11,7 @@
  *
  * Half of the time one thread calls, so that a seed takes the same steps again; then two share all objects. `rates` lists how
  * often each function succeeded and failed. */
-#include "scenes.h"
+#include "levels.h"
 
 /* Results: a count, and an array of `size` an element, or too little room for it. */
 static int counted(run *r, int ok, const void *array, size_t size, size_t room, const size_t *count) {
@@ -243,7 +243,8 @@ static operation operations[] = {
     CALL(scene_set_layers), CALL(scene_set_flags), CALL(scene_set_bounds), CALL(scene_commit),
     CALL(scene_refit), CALL(scene_get_info), CALL(scene_slot), CALL(scene_instance), CALL(settings_preset),
     CALL(cull_shadow), CALL(cull_lights), CALL(last_error), CALL(status_name), CALL(version),
-    CALL(view_from_matrix), CALL(view_from_camera), CALL(view_look_at)};
+    CALL(view_from_matrix), CALL(view_from_camera), CALL(view_look_at), CALL(scene_add_lod),
+    CALL(scene_clear_levels), CALL(scene_levels), CALL(scene_take_occluders), CALL(visible_lod)};
 enum { OPERATIONS = sizeof operations / sizeof *operations };
 
 static operation *named(int op) { return &operations[op]; }
