@@ -192,3 +192,51 @@ fn whoever_takes_nothing_of_its_answer_locks_nobody_out() {
     program.is_bounded();
     drop(held);
 }
+
+/// Each of 500 clients sends a byte a second; the server answers others, and ends when it is told to.
+#[cfg(unix)]
+#[test]
+fn a_byte_a_second_keeps_the_server_neither_busy_nor_alive() {
+    let _alone = ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut program = Program::start();
+    let address = program.address;
+    let done = AtomicBool::new(false);
+    let (mut ended, mut took) = (None, Duration::ZERO);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            let request = "GET /scene/scene.bin HTTP/1.1\r\nHost: localhost\r\nX: yyyyyyyyyyyyyyyyyyyyyyyyyyy";
+            let open = || (TcpStream::connect(address).ok(), 0);
+            let mut slow: Vec<_> = (0..HELD).map(|_| open()).collect();
+            while !done.load(Ordering::Relaxed) {
+                for (stream, sent) in &mut slow {
+                    let byte = &request.as_bytes()[*sent % request.len()..][..1];
+                    *sent += 1;
+                    // Whoever was dropped comes back.
+                    if !stream.as_mut().is_some_and(|s| s.write_all(byte).is_ok()) {
+                        (*stream, *sent) = open();
+                    }
+                }
+                thread::sleep(Duration::from_secs(1));
+            }
+        });
+        // Long enough for the first to be dropped, and to come back.
+        let begun = Instant::now();
+        while begun.elapsed() < Duration::from_secs(8) {
+            program.answers_within(SOON);
+            program.is_bounded();
+        }
+        let pid = program.child.id().to_string();
+        let asked = Instant::now();
+        assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+        while ended.is_none() && asked.elapsed() < Duration::from_secs(20) {
+            ended = program.child.try_wait().unwrap();
+            thread::sleep(Duration::from_millis(5));
+        }
+        took = asked.elapsed();
+        done.store(true, Ordering::Relaxed);
+    });
+    println!("ended after {took:?}");
+    // Two seconds for answers that are under way, two for what still reads.
+    assert!(took < Duration::from_secs(6), "{took:?}");
+    assert_eq!(ended.and_then(|e| e.code()), Some(0), "{ended:?}");
+}
