@@ -193,7 +193,8 @@ fn whoever_takes_nothing_of_its_answer_locks_nobody_out() {
     drop(held);
 }
 
-/// Each of 500 clients sends a byte a second; the server answers others, and ends when it is told to.
+/// Each of 500 clients sends a byte a second; the server answers others, and ends when it is told
+/// to.
 #[cfg(unix)]
 #[test]
 fn a_byte_a_second_keeps_the_server_neither_busy_nor_alive() {
@@ -204,7 +205,7 @@ fn a_byte_a_second_keeps_the_server_neither_busy_nor_alive() {
     let (mut ended, mut took) = (None, Duration::ZERO);
     thread::scope(|scope| {
         scope.spawn(|| {
-            let request = "GET /scene/scene.bin HTTP/1.1\r\nHost: localhost\r\nX: yyyyyyyyyyyyyyyyyyyyyyyyyyy";
+            let request = "GET /scene/scene.bin HTTP/1.1\r\nHost: localhost\r\nX: yyyyyyyyyyyy";
             let open = || (TcpStream::connect(address).ok(), 0);
             let mut slow: Vec<_> = (0..HELD).map(|_| open()).collect();
             while !done.load(Ordering::Relaxed) {
