@@ -341,6 +341,10 @@ fn the_funnel_and_the_reasons_say_the_same() {
         assert_eq!(visible.funnel.dropped(stage).instances, told);
         assert!(told > 0, "{stage:?}");
     }
+    for slot in scene.slots() {
+        let of_layer = visible.reasons[slot as usize].is_some_and(|r| r.stage == Stage::Layer);
+        assert_eq!(of_layer, scene.layers(slot) & culler.layers == 0, "slot {slot}");
+    }
     assert_eq!(visible.funnel.left().instances, visible.slots().count() as u64);
     assert_eq!(visible.funnel.entered().instances, u64::from(scene.instance_count()));
 }

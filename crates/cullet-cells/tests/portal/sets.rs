@@ -2,7 +2,7 @@
 
 use cullet::{Culler, Handle, Instance, Output, Scene, Stage, Transform, View, ViewState, Visible};
 use cullet_cells::cell::CellGraph;
-use cullet_cells::pvs::{SetsError, Targets, VisibleSets};
+use cullet_cells::pvs::{SetsError, Targets, Tile, VisibleSets, join_tiles};
 use cullet_cells::{CellView, Cells, InCells};
 use cullet_testkit::answers::cull;
 use cullet_testkit::buildings::Building;
@@ -135,6 +135,19 @@ fn nonsense_is_refused_or_harmless() {
         }
     }
     assert!(refused > cases(3000) / 50 && read > cases(3000) / 2, "{refused} {read}");
+}
+
+#[test]
+fn a_tile_that_numbers_a_target_past_the_end_is_harmless() {
+    let sets = sets_of(&[vec![true; 2]], Targets::Instances, 2);
+    let cells = [[[0.0; 3], [1.0; 3]]];
+    for past in [64, 65, 128, u32::MAX] {
+        let tile = Tile { sets: &sets, cells: &cells, targets: &[3, past], bounds: &[cells[0]; 2] };
+        let joined = join_tiles(&[tile], 64).unwrap();
+        assert_eq!(joined.sets.target_count(), 64);
+        // What no tile numbers may be anywhere, and is kept.
+        assert_eq!((joined.sets.count(0), joined.unknown), (64, 63), "{past}");
+    }
 }
 
 /// Balls about a building.

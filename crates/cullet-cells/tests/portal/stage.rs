@@ -174,6 +174,22 @@ fn portal_alone() -> Culler {
 }
 
 #[test]
+fn what_sticks_out_of_its_cell_is_kept_and_what_is_in_it_is_not() {
+    let (mut scene, mut cells, [_, far], view) = two_rooms();
+    cells.set_portal_open(0, false);
+    let count =
+        |scene: &Scene, cells: &Cells| cull(&portal_alone(), (scene, cells), &view).instance_count;
+    assert_eq!(count(&scene, &cells), 1, "the ball of the other room is behind the door");
+    // Half of it is outside of the outer wall, where no cell is.
+    let out = Transform::from_scale_translation([0.2; 3], [8.0, 1.0, 2.0]);
+    scene.set_transform(far, out).unwrap();
+    cells.update(&scene);
+    assert_eq!(count(&scene, &cells), 2, "it may be seen from anywhere");
+    let reached = InCells::from((&scene, &cells)).reached(&portal_alone(), &view).unwrap();
+    assert_eq!(reached.visits().len(), 1, "the eye's own cell");
+}
+
+#[test]
 fn doors_open_and_shut_and_the_explanation_names_them() {
     let (scene, mut cells, [_, far], view) = two_rooms();
     assert_eq!(cull(&portal_alone(), (&scene, &cells), &view).instance_count, 2);
