@@ -272,6 +272,24 @@ fn an_occluder_through_the_near_plane_hides_what_it_hides() {
 }
 
 #[test]
+fn a_surface_through_the_near_plane_hides_what_it_hides() {
+    let corner = |x: f32, z: f32| [x, -1.0, z];
+    for back in [9.0, 1e-30, 0.0, -1e-30, -0.05, -0.1] {
+        let floor = [corner(-50.0, -50.0), corner(50.0, -50.0), corner(50.0, back)];
+        let floor = [floor[0], floor[1], floor[2], corner(-50.0, back)];
+        let mut buffer = OcclusionBuffer::new([640, 360]).unwrap();
+        buffer.begin(&view(), [0.0; 3]);
+        for patch in patch(&floor, &[0, 1, 2, 0, 2, 3], true) {
+            patch.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
+        }
+        let below = cuboid([-1.0, -3.0, -10.0], [1.0, -1.5, -9.0]);
+        let above = cuboid([-1.0, -0.9, -10.0], [1.0, 1.5, -9.0]);
+        assert_eq!(buffer.test_box(&below), Visibility::Hidden, "{back}");
+        assert_eq!(buffer.test_box(&above), Visibility::Visible, "{back}");
+    }
+}
+
+#[test]
 fn an_occluder_around_the_eye_hides_nothing() {
     let occludees = [
         cuboid([-0.4, -0.4, -9.0], [0.4, 0.4, -8.0]),
