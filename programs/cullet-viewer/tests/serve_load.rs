@@ -213,7 +213,7 @@ fn a_byte_a_second_keeps_the_server_neither_busy_nor_alive() {
                     let byte = &request.as_bytes()[*sent % request.len()..][..1];
                     *sent += 1;
                     // Whoever was dropped comes back.
-                    if !stream.as_mut().is_some_and(|s| s.write_all(byte).is_ok()) {
+                    if stream.as_mut().is_none_or(|s| s.write_all(byte).is_err()) {
                         (*stream, *sent) = open();
                     }
                 }
