@@ -117,7 +117,7 @@ fn has_let(e: &Expr) -> bool {
     }
 }
 
-/// What stands in place of an operator.
+/// Replacements of an operator.
 fn others(op: &BinOp) -> &'static [&'static str] {
     match op {
         BinOp::Lt(_) => &["<=", ">="],
