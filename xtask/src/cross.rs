@@ -14,7 +14,7 @@ pub(crate) struct Cross {
     pub(crate) name: &'static str,
     /// Rust's name for it.
     pub(crate) triple: &'static str,
-    /// Its compiler of C, which links for Rust too.
+    /// Compiler of C, which links for Rust too.
     pub(crate) compiler: &'static str,
     pub(crate) strip: &'static str,
     /// Words before a program that run it.

@@ -14,7 +14,7 @@ use crate::Model;
 pub struct MeshFacts {
     /// The mesh's number in the scene.
     pub mesh: u32,
-    /// Its name; `mesh` and its number where it has none.
+    /// Name, or `mesh` and its number where it has none.
     pub name: String,
     /// Triangles stored, degenerate ones included.
     pub triangles: u64,
