@@ -1,4 +1,4 @@
-//! Builds for hosts, begun before their steps. Most steps leave one of two cores idle, and what these
+//! Builds for hosts and other machines, begun before their steps. Most steps leave one of two cores idle, and what these
 //! build is shared with no other step, so that a step finds it done, or waits for the rest of it.
 
 use std::fs::{self, File};
@@ -6,6 +6,7 @@ use std::process::{Child, Command, Stdio};
 
 use crate::bindings::{bevy, c, godot, web};
 use crate::changed;
+use crate::platforms;
 use crate::tools::{Done, target};
 
 /// The builds for a step.
@@ -15,11 +16,12 @@ struct Build {
 }
 
 /// In the order in which the steps run.
-const BUILDS: [Build; 4] = [
+const BUILDS: [Build; 5] = [
     Build { step: "host-c", run: c::build_ahead },
     Build { step: "host-web", run: || web::build().map(drop) },
     Build { step: "host-bevy", run: bevy::build },
     Build { step: "host-godot", run: || godot::build().map(drop) },
+    Build { step: "platforms", run: platforms::build_ahead },
 ];
 
 /// Starts this program once more to build, behind everything else that runs; `None` where that cannot

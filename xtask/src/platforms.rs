@@ -22,34 +22,38 @@ use targets::{Further, Target, WITHOUT_FMA};
 /// The program whose lines must be the same.
 const PROGRAM: &str = "everywhere";
 
+/// Whether this machine's answers are those that others' are held against.
+const IS_HERE: bool = cfg!(all(target_arch = "x86_64", target_os = "linux", target_env = "gnu"));
+
 /// The step: all that there are compilers and emulators for.
 pub(crate) fn test() -> Ended {
-    if !cfg!(all(target_arch = "x86_64", target_os = "linux", target_env = "gnu")) {
+    if !IS_HERE {
         let what = "the answers of other machines beside this one's";
         return Ok(End::Skipped(Skip::new(what, "they are held against those of x86-64 Linux")));
     }
     let mut skips = Vec::new();
-    let own = everywhere(&targets::HOST)?;
+    build(&targets::HOST)?;
+    let own = everywhere(&targets::HOST);
     let lines = printed(own.command(&[]))?;
     println!("{} answers of this machine", lines.len());
     let mut without = own.command(&[]);
     without.env("GLIBC_TUNABLES", WITHOUT_FMA);
     compare("without fused multiply-add", &lines, &printed(without)?)?;
-    for target in targets::OTHERS.iter().filter(|target| is_whole() || !target.is_like_another) {
+    for target in others() {
         if !is_there(target, &mut skips)? {
             continue;
         }
         if target.further == Further::Programs {
             cross::prepare_wine()?;
         }
-        let program = everywhere(target)?;
-        compare(target.name, &lines, &printed(program.command(&[]))?)?;
+        build(target)?;
+        compare(target.name, &lines, &printed(everywhere(target).command(&[]))?)?;
         if target.c_compiler.is_some() {
             c_library(target)?;
         }
         match target.further {
             Further::None => {}
-            Further::Engine => engine_tests(target)?,
+            Further::Engine => engine_tests(target, &[], FEW)?,
             Further::Programs => windows::test(target)?,
         }
     }
@@ -88,17 +92,47 @@ fn is_there(target: &Target, skips: &mut Vec<Skip>) -> Result<bool, String> {
     Ok(true)
 }
 
-/// Builds the program of answers.
-fn everywhere(target: &Target) -> Result<Built<'_>, String> {
+/// Builds all of it that needs nothing installed, before the step.
+pub(crate) fn build_ahead() -> Done {
+    if !IS_HERE {
+        return Ok(());
+    }
+    build(&targets::HOST)?;
+    let has_runner = |target: &&Target| output("sh", &["-c", target.probe]).is_some();
+    let is_there = |target: &&Target| Compiler::installed(target.triple).is_some();
+    others().filter(is_there).filter(has_runner).try_for_each(build)?;
+    let mut checked =
+        targets::CHECKED.iter().filter_map(|c| Some((c, Compiler::installed(c.name)?)));
+    checked.try_for_each(|(c, compiler)| run(compiler.cargo(c.check, c.name, &folder())))
+}
+
+/// The other machines that answers are compared with.
+fn others() -> impl Iterator<Item = &'static Target> {
+    targets::OTHERS.iter().filter(|target| is_whole() || !target.is_like_another)
+}
+
+/// Builds what is run for a target: the program of answers, the C library, and what goes further.
+fn build(target: &Target) -> Done {
     let words = ["build", "--package", "cullet-lab", "--bin", PROGRAM, "--no-default-features"];
     let mut features = vec![PROGRAM];
     // Of x86 the scalar level is the host's.
     features.extend(target.has_scalar.then_some("force_support_fallback"));
-    let mut build = cargo(target, &words);
-    build.args(["--features", &features.join(",")]);
-    run(build)?;
-    let program = built(target, &format!("{PROGRAM}{}", target.ending));
-    Ok(Built { target, program })
+    let mut answers = cargo(target, &words);
+    answers.args(["--features", &features.join(",")]);
+    run(answers)?;
+    if target.c_compiler.is_some() {
+        run(cargo(target, &["build", "--package", "cullet-c"]))?;
+    }
+    match target.further {
+        Further::None => Ok(()),
+        Further::Engine => engine_tests(target, &["--no-run"], &[]),
+        Further::Programs => windows::build(target),
+    }
+}
+
+/// The program of answers.
+fn everywhere(target: &Target) -> Built<'_> {
+    Built { target, program: built(target, &format!("{PROGRAM}{}", target.ending)) }
 }
 
 /// The lines that a program prints, by their names.
@@ -136,7 +170,6 @@ fn compare(
 /// The C library and two of its tests, the golden answers among them.
 fn c_library(target: &Target) -> Done {
     let Some(compiler) = target.c_compiler else { return Ok(()) };
-    run(cargo(target, &["build", "--package", "cullet-c"]))?;
     let source = root().join("bindings/c");
     let work = folder().join(target.triple).join("c");
     fs::create_dir_all(&work).map_err(|e| format!("{}: {e}", work.display()))?;
@@ -153,12 +186,15 @@ fn c_library(target: &Target) -> Done {
     Ok(())
 }
 
-/// The engine's tests by themselves, some of their cases; with `CULLET_ALL=1` all tests.
-fn engine_tests(target: &Target) -> Done {
+/// Names of the engine's tests that are run where not all are.
+const FEW: &[&str] = &["simd_levels", "occlusion::", "hierarchy"];
+
+/// The engine's tests by themselves, some of their cases, by names; with `CULLET_ALL=1` all tests.
+fn engine_tests(target: &Target, options: &[&str], names: &[&str]) -> Done {
     let scalar = "cullet/force_support_fallback";
     let mut units =
         cargo(target, &["test", "--lib", "--package", "cullet", "--package", "cullet-cells"]);
-    units.args(["--features", scalar]).env("CULLET_CASES", "20");
+    units.args(["--features", scalar]).args(options).env("CULLET_CASES", "20");
     run(units)?;
     let mut programs = vec!["test", "--package", "cullet-testkit", "--test", "cullet"];
     let all = is_set("CULLET_ALL", "1");
@@ -166,9 +202,9 @@ fn engine_tests(target: &Target) -> Done {
         programs.extend(["--test", "cells", "--test", "cullet_lod", "--test", "cullet_stand_ins"]);
     }
     let mut programs = cargo(target, &programs);
-    programs.args(["--features", "cullet-testkit/force_support_fallback"]);
+    programs.args(["--features", "cullet-testkit/force_support_fallback"]).args(options);
     if !all {
-        programs.env("CULLET_CASES", "4").args(["--", "simd_levels", "occlusion::", "hierarchy"]);
+        programs.env("CULLET_CASES", "4").arg("--").args(names);
     }
     run(programs)
 }

@@ -22,6 +22,9 @@ const SANITISED: &[&str] = &["-fsanitize=address,undefined", "-fno-sanitize-reco
 const TESTS: [&str; 4] = ["tests/mistakes.c", "tests/boxes.c", "tests/more.c", "tests/sets.c"];
 const WRAPPERS: [&str; 2] = ["tests/wrapper.cpp", "tests/wrapper_queries.cpp"];
 const WARNINGS: &[&str] = &["-Wall", "-Wextra", "-Werror", "-pedantic", "-g", "-O1"];
+/// Words that name the program with a frame in Rust.
+const BORDER: [&str; 7] =
+    ["--quiet", "--profile", PROFILE, "--package", "cullet-c", "--example", "border"];
 /// Libraries that a static library of Rust needs beside it.
 const STATIC: &[&str] = &["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl"];
 /// Programs that are not needed to build, with the Debian package of each.
@@ -68,10 +71,15 @@ pub(crate) fn test() -> Ended {
     Ok(if skips.is_empty() { End::Passed } else { End::Partly(skips) })
 }
 
-/// Builds the library as the step installs it, before that.
+/// Builds the library as the step installs it, before that, and the program that measures it.
 pub(crate) fn build_ahead() -> Done {
     Host::install("ahead", &[("CULLET_FEATURES", "boxes")])?;
-    Host::install("ahead", &[]).map(drop)
+    Host::install("ahead", &[])?;
+    if sizes::has_source() {
+        Host::install("ahead", &sizes::LEAST_SETTINGS)?;
+    }
+    let _alone = alone("c")?;
+    run(command(&cargo_program(), &[&["build"][..], &BORDER].concat()))
 }
 
 /// An install tree, and the folder of what is compiled against it.
@@ -301,10 +309,8 @@ impl Host {
     /// A frame in C beside the same in Rust: the same count of instances, and both times.
     fn border(&self) -> Done {
         let library = self.compile("gcc", "tests/border.c", &["-shared", "-fPIC"])?;
-        let words =
-            ["run", "--quiet", "--profile", PROFILE, "-p", "cullet-c", "--example", "border", "--"];
-        let mut border = command(&cargo_program(), &words);
-        border.arg(library).env("LD_LIBRARY_PATH", self.prefix.join("lib"));
+        let mut border = command(&cargo_program(), &[&["run"][..], &BORDER].concat());
+        border.arg("--").arg(library).env("LD_LIBRARY_PATH", self.prefix.join("lib"));
         run(border)
     }
 }

@@ -12,13 +12,15 @@ use crate::tools::{Done, command, run};
 /// A cube's corner, with ends of lines as Windows' editors write them.
 const MODEL: &str = "v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nv 0 0 1\r\nf 1 3 2\r\nf 1 2 4\r\nf 1 4 3\r\n";
 
+/// Builds the programs.
+pub(super) fn build(target: &Target) -> Done {
+    let words = ["build", "--package", "cullet-cli", "--package", "cullet-baker", "--bins"];
+    run(cargo(target, &words))
+}
+
 /// The program: paths with spaces, letters beyond ASCII, and longer than Windows likes; what it
 /// says and writes is what it says and writes here.
 pub(super) fn test(target: &Target) -> Done {
-    run(cargo(
-        target,
-        &["build", "--package", "cullet-cli", "--package", "cullet-baker", "--bins"],
-    ))?;
     let own = plain::program("cullet")?;
     let here = |name: &str| command(&text(&own.with_file_name(name)), &[]);
     let there = |name: &str| Built { target, program: built(target, &format!("{name}.exe")) };

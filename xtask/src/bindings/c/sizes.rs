@@ -30,6 +30,10 @@ const LEAST: Limits = [
     Limit { what: "program with boxes of boxes alone without backtraces", most: 600_000 },
 ];
 
+/// Settings of the script for the last.
+pub(super) const LEAST_SETTINGS: [(&str, &str); 2] =
+    [("CULLET_FEATURES", "boxes"), ("CULLET_NO_BACKTRACE", "1")];
+
 /// Measures the builds, each in its tree; a program with a scene must not link where there is none.
 pub(super) fn test(whole: &Host, boxes: &Host, skips: &mut Vec<Skip>) -> Done {
     let mut wrong = Vec::new();
@@ -39,8 +43,7 @@ pub(super) fn test(whole: &Host, boxes: &Host, skips: &mut Vec<Skip>) -> Done {
         wrong.push("a program with a scene links with a library of boxes alone".into());
     }
     if has_source() {
-        let settings = [("CULLET_FEATURES", "boxes"), ("CULLET_NO_BACKTRACE", "1")];
-        wrong.extend(both(&Host::install("least", &settings)?, &LEAST)?);
+        wrong.extend(both(&Host::install("least", &LEAST_SETTINGS)?, &LEAST)?);
     } else {
         skips.push(Skip::new("the C library without backtraces", "rustup component add rust-src"));
     }
@@ -48,7 +51,7 @@ pub(super) fn test(whole: &Host, boxes: &Host, skips: &mut Vec<Skip>) -> Done {
 }
 
 /// Whether the source of the standard library is there, once CI has fetched it.
-fn has_source() -> bool {
+pub(super) fn has_source() -> bool {
     let is_there = || {
         let root = output("rustc", &["--print", "sysroot"]).unwrap_or_default();
         Path::new(root.trim()).join("lib/rustlib/src/rust/library").is_dir()
