@@ -75,7 +75,7 @@ fn programs() -> Ended {
     all(run_in(&unpacked, &cullet, &["bake", "solids", "-o", "scene.glb", "--quiet"]))
 }
 
-/// The crates as crates.io takes them, and a project that has nothing but them.
+/// The crates as crates.io takes them, a project that has nothing but them, and their documentation.
 fn crates() -> Ended {
     let published = published()?;
     let mut words = vec!["publish", "--dry-run", "--no-verify", "--allow-dirty"];
@@ -84,17 +84,19 @@ fn crates() -> Ended {
     // A dry run leaves no packages behind.
     cargo(&[&["package", "--quiet"], &words[2..]].concat())?;
     let (version, user) = (current_version()?, empty("crate-user")?);
-    let mut patches = String::new();
-    for name in published.iter().filter(|word| *word != "--package") {
+    let names: Vec<&String> = published.iter().filter(|word| *word != "--package").collect();
+    let (mut patches, mut members) = (String::new(), String::new());
+    for name in &names {
         let file = format!("{name}-{version}.crate");
         let (from, to) = (target().join("package").join(&file), artefacts().join(&file));
         fs::copy(&from, &to).map_err(|e| at(&from, e))?;
         run(command("tar", &["-xzf", &text(&to), "-C", &text(&user)]))?;
         patches += &format!("{name} = {{ path = \"{name}-{version}\" }}\n");
+        members += &format!("\"{name}-{version}\", ");
     }
     let manifest = format!(
         "[package]\nname = \"user\"\nedition = \"2024\"\n[dependencies]\ncullet = \"{version}\"\n\
-         [workspace]\n[patch.crates-io]\n{patches}"
+         [workspace]\nmembers = [{members}]\n[patch.crates-io]\n{patches}"
     );
     let example = first_example("crates/cullet/README.md", "rust")?;
     let program =
@@ -103,7 +105,25 @@ fn crates() -> Ended {
     fs::create_dir_all(&source).map_err(|e| at(&source, e))?;
     fs::write(user.join("Cargo.toml"), manifest).map_err(|e| at(&user, e))?;
     fs::write(source.join("main.rs"), program).map_err(|e| at(&source, e))?;
-    all(run_in(&user, Path::new(&cargo_program()), &["run", "--quiet"]))
+    run_in(&user, Path::new(&cargo_program()), &["run", "--quiet"])?;
+    let takes_all = |name: &&String| {
+        let manifest = user.join(format!("{name}-{version}/Cargo.toml"));
+        fs::read_to_string(manifest).is_ok_and(|text| text.contains(DOCS_SETTING))
+    };
+    let (whole, plain): (Vec<&String>, Vec<&String>) = names.into_iter().partition(takes_all);
+    documents(&user, &whole, &["--all-features"]).and_then(|()| all(documents(&user, &plain, &[])))
+}
+
+/// The settings that docs.rs finds in a package, as cargo writes them there; others have none.
+const DOCS_SETTING: &str = "[package.metadata.docs.rs]\nall-features = true\n";
+
+/// Builds the documentation of unpacked crates as docs.rs does.
+fn documents(user: &Path, names: &[&String], features: &[&str]) -> Done {
+    let mut doc = command(&cargo_program(), &["doc", "--quiet", "--no-deps"]);
+    names.iter().for_each(|name| _ = doc.args(["--package", name.as_str()]));
+    doc.args(features).current_dir(user).env_remove("CARGO_TARGET_DIR");
+    doc.env("RUSTDOCFLAGS", "-Dwarnings --cfg docsrs");
+    run(doc)
 }
 
 /// The wheel and the sdist, each in an environment of its own.
