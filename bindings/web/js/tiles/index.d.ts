@@ -1,6 +1,7 @@
 import type { Mesh } from 'three';
 
-export { init } from 'cullet';
+/** Loads the engine, once for `cullet/three` and this entry; without it, as in a browser that lacks SIMD, the horizon alone hides. */
+export { init } from 'cullet/three';
 
 /** How a {@link CullingPlugin} works; all may be left out. */
 export interface CullingPluginOptions {

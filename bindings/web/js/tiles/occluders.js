@@ -1,10 +1,11 @@
 // What the tiles that are drawn hide: a scene of the engine with the meshes of those tiles, and the boxes of the tiles that are asked for.
 
-import { Scene, STAGES } from 'cullet';
 import { isMorphed, Kind, kindOf } from '../three/bounds.js';
+import { Scene } from '../three/engine.js';
 import { callsBack, judge, May } from '../three/hiding.js';
 
-const [FRUSTUM, OCCLUSION] = [STAGES.indexOf('frustum'), STAGES.indexOf('occlusion')];
+// Where a box is in a picture.
+const [OUTSIDE, HIDDEN, SEEN] = [0, 1, 2];
 // A buffer of this width is enough for any screen: proofs hold at every resolution.
 const WIDTH = 1280;
 // A box is tested in a picture so many times as wide and as high as the camera's: one that shows beside the screen is not hidden, and is
@@ -12,16 +13,17 @@ const WIDTH = 1280;
 const WIDER = 2;
 // Beyond this distance from the eye, the engine's coordinates begin anew there: they are f32, and so within a millimetre of it.
 const FAR = 1e4;
-const SEEN = { layers: 1 };
-const UNSEEN = { layers: 0, occluder: false };
+const IN_VIEW = { layers: 1 };
+const NOT_IN_VIEW = { layers: 0, occluder: false };
 const UNIT = [-1, -1, -1, 1, 1, 1];
 const NOWHERE = [0, 0, 0];
 
 export class Occluders {
   #scene = null;
+  // By camera, the engine's views: of what is not hidden now, of that ahead, and of all in a picture.
   #views = new Map();
   #viewsAhead = new Map();
-  #viewsWithin = new Map();
+  #viewsOfAll = new Map();
   #settings;
   #hides;
   #unit = 0;
@@ -33,7 +35,7 @@ export class Occluders {
   #waste = 0;
 
   constructor({ preset, drawMicroseconds, occludes }) {
-    this.#settings = { preset, drawMicroseconds, output: 'instances', reasons: true };
+    this.#settings = { preset, drawMicroseconds, output: 'instances' };
     this.#hides = occludes ?? (() => true);
     // Now, and not in the first frame, it is told if the engine is not loaded.
     this.#ready();
@@ -49,7 +51,7 @@ export class Occluders {
     const matrix = boxOf(tile.engineData.boundingVolume);
     if (!matrix.every(Number.isFinite)) { this.#boxes.set(tile, null); return; }
     const scene = this.#ready();
-    this.#boxes.set(tile, { id: scene.add(this.#unit, this.#placed(matrix), SEEN), matrix });
+    this.#boxes.set(tile, { id: scene.add(this.#unit, this.#placed(matrix), IN_VIEW), matrix });
     this.#isNew = true;
   }
 
@@ -96,7 +98,7 @@ export class Occluders {
       if (isDrawn && this.#spoils(tile)) return null;
       for (const mesh of taken) {
         const is = isDrawn && this.#isOpaque(mesh.object, layers, group, mesh.twoSided);
-        if (is !== mesh.is) scene.setState(mesh.id, is ? { ...SEEN, occluder: true } : UNSEEN);
+        if (is !== mesh.is) scene.setState(mesh.id, is ? { ...IN_VIEW, occluder: true } : NOT_IN_VIEW);
         mesh.is = is;
         hides ||= is;
       }
@@ -114,11 +116,11 @@ export class Occluders {
   dispose() { this.#clear(); }
 
   #hidden(cameras, group, views, shift, kept) {
-    let all;
-    let within;
+    let wide;
+    let within = null;
     try {
-      all = cameras.map((camera) => this.#reasons(camera, group, views, shift, WIDER));
-      within = views === this.#views && kept.size > 0 ? cameras.map((camera) => this.#reasons(camera, group, this.#viewsWithin, shift, 1)) : null;
+      wide = cameras.map((camera) => this.#pictureOf(camera, group, views, shift, WIDER));
+      if (views === this.#views && kept.size > 0) within = cameras.map((camera) => this.#pictureOf(camera, group, null, shift, 1));
     } catch (error) {
       // A matrix that shows no volume.
       if (error.code === 'camera') return null;
@@ -130,23 +132,25 @@ export class Occluders {
       const isKept = kept.has(tile);
       let isHidden = isKept;
       let isSeen = false;
-      all.forEach((reasons, i) => {
-        const isOutside = reasons[box.id] === FRUSTUM || (isKept && within?.[i][box.id] === FRUSTUM);
-        isHidden ||= reasons[box.id] === OCCLUSION;
-        isSeen ||= reasons[box.id] !== OCCLUSION && !isOutside;
+      wide.forEach((picture, i) => {
+        const isOutside = picture[box.id] === OUTSIDE || (isKept && within?.[i][box.id] === OUTSIDE);
+        isHidden ||= picture[box.id] === HIDDEN;
+        isSeen ||= picture[box.id] === SEEN && !isOutside;
       });
       if (isHidden && !isSeen) hidden.add(tile);
     }
     return hidden;
   }
 
-  // The stage that takes each instance, for one camera.
-  #reasons(camera, group, views, shift, wider) {
+  // Where each instance is in a camera's picture, which is so many times as wide: seen or hidden as `views` find, hidden without them.
+  #pictureOf(camera, group, views, shift, wider) {
     const { elements } = camera.projectionMatrix;
     const height = Math.max(1, Math.min(4096, Math.round((WIDTH * elements[0]) / Math.abs(elements[5])) || 1));
-    const view = this.#viewOf(camera, views).setCamera(this.#clipOf(camera, group, shift, wider), WIDTH, height);
-    view.cull();
-    return view.reasons().slice();
+    const clip = this.#clipOf(camera, group, shift, wider);
+    const picture = new Uint8Array(this.#scene.idCount);
+    for (const id of this.#viewOf(camera, this.#viewsOfAll).setCamera(clip, WIDTH, height).cull()) picture[id] = HIDDEN;
+    if (views) for (const id of this.#viewOf(camera, views).setCamera(clip, WIDTH, height).cull()) picture[id] = SEEN;
+    return picture;
   }
 
   #viewOf(camera, views) {
@@ -156,7 +160,7 @@ export class Occluders {
     const made = views.get(camera);
     if (made?.depth === depth) return made.view;
     made?.view.dispose();
-    const view = this.#scene.view({ ...this.#settings, occlusion: views !== this.#viewsWithin, depth });
+    const view = this.#scene.view({ ...this.#settings, occlusion: views !== this.#viewsOfAll, depth });
     views.set(camera, { view, depth });
     return view;
   }
@@ -196,7 +200,7 @@ export class Occluders {
       const matrix = multiply(inverse, object.matrixWorld.elements);
       const mesh = matrix.every(Number.isFinite) ? meshOf(scene, object.geometry, twoSided) : null;
       if (mesh === null) return;
-      taken.push({ id: scene.add(mesh, this.#placed(matrix), UNSEEN), matrix, object, twoSided, is: false });
+      taken.push({ id: scene.add(mesh, this.#placed(matrix), NOT_IN_VIEW), matrix, object, twoSided, is: false });
       this.#isNew = true;
     });
   }
@@ -223,14 +227,14 @@ export class Occluders {
     if (this.#scene) return this.#scene;
     this.#scene = new Scene();
     this.#unit = this.#scene.addBox(UNIT);
-    for (const [tile, box] of this.#boxes) if (box) this.#boxes.set(tile, { ...box, id: this.#scene.add(this.#unit, this.#placed(box.matrix), SEEN) });
+    for (const [tile, box] of this.#boxes) if (box) this.#boxes.set(tile, { ...box, id: this.#scene.add(this.#unit, this.#placed(box.matrix), IN_VIEW) });
     this.#isNew = true;
     return this.#scene;
   }
 
   // What is drawn is taken again by the next `cull`.
   #clear() {
-    for (const views of [this.#views, this.#viewsAhead, this.#viewsWithin]) {
+    for (const views of [this.#views, this.#viewsAhead, this.#viewsOfAll]) {
       for (const { view } of views.values()) view.dispose();
       views.clear();
     }

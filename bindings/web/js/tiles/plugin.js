@@ -10,6 +10,7 @@
 // Hiding has no circles. Along any ray to a hidden tile's box, the first surface of all that hide belongs to a tile that is not hidden
 // there, for its box would be entered before. That one is drawn, and so is all that is needed.
 
+import { isInert } from '../three/init.js';
 import { Horizon, lowered, loweredOcclusionPoint } from './horizon.js';
 import { eyeOf, Occluders } from './occluders.js';
 
@@ -61,7 +62,7 @@ export class CullingPlugin {
   /** Called by the renderer when the plugin is registered. */
   init(tiles) {
     this.#tiles = tiles;
-    if (this.#settings.occlusion) this.#occluders = new Occluders(this.#settings);
+    if (this.#settings.occlusion && !isInert()) this.#occluders = new Occluders(this.#settings);
     for (const [name, listener] of Object.entries(this.#listeners)) tiles.addEventListener(name, listener);
     tiles.traverse((tile) => { if (tile.traversal) this.preprocessNode(tile); }, null, false);
   }
