@@ -76,7 +76,7 @@ pub(crate) fn build_ahead() -> Done {
     Host::install("ahead", &[("CULLET_FEATURES", "boxes")])?;
     Host::install("ahead", &[])?;
     if sizes::has_source() {
-        Host::install("ahead", &sizes::LEAST_SETTINGS)?;
+        sizes::install_least("ahead")?;
     }
     let _alone = alone("c")?;
     run(command(&cargo_program(), &[&["build"][..], &BORDER].concat()))
