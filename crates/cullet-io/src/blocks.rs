@@ -29,8 +29,11 @@ pub struct Source<'a> {
 impl Source<'static> {
     /// A file, which must be a regular one: a device or a pipe may never end.
     pub fn open(path: &Path) -> Result<Self, ErrorKind> {
-        if !std::fs::metadata(path)?.is_file() {
-            return Err(ErrorKind::Unsupported("it is not a regular file".into()));
+        let kind = std::fs::metadata(path)?;
+        if !kind.is_file() {
+            let what =
+                if kind.is_dir() { "a folder: name a file in it" } else { "not a regular file" };
+            return Err(ErrorKind::Unsupported(format!("it is {what}")));
         }
         let file = File::open(path)?;
         let size = file.metadata()?.len();

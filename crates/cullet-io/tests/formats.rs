@@ -374,7 +374,12 @@ fn files_that_are_none_of_these() {
     assert!(error.to_string().starts_with("/nonexistent/a.obj: cannot be read"), "{error}");
     let folder = std::env::temp_dir();
     let error = load(&folder, &LoadOptions::default()).unwrap_err().to_string();
-    assert!(error.contains("not a regular file"), "{error}");
+    assert!(error.ends_with("it is a folder: name a file in it"), "{error}");
+    #[cfg(unix)]
+    {
+        let error = load(std::path::Path::new("/dev/null"), &LoadOptions::default()).unwrap_err();
+        assert!(error.to_string().ends_with("it is not a regular file"), "{error}");
+    }
     let error =
         load_bytes("a.obj", b"hello world\n", &LoadOptions::default()).unwrap_err().to_string();
     assert_eq!(

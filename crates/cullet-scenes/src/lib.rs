@@ -61,9 +61,12 @@ pub fn is_builtin(text: &str) -> bool {
 }
 
 /// Message for a text that names neither a file nor a built-in scene: with the built-in scene whose
-/// name is most like it, or with all of them.
+/// name is most like it, or with all of them. Addresses are told apart.
 #[must_use]
 pub fn no_such_file(text: &str) -> String {
+    if text.contains("://") {
+        return format!("{text}: addresses are not fetched; download it, then name the file");
+    }
     let name = text.split(':').next().unwrap_or_default().trim();
     match spec::similar(name, SCENES.iter().map(|s| s.name)) {
         Some(like) => format!("there is no file {text}; did you mean the built-in scene {like}?"),

@@ -181,6 +181,11 @@ fn a_slip_finds_what_was_meant() {
             2,
             "has no key 'cels' (did you mean 'cells'?); its keys are seed,",
         ),
+        (
+            &["info", "https://example.org/a.glb"],
+            3,
+            "a.glb: addresses are not fetched; download it",
+        ),
         (&["picture", "kindz"], 2, "a similar value exists: 'kinds'"),
         (&["repotr"], 2, "'report'"),
     ] {
