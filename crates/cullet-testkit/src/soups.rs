@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::Rng;
+use crate::vectors::{cross, dot};
 
 /// Positions, and three indices a triangle.
 pub type Soup = (Vec<[f32; 3]>, Vec<u32>);
@@ -37,6 +38,32 @@ pub fn ball(rings: u32, around: u32) -> Soup {
             indices.extend([a, b, c, b, d, c]);
         }
     }
+    (positions, indices)
+}
+
+/// Small triangles all over the unit ball, some of them slivers or points, wound outward; no vertex is shared.
+pub fn facets(rng: &mut Rng, count: usize) -> Soup {
+    let mut positions = Vec::new();
+    for i in 0..count {
+        let p = rng.vector(1.0);
+        let length = dot(p, p).sqrt().max(1e-9);
+        let p = p.map(|v| v / length);
+        let (mut u, mut v) = (rng.vector(1.0), rng.vector(1.0));
+        let size = if i % 50 == 0 { 1e-7 } else { 0.05 };
+        for e in [&mut u, &mut v] {
+            let along = dot(*e, p) * 0.7;
+            (0..3).for_each(|k| e[k] = (e[k] - p[k] * along) * size);
+        }
+        if i % 70 == 0 {
+            v = u;
+        }
+        if dot(cross(u, v), p) < 0.0 {
+            (u, v) = (v, u);
+        }
+        let at = |e: [f64; 3]| std::array::from_fn(|k| (p[k] + e[k]) as f32);
+        positions.extend([at([0.0; 3]), at(u), at(v)]);
+    }
+    let indices = (0..positions.len() as u32).collect();
     (positions, indices)
 }
 

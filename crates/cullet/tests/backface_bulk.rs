@@ -3,34 +3,9 @@
 
 use cullet::cull::Indices;
 use cullet::cull::backface::{Facing, Planes8};
-use cullet_testkit::vectors::{cross, dot, front};
+use cullet_testkit::soups::facets;
+use cullet_testkit::vectors::{dot, front};
 use cullet_testkit::{Rng, at_every_level};
-
-/// Small triangles all over a sphere, some of them slivers or points, wound outward.
-fn triangles(rng: &mut Rng, count: usize) -> (Vec<[f32; 3]>, Vec<u32>) {
-    let mut positions = Vec::new();
-    for i in 0..count {
-        let p = rng.vector(1.0);
-        let length = dot(p, p).sqrt().max(1e-9);
-        let p = p.map(|v| v / length);
-        let (mut u, mut v) = (rng.vector(1.0), rng.vector(1.0));
-        let size = if i % 50 == 0 { 1e-7 } else { 0.05 };
-        for e in [&mut u, &mut v] {
-            let along = dot(*e, p) * 0.7;
-            (0..3).for_each(|k| e[k] = (e[k] - p[k] * along) * size);
-        }
-        if i % 70 == 0 {
-            v = u;
-        }
-        if dot(cross(u, v), p) < 0.0 {
-            (u, v) = (v, u);
-        }
-        let at = |e: [f64; 3]| std::array::from_fn(|k| (p[k] + e[k]) as f32);
-        positions.extend([at([0.0; 3]), at(u), at(v)]);
-    }
-    let indices = (0..positions.len() as u32).collect();
-    (positions, indices)
-}
 
 fn ones(words: &[u64]) -> u64 {
     words.iter().map(|w| u64::from(w.count_ones())).sum()
@@ -39,7 +14,7 @@ fn ones(words: &[u64]) -> u64 {
 #[test]
 fn nothing_in_front_is_culled() {
     let mut rng = Rng(7);
-    let (positions, indices) = triangles(&mut rng, 3000);
+    let (positions, indices) = facets(&mut rng, 3000);
     let corners = |t: usize| [0, 1, 2].map(|k| positions[t * 3 + k]);
     let planes8 = Planes8::new(&positions, &indices);
     let (mut exact, mut by8) = (0, 0);
