@@ -15,24 +15,24 @@ use crate::cull::shadow::CasterReason;
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 #[repr(u8)]
 pub enum Stage {
-    /// Layers that view and instance do not share.
+    /// The view and the instance share no layer.
     Layer = 1,
-    /// Outside the view's frustum; of a light, where no caster can matter.
+    /// The instance is outside the frustum of the view, or for a light, where no caster can matter.
     Frustum = 2,
-    /// Not in the potentially visible set: that of the eye's cell, or the
+    /// The instance is not in the potentially visible set of the eye's cell, or not among the
     /// [candidates](crate::candidates::Candidates) of the caller.
     Pvs = 3,
-    /// Not seen through any portal.
+    /// The instance is not seen through any portal.
     Portal = 4,
-    /// Too small on the screen.
+    /// The instance is too small on the screen.
     Detail = 5,
-    /// Another level of detail stands for it.
+    /// Another level of detail is drawn in its place.
     Lod = 6,
-    /// Behind something.
+    /// The instance is hidden behind others.
     Occlusion = 7,
-    /// Seen from behind (or from the front, where front faces are culled).
+    /// The eye sees the back of the triangles (or the front, if front faces are culled).
     Backface = 8,
-    /// Without area.
+    /// The triangles have no area.
     Degenerate = 9,
 }
 
@@ -205,7 +205,8 @@ pub struct FunnelRow {
     pub entered: Counts,
     /// Counts passed on.
     pub left: Counts,
-    /// How long it took in nanoseconds, or [`NO_TIME`](Self::NO_TIME); see [`time`](Self::time).
+    /// Time that the stage took in nanoseconds, or [`NO_TIME`](Self::NO_TIME); see
+    /// [`time`](Self::time).
     pub nanoseconds: u64,
 }
 
@@ -213,7 +214,7 @@ impl FunnelRow {
     /// The [`nanoseconds`](Self::nanoseconds) of a row where the caller gave no clock.
     pub const NO_TIME: u64 = u64::MAX;
 
-    /// How long the stage took in nanoseconds, where the caller gave a clock.
+    /// Returns the time that the stage took in nanoseconds, if the caller gave a clock.
     #[must_use]
     pub fn time(&self) -> Option<u64> {
         (self.nanoseconds != Self::NO_TIME).then_some(self.nanoseconds)
@@ -294,7 +295,7 @@ impl Funnel {
         self.rows.iter().map(counts).eq(other.rows.iter().map(counts))
     }
 
-    /// All of the scene: what entered the first stage.
+    /// Returns the counts of the whole scene: what entered the first stage.
     #[must_use]
     pub fn entered(&self) -> Counts {
         self.rows.first().map_or(Counts::default(), |row| row.entered)

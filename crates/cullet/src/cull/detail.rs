@@ -85,8 +85,9 @@ impl Detail {
         rect.is_some_and(|rect| self.is_small_size([rect.width(), rect.height()], 1.0))
     }
 
-    /// The same of a width and a height in pixels, of something whose size counts by a weight:
-    /// [never](crate::Instance::size_weight) where that is infinite, NaN or below 0.
+    /// Returns whether a width and height in pixels, multiplied by `weight`, are below the
+    /// threshold. Returns false if [`weight`](crate::Instance::size_weight) is infinite, NaN or
+    /// below 0.
     #[must_use]
     pub fn is_small_size(&self, size: [f64; 2], weight: f64) -> bool {
         weight >= 0.0 && self.measured(size, weight) < self.threshold_px

@@ -58,10 +58,10 @@ pub enum Evidence {
     Size {
         /// Width and height on the screen in pixels, the parts beyond its edges included.
         pixels: [f64; 2],
-        /// So many times it counts.
+        /// Factor by which the size counts.
         weight: f32,
     },
-    /// Its area, as far as its transform and its mesh leave any.
+    /// Area that the transform and the mesh leave to the instance.
     Area {
         /// Rank of the transform: 3 for all that is not flattened.
         rank: u8,
@@ -133,7 +133,8 @@ pub struct CellTest {
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Sight {
-    /// It is beyond the cells, or moved since they were updated: it is seen from everywhere.
+    /// The instance is outside the cells, or moved since they were updated: it counts as seen from
+    /// everywhere.
     #[default]
     Everywhere,
     /// The visible sets.
@@ -143,7 +144,8 @@ pub enum Sight {
     Portals,
     /// The limits of chains of portals, behind which all is taken to be seen.
     Limited,
-    /// This portal, the first on the shortest way that is shut, where each way is shut.
+    /// Every way to the instance has a shut portal. This is the first shut portal on the shortest
+    /// way.
     Shut(u32),
     /// A way is open, but no line of sight leads along it.
     Open,
@@ -161,12 +163,11 @@ pub struct CoverTest {
     pub min: [u32; 2],
     /// Last column and row, inclusive.
     pub max: [u32; 2],
-    /// How near the box comes at the most. Larger is nearer: 1 / w in perspective, w being the
-    /// distance along the line of sight of the view's centre.
+    /// Greatest nearness of the box. Larger is nearer: 1 / w in perspective, where w is the
+    /// distance along the view direction.
     pub nearness: f32,
-    /// How near the covered area is at the least within those bounds: 0 where a pixel is not
-    /// covered.
+    /// Least nearness of the covered pixels within those bounds: 0 if a pixel is not covered.
     pub covered: f32,
-    /// The first pixel that lets it through, by row and then column; `None` where it is hidden.
+    /// First pixel that lets the box through, by row and then column; `None` if the box is hidden.
     pub open: Option<[u32; 2]>,
 }

@@ -28,24 +28,25 @@ pub struct Step {
     pub stage: Stage,
     /// Unit that it tested.
     pub unit: Unit,
-    /// How many of the instance's instances (one), clusters or triangles came in.
+    /// Number of units that entered the stage: the instance itself (one), its clusters or its
+    /// triangles.
     pub entered: u64,
-    /// How many went on.
+    /// Number of units that the stage passed on.
     pub left: u64,
-    /// Its measurements, where it tested the instance as a whole.
+    /// Measurements of the stage, if it tested the instance as a whole.
     #[cfg_attr(feature = "serde", serde(default))]
     pub evidence: Evidence,
 }
 
-/// Why an instance is drawn or not: every stage it came to, with its numbers.
+/// Explanation of why an instance is drawn or not: every stage that it reached, with its numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Explanation {
-    /// Why it was dropped; `None` if something of it is drawn.
+    /// Reason why the instance was dropped; `None` if any part of it is drawn.
     pub reason: Option<Reason>,
     /// The stages, in order.
     pub steps: Vec<Step>,
-    /// Where it is hidden, the slots of the instances that hide it, the nearest first.
+    /// Slots of the instances that hide it, nearest first; empty if it is not hidden.
     pub hidden_by: Vec<u32>,
 }
 

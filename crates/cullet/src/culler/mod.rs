@@ -71,12 +71,12 @@ impl Output {
     }
 }
 
-/// How back faces of one-sided parts are culled; of rigid instances alone, whatever the way.
+/// Method of culling the back faces of one-sided parts. All methods apply to rigid instances only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Backface {
-    /// Not at all.
+    /// Culls no back faces.
     Off,
     /// Whole clusters by an elliptic cone, where the output is clusters or triangles; then, for
     /// triangles, each by a plane of four bytes, and the few that are in doubt from their corners.

@@ -19,14 +19,14 @@ const NO_MESH: MeshId = MeshId::MAX;
 pub struct InstanceFlags {
     /// No stage but the layer mask may cull it.
     pub always_visible: bool,
-    /// It never serves as an occluder.
+    /// The instance never serves as an occluder.
     pub no_occlusion: bool,
     /// Both sides of its triangles are drawn, whatever its mesh says.
     pub double_sided: bool,
-    /// It is blended, whatever its mesh says.
+    /// The instance is blended, whatever its mesh says.
     pub transparent: bool,
-    /// It is going to move: a commit puts it beside others that do, so that it loosens no node of
-    /// what stands. A hint; anything may move.
+    /// The instance will move: a commit puts it next to others that will, so that it does not
+    /// enlarge the nodes of static ones. This is only a hint: any instance may move.
     pub dynamic: bool,
 }
 
@@ -40,7 +40,7 @@ pub enum BoundsOverride {
     Mesh,
     /// There are no bounds: the instance is visible to every stage.
     None,
-    /// This box in world space, relative to the scene's origin.
+    /// A box in world space, relative to the scene's origin.
     World(Aabb),
     /// The box of the mesh, grown on every side by this distance in world units: for vertices that
     /// a shader displaces. A distance below 0 counts as 0; one that is NaN or infinite means that
@@ -54,13 +54,13 @@ pub enum BoundsOverride {
 pub struct Instance {
     /// Number of its mesh.
     pub mesh: MeshId,
-    /// Where.
+    /// Transform from the space of the mesh to the world.
     pub transform: Transform,
-    /// In which layers; 0 is in none, so never drawn.
+    /// Layers of the instance, one bit each. With 0 it is in no layer and never drawn.
     pub layers: u32,
-    /// Its flags.
+    /// Flags of the instance.
     pub flags: InstanceFlags,
-    /// Its bounds.
+    /// Bounds of the instance.
     pub bounds: BoundsOverride,
     /// Factor by which its size on the screen counts for [`Culler::detail`](crate::Culler::detail).
     /// A factor of 2 culls it where an instance of twice its size and weight 1 would be. One that

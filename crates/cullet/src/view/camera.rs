@@ -101,13 +101,13 @@ impl Projection {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Camera {
-    /// Where the camera stands.
+    /// Position of the camera.
     pub eye: [f64; 3],
-    /// Where it looks; any length above 0.
+    /// Direction in which the camera looks, of any length above 0.
     pub direction: [f64; 3],
     /// Up direction; need not be perpendicular to `direction`, must not lie along it.
     pub up: [f64; 3],
-    /// Its projection.
+    /// Projection of the camera.
     pub projection: Projection,
 }
 

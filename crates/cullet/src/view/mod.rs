@@ -129,7 +129,7 @@ pub enum ViewError {
     NoPlane(Plane),
 }
 
-/// All that a culler needs to know of a camera.
+/// A camera as a culler needs it.
 ///
 /// World space is right-handed; a view looks along −Z of its own space; clip depth is 0..1,
 /// standard or reversed. Everything is f64, so that a world of 1e7 units stays exact enough.
@@ -277,7 +277,7 @@ impl View {
         Self::from_matrix(m, depth, viewport)
     }
 
-    /// The same view for other layers.
+    /// Returns the view with other layers.
     #[must_use]
     pub fn with_layers(mut self, layers: u32) -> Self {
         self.layers = layers;

@@ -16,7 +16,7 @@ use crate::hierarchy::Handle;
 use crate::mesh::{Alpha, Mesh};
 use crate::scene::{MeshId, Scene, SceneError};
 
-/// Some indices of a mesh, drawn for one instance.
+/// A range of indices of a mesh, to be drawn for one instance.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Draw {
     /// The instance's slot.
@@ -84,8 +84,8 @@ impl DrawState {
 }
 
 impl Visible {
-    /// Draws, one for each instance and part. Of an instance that is drawn in part, the clusters
-    /// that are left; triangles that were dropped by themselves are in them again:
+    /// Returns the draws, one for each instance and part. An instance that is drawn in part has
+    /// draws for the clusters that are left. They include triangles that were dropped individually;
     /// [`DrawList::fill_triangles`] leaves those out.
     ///
     /// Allocates the list. O(n log n) of what is visible.
@@ -134,9 +134,9 @@ impl Visible {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct DrawCommand {
-    /// How many indices.
+    /// Number of indices.
     pub index_count: u32,
-    /// How many instances.
+    /// Number of instances.
     pub instance_count: u32,
     /// First index, in the index buffer.
     pub first_index: u32,
@@ -162,13 +162,13 @@ pub struct DrawKey {
     pub level: u32,
 }
 
-/// Where the renderer's buffers hold a mesh.
+/// Place of a mesh in the buffers of the renderer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct MeshPlace {
-    /// Where its indices begin.
+    /// Position of the mesh's first index in the index buffer.
     pub first_index: u32,
-    /// Where its vertices begin.
+    /// Position of the mesh's first vertex in the vertex buffer.
     pub base_vertex: i32,
 }
 

@@ -18,11 +18,11 @@ use crate::scene::{Scene, SceneError, SceneVersion};
 pub struct SlotRange {
     /// First slot.
     pub first: u32,
-    /// How many slots; all of them hold instances that are visible.
+    /// Number of slots. All of them have visible instances.
     pub count: u32,
 }
 
-/// Some clusters of one instance.
+/// A range of clusters of one instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -34,11 +34,11 @@ pub struct DrawRange {
     pub level: u32,
     /// First cluster of the mesh.
     pub first_cluster: u32,
-    /// How many clusters.
+    /// Number of clusters.
     pub cluster_count: u32,
 }
 
-/// Some triangles of one instance, as a range of [`Visible::triangles`].
+/// Triangles of one instance, as a range of [`Visible::triangles`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -49,7 +49,7 @@ pub struct TriangleRange {
     pub level: u32,
     /// First entry.
     pub first: u32,
-    /// How many entries.
+    /// Number of entries.
     pub count: u32,
 }
 
@@ -64,7 +64,7 @@ pub struct DroppedRange {
     pub level: u32,
     /// First triangle, in the order of the mesh [of the level](crate::Scene::mesh_at).
     pub first_triangle: u32,
-    /// How many triangles.
+    /// Number of triangles.
     pub triangle_count: u32,
     /// The stage that took them.
     pub stage: Stage,
@@ -90,25 +90,26 @@ pub struct Visible {
     /// Clusters of instances that are drawn in part, ascending by slot and cluster; no slot is both
     /// here and in `whole`.
     pub partial: Vec<DrawRange>,
-    /// Where the output is triangles: the triangles of every visible instance, whole ones too.
+    /// Triangles of every visible instance, whole ones included. Filled if the output is triangles.
     pub triangle_ranges: Vec<TriangleRange>,
     /// Triangle numbers in the order of the mesh [of the level](crate::Scene::mesh_at), for
     /// `triangle_ranges`.
     pub triangles: Vec<u32>,
-    /// Where reasons are recorded: one per slot; `None` is visible (or an empty slot).
+    /// Reason for each slot; `None` for visible instances and empty slots. Filled if reasons are
+    /// recorded.
     pub reasons: Vec<Option<Reason>>,
-    /// Where drops are recorded: the triangles that were culled on their own or with their cluster,
-    /// ascending by slot and triangle, without overlap. An instance that was dropped as a whole has
-    /// none here, only its reason.
+    /// Triangles that were culled individually or with their cluster, ascending by slot and
+    /// triangle, without overlap. Filled if drops are recorded. An instance that was dropped as a
+    /// whole has only a reason, and no entry here.
     pub dropped: Vec<DroppedRange>,
     /// Counts of each stage.
     pub funnel: Funnel,
     /// Triangles that will be drawn.
     pub triangle_count: u64,
-    /// Instances of which something will be drawn.
+    /// Instances of which any part will be drawn.
     pub instance_count: u64,
-    /// Where [levels of detail](crate::Culler::lod) were chosen: by how many pixels what is drawn
-    /// may be off, which a budget may have raised.
+    /// Number of pixels by which the drawn surface may be off, which a budget may have raised.
+    /// `None` if no [levels of detail](crate::Culler::lod) were chosen.
     pub lod_pixels: Option<f64>,
 }
 

@@ -25,13 +25,13 @@ pub struct Occlusion {
     /// millisecond finds most of what is hidden, even in a forest of a million instances. Default
     /// 200.
     pub budget: f32,
-    /// How much of the cost of drawing what is left, by [`Culler::costs`](crate::Culler::costs),
-    /// may be spent before anything is known to be hidden, looking and testing included: 0.015
-    /// makes no frame more than some 3 % slower, since what is drawn first costs up to twice what a
-    /// model of warm memory says, and leaves occlusion out where so little would be drawn that
-    /// looking for it costs more. Then, as long as something is found to be hidden, a fifth of what
-    /// that saves. `None`, the default, spends the budget on any scene. It decides how much is
-    /// found, and never what is right.
+    /// Share of the cost of drawing what is left, by [`Culler::costs`](crate::Culler::costs), that
+    /// may be spent before anything is known to be hidden, searching and testing included. With
+    /// 0.015 no frame gets more than some 3 % slower: the first occluders cost up to twice what the
+    /// model says, which assumes warm memory. If so little is left to draw that searching would
+    /// cost more, occlusion is left out. After that, as long as something is found to be hidden, a
+    /// fifth of the saving may be spent. `None`, the default, spends the budget in any scene. The
+    /// value affects how much is found, never whether it is right.
     pub risk: Option<f32>,
 }
 
