@@ -15,24 +15,24 @@ use crate::cull::shadow::CasterReason;
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 #[repr(u8)]
 pub enum Stage {
-    /// The view and the instance share no layer.
+    /// Culls instances that share no layer with the view.
     Layer = 1,
-    /// The instance is outside the frustum of the view, or for a light, where no caster can matter.
+    /// Culls what is outside the frustum of the view, or for a light, where no caster can matter.
     Frustum = 2,
-    /// The instance is not in the potentially visible set of the eye's cell, or not among the
-    /// [candidates](crate::candidates::Candidates) of the caller.
+    /// Culls instances that are not in the potentially visible set of the eye's cell, or not among
+    /// the [candidates](crate::candidates::Candidates) of the caller.
     Pvs = 3,
-    /// The instance is not seen through any portal.
+    /// Culls what is not seen through any portal.
     Portal = 4,
-    /// The instance is too small on the screen.
+    /// Culls what is too small on the screen.
     Detail = 5,
-    /// Another level of detail is drawn in its place.
+    /// Draws another level of detail in its place.
     Lod = 6,
-    /// The instance is hidden behind others.
+    /// Culls what is hidden behind other geometry.
     Occlusion = 7,
-    /// The eye sees the back of the triangles (or the front, if front faces are culled).
+    /// Culls what the eye sees from behind (or from the front, if front faces are culled).
     Backface = 8,
-    /// The triangles have no area.
+    /// Culls what has no area.
     Degenerate = 9,
 }
 
