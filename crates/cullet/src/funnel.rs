@@ -26,7 +26,7 @@ pub enum Stage {
     Portal = 4,
     /// Culls what is too small on the screen.
     Detail = 5,
-    /// Draws another level of detail in its place.
+    /// Draws another level of detail in place of an instance.
     Lod = 6,
     /// Culls what is hidden behind other geometry.
     Occlusion = 7,
