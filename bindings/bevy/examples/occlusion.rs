@@ -1,6 +1,6 @@
 //! Bevy's own occlusion culling beside this plugin's, on one scene: `cargo run --release --example occlusion [FILE]`
 //! counts the pixels that differ from the picture that nothing was culled for, and writes the three pictures into `FILE`,
-//! wrong pixels in crimson.
+//! side by side, wrong pixels in crimson.
 
 #[path = "../tests/common/picture.rs"]
 mod picture;
@@ -108,7 +108,9 @@ fn main() {
     println!("CulletOcclusion: {} pixels differ", cullet.differing(&truth));
     let Some(file) = std::env::args().nth(1) else { return };
     let panels = [truth.pixels.clone(), marked(&bevy, &truth), marked(&cullet, &truth)];
-    let gap = vec![[255; 4]; SIZE[0] as usize * 6];
-    let size = [SIZE[0], SIZE[1] * 3 + 12];
-    Picture { size, pixels: panels.join(&gap[..]) }.save(Path::new(&file));
+    let [w, h] = SIZE.map(|n| n as usize);
+    let gap = [[255; 4]; 6];
+    let row = |y: usize| panels.each_ref().map(|panel| &panel[y * w..][..w]).join(&gap[..]);
+    let pixels = (0..h).flat_map(row).collect();
+    Picture { size: [SIZE[0] * 3 + 12, SIZE[1]], pixels }.save(Path::new(&file));
 }
