@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::tools::{Done, output, root, run, target};
+use crate::tools::{Done, output, run, target};
 
 /// Folder of what would be uploaded.
 pub(super) fn artefacts() -> PathBuf {
@@ -40,11 +40,11 @@ pub(super) fn run_in(folder: &Path, program: &Path, words: &[&str]) -> Done {
 }
 
 /// Returns the first block of code of a README in a language.
-pub(super) fn first_example(readme: &str, language: &str) -> Result<String, String> {
-    let path = root().join(readme);
-    let text = fs::read_to_string(&path).map_err(|e| at(&path, e))?;
+pub(super) fn first_example(readme: &Path, language: &str) -> Result<String, String> {
+    let text = fs::read_to_string(readme).map_err(|e| at(readme, e))?;
     let block = text.split(&format!("```{language}\n")).nth(1).and_then(|b| b.split("```").next());
-    block.map(str::to_owned).ok_or_else(|| format!("{readme} has no example in {language}"))
+    let none = || format!("{} has no example in {language}", readme.display());
+    block.map(str::to_owned).ok_or_else(none)
 }
 
 /// Packs a folder of `parent` among the artefacts, as a `.zip` for Windows and else as a `.tar.gz`, and
@@ -76,6 +76,7 @@ pub(super) fn machine() -> Result<String, String> {
 #[cfg(test)]
 mod tests {
     use super::first_example;
+    use crate::tools::root;
 
     #[test]
     fn the_readme_of_each_artefact_has_a_first_example() {
@@ -85,8 +86,11 @@ mod tests {
             ("bindings/python/README.md", "python"),
             ("bindings/web/README.md", "js"),
         ] {
-            assert!(first_example(readme, language).unwrap().lines().count() > 4, "{readme}");
+            let readme = root().join(readme);
+            assert!(first_example(&readme, language).unwrap().lines().count() > 4, "{readme:?}");
         }
-        assert!(first_example("README.md", "cobol").unwrap_err().contains("no example"));
+        assert!(
+            first_example(&root().join("README.md"), "cobol").unwrap_err().contains("no example")
+        );
     }
 }

@@ -50,7 +50,7 @@ fn archive_of_c(cross: Option<&Cross>) -> Ended {
         .map_err(|e| at(&stage, e))?;
     let prefix = pack(&stage, &name)?;
     let user = empty(&format!("c-user-{machine}"))?;
-    let example = first_example("bindings/c/README.md", "c")?;
+    let example = first_example(&root().join("bindings/c/README.md"), "c")?;
     fs::write(user.join("first.c"), example).map_err(|e| at(&user, e))?;
     if cross.is_some_and(|cross| cross.runner == ["wine"]) {
         prepare_wine()?;

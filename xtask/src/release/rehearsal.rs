@@ -84,28 +84,40 @@ fn crates() -> Ended {
     // A dry run leaves no packages behind.
     cargo(&[&["package", "--quiet"], &words[2..]].concat())?;
     let (version, user) = (current_version()?, empty("crate-user")?);
+    let [source, examples] = ["src", "examples"].map(|name| user.join(name));
+    for folder in [&source, &examples] {
+        fs::create_dir_all(folder).map_err(|e| at(folder, e))?;
+    }
+    fs::write(source.join("lib.rs"), "").map_err(|e| at(&source, e))?;
     let names: Vec<&String> = published.iter().filter(|word| *word != "--package").collect();
-    let (mut patches, mut members) = (String::new(), String::new());
+    let (mut patches, mut members, mut needed) = (String::new(), String::new(), String::new());
     for name in &names {
-        let file = format!("{name}-{version}.crate");
+        let folder = format!("{name}-{version}");
+        let file = format!("{folder}.crate");
         let (from, to) = (target().join("package").join(&file), artefacts().join(&file));
         fs::copy(&from, &to).map_err(|e| at(&from, e))?;
         run(command("tar", &["-xzf", &text(&to), "-C", &text(&user)]))?;
-        patches += &format!("{name} = {{ path = \"{name}-{version}\" }}\n");
-        members += &format!("\"{name}-{version}\", ");
+        patches += &format!("{name} = {{ path = \"{folder}\" }}\n");
+        members += &format!("\"{folder}\", ");
+        // Programs have none in Rust.
+        if let Ok(example) = first_example(&user.join(folder).join("README.md"), "rust") {
+            needed += &format!("{name} = \"{version}\"\n");
+            let whole = format!(
+                "fn main() -> Result<(), Box<dyn std::error::Error>> {{\n{example}Ok(())\n}}\n"
+            );
+            let file = examples.join(format!("{name}.rs"));
+            fs::write(&file, whole).map_err(|e| at(&file, e))?;
+        }
     }
     let manifest = format!(
-        "[package]\nname = \"user\"\nedition = \"2024\"\n[dependencies]\ncullet = \"{version}\"\n\
+        "[package]\nname = \"user\"\nedition = \"2024\"\n[dependencies]\n{needed}\
          [workspace]\nmembers = [{members}]\n[patch.crates-io]\n{patches}"
     );
-    let example = first_example("crates/cullet/README.md", "rust")?;
-    let program =
-        format!("fn main() -> Result<(), Box<dyn std::error::Error>> {{\n{example}Ok(())\n}}\n");
-    let source = user.join("src");
-    fs::create_dir_all(&source).map_err(|e| at(&source, e))?;
     fs::write(user.join("Cargo.toml"), manifest).map_err(|e| at(&user, e))?;
-    fs::write(source.join("main.rs"), program).map_err(|e| at(&source, e))?;
-    run_in(&user, Path::new(&cargo_program()), &["run", "--quiet"])?;
+    let cargo = cargo_program();
+    run_in(&user, Path::new(&cargo), &["run", "--quiet", "--example", "cullet"])?;
+    // Others open files of a reader's own.
+    run_in(&user, Path::new(&cargo), &["check", "--quiet", "--examples"])?;
     let takes_all = |name: &&String| {
         let manifest = user.join(format!("{name}-{version}/Cargo.toml"));
         fs::read_to_string(manifest).is_ok_and(|text| text.contains(DOCS_SETTING))
@@ -134,7 +146,7 @@ fn wheel() -> Ended {
     };
     let made = python::artefacts(&interpreter, &tools, &target().join("wheels"))?;
     let user = empty("python-user")?;
-    let example = first_example("bindings/python/README.md", "python")?;
+    let example = first_example(&root().join("bindings/python/README.md"), "python")?;
     fs::write(user.join("first.py"), example).map_err(|e| at(&user, e))?;
     for (kind, file) in ["wheel", "sdist"].into_iter().zip(&made) {
         let environment = user.join(kind);
@@ -160,7 +172,7 @@ fn npm() -> Ended {
     let tarball = artefacts().join(format!("cullet-{}.tgz", current_version()?));
     fs::write(user.join("package.json"), "{ \"type\": \"module\", \"private\": true }")
         .map_err(|e| at(&user, e))?;
-    let example = first_example("bindings/web/README.md", "js")?;
+    let example = first_example(&root().join("bindings/web/README.md"), "js")?;
     fs::write(user.join("first.js"), example).map_err(|e| at(&user, e))?;
     let words = ["install", "--no-audit", "--no-fund", "--omit=peer", &text(&tarball)];
     run_in(&user, Path::new("npm"), &words)?;
