@@ -13,12 +13,14 @@
  * side; one that changes it (cullet_cull changes its state) needs it alone. A call that comes while another excludes it
  * returns CULLET_STATUS_BUSY at once and does nothing: nothing here waits. cullet_bake_* alone start threads, and end them
  * before they return. cullet_cull_on and cullet_bake_* alone call back: your functions that run jobs, on your threads, and that
- * hear of progress. cullet_last_error() is the calling thread's own.
+ * hear of progress; and all calls those of an allocator of yours. cullet_last_error() is the calling thread's own.
  *
- * MEMORY is the system's allocator's. Calls that make, add, open, commit, save or bake allocate, and so does whatever says so.
- * A cull, its results, queries, and boxes and occlusion buffers allocate only until their state, region, set or buffer has grown
- * to what it needs; reading a scene never does. A call that fails allocates its message. What a call allocates is freed by the
- * _destroy of its object; nothing is yours to free. Where memory is exhausted the process ends, as everywhere in Rust.
+ * MEMORY is the system's allocator's, or that of functions of yours, if cullet_set_allocator is the first call. Calls that make,
+ * add, open, commit, save or bake allocate, and so does whatever says so. A cull, its results, queries, and boxes and occlusion
+ * buffers allocate only until their state, region, set or buffer has grown to what it needs; reading a scene never does. A call
+ * that fails allocates its message. What a call allocates is freed by the _destroy of its object; nothing is yours to free.
+ * Tables of handles and each thread's last message stay. Where memory is exhausted, the library writes a line to stderr and
+ * aborts the process, as everywhere in Rust.
  *
  * SPACE is right-handed, +Y up; clip depth is 0 to 1; matrices are column-major. Origins, eyes and translations are double.
  *
@@ -198,6 +200,10 @@ typedef enum {
    * is as it was; what was finished lies in the folder of the bake, if it has one.
    */
   CULLET_STATUS_STOPPED = 17,
+  /**
+   * It had to be called before the library allocated memory.
+   */
+  CULLET_STATUS_TOO_LATE = 18,
 } cullet_status;
 
 /**
@@ -454,6 +460,34 @@ typedef enum {
    */
   CULLET_PVS_TARGETS_INSTANCES = 1,
 } cullet_pvs_targets;
+
+/**
+ * Functions that the library takes all its memory from. They are called on every thread that makes
+ * calls, several at once, and must not call this library, throw or jump out.
+ */
+typedef struct {
+  /**
+   * Returns `size` bytes, at least 1, at a multiple of `alignment`, a power of two up to 4096; what
+   * is in them does not matter. NULL where there is no memory: then the library writes a line to
+   * stderr and aborts the process.
+   */
+  void *(*alloc)(void *context, size_t size, size_t alignment);
+  /**
+   * Takes memory back that `alloc` or `realloc` returned, with the size and the alignment that it
+   * was asked for with.
+   */
+  void (*free)(void *context, void *memory, size_t size, size_t alignment);
+  /**
+   * Makes memory larger or smaller, in place or elsewhere, and keeps what is in it up to the lesser
+   * size; NULL where there is no memory, and then the old one stays. NULL for the function itself:
+   * the library then calls `alloc`, copies, and calls `free`.
+   */
+  void *(*realloc)(void *context, void *memory, size_t old_size, size_t size, size_t alignment);
+  /**
+   * Handed to each of them.
+   */
+  void *context;
+} cullet_allocator;
 
 /**
  * Handle of a scene. A plain number: copy it freely; 0 is none.
@@ -1589,6 +1623,19 @@ typedef struct {
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
+
+/**
+ * Makes the library take all its memory from functions of yours, which are copied, in place of the
+ * system's allocator. Call it before all other functions, once: it is refused with
+ * `CULLET_STATUS_TOO_LATE`, and nothing changes, where the library has allocated already. Calls that
+ * allocate nothing, such as `cullet_version` or this one when it is refused, may come before. The
+ * choice is the whole process's, also for other parts of it that use the same library, and holds to
+ * its end: a thread that ends, the main thread too, frees its last error message. `alloc` and `free`
+ * must be there. Stacks of threads, files that are mapped, and what the system's own functions
+ * allocate are not asked for. Cost: with and without it, each allocation costs a load more; with it
+ * also an indirect call. Culling allocates nothing.
+ */
+cullet_status cullet_set_allocator(const cullet_allocator *allocator);
 
 /**
  * Bakes occluders of every mesh, boxes and polygons that hide no more than the mesh does, and gives

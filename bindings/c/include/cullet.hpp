@@ -34,6 +34,9 @@ inline void check(cullet_status status) {
     if (status != CULLET_STATUS_OK) throw error(status, cullet_last_error());
 }
 
+/** See cullet_set_allocator: call it before anything else. */
+inline void set_allocator(const cullet_allocator &allocator) { check(cullet_set_allocator(&allocator)); }
+
 /** Elements of a caller's in a row: made of pointer and size, of arrays, and of whatever has data() and size(). */
 template <typename T>
 class span {
@@ -85,6 +88,14 @@ private:
     H handle_{0};
 };
 
+/** Returns what a call writes to its last argument. */
+template <typename T, typename F, typename... A>
+T written(F call, const A &...args) {
+    T value;
+    check(call(args..., &value));
+    return value;
+}
+
 /** Number type of three numbers in a row: of arrays, and of vectors of three or four floats or doubles. */
 template <typename V>
 constexpr uint32_t number_of() {
@@ -118,45 +129,31 @@ inline cullet_instance instance_of(uint32_t mesh, double x, double y, double z, 
 /** See cullet_view_look_at. */
 inline cullet_view look_at(const std::array<double, 3> &eye, const std::array<double, 3> &target, double fov_y,
                            double near_plane, uint32_t width, uint32_t height) {
-    cullet_view view;
-    check(cullet_view_look_at(eye.data(), target.data(), fov_y, near_plane, width, height, &view));
-    return view;
+    return detail::written<cullet_view>(cullet_view_look_at, eye.data(), target.data(), fov_y, near_plane, width, height);
 }
 
 /** See cullet_view_from_matrix. */
 inline cullet_view view_from_matrix(const std::array<double, 16> &clip_from_world, uint32_t depth, uint32_t width,
                                     uint32_t height) {
-    cullet_view view;
-    check(cullet_view_from_matrix(clip_from_world.data(), depth, width, height, &view));
-    return view;
+    return detail::written<cullet_view>(cullet_view_from_matrix, clip_from_world.data(), depth, width, height);
 }
 
 /** See cullet_view_from_camera. */
 inline cullet_view view_from_camera(const cullet_camera &camera, uint32_t depth, uint32_t width, uint32_t height) {
-    cullet_view view;
-    check(cullet_view_from_camera(&camera, depth, width, height, &view));
-    return view;
+    return detail::written<cullet_view>(cullet_view_from_camera, &camera, depth, width, height);
 }
 
 /** See cullet_settings_preset. */
 inline cullet_settings preset(cullet_preset number) {
-    cullet_settings settings;
-    check(cullet_settings_preset(number, &settings));
-    return settings;
+    return detail::written<cullet_settings>(cullet_settings_preset, number);
 }
 
 /** A scene: meshes and their instances. */
 class scene {
 public:
-    scene() {
-        cullet_scene made;
-        check(cullet_scene_create(&made));
-        own_ = owner(made);
-    }
+    scene() : own_(detail::written<cullet_scene>(cullet_scene_create)) {}
     static scene open(const std::string &path) {
-        cullet_scene made;
-        check(cullet_open(path.c_str(), &made));
-        return scene(made);
+        return scene(detail::written<cullet_scene>(cullet_open, path.c_str()));
     }
     cullet_scene get() const noexcept { return own_.get(); }
 
@@ -168,9 +165,7 @@ public:
         return add_mesh({positions.data(), positions.size() / 3, indices.data(), indices.size(), nullptr, 0, flags, 0});
     }
     uint32_t add_mesh(const cullet_mesh_arrays &arrays) {
-        uint32_t mesh;
-        check(cullet_scene_add_mesh(get(), &arrays, &mesh));
-        return mesh;
+        return detail::written<uint32_t>(cullet_scene_add_mesh, get(), &arrays);
     }
     std::vector<cullet_handle> add(span<const cullet_instance> instances) {
         std::vector<cullet_handle> handles(instances.size());
@@ -202,14 +197,10 @@ public:
     void commit() { check(cullet_scene_commit(get())); }
     void refit() { check(cullet_scene_refit(get())); }
     cullet_scene_info info() const {
-        cullet_scene_info info;
-        check(cullet_scene_get_info(get(), &info));
-        return info;
+        return detail::written<cullet_scene_info>(cullet_scene_get_info, get());
     }
     uint32_t slot(const cullet_handle &handle) const {
-        uint32_t slot;
-        check(cullet_scene_slot(get(), handle, &slot));
-        return slot;
+        return detail::written<uint32_t>(cullet_scene_slot, get(), handle);
     }
     cullet_instance instance(uint32_t slot, cullet_handle *handle = nullptr) const {
         cullet_instance instance;
@@ -217,9 +208,7 @@ public:
         return instance;
     }
     cullet_mesh_info mesh_info(uint32_t mesh) const {
-        cullet_mesh_info info;
-        check(cullet_scene_mesh_info(get(), mesh, &info));
-        return info;
+        return detail::written<cullet_mesh_info>(cullet_scene_mesh_info, get(), mesh);
     }
     /** Reads what to upload of a mesh: three floats a vertex, three indices a triangle, in the order of draws. */
     void mesh_read(uint32_t mesh, std::vector<float> &positions, std::vector<uint32_t> &indices) const {
@@ -296,11 +285,7 @@ cullet_jobs jobs_on(uint32_t threads, F &run) {
 /** The state of a view, and its last result. Vectors that are filled keep their memory from frame to frame. */
 class state {
 public:
-    state() {
-        cullet_state made;
-        check(cullet_state_create(&made));
-        own_ = owner(made);
-    }
+    state() : own_(detail::written<cullet_state>(cullet_state_create)) {}
     cullet_state get() const noexcept { return own_.get(); }
 
     void cull(const scene &scene, const cullet_view &view) {
@@ -340,9 +325,7 @@ public:
     }
     /** By how many pixels levels of detail may be off; 0 where none were chosen. */
     double lod() const {
-        double pixels;
-        check(cullet_visible_lod(get(), &pixels));
-        return pixels;
+        return detail::written<double>(cullet_visible_lod, get());
     }
     void draws(const scene &scene, span<const cullet_mesh_place> places, draw_lists &to) const {
         cullet_draws arrays = to.room();
@@ -389,11 +372,8 @@ private:
 /** An occlusion buffer, drawn and tested by hand. */
 class occlusion {
 public:
-    occlusion(uint32_t width, uint32_t height) {
-        cullet_occlusion made;
-        check(cullet_occlusion_create(width, height, &made));
-        own_ = owner(made);
-    }
+    occlusion(uint32_t width, uint32_t height)
+        : own_(detail::written<cullet_occlusion>(cullet_occlusion_create, width, height)) {}
     cullet_occlusion get() const noexcept { return own_.get(); }
     void begin(const cullet_view &view) { check(cullet_occlusion_begin(get(), &view, nullptr)); }
     void draw(span<const cullet_box> boxes) {
@@ -430,11 +410,8 @@ inline cullet_occluder occluder_of(cullet_occluder_kind kind, span<const float> 
 class boxes {
 public:
     /** occlusion_width: see cullet_boxes_create. */
-    explicit boxes(uint32_t occlusion_width = 0) {
-        cullet_boxes made;
-        check(cullet_boxes_create(occlusion_width, &made));
-        own_ = owner(made);
-    }
+    explicit boxes(uint32_t occlusion_width = 0)
+        : own_(detail::written<cullet_boxes>(cullet_boxes_create, occlusion_width)) {}
     cullet_boxes get() const noexcept { return own_.get(); }
 
     /** Takes boxes by members of objects, such as &object::center and &object::half: arrays or vectors of numbers. */
@@ -481,15 +458,11 @@ public:
 
     /** Writes a flag a box into flags, which has room for them; returns how many are 1. */
     std::size_t cull(const cullet_view &view, span<uint8_t> flags) {
-        std::size_t visible;
-        check(cullet_boxes_cull(get(), &view, flags.data(), flags.size(), &visible));
-        return visible;
+        return detail::written<std::size_t>(cullet_boxes_cull, get(), &view, flags.data(), flags.size());
     }
     /** The same as bits. */
     std::size_t cull_bits(const cullet_view &view, span<uint64_t> words) {
-        std::size_t visible;
-        check(cullet_boxes_cull_bits(get(), &view, words.data(), words.size(), &visible));
-        return visible;
+        return detail::written<std::size_t>(cullet_boxes_cull_bits, get(), &view, words.data(), words.size());
     }
 
 private:

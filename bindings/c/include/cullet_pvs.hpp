@@ -17,14 +17,10 @@ class bake_options;
 class pvs {
 public:
     static pvs open(const std::string &path) {
-        cullet_pvs made;
-        check(cullet_pvs_open(path.c_str(), &made));
-        return pvs(made);
+        return pvs(detail::written<cullet_pvs>(cullet_pvs_open, path.c_str()));
     }
     static pvs read(span<const uint8_t> bytes) {
-        cullet_pvs made;
-        check(cullet_pvs_read(bytes.data(), bytes.size(), &made));
-        return pvs(made);
+        return pvs(detail::written<cullet_pvs>(cullet_pvs_read, bytes.data(), bytes.size()));
     }
     /** Bakes sets of a scene; see cullet_bake_pvs. */
     static pvs bake(const scene &scene, const cullet_pvs_settings *settings, const bake_options &options);
@@ -36,9 +32,7 @@ public:
         });
     }
     cullet_pvs_info info() const {
-        cullet_pvs_info info;
-        check(cullet_pvs_get_info(get(), &info));
-        return info;
+        return detail::written<cullet_pvs_info>(cullet_pvs_get_info, get());
     }
     void cells(std::vector<cullet_eye_box> &to) const {
         detail::fill(to, [&](cullet_eye_box *data, size_t room, size_t *count) {
@@ -77,9 +71,7 @@ inline void clear_pvs(scene &scene) { check(cullet_scene_set_pvs(scene.get(), cu
 
 /** Gives meshes the occluders that the scene's file brought; returns how many took some. */
 inline uint32_t take_occluders(scene &scene, bool always) {
-    uint32_t given;
-    check(cullet_scene_take_occluders(scene.get(), always, &given));
-    return given;
+    return detail::written<uint32_t>(cullet_scene_take_occluders, scene.get(), always);
 }
 
 /** Threads, progress and units of a bake; see cullet_bake_options. */

@@ -24,9 +24,7 @@ inline void box_to_box(const scene &scene, const cullet_box &from, span<const cu
 
 /** The cell of a point; UINT32_MAX where it is in none. */
 inline uint32_t cell_of(const scene &scene, const std::array<double, 3> &point) {
-    uint32_t cell;
-    check(cullet_scene_cell_of(scene.get(), point.data(), &cell));
-    return cell;
+    return detail::written<uint32_t>(cullet_scene_cell_of, scene.get(), point.data());
 }
 
 /** Why an instance is drawn or culled: a line for each stage; its reason too, unless that is null. */
@@ -43,11 +41,7 @@ inline std::string explain(const scene &scene, const cullet_view &view, const cu
 /** The memory of region queries, and the last result. */
 class region {
 public:
-    region() {
-        cullet_region made;
-        check(cullet_region_create(&made));
-        own_ = owner(made);
-    }
+    region() : own_(detail::written<cullet_region>(cullet_region_create)) {}
     cullet_region get() const noexcept { return own_.get(); }
 
     /** Finds what may be seen from any eye in a box, in any direction or, with a view, as that looks. */

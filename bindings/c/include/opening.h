@@ -13,12 +13,14 @@
  * side; one that changes it (cullet_cull changes its state) needs it alone. A call that comes while another excludes it
  * returns CULLET_STATUS_BUSY at once and does nothing: nothing here waits. cullet_bake_* alone start threads, and end them
  * before they return. cullet_cull_on and cullet_bake_* alone call back: your functions that run jobs, on your threads, and that
- * hear of progress. cullet_last_error() is the calling thread's own.
+ * hear of progress; and all calls those of an allocator of yours. cullet_last_error() is the calling thread's own.
  *
- * MEMORY is the system's allocator's. Calls that make, add, open, commit, save or bake allocate, and so does whatever says so.
- * A cull, its results, queries, and boxes and occlusion buffers allocate only until their state, region, set or buffer has grown
- * to what it needs; reading a scene never does. A call that fails allocates its message. What a call allocates is freed by the
- * _destroy of its object; nothing is yours to free. Where memory is exhausted the process ends, as everywhere in Rust.
+ * MEMORY is the system's allocator's, or that of functions of yours, if cullet_set_allocator is the first call. Calls that make,
+ * add, open, commit, save or bake allocate, and so does whatever says so. A cull, its results, queries, and boxes and occlusion
+ * buffers allocate only until their state, region, set or buffer has grown to what it needs; reading a scene never does. A call
+ * that fails allocates its message. What a call allocates is freed by the _destroy of its object; nothing is yours to free.
+ * Tables of handles and each thread's last message stay. Where memory is exhausted, the library writes a line to stderr and
+ * aborts the process, as everywhere in Rust.
  *
  * SPACE is right-handed, +Y up; clip depth is 0 to 1; matrices are column-major. Origins, eyes and translations are double.
  *

@@ -2,13 +2,14 @@
 //! item says here is what a C programmer reads there; programs in Rust take the crate `cullet`
 //! itself.
 //!
-//! Pointers are followed in [`memory`] alone, objects are found by [`registry`], and no panic
-//! leaves a call ([`status::call`]).
+//! Pointers are followed in [`memory`] and [`allocator`] alone, objects are found by [`registry`],
+//! and no panic leaves a call ([`status::call`]).
 #![allow(
     clippy::missing_safety_doc,
     reason = "the docs are the header's, which says what each pointer must have"
 )]
 
+pub mod allocator;
 #[cfg(feature = "bake")]
 pub mod bake;
 #[cfg(feature = "bake")]

@@ -1,5 +1,6 @@
 //! Status codes, the message of the last error of a thread, and the wall that no panic passes.
 
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -50,6 +51,8 @@ pub enum Status {
     /// A bake ended before its end: a callback stopped it, or it was one share of several. The scene
     /// is as it was; what was finished lies in the folder of the bake, if it has one.
     Stopped = 17,
+    /// It had to be called before the library allocated memory.
+    TooLate = 18,
 }
 
 /// Why a call is refused: its code, and words that name the argument, the value, the limit and what
@@ -73,7 +76,7 @@ impl Error {
 pub(crate) type Result<T = ()> = std::result::Result<T, Error>;
 
 thread_local! {
-    static LAST: RefCell<CString> = RefCell::default();
+    static LAST: RefCell<Cow<'static, CStr>> = const { RefCell::new(Cow::Borrowed(c"")) };
 }
 
 /// Runs the body of a call: what it refuses, and what panics in it, becomes a status and a message.
@@ -89,13 +92,27 @@ pub(crate) fn call(name: &'static str, body: impl FnOnce() -> Result) -> Status 
         }
     };
     let text = format!("{name}: {}", error.message).replace('\0', "?");
-    // A thread that is ending has no message any more.
-    let _ = LAST.try_with(|last| {
-        if let (Ok(mut last), Ok(text)) = (last.try_borrow_mut(), CString::new(text)) {
-            *last = text;
-        }
-    });
+    remember(Cow::Owned(CString::new(text).unwrap_or_default()));
     error.status
+}
+
+/// Runs the body of a call that allocates nothing, not even a message.
+pub(crate) fn call_without_memory(body: impl FnOnce() -> Refused) -> Status {
+    match body() {
+        Ok(()) => Status::Ok,
+        Err((status, text)) => {
+            remember(Cow::Borrowed(text));
+            status
+        }
+    }
+}
+
+/// What a call that allocates nothing refuses.
+pub(crate) type Refused = std::result::Result<(), (Status, &'static CStr)>;
+
+fn remember(text: Cow<'static, CStr>) {
+    // A thread that is ending has no message any more.
+    let _ = LAST.try_with(|last| last.try_borrow_mut().map(|mut last| *last = text));
 }
 
 /// The message of the last call of this thread that failed: UTF-8, one line, which names the
@@ -130,6 +147,7 @@ pub extern "C" fn cullet_status_name(status: i32) -> *const c_char {
         15 => c"full",
         16 => c"internal",
         17 => c"stopped",
+        18 => c"too late",
         _ => c"unknown status",
     };
     name.as_ptr()

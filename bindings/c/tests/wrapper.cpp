@@ -111,5 +111,6 @@ int main() {
     buffer.test(tests, found);
     require(found[0] == CULLET_FOUND_HIDDEN && found[1] == CULLET_FOUND_VISIBLE, "hidden behind the wall");
     boxes(view);
+    throws(CULLET_STATUS_NULL_POINTER, [] { cullet::set_allocator({}); }, "no functions");
     std::puts("the wrapper does as it says");
 }
