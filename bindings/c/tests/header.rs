@@ -28,29 +28,6 @@ fn the_header_is_that_of_the_source() {
     );
 }
 
-/// Functions that `tests/random` leaves out, each with the reason.
-const NOT_AT_RANDOM: &[(&str, &str)] = &[
-    ("cullet_bake_cells", BAKES),
-    ("cullet_bake_levels", BAKES),
-    ("cullet_bake_occluders", BAKES),
-    ("cullet_bake_pvs", BAKES),
-    ("cullet_scene_save", BAKES),
-    ("cullet_pvs_cell_of", SETS),
-    ("cullet_pvs_cells", SETS),
-    ("cullet_pvs_destroy", SETS),
-    ("cullet_pvs_get_info", SETS),
-    ("cullet_pvs_missing", SETS),
-    ("cullet_pvs_open", SETS),
-    ("cullet_pvs_read", SETS),
-    ("cullet_pvs_visible", SETS),
-    ("cullet_pvs_write", SETS),
-    ("cullet_scene_set_pvs", SETS),
-];
-const BAKES: &str =
-    "it is in another build, and takes long; tests/bake.c tries its wrong arguments";
-const SETS: &str =
-    "it needs sets that were baked; tests/sets.c tries its wrong arguments and damaged bytes";
-
 /// Returns the functions that a header declares.
 fn declared(header: &str) -> Vec<&str> {
     let is_declaration = |line: &&str| line.starts_with(|c: char| c.is_ascii_lowercase());
@@ -71,19 +48,15 @@ fn every_function_of_the_header_is_called_at_random() {
     }
     let functions = declared(include_str!("../include/cullet.h"));
     assert!(functions.len() > 60, "{} functions in include/cullet.h", functions.len());
-    for (name, reason) in NOT_AT_RANDOM {
-        assert!(functions.contains(name), "{name} is left out ({reason}), but not in the header");
-    }
     let is_called = |name: &str| {
         let listed = format!("CALL({})", name.trim_start_matches("cullet_"));
         calls.contains(&format!("{name}(")) && calls.contains(&listed)
     };
-    let is_left_out = |name: &str| NOT_AT_RANDOM.iter().any(|(left_out, _)| *left_out == name);
-    let missing = |name: &&&str| !is_called(name) && !is_left_out(name);
+    let missing = |name: &&&str| !is_called(name);
     let missing: Vec<_> = functions.iter().filter(missing).collect();
     assert!(
         missing.is_empty(),
-        "tests/random calls none of these: give each a function and a CALL(...) there, or a reason in NOT_AT_RANDOM: {missing:#?}"
+        "tests/random calls none of these: give each a function and a CALL(...) there: {missing:#?}"
     );
     for name in ["cullet_boxes_create", "cullet_version", "cullet_view_look_at"] {
         assert!(functions.contains(&name), "{name}");
