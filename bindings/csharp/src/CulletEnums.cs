@@ -65,6 +65,9 @@ namespace Cullet
         /// <summary>A bake ended before its end: a callback stopped it, or it was one share of several. The
         /// scene is as it was; what was finished lies in the folder of the bake, if it has one.</summary>
         Stopped = 17,
+
+        /// <summary>It had to be called before the library allocated memory.</summary>
+        TooLate = 18,
     }
 
     /// <summary>What the two arrays of boxes hold.</summary>

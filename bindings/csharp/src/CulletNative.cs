@@ -17,6 +17,17 @@ namespace Cullet
         const string Library = "cullet";
 #endif
 
+        /// <summary>Functions of a native library of yours that the library takes all its memory from. Managed code
+        /// cannot serve: they are called on every thread, also on those that end.</summary>
+        [StructLayout(LayoutKind.Sequential)]
+        public struct cullet_allocator
+        {
+            public IntPtr alloc;
+            public IntPtr free;
+            public IntPtr realloc;
+            public void* context;
+        }
+
         /// <summary>Handle of a set of boxes. A plain number: copy it freely; 0 is none.</summary>
         [StructLayout(LayoutKind.Sequential)]
         public struct cullet_boxes
@@ -150,6 +161,9 @@ namespace Cullet
             public double slice_near;
             public double slice_far;
         }
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern CulletStatus cullet_set_allocator(cullet_allocator* allocator);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern CulletStatus cullet_boxes_create(uint occlusion_width, cullet_boxes* boxes);

@@ -239,6 +239,41 @@ namespace Cullet
                     Handle, &from, all, Size(to.Length), options.HasValue ? &set : null, (byte*)found));
         }
 
+        /// <summary>Returns the levels of detail of a mesh: of its file, made by <see cref="AddLod"/>, or baked. The
+        /// first is number 1 in <see cref="CulletDrawKey.Level"/>.</summary>
+        public CulletLevels[] Levels(uint mesh)
+        {
+            UIntPtr count;
+            Check(cullet_scene_levels(Handle, mesh, null, Size(0), &count));
+            var levels = new CulletLevels[(int)count];
+            fixed (CulletLevels* all = levels) Check(cullet_scene_levels(Handle, mesh, all, count, &count));
+            return levels;
+        }
+
+        /// <summary>Gives a mesh a coarser one to be drawn in its place where the eye is far enough. No point of either
+        /// may be farther than <paramref name="error"/> from the surface of the other, in units of the mesh. Commit the
+        /// scene before culling.</summary>
+        public void AddLod(uint mesh, uint coarse, float error) =>
+            Check(cullet_scene_add_lod(Handle, mesh, coarse, error));
+
+        /// <summary>Takes all levels of a mesh away. Meshes that held them stay in the scene.</summary>
+        public void ClearLevels(uint mesh) => Check(cullet_scene_clear_levels(Handle, mesh));
+
+        /// <summary>Gives meshes the occluders that the scene's file brought, to all of them or where they save time;
+        /// returns how many took theirs.</summary>
+        public uint TakeOccluders(bool always = false)
+        {
+            uint given;
+            Check(cullet_scene_take_occluders(Handle, always ? 1u : 0u, &given));
+            return given;
+        }
+
+        /// <summary>Culls by visible sets from now on where <see cref="CulletSettings.Pvs"/> is 1 and the eye is in one
+        /// of their cells; null for no more. They are copied. Throws with <see cref="CulletStatus.File"/> where they
+        /// are of another scene.</summary>
+        public void SetPvs(CulletPvs sets) =>
+            Check(cullet_scene_set_pvs(Handle, sets == null ? default(cullet_pvs) : sets.Handle), sets);
+
         /// <summary>Returns the cell of a point; <c>uint.MaxValue</c> where it is in none, or the scene has
         /// none.</summary>
         public uint CellOf(CulletDouble3 point)

@@ -123,6 +123,18 @@ namespace Cullet
             }
         }
 
+        /// <summary>By how many pixels the surfaces of the last result may be off, for their levels of detail; 0 where
+        /// none were chosen.</summary>
+        public double LodPixels
+        {
+            get
+            {
+                double pixels;
+                Check(cullet_visible_lod(Handle, &pixels));
+                return pixels;
+            }
+        }
+
         /// <summary>Writes the slots of which something is visible, ascending, and returns how many there are. Throws
         /// with <see cref="CulletStatus.TooSmall"/> where there is no room; the instances of the scene are always
         /// enough.</summary>

@@ -24,10 +24,10 @@ namespace Cullet.Tests
             internal double Low, A, B, High, C, D;
         }
 
-        static readonly float[] Cube =
+        internal static readonly float[] Cube =
             { -1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1, -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1 };
 
-        static readonly uint[] Faces =
+        internal static readonly uint[] Faces =
         {
             0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 3, 6, 2, 3, 7, 6, 0, 4, 7, 0, 7, 3, 1, 2, 6, 1, 6, 5
         };

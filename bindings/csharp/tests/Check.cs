@@ -67,6 +67,12 @@ namespace Cullet.Tests
                     case "golden":
                         Golden.Run(words[1]);
                         break;
+                    case "bakes":
+                        Bakes.Bake(words[1]);
+                        break;
+                    case "sets":
+                        Bakes.Sets(words[1]);
+                        break;
                     case "unity":
                         UnityFrame.Run();
                         break;

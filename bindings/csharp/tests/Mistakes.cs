@@ -229,6 +229,13 @@ namespace Cullet.Tests
                     buffer.DrawTriangles(new float[9], new uint[] { 0, 1, 9 }));
                 Check.Throws<ArgumentException>("10 floats", () => buffer.DrawTriangles(new float[10], Indices));
             }
+            // Never called: by now the library has allocated.
+            var late = new CulletNative.cullet_allocator { alloc = (IntPtr)1, free = (IntPtr)1 };
+            Check.Refused(CulletStatus.TooLate, "first call", () =>
+            {
+                CulletNative.cullet_allocator copy = late;
+                CulletLibrary.Check(CulletNative.cullet_set_allocator(&copy));
+            });
             using (var region = new CulletRegion())
                 Check.Throws<ArgumentNullException>("scene", () => region.Cull(null, default(CulletEyeBox)));
         }
