@@ -49,6 +49,14 @@ if [ -f "$built/cullet.dll" ]; then
     mkdir -p "$prefix/bin"
     cp "$built/cullet.dll" "$prefix/bin/"
     cp "$built/libcullet.dll.a" "$prefix/lib/" # The import library: what programs are linked with.
+    # The same for MSVC: the names, and where there is a tool for it the library that `lib /def:cullet.def` would make of them.
+    def=$prefix/lib/cullet.def
+    printf 'LIBRARY cullet.dll\nEXPORTS\n' > "$def"
+    "${strip%strip}nm" "$prefix/lib/libcullet.dll.a" | sed -n 's/.* T \(cullet_[a-z0-9_]*\)$/    \1/p' | sort -u >> "$def"
+    case $triple in i686*) machine=i386 ;; aarch64*) machine=arm64 ;; *) machine=i386:x86-64 ;; esac
+    if command -v llvm-dlltool >/dev/null; then
+        llvm-dlltool -m "$machine" -d "$def" -D cullet.dll -l "$prefix/lib/cullet.lib"
+    fi
     private="-Wl,--gc-sections -lkernel32 -lntdll -luserenv -lws2_32 -ldbghelp"
 elif [ -f "$built/libcullet.dylib" ]; then
     cp "$built/libcullet.dylib" "$prefix/lib/"

@@ -1,4 +1,4 @@
-# Targets: cullet::cullet, the shared library, and cullet::static.
+# Targets: cullet::cullet, the shared library, and but for MSVC cullet::static.
 get_filename_component(_cullet_prefix "${CMAKE_CURRENT_LIST_DIR}/../../.." ABSOLUTE)
 if(NOT TARGET cullet::cullet)
   add_library(cullet::cullet SHARED IMPORTED)
@@ -11,11 +11,16 @@ if(NOT TARGET cullet::cullet)
   set_target_properties(cullet::cullet PROPERTIES
     IMPORTED_LOCATION "${_cullet_shared}"
     INTERFACE_INCLUDE_DIRECTORIES "${_cullet_prefix}/include")
-  if(WIN32)
+  if(MSVC)
+    set_target_properties(cullet::cullet PROPERTIES IMPORTED_IMPLIB "${_cullet_prefix}/lib/cullet.lib")
+  elseif(WIN32)
     set_target_properties(cullet::cullet PROPERTIES IMPORTED_IMPLIB "${_cullet_prefix}/lib/libcullet.dll.a")
   elseif(NOT APPLE)
     set_target_properties(cullet::cullet PROPERTIES IMPORTED_SONAME libcullet.so.0)
   endif()
+endif()
+# The static library has the runtime of MinGW in it.
+if(NOT MSVC AND NOT TARGET cullet::static)
   add_library(cullet::static STATIC IMPORTED)
   set_target_properties(cullet::static PROPERTIES
     IMPORTED_LOCATION "${_cullet_prefix}/lib/libcullet.a"

@@ -58,11 +58,25 @@ fn archive_of_c(cross: Option<&Cross>) -> Ended {
     let shared = "$CC -std=c11 first.c -o shared.exe $(pkg-config --cflags --libs cullet)";
     let own = "$CC -std=c11 first.c -o static.exe $(pkg-config --cflags cullet) $LIBRARY \
                $(pkg-config --static --libs cullet | sed 's/-lcullet//')";
-    for (line, program) in [(shared, "shared.exe"), (own, "static.exe")] {
+    let mut ways = vec![(shared, "shared.exe"), (own, "static.exe")];
+    let mut end = End::Passed;
+    if machine.contains("windows") {
+        holds_exports(&prefix)?;
+        let line = "$CC -std=c11 first.c -o msvc.exe $(pkg-config --cflags cullet) $IMPORTS";
+        match prefix.join("lib/cullet.lib").exists() {
+            true => ways.push((line, "msvc.exe")),
+            false => {
+                let what = "an import library for MSVC in the archive of the C library";
+                end = End::Partly(vec![Skip::new(what, install_words(&["llvm"]))]);
+            }
+        }
+    }
+    for (line, program) in ways {
         let mut compile = Command::new("sh");
         compile.args(["-euc", line]).current_dir(&user);
         compile.env("CC", cross.map_or("gcc", |cross| cross.compiler));
         compile.env("LIBRARY", prefix.join("lib/libcullet.a"));
+        compile.env("IMPORTS", prefix.join("lib/cullet.lib"));
         compile.env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig"));
         run(compile)?;
         let folders = [prefix.join("bin"), wine_seeds()];
@@ -72,7 +86,27 @@ fn archive_of_c(cross: Option<&Cross>) -> Ended {
         first.env("LD_LIBRARY_PATH", prefix.join("lib"));
         says(first, SAYS)?;
     }
-    Ok(End::Passed)
+    Ok(end)
+}
+
+/// `cullet.def`, of which MSVC makes an import library, names each function of the header that is in
+/// the library: all but bakes.
+fn holds_exports(prefix: &Path) -> Done {
+    let read = |name: &str| {
+        let path = prefix.join(name);
+        fs::read_to_string(&path).map_err(|e| at(&path, e))
+    };
+    let (header, exports) = (read("include/cullet.h")?, read("lib/cullet.def")?);
+    let declared = header.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_lowercase()));
+    let names = declared.filter_map(|line| line.split_once('(')?.0.rsplit([' ', '*']).next());
+    let names = names.filter(|name| name.starts_with("cullet_"));
+    let is_there = |name: &str| exports.lines().any(|line| line.trim() == name);
+    let is_baked = |name: &str| name.starts_with("cullet_bake_") || name == "cullet_scene_save";
+    let wrong: Vec<&str> = names.filter(|name| is_there(name) == is_baked(name)).collect();
+    if wrong.is_empty() {
+        return Ok(());
+    }
+    Err(format!("lib/cullet.def lacks, or has too much: {}", wrong.join(", ")))
 }
 
 /// Runs a program whose last line is `expected`.
