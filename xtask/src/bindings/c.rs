@@ -17,9 +17,13 @@ use crate::tools::{
 
 /// Profile in which it is published.
 pub(super) const PROFILE: &str = "library";
+/// Features and profile of a library with bakes.
+pub(super) const BAKE_FEATURES: &str = bakes::FEATURES;
+pub(super) const BAKE_PROFILE: &str = bakes::BUILT;
 const SANITISED: &[&str] = &["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
 /// Tests in C that need no files.
-const TESTS: [&str; 4] = ["tests/mistakes.c", "tests/boxes.c", "tests/more.c", "tests/sets.c"];
+const TESTS: [&str; 5] =
+    ["tests/mistakes.c", "tests/boxes.c", "tests/more.c", "tests/sets.c", "tests/allocator.c"];
 const WRAPPERS: [&str; 2] = ["tests/wrapper.cpp", "tests/wrapper_queries.cpp"];
 const WARNINGS: &[&str] = &["-Wall", "-Wextra", "-Werror", "-pedantic", "-g", "-O1"];
 /// Words that name the program with a frame in Rust.

@@ -24,10 +24,15 @@ pub(crate) fn test() -> Ended {
         }
         install(PACKAGES)?;
     }
-    let host = Host::install()?;
+    let host = Host::install("host-csharp", c::PROFILE, &[])?;
+    let bakes = Host::install(
+        "host-csharp-bake",
+        c::BAKE_PROFILE,
+        &[("CULLET_FEATURES", c::BAKE_FEATURES)],
+    )?;
     host.printed()?;
     host.examples()?;
-    host.tests()?;
+    host.tests(&bakes)?;
     Ok(End::Passed)
 }
 
@@ -39,8 +44,9 @@ struct Host {
 }
 
 impl Host {
-    fn install() -> Result<Self, String> {
-        let folder = target().join("host-csharp");
+    /// Installs the library that a profile and settings of the script make.
+    fn install(name: &str, profile: &str, settings: &[(&str, &str)]) -> Result<Self, String> {
+        let folder = target().join(name);
         let _ = fs::remove_dir_all(&folder);
         let host = Self {
             source: root().join("bindings/csharp"),
@@ -52,7 +58,7 @@ impl Host {
         let _alone = alone("c")?;
         let script = root().join("bindings/c/install.sh");
         let mut install = command("sh", &[]);
-        install.arg(script).arg(&host.prefix).arg(c::PROFILE);
+        install.arg(script).arg(&host.prefix).arg(profile).envs(settings.iter().copied());
         install.env("CARGO", cargo_program()).env("CARGO_TARGET_DIR", target());
         run(install)?;
         Ok(host)
@@ -108,8 +114,9 @@ impl Host {
         run(self.command("mono", &["frames.exe"]))
     }
 
-    /// The tests, each way; the frames beside C once, for they take the longest.
-    fn tests(&self) -> Done {
+    /// The tests, each way; the frames beside C once, for they take the longest. `bakes` has the
+    /// library that bakes what this one opens.
+    fn tests(&self, bakes: &Self) -> Done {
         let include = format!("-I{}", self.prefix.join("include").display());
         let header = self.prefix.join("include/cullet.h").to_string_lossy().into_owned();
         let golden = golden::folder().to_string_lossy().into_owned();
@@ -127,6 +134,12 @@ impl Host {
             for words in [&["answers"][..], &["mistakes"], &["unity"], &["golden", &golden]] {
                 test(words)?;
             }
+            let baked = self.work.join("baked");
+            let _ = fs::remove_dir_all(&baked);
+            fs::create_dir_all(&baked).map_err(|e| format!("{}: {e}", baked.display()))?;
+            let (program, baked) = (self.work.join(&program), baked.to_string_lossy());
+            run(bakes.command("mono", &[&program.to_string_lossy(), "bakes", &baked]))?;
+            test(&["sets", &baked])?;
         }
         run(self.command("mono", &["spans.exe", "frames", "1"]))
     }

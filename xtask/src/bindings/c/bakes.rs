@@ -7,9 +7,9 @@ use std::path::Path;
 use super::Host;
 use crate::tools::{Done, cargo_program, command, run};
 
-const FEATURES: &str = "scenes,files,queries,bake";
+pub(super) const FEATURES: &str = "scenes,files,queries,bake";
 /// The one that the tests of all packages are built in, so that most of it is there.
-const BUILT: &str = "release";
+pub(super) const BUILT: &str = "release";
 
 /// Bakes files in each way of compiling, and opens them with the library of all other parts.
 pub(super) fn test(whole: &Host, sanitised: &[&str]) -> Done {
@@ -23,6 +23,10 @@ pub(super) fn test(whole: &Host, sanitised: &[&str]) -> Done {
         whole.run(&whole.compile("gcc", "tests/sets.c", flags)?, files)?;
         host.run(&host.compile("g++", "tests/wrapper_bake.cpp", flags)?, files)?;
     }
+    // Seconds, and a seed.
+    let flags = [sanitised, &["-DBAKES"]].concat();
+    let random = host.compile("gcc", "tests/random/random.c", &flags)?;
+    host.run(&random, &["5", "3"].map(Path::new))?;
     let words = ["test", "--profile", BUILT, "-p", "cullet-c", "--features", "bake", "--lib"];
     run(command(&cargo_program(), &words))
 }
