@@ -1,6 +1,6 @@
 #!/bin/sh
 # Builds the library and installs header, libraries, CMake package and pkg-config file: ./install.sh PREFIX [PROFILE]
-# CULLET_FEATURES chooses its parts: scenes,files,queries as it is unset; with bake added, what asset pipelines need; boxes for
+# CULLET_FEATURES chooses its parts: scenes,files,queries as it is unset; with tiles and bake added, what asset pipelines need; boxes for
 # the least. CULLET_NO_BACKTRACE=1 compiles Rust's standard library along, without what lists the calls that led to a panic; it
 # needs `rustup component add rust-src`.
 # CULLET_TARGET builds for another system, by Rust's name for it, such as x86_64-pc-windows-gnu; STRIP names its strip.

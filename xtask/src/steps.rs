@@ -71,7 +71,7 @@ fn docs() -> Ended {
     all_of(cargo("doc", &["--workspace", "--no-deps", "--profile", checked::PROFILE]))
 }
 
-/// The engine, cells and the cuts with no feature, then all libraries with each: the workspace may lend a
+/// The engine, cells, the cuts and maps with no feature, then all libraries with each: the workspace may lend a
 /// crate what it does not ask for.
 fn features() -> Ended {
     let check =
@@ -79,6 +79,7 @@ fn features() -> Ended {
     // Apart, for the cuts need the standard library and would lend it to the cells.
     check(&["--package", "cullet-cells", "--no-default-features"])?;
     check(&["--package", "cullet", "--package", "cullet-cut", "--no-default-features"])?;
+    check(&["--package", "cullet-maps", "--no-default-features"])?;
     check(&["--package", "cullet-c", "--lib", "--no-default-features"])?;
     check(&["--package", "cullet-c", "--lib", "--no-default-features", "--features", "scenes"])?;
     let published = release::published()?;

@@ -24,7 +24,7 @@
  *
  * SPACE is right-handed, +Y up; clip depth is 0 to 1; matrices are column-major. Origins, eyes and translations are double.
  *
- * PARTS. A library may be built without scenes, files or queries, and with bake (CULLET_FEATURES): cullet_bake_* and
+ * PARTS. A library may be built without scenes, files or queries, and with tiles and bake (CULLET_FEATURES): cullet_bake_* and
  * cullet_scene_save are in that alone. This file is the same for each: a call that is not in the library fails when a program is
  * linked.
  *
@@ -467,9 +467,9 @@ typedef enum {
  */
 typedef struct {
   /**
-   * Returns `size` bytes, at least 1, at a multiple of `alignment`, a power of two up to 4096; what
-   * is in them does not matter. NULL where there is no memory: then the library writes a line to
-   * stderr and aborts the process.
+   * Returns `size` bytes, at least 1, at a multiple of `alignment`, a power of two: up to 64 in this
+   * version. What is in them does not matter. NULL where there is no memory: then the library
+   * writes a line to stderr and aborts the process.
    */
   void *(*alloc)(void *context, size_t size, size_t alignment);
   /**
@@ -1905,9 +1905,10 @@ cullet_status cullet_explain(cullet_scene scene,
 
 /**
  * Opens a file as a scene: glTF and GLB, with what `cullet bake` wrote into them, OBJ, PLY, STL,
- * OFF, maps of Quake with the visible sets that are in them. The path is UTF-8. The scene is committed; instances have the handles 0, 1,
- * 2, ... of generation 0 in the order of the file. Reading takes at most three times the memory of
- * the geometry. The message of a failure names the file, the item and what would be right.
+ * OFF, maps of Quake with the visible sets that are in them; and 3D Tiles, in libraries that are
+ * built with `tiles`. The path is UTF-8. The scene is committed; instances have the handles 0, 1, 2,
+ * ... of generation 0 in the order of the file. Reading takes at most three times the memory of the
+ * geometry. The message of a failure names the file, the item and what would be right.
  */
 cullet_status cullet_open(const char *path,
                           cullet_scene *scene);

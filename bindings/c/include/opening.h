@@ -24,7 +24,7 @@
  *
  * SPACE is right-handed, +Y up; clip depth is 0 to 1; matrices are column-major. Origins, eyes and translations are double.
  *
- * PARTS. A library may be built without scenes, files or queries, and with bake (CULLET_FEATURES): cullet_bake_* and
+ * PARTS. A library may be built without scenes, files or queries, and with tiles and bake (CULLET_FEATURES): cullet_bake_* and
  * cullet_scene_save are in that alone. This file is the same for each: a call that is not in the library fails when a program is
  * linked.
  *

@@ -46,6 +46,52 @@ impl Kind {
     }
 }
 
+/// Errors, once for all tables.
+impl Kind {
+    /// A handle that is 0, or of another kind.
+    #[cold]
+    fn wrong(self, id: u64) -> Error {
+        if id == 0 {
+            let message = format!("the handle of the {} is 0: it was never made", self.name());
+            return Error::new(Status::NullHandle, message);
+        }
+        let message = match Self::of(id) {
+            Some(kind) => {
+                format!("{id:#x} is the handle of {}, not of {}", kind.one(), self.one())
+            }
+            None => format!("{id:#x} is no handle of this library; {} is needed", self.one()),
+        };
+        Error::new(Status::WrongHandle, message)
+    }
+
+    #[cold]
+    fn stale(self, id: u64) -> Error {
+        let message = format!("the {} of handle {id:#x} was destroyed", self.name());
+        Error::new(Status::StaleHandle, message)
+    }
+
+    #[cold]
+    fn busy(self) -> Error {
+        let what = self.name();
+        let message = format!("another thread is using the {what}: let it finish first");
+        Error::new(Status::Busy, message)
+    }
+
+    #[cold]
+    fn broken(self) -> Error {
+        let what = self.name();
+        let message =
+            format!("a defect of cullet stopped a change of the {what}: it can only be destroyed");
+        Error::new(Status::Internal, message)
+    }
+
+    #[cold]
+    fn full(self, index: u32) -> Error {
+        let message = format!("there are {index} of {}, as many as there can be", self.one());
+        Error::new(Status::Full, message)
+    }
+}
+
 /// Entries of the first chunk; each chunk has twice as many as the one before.
 const FIRST: usize = 64;
 /// So that an index has 24 bits.
@@ -114,11 +160,7 @@ impl<T: Send + Sync> Table<T> {
             None => {
                 let index = free.used;
                 let (chunk, _) = place(index);
-                let Some(cell) = self.chunks.get(chunk) else {
-                    let what = self.kind.one();
-                    let message = format!("there are {index} of {what}, as many as there can be");
-                    return Err(Error::new(Status::Full, message));
-                };
+                let cell = self.chunks.get(chunk).ok_or_else(|| self.kind.full(index))?;
                 cell.get_or_init(|| {
                     let empty = || RwLock::new(Place { generation: 1, object: None });
                     (0..FIRST << chunk).map(|_| empty()).collect()
@@ -175,50 +217,21 @@ impl<T: Send + Sync> Table<T> {
     }
 
     fn look_up(&'static self, id: u64) -> Result<&'static Entry<T>> {
-        let what = self.kind.name();
-        if id == 0 {
-            let message = format!("the handle of the {what} is 0: it was never made");
-            return Err(Error::new(Status::NullHandle, message));
+        if Kind::of(id) != Some(self.kind) {
+            return Err(self.kind.wrong(id));
         }
-        match Kind::of(id) {
-            Some(kind) if kind == self.kind => {}
-            Some(kind) => {
-                let message =
-                    format!("{id:#x} is the handle of {}, not of {}", kind.one(), self.kind.one());
-                return Err(Error::new(Status::WrongHandle, message));
-            }
-            None => {
-                let message =
-                    format!("{id:#x} is no handle of this library; {} is needed", self.kind.one());
-                return Err(Error::new(Status::WrongHandle, message));
-            }
-        }
-        self.entry(id as u32 & 0xff_ffff).ok_or_else(|| self.stale(id))
+        self.entry(id as u32 & 0xff_ffff).ok_or_else(|| self.kind.stale(id))
     }
 
     fn check(&self, id: u64, place: &Place<T>) -> Result {
         let is_it = place.generation == (id >> 24) as u32 && place.object.is_some();
-        if is_it { Ok(()) } else { Err(self.stale(id)) }
-    }
-
-    fn stale(&self, id: u64) -> Error {
-        let message = format!("the {} of handle {id:#x} was destroyed", self.kind.name());
-        Error::new(Status::StaleHandle, message)
+        if is_it { Ok(()) } else { Err(self.kind.stale(id)) }
     }
 
     fn refused<G>(&self, error: &TryLockError<G>) -> Error {
-        let what = self.kind.name();
         match error {
-            TryLockError::WouldBlock => Error::new(
-                Status::Busy,
-                format!("another thread is using the {what}: let it finish first"),
-            ),
-            TryLockError::Poisoned(_) => Error::new(
-                Status::Internal,
-                format!(
-                    "a defect of cullet stopped a change of the {what}: it can only be destroyed"
-                ),
-            ),
+            TryLockError::WouldBlock => self.kind.busy(),
+            TryLockError::Poisoned(_) => self.kind.broken(),
         }
     }
 }

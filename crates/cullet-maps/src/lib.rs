@@ -1,6 +1,6 @@
 //! Maps and tiles: Quake and Quake 3 with their cells and visible sets ([`bsp`]), portal graphs
 //! ([`Prt`]), 3D Tiles, and `OCCSCN01` ([`occscn`]) with [recordings](recording) of occlusion
-//! culling.
+//! culling. Tiles are left out on pages, and without the feature `tiles`.
 //!
 //! [`load()`] loads every file that the programs of `cullet` read: these, and those of
 //! [`cullet_io`].
@@ -12,12 +12,12 @@ mod load;
 pub mod occscn;
 mod prt;
 pub mod recording;
-#[cfg(not(target_family = "wasm"))]
+#[cfg(all(feature = "tiles", not(target_family = "wasm")))]
 mod tileset;
 
 pub use load::{has_scene_ending, load, load_bytes, load_bytes_with};
 pub use prt::{Prt, PrtVariant, load_prt, load_prt_bytes};
-#[cfg(not(target_family = "wasm"))]
+#[cfg(all(feature = "tiles", not(target_family = "wasm")))]
 pub use tileset::{
     GlobePlace, StandInOf, TileInput, TileNode, TileSets, TileSight, TileSize, TileStandIn,
     TileTree, TilesWritten, WriteTiles, write_tiles, write_tiles_with,

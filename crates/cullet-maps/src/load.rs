@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use cullet_io::reader::{self, Beside, Format, Source, recognise};
-#[cfg(not(target_family = "wasm"))]
+#[cfg(all(feature = "tiles", not(target_family = "wasm")))]
 use cullet_io::reader::{JsonKind, json_kind, load_gltf};
 use cullet_io::{ErrorKind, LoadError, LoadOptions, Model};
 
@@ -64,18 +64,20 @@ fn decode(
     let head = source.head(Source::HEAD)?;
     let builder = match recognise(path, &head, source.size())? {
         // A page has no folder of tiles, and every kilobyte of it is waited for.
-        #[cfg(target_family = "wasm")]
+        #[cfg(not(all(feature = "tiles", not(target_family = "wasm"))))]
         Format::Tileset => {
-            return Err(ErrorKind::Unsupported(
-                "3D Tiles name other files, which a page does not have".into(),
-            ));
+            let why = match cfg!(target_family = "wasm") {
+                true => "3D Tiles name other files, which a page does not have",
+                false => "3D Tiles are left out of this build: it needs the feature tiles",
+            };
+            return Err(ErrorKind::Unsupported(why.into()));
         }
-        #[cfg(not(target_family = "wasm"))]
+        #[cfg(all(feature = "tiles", not(target_family = "wasm")))]
         Format::Tileset => {
             return crate::tileset::load(path, &source.into_bytes()?, options, beside);
         }
         // The root of a tileset may stand behind any amount of its schema.
-        #[cfg(not(target_family = "wasm"))]
+        #[cfg(all(feature = "tiles", not(target_family = "wasm")))]
         Format::Gltf if is_undecided(&head, source.size()) => {
             let bytes = source.into_bytes()?;
             return match json_kind(&bytes) {
@@ -91,7 +93,7 @@ fn decode(
 }
 
 /// Whether the head of a file is that of JSON of which it does not tell what it is.
-#[cfg(not(target_family = "wasm"))]
+#[cfg(all(feature = "tiles", not(target_family = "wasm")))]
 fn is_undecided(head: &[u8], size: u64) -> bool {
     size > head.len() as u64 && !head.starts_with(b"glTF") && json_kind(head) == JsonKind::Unknown
 }

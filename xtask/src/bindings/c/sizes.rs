@@ -17,8 +17,8 @@ struct Limit {
 type Limits = [Limit; 2];
 
 const WHOLE: Limits = [
-    Limit { what: "shared library", most: 3_700_000 },
-    Limit { what: "program with boxes", most: 845_000 },
+    Limit { what: "shared library", most: 3_000_000 },
+    Limit { what: "program with boxes", most: 800_000 },
 ];
 /// A quarter of it prints backtraces of panics, which only a standard library without them leaves out.
 const BOXES: Limits = [
