@@ -107,7 +107,7 @@ pub(crate) fn call_without_memory(body: impl FnOnce() -> Refused) -> Status {
     }
 }
 
-/// What a call that allocates nothing refuses.
+/// Result of a call that allocates nothing.
 pub(crate) type Refused = std::result::Result<(), (Status, &'static CStr)>;
 
 fn remember(text: Cow<'static, CStr>) {
