@@ -18,7 +18,7 @@ export { BoxSet, CulletError, init, type CulletErrorCode, type Numbers, type Sou
  * set.commit();
  * const occluders = new OccluderSet(640, 360);
  * occluders.addBox([-5, -1, -11, 5, 4, -10]);
- * // Each frame: planes as of THREE.Frustum, then the camera, world to clip space.
+ * // Each frame: planes as in THREE.Frustum, then the camera, world to clip space.
  * set.cull([1, 0, 0, 40, -1, 0, 0, 40, 0, 1, 0, 9, 0, -1, 0, 9, 0, 0, 1, 99, 0, 0, -1, 0]);
  * occluders.draw([1, 0, 0, 0, 0, 1.8, 0, 0, 0, 0, -1, -1, 0, 0, -0.1, 0]);
  * const visible = occluders.visible(set);

@@ -9,12 +9,12 @@ import { folder } from './package.mjs';
 
 // Kilobytes by brotli, of a module and of the scripts that its entry loads: as measured, and a twentieth more.
 const limits = {
-  'cullet-frustum.wasm': 22.4,
-  'cullet-boxes.wasm': 82.5,
-  'cullet-three.wasm': 144,
-  'cullet.wasm': 183,
-  'cullet-queries.wasm': 246,
-  'cullet-files.wasm': 561,
+  'cullet-frustum.wasm': 20.2,
+  'cullet-boxes.wasm': 74.4,
+  'cullet-three.wasm': 123,
+  'cullet.wasm': 156,
+  'cullet-queries.wasm': 217,
+  'cullet-files.wasm': 542,
 };
 const kilobytes = (name) => brotliCompressSync(readFileSync(join(folder, 'js', name))).length / 1000;
 

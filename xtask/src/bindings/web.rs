@@ -24,8 +24,8 @@ pub(crate) fn test() -> Ended {
 }
 
 fn build_and_test(browser: &str) -> Done {
-    let package = build()?;
     let packages = fetch()?;
+    let package = build_with(&packages)?;
     let mut files = tests(&root().join(SOURCES).join("test"))?;
     for host in ["three", "tiles"] {
         files.extend(tests(&root().join(SOURCES).join("test").join(host))?);
@@ -42,10 +42,16 @@ fn build_and_test(browser: &str) -> Done {
 
 /// Builds the package into a folder of the target folder.
 pub(crate) fn build() -> Result<PathBuf, String> {
+    build_with(&fetch()?)
+}
+
+/// The same, made smaller by what lies in a folder of packages.
+fn build_with(packages: &Path) -> Result<PathBuf, String> {
     let _alone = alone("npm")?;
     let out = target().join("npm/cullet");
     let mut node = command("node", &[&format!("{SOURCES}/build.mjs"), &out.to_string_lossy()]);
     node.env("CARGO_TARGET_DIR", apart("npm"));
+    node.env("CULLET_WASM_OPT", packages.join("node_modules/.bin/wasm-opt"));
     if let Compiler::Debian = Compiler::get(TARGET)? {
         node.env("CULLET_CARGO", "/usr/bin/cargo")
             .env("CULLET_CARGO_ARGS", "-Zbuild-std=std,panic_abort");

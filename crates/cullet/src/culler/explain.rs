@@ -207,9 +207,9 @@ fn evidence(
         Stage::Pvs | Stage::Portal => frame
             .candidates_of(row.stage)
             .map_or(Evidence::None, |all| all.explain(row.stage, frame.scene, slot)),
-        Stage::Detail => detail::evidence(frame, slot),
+        Stage::Detail if cfg!(feature = "lossy") => detail::evidence(frame, slot),
         Stage::Degenerate => degenerate::evidence(frame, slot),
         Stage::Lod => lod::evidence(frame, &caches.lod, slot),
-        Stage::Backface => Evidence::None,
+        Stage::Detail | Stage::Backface => Evidence::None,
     }
 }

@@ -11,6 +11,7 @@ use super::run::{Run, triangles_of};
 use crate::funnel::{Counts, FrustumWork, FunnelRow, OcclusionWork, Reason, Stage, Unit};
 use crate::mesh::Mesh;
 use crate::scene::Tally;
+use crate::sort::{pair, sort_by};
 use crate::visible::{DroppedRange, Visible};
 
 /// Where the stages write what they did.
@@ -62,7 +63,7 @@ impl<'a> Log<'a> {
     }
 
     pub(super) fn finish(self) -> Work {
-        self.dropped.sort_unstable_by_key(|d| (d.slot, d.first_triangle));
+        sort_by(self.dropped, &|d| pair(d.slot, d.first_triangle) as u64);
         Work { left: self.left.counts, frustum: self.frustum, occlusion: self.occlusion }
     }
 
@@ -140,7 +141,7 @@ impl<'a> Log<'a> {
                     let triangles =
                         triangles_of(mesh, Run { first_cluster: at, cluster_count, ..*run });
                     gone.clusters += u64::from(cluster_count);
-                    gone.triangles += triangles.len() as u64;
+                    gone.triangles += u64::from(count(&triangles));
                     self.drop_range(stage, Unit::Clusters, (slot, run.level), triangles);
                 }
                 at = next.map_or(end, |k| k.first_cluster + k.cluster_count);
@@ -150,8 +151,8 @@ impl<'a> Log<'a> {
         if kept.is_empty() {
             gone.instances = 1;
             let degenerate = mesh.degenerate_triangles();
-            gone.triangles += degenerate.len() as u64;
-            self.left.degenerate -= degenerate.len() as u64;
+            gone.triangles += u64::from(count(&degenerate));
+            self.left.degenerate -= u64::from(count(&degenerate));
             let level = before.first().map_or(0, |run| run.level);
             self.drop_range(stage, Unit::Clusters, (slot, level), degenerate);
         }
@@ -196,7 +197,7 @@ impl<'a> Log<'a> {
             slot,
             level,
             first_triangle: range.start,
-            triangle_count: range.len() as u32,
+            triangle_count: count(&range),
             stage,
             unit,
         };
@@ -210,4 +211,10 @@ impl<'a> Log<'a> {
             _ => self.dropped.push(range),
         }
     }
+}
+
+/// Returns the length of `range`. Not by `len`, which holds two numbers against each other and
+/// would put them into words.
+fn count(range: &Range<u32>) -> u32 {
+    range.end - range.start
 }

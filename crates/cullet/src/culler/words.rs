@@ -1,24 +1,30 @@
 //! Words: the steps of an explanation as English sentences.
 
+#[cfg(feature = "candidates")]
 use alloc::format;
-use alloc::string::String;
-use alloc::string::ToString;
+#[cfg(feature = "candidates")]
+use alloc::string::{String, ToString};
+#[cfg(feature = "candidates")]
 use alloc::vec::Vec;
 use core::fmt::{Display, Formatter, Result};
 
-use super::evidence::{CellTest, CoverTest, Evidence, PlaneTest, Sight};
+#[cfg(feature = "candidates")]
+use super::evidence::{CellTest, Sight};
+use super::evidence::{CoverTest, Evidence, PlaneTest};
 use super::explain::Step;
 use crate::digits::Digits::{self, Fixed};
+#[cfg(feature = "candidates")]
 use crate::funnel::{Stage, Unit};
 use crate::view::FrustumPlane;
 
 /// Writes what the stage found in one sentence, without the stage's name.
 impl Display for Step {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        let Self { stage, unit, entered, left, ref evidence } = *self;
+        let Self { unit, entered, left, ref evidence, .. } = *self;
         let dropped = entered.saturating_sub(left);
         match evidence {
-            Evidence::None if stage == Stage::Pvs && unit == Unit::Instances => {
+            #[cfg(feature = "candidates")]
+            Evidence::None if self.stage == Stage::Pvs && unit == Unit::Instances => {
                 write!(f, "{} of the candidates", if left == 0 { "none" } else { "one" })
             }
             Evidence::None => write!(f, "{dropped} of {entered} {} dropped", unit.name()),
@@ -26,25 +32,35 @@ impl Display for Step {
             Evidence::NearPlane => write!(f, "crosses the near plane, or has no bounds: kept"),
             Evidence::OffScreen => write!(f, "beyond an edge of the screen"),
             Evidence::Cost => write!(f, "left out: it would cost more than it could save"),
+            #[cfg(feature = "lossy")]
             Evidence::NoLevels => {
                 write!(f, "has no levels of detail, or is not rigid")
             }
+            #[cfg(feature = "candidates")]
             Evidence::NoPortals => write!(f, "the cells have no portals, only sets"),
+            #[cfg(feature = "candidates")]
             Evidence::NoSets => write!(f, "the cells have no sets"),
+            #[cfg(feature = "candidates")]
             Evidence::Orthographic => write!(f, "left out: an orthographic view has no eye"),
+            #[cfg(feature = "candidates")]
             Evidence::NoCell => write!(f, "left out: the eye is in no cell"),
+            #[cfg(feature = "candidates")]
             Evidence::InWall => write!(f, "left out: the near plane reaches into a wall"),
             Evidence::Layers { instance, view } => {
                 write!(f, "layers {instance:#x} of the instance, {view:#x} of the view")
             }
             Evidence::Planes(tests) => planes(f, tests, left == 0),
+            #[cfg(feature = "shadows")]
             Evidence::Caster { reason: Some(reason), .. } => {
                 write!(f, "its shadow cannot matter: {}", reason.name())
             }
+            #[cfg(feature = "shadows")]
             Evidence::Caster { planes, .. } => {
                 write!(f, "reaches {} units into the casters' region", Fixed(depth(planes), 6))
             }
+            #[cfg(feature = "candidates")]
             Evidence::Cells(test) => cells(f, test),
+            #[cfg(feature = "lossy")]
             Evidence::Size { pixels: [w, h], weight } => {
                 let (w, h, weight) = (Fixed(*w, 2), Fixed(*h, 2), Digits::Plain32(*weight));
                 write!(f, "at most {w} x {h} pixels on the screen, counted {weight} times")
@@ -62,17 +78,24 @@ impl Display for Step {
                     None => write!(f, ", covered at {covered}: all covered by what is nearer"),
                 }
             }
+            #[cfg(feature = "lossy")]
             Evidence::Levels { drawn, triangles, pixels } => {
                 let pixels = Digits::Plain(*pixels);
                 write!(f, "{drawn} of {triangles} triangles within {pixels} pixels of the original")
             }
+            #[cfg(feature = "lossy")]
             Evidence::Replaced { by, count } => {
                 write!(f, "slot {by} is drawn in its place, which stands for {count} instances")
             }
+            #[cfg(feature = "lossy")]
             Evidence::StandIn { count, is_off: false } => write!(f, "stands for {count} instances"),
+            #[cfg(feature = "lossy")]
             Evidence::StandIn { count, .. } => {
                 write!(f, "stands for {count} instances, never drawn: one of them has changed")
             }
+            // Found by stages that are not compiled.
+            #[cfg(not(all(feature = "candidates", feature = "lossy", feature = "shadows")))]
+            _ => Ok(()),
         }
     }
 }
@@ -96,6 +119,7 @@ fn depth(tests: &[PlaneTest]) -> f64 {
     tests.iter().fold(f64::INFINITY, |depth, test| depth.min(-test.nearest))
 }
 
+#[cfg(feature = "candidates")]
 fn cells(f: &mut Formatter<'_>, test: &CellTest) -> Result {
     let CellTest { instance, eye, portals, in_sight, sight } = test;
     if !instance.is_empty() {
@@ -119,6 +143,7 @@ fn cells(f: &mut Formatter<'_>, test: &CellTest) -> Result {
     }
 }
 
+#[cfg(feature = "candidates")]
 fn list(noun: &str, numbers: &[u32]) -> String {
     let all: Vec<String> = numbers.iter().map(u32::to_string).collect();
     match all.len() {

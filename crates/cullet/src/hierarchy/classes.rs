@@ -4,6 +4,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::bounds::Aabb;
+use crate::sort::sort;
 
 /// Bins of an octave of sizes, as powers of two: the bits of the mantissa that tell them apart.
 const FINE: u32 = 2;
@@ -73,7 +74,7 @@ impl Classes {
         for (first, part) in found.firsts.iter_mut().zip(&parts[1..=found.count]) {
             *first = part.start as u32;
         }
-        found.firsts[..found.count].sort_unstable();
+        sort(&mut found.firsts[..found.count]);
         found
     }
 

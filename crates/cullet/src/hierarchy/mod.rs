@@ -30,6 +30,7 @@ use thiserror::Error;
 use crate::Simd;
 use crate::bits;
 use crate::bounds::{Aabb, Boxes, LANES};
+use crate::sort::sort;
 use order::Orderer;
 use slots::Slots;
 
@@ -280,17 +281,17 @@ impl Hierarchy {
         };
         let mut away: Vec<u32> =
             slots_of(home).map(wanted).filter(|&w| w as usize != home).collect();
-        away.sort_unstable();
+        sort(&mut away);
         // How many want to go where.
         let mut partners: Vec<u64> = away
             .chunk_by(|a, b| a == b)
             .map(|run| (run.len() as u64) << 32 | u64::from(run[0]))
             .collect();
-        partners.sort_unstable();
+        sort(&mut partners);
         let most = partners.iter().rev().take(EXCHANGE - 1);
         let mut windows: Vec<_> = most.map(|&partner| partner as u32).collect();
         windows.push(home as u32);
-        windows.sort_unstable();
+        sort(&mut windows);
         let to: Vec<_> =
             windows.iter().flat_map(|&w| slots_of(w as usize)).map(|s| s as u32).collect();
         let staged: Vec<_> = to.iter().map(|&s| self.boxes.get(s as usize)).collect();

@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 use super::classes::{Classes, Counts};
 use crate::array::{self, Each};
 use crate::bounds::Aabb;
+use crate::sort::sort;
 
 /// Bits of a key.
 const KEY_BITS: usize = 32;
@@ -75,7 +76,7 @@ impl Orderer {
         self.keys.clear();
         self.keys.extend((0..len).map(|i| u64::from(curve.key(&bounds(i))) << 32 | i as u64));
         if len < DIGITS {
-            self.keys.sort_unstable();
+            sort(&mut self.keys);
         } else {
             radix_sort(&mut self.keys, &mut self.other);
         }

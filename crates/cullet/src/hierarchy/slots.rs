@@ -2,14 +2,13 @@
 
 use alloc::vec;
 use alloc::vec::Vec;
+use core::fmt;
 
 use crate::bits;
 
 /// The caller's stable name for an item in a slot: an index, and a generation that tells a removed
 /// item from the one that took its index.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, bytemuck::Pod, bytemuck::Zeroable,
-)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, bytemuck::Pod, bytemuck::Zeroable)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(from = "[u32; 2]", into = "[u32; 2]"))]
 #[repr(C)]
@@ -18,6 +17,14 @@ pub struct Handle {
     pub index: u32,
     /// How often that index was reused.
     pub generation: u32,
+}
+
+/// As derived, on one line: messages have it, and the library's builders of lines are linked for
+/// nothing else.
+impl fmt::Debug for Handle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Handle {{ index: {}, generation: {} }}", self.index, self.generation)
+    }
 }
 
 impl From<[u32; 2]> for Handle {

@@ -10,6 +10,7 @@ use fearless_simd::prelude::*;
 use super::{Group, LevelEye, Levels, NO_GROUP};
 use crate::bits;
 use crate::simd::Simd;
+use crate::sort::sort;
 
 /// Groups a vector.
 const WIDTH: usize = 8;
@@ -156,7 +157,7 @@ impl Levels {
                 }
             }
         }
-        words.sort_unstable();
+        sort(words);
         (selection.triangles, selection.clusters) = (triangles, clusters);
         Some(true)
     }

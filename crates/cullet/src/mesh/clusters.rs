@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 
 use super::{Cluster, MeshData, MeshError, is_degenerate};
 use crate::array::{self, Each};
-use crate::sort::{Sorter, of_f32};
+use crate::sort::{Sorter, of_f32, select_by, sort};
 
 /// The most vertices that a cluster may use: the mesh-shader limit that vendors recommend.
 pub const MAX_CLUSTER_VERTICES: usize = 64;
@@ -167,7 +167,7 @@ impl Clustering {
                 }
                 vertices.extend(triangle(t));
             }
-            vertices.sort_unstable();
+            sort(&mut vertices);
             vertices.dedup();
             if vertices.len() > MAX_CLUSTER_VERTICES {
                 return fail(format!(
@@ -223,7 +223,7 @@ impl Builder<'_> {
         let middle = clusters / 2 * range.len() / clusters;
         // Ties by number, so that the two halves are the same sets whatever the selection does
         // inside. In place: keys apart would take as much memory again as the centres.
-        range.select_nth_unstable_by_key(middle, |&(c, t)| (of_f32(c[axis]), t));
+        select_by(range, middle, &|&(c, t)| u64::from(of_f32(c[axis])) << 32 | u64::from(t));
         let (low, high) = range.split_at_mut(middle);
         self.split(part, low);
         self.split(part, high);

@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 
 use super::weld::weld;
 use crate::array::Each;
+use crate::sort::sort;
 
 /// Components of some triangles of a list, each connected by edges.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -77,7 +78,7 @@ pub fn connected_regions(
     let mut begin = 0;
     for end in place {
         let (at_vertex, behind) = core::mem::take(&mut rest).split_at_mut((end - begin) as usize);
-        at_vertex.sort_unstable();
+        sort(at_vertex);
         for pair in at_vertex.windows(2).filter(|pair| pair[0] >> 32 == pair[1] >> 32) {
             // Which way neighbours run does not matter here.
             let [a, b] = [pair[0], pair[1]].each(|half| find(&mut parents, half as u32));

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::{Handle, Scene, SceneError};
 use crate::array::Each;
+use crate::sort::sort;
 
 /// An instance whose geometry leaves its bounds: it may vanish while it is in sight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,7 +97,7 @@ impl Scene {
 fn drawn_by(mesh: &crate::Mesh) -> Vec<u32> {
     let drawn = (mesh.triangle_count() - mesh.degenerate_count()) as usize;
     let mut used = mesh.indices()[..drawn * 3].to_vec();
-    used.sort_unstable();
+    sort(&mut used);
     used.dedup();
     used
 }

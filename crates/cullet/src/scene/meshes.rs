@@ -67,7 +67,7 @@ impl Scene {
 
     /// Adds a mesh with what was prepared of it before, by jobs or by a bake.
     pub fn add_prepared_mesh(&mut self, mesh: Mesh, prepared: Prepared) -> MeshId {
-        if let Some(id) = self.free_meshes.pop_first() {
+        if let Some(id) = self.free_meshes.pop() {
             self.put_mesh(id as usize, mesh, prepared);
             // What is kept of meshes elsewhere is by their numbers.
             self.change += 1;
@@ -95,7 +95,8 @@ impl Scene {
         self.no_mesh = self.no_mesh.filter(|no_mesh| *no_mesh != mesh);
         self.clear_levels(mesh);
         let removed = self.put_mesh(mesh as usize, Mesh::default(), Prepared::default());
-        self.free_meshes.insert(mesh);
+        let at = self.free_meshes.partition_point(|&free| free > mesh);
+        self.free_meshes.insert(at, mesh);
         // Others lose the levels that it held.
         let mut edited = vec![false; self.meshes.len()];
         for (edited, levels) in edited.iter_mut().zip(&self.levels) {

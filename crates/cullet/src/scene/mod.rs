@@ -1,7 +1,6 @@
 //! A scene: meshes, and instances of them in dense slots.
 
 use alloc::boxed::Box;
-use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
 use crate::bounds::{Aabb, Boxes, LANES};
@@ -57,7 +56,8 @@ pub struct Scene {
     prepared: Vec<Prepared>,
     kinds: Vec<MeshKind>,
     // Numbers of meshes that were removed, for the next ones.
-    free_meshes: BTreeSet<MeshId>,
+    /// Descending, so that the least is the last.
+    free_meshes: Vec<MeshId>,
     // Empty for meshes beyond the last that has any.
     levels: Vec<Vec<MeshLevels>>,
     // How many levels there are of all meshes.
@@ -106,7 +106,7 @@ impl Scene {
             meshes: Vec::new(),
             prepared: Vec::new(),
             kinds: Vec::new(),
-            free_meshes: BTreeSet::new(),
+            free_meshes: Vec::new(),
             levels: Vec::new(),
             level_count: 0,
             no_mesh: None,

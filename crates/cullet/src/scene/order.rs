@@ -8,6 +8,7 @@ use super::column::Permute;
 use crate::bits;
 use crate::hierarchy::{Commit, NO_SLOT};
 use crate::prepared::Preparation;
+use crate::sort::sort;
 
 impl Scene {
     /// Fits the nodes of the hierarchy to what moved since the last time: makes the next cull
@@ -73,7 +74,7 @@ impl Scene {
         self.columns(slots).for_each(|column| column.rearrange(&moves));
         self.log_moves(&moves);
         let mut words: Vec<u32> = moves.iter().flatten().map(|&slot| slot / 64).collect();
-        words.sort_unstable();
+        sort(&mut words);
         words.dedup();
         self.tallies.recount(
             words.into_iter().map(|word| word as usize),

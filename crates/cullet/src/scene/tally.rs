@@ -1,7 +1,6 @@
 //! How many clusters and triangles the instances of a scene have, kept so that culling can count
 //! without visiting every instance.
 
-use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 use core::ops::{Add, AddAssign, SubAssign};
 
@@ -63,8 +62,8 @@ pub(super) struct Tallies {
     by_word: Vec<Tally>,
     /// The instances of each group of 64 words.
     by_group: Vec<Tally>,
-    /// The instances of each mask of layers.
-    by_layers: BTreeMap<u32, Tally>,
+    /// The instances of each mask of layers, ascending by mask.
+    by_layers: Vec<(u32, Tally)>,
 }
 
 impl Tallies {
@@ -88,7 +87,7 @@ impl Tallies {
         self.by_word[slot / 64] += tally;
         self.by_group.resize(self.by_word.len().div_ceil(GROUP), Tally::default());
         self.by_group[slot / 64 / GROUP] += tally;
-        *self.by_layers.entry(layers).or_default() += tally;
+        self.join_layers(tally, layers);
     }
 
     /// Takes an instance out; without layers where it has [left](Self::leave) those.
@@ -109,16 +108,28 @@ impl Tallies {
     pub(super) fn change_layers(&mut self, mesh: u32, from: u32, to: u32) {
         let tally = self.of_mesh(mesh);
         self.leave_layers(tally, from);
-        *self.by_layers.entry(to).or_default() += tally;
+        self.join_layers(tally, to);
+    }
+
+    fn join_layers(&mut self, tally: Tally, layers: u32) {
+        match self.place_of(layers) {
+            Ok(at) => self.by_layers[at].1 += tally,
+            Err(at) => self.by_layers.insert(at, (layers, tally)),
+        }
     }
 
     fn leave_layers(&mut self, tally: Tally, layers: u32) {
-        if let Some(of_layers) = self.by_layers.get_mut(&layers) {
+        if let Ok(at) = self.place_of(layers) {
+            let of_layers = &mut self.by_layers[at].1;
             *of_layers -= tally;
             if of_layers.counts.instances == 0 {
-                self.by_layers.remove(&layers);
+                self.by_layers.remove(at);
             }
         }
+    }
+
+    fn place_of(&self, layers: u32) -> Result<usize, usize> {
+        self.by_layers.binary_search_by_key(&layers, |l| l.0)
     }
 
     /// Counts some words again, which ascend, after slots were permuted.
@@ -152,14 +163,14 @@ impl Tallies {
     ) {
         self.by_layers.clear();
         for slot in bits::in_words(present).filter(|&slot| !has_left(slot)) {
-            *self.by_layers.entry(layers[slot]).or_default() += self.by_mesh[mesh[slot] as usize];
+            self.join_layers(self.by_mesh[mesh[slot] as usize], layers[slot]);
         }
     }
 
     /// All instances in any of some layers.
     pub(super) fn in_layers(&self, layers: u32) -> Tally {
         let mut sum = Tally::default();
-        let wanted = self.by_layers.iter().filter(|(own, _)| *own & layers != 0);
+        let wanted = self.by_layers.iter().filter(|(own, _)| own & layers != 0);
         wanted.for_each(|(_, tally)| sum += *tally);
         sum
     }
@@ -167,7 +178,7 @@ impl Tallies {
     /// All instances.
     pub(super) fn all(&self) -> Tally {
         let mut sum = Tally::default();
-        self.by_layers.values().for_each(|tally| sum += *tally);
+        self.by_layers.iter().for_each(|(_, tally)| sum += *tally);
         sum
     }
 
@@ -259,5 +270,20 @@ mod tests {
         mesh[..6000].reverse();
         tallies.recount(0..130, &mesh, &present);
         check(&tallies, &mesh, &present);
+    }
+
+    #[test]
+    fn layers_are_counted_in_whatever_order_they_come() {
+        let tally =
+            Tally { counts: Counts { instances: 1, clusters: 1, triangles: 7 }, degenerate: 0 };
+        let mut tallies = Tallies { by_mesh: vec![tally], ..Tallies::default() };
+        let layers = [4, 1, 2, 6, 1, 4, 3];
+        (0..).zip(layers).for_each(|(slot, layers)| tallies.add(slot, 0, layers));
+        tallies.change_layers(0, 6, 8);
+        tallies.remove(1, 0, Some(1));
+        for (wanted, count) in [(1, 2), (2, 2), (4, 2), (8, 1), (6, 4), (u32::MAX, 6)] {
+            assert_eq!(tallies.in_layers(wanted).counts.instances, count, "layers {wanted}");
+        }
+        assert_eq!(tallies.all().counts.triangles, 6 * 7);
     }
 }

@@ -15,6 +15,7 @@ use super::Visible;
 use crate::hierarchy::Handle;
 use crate::mesh::{Alpha, Mesh};
 use crate::scene::{MeshId, Scene, SceneError};
+use crate::sort::Sorter;
 
 /// A range of indices of a mesh, to be drawn for one instance.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -113,8 +114,8 @@ impl Visible {
                 });
             }
         });
-        draws.sort_unstable_by_key(|d| {
-            (d.state, d.material, d.mesh, d.part, d.level, d.slot, d.indices.start)
+        Sorter::default().sort_by_seven(&mut draws, |d| {
+            [d.state.0, d.material, d.mesh, d.part, d.level, d.slot, d.indices.start]
         });
         Ok(draws)
     }
@@ -210,6 +211,7 @@ pub struct DrawList {
     /// The entry of each whole instance.
     variants: Vec<u32>,
     entries: Vec<(DrawKey, DrawCommand)>,
+    sorter: Sorter,
 }
 
 /// Instances of a mesh in different states: [`DrawState::TWO_SIDED`], mirrored and blended.
@@ -380,9 +382,9 @@ impl DrawList {
         if self.numbers != InstanceNumbers::Slots {
             self.instances.iter_mut().for_each(|i| *i = number(scene, *i));
         }
-        self.entries.sort_unstable_by_key(|(key, command)| {
+        self.sorter.sort_by_seven(&mut self.entries, |(key, command)| {
             let DrawKey { state, material, mesh, part, level } = *key;
-            (state, material, mesh, part, level, command.first_instance, command.first_index)
+            [state.0, material, mesh, part, level, command.first_instance, command.first_index]
         });
         self.keys.extend(self.entries.iter().map(|e| e.0));
         self.commands.extend(self.entries.iter().map(|e| e.1));

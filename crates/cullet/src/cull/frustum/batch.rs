@@ -104,7 +104,7 @@ pub fn classify_boxes(
     visible: &mut [u64],
     inside: &mut [u64],
 ) {
-    assert_eq!(visible.len(), inside.len(), "one word of each mask for the same items");
+    assert!(visible.len() == inside.len(), "one word of each mask for the same items");
     mask_boxes(simd, planes, boxes, first_word, visible);
     boxes::inside(simd, planes, boxes, first_word, visible, inside);
 }

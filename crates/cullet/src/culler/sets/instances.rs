@@ -8,6 +8,7 @@ use crate::bits;
 use crate::bounds::LANES;
 use crate::funnel::{Reason, Stage};
 use crate::scene::{Scene, Tally};
+use crate::sort::sort;
 
 /// Instances that are still there.
 ///
@@ -115,7 +116,7 @@ impl Instances {
             self.alive[word] |= 1 << (slot % 64);
             self.inside[word] &= !(1 << (slot % 64));
         }
-        self.live.sort_unstable();
+        sort(&mut self.live);
     }
 
     /// Whether the instance of a slot is still there.

@@ -13,6 +13,7 @@ use super::super::sets::{Coarse, Instances, slots};
 use crate::funnel::{Counts, Reason, Stage};
 use crate::lod::{LevelEye, Lod, PixelScale, Selection};
 use crate::scene::{Scene, StandIns, Tally};
+use crate::sort::sort;
 
 /// State of every stand-in in one view. Its memory is used again.
 #[derive(Clone, Debug, Default)]
@@ -66,7 +67,7 @@ impl Cache {
                 self.touch(stands, stands.of_slot(slot));
             }
         }
-        self.touched.sort_unstable();
+        sort(&mut self.touched);
         // From below to above: those in between may have fewer than all that is below them.
         for &number in &self.touched {
             let stand_in = &stands.all[number as usize];

@@ -2,20 +2,17 @@
 
 mod draw;
 
-use alloc::collections::BTreeMap;
 use alloc::vec;
 use alloc::vec::Vec;
 
 use super::super::OcclusionError;
 use super::super::raster::reach;
+use super::numbers::Numbers;
 use crate::array::{self, Each};
 use crate::bounds::Aabb;
 use crate::exact;
 use crate::mesh::weld;
-
-/// Numbers under numbers: one kind of map for all, since the code of each kind is as much as that
-/// of a stage.
-type Numbers = BTreeMap<u64, u32>;
+use crate::sort::sort;
 
 /// An edge as the key of a map, in the order of its ends.
 fn edge(a: u32, b: u32) -> u64 {
@@ -109,17 +106,18 @@ impl Convex {
     #[must_use]
     pub fn from_mesh(positions: &[[f32; 3]], indices: &[u32]) -> Option<Self> {
         // The positions may be those of much more.
-        let mut number = Numbers::new();
+        let uses = indices.iter().enumerate().rev();
+        let first_use = Numbers::new(uses.map(|(at, &v)| (v.into(), at as u32)).collect());
         let mut used = Vec::new();
-        let mut local = Vec::with_capacity(indices.len());
-        for &v in indices {
-            let position = *positions.get(v as usize)?;
-            let known = number.get(&v.into()).copied();
-            local.push(known.unwrap_or_else(|| {
-                used.push(position);
-                used.len() as u32 - 1
-            }));
-            number.insert(v.into(), local[local.len() - 1]);
+        let mut local: Vec<u32> = Vec::with_capacity(indices.len());
+        for (&v, at) in indices.iter().zip(0..) {
+            let first = first_use.get(v.into())?;
+            if first < at {
+                local.push(local[first as usize]);
+            } else {
+                local.push(used.len() as u32);
+                used.push(*positions.get(v as usize)?);
+            }
         }
         let (positions, first) = (&used, weld(&used));
         let triangles: Vec<[u32; 3]> =
@@ -128,13 +126,13 @@ impl Convex {
             return None;
         }
         let corners = |t: usize| triangles[t].each(|v| positions[v as usize]);
-        let mut half_edges = Numbers::new();
-        for (t, v) in triangles.iter().enumerate() {
-            for k in 0..3 {
-                if half_edges.insert(edge(v[k], v[(k + 1) % 3]), t as u32).is_some() {
-                    return None;
-                }
-            }
+        let sides = triangles
+            .iter()
+            .zip(0..)
+            .flat_map(|(v, t)| [0, 1, 2].map(|k| (edge(v[k], v[(k + 1) % 3]), t)));
+        let half_edges = Numbers::new(sides.collect());
+        if half_edges.len() != triangles.len() * 3 {
+            return None;
         }
         // Triangles in one plane are one face.
         let mut face = vec![usize::MAX; triangles.len()];
@@ -154,7 +152,7 @@ impl Convex {
                 at += 1;
                 for k in 0..3 {
                     let (a, b) = (triangles[t][k], triangles[t][(k + 1) % 3]);
-                    let other = *half_edges.get(&edge(b, a))? as usize;
+                    let other = half_edges.get(edge(b, a))? as usize;
                     let flat = triangles[other]
                         .iter()
                         .all(|&v| exact::side_sign(&plane, positions[v as usize]) == 0);
@@ -170,7 +168,7 @@ impl Convex {
             }
         }
         let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
-        used.sort_unstable();
+        sort(&mut used);
         used.dedup();
         for members in &faces {
             let plane = corners(members[0]);
@@ -182,31 +180,33 @@ impl Convex {
         let corners_of = triangles.iter().zip(&face);
         let around = corners_of.flat_map(|(v, &face)| v.map(|v| edge(v, face as u32)));
         let mut around: Vec<u64> = around.collect();
-        around.sort_unstable();
+        sort(&mut around);
         around.dedup();
-        let mut number = Numbers::new();
+        let mut number = Vec::new();
         let mut vertices = Vec::new();
         for faces in around.chunk_by(|a, b| a >> 32 == b >> 32).filter(|faces| faces.len() >= 3) {
-            number.insert(faces[0] >> 32, vertices.len() as u32);
+            number.push((faces[0] >> 32, vertices.len() as u32));
             vertices.push(positions[(faces[0] >> 32) as usize]);
         }
+        let number = Numbers::new(number);
         let mut loops = Vec::with_capacity(faces.len());
         for members in &faces {
-            let mut rim = Numbers::new();
-            let face_of = |a, b| face[half_edges[&edge(a, b)] as usize];
+            let mut rim = Vec::new();
+            let face_of = |a, b| Some(face[half_edges.get(edge(a, b))? as usize]);
             for &t in members {
                 for k in 0..3 {
                     let (a, b) = (triangles[t][k], triangles[t][(k + 1) % 3]);
-                    if face_of(b, a) != face_of(a, b) {
-                        rim.insert(a.into(), b);
+                    if face_of(b, a)? != face_of(a, b)? {
+                        rim.push((a.into(), b));
                     }
                 }
             }
-            let start = *rim.keys().next()?;
+            let rim = Numbers::new(rim);
+            let start = rim.pairs().first()?.0;
             let (mut v, mut outline) = (start, Vec::new());
             for _ in 0..rim.len() {
-                outline.extend(number.get(&v).copied());
-                v = u64::from(*rim.get(&v)?);
+                outline.extend(number.get(v));
+                v = u64::from(rim.get(v)?);
             }
             if v != start {
                 return None;
@@ -229,18 +229,18 @@ impl Convex {
         if vertices.len() > Self::MAX_VERTICES {
             return Err(OcclusionError::TooManyVertices(vertices.len(), Self::MAX_VERTICES));
         }
-        let mut half_edges = Numbers::new();
-        for (f, corners) in loops.iter().enumerate() {
-            for k in 0..corners.len() {
-                half_edges.insert(edge(corners[k], corners[(k + 1) % corners.len()]), f as u32);
-            }
-        }
+        let sides = loops.iter().zip(0..).flat_map(|(corners, f)| {
+            let ends = corners.iter().zip(corners.iter().cycle().skip(1));
+            ends.map(move |(&a, &b)| (edge(a, b), f))
+        });
+        let half_edges = Numbers::new(sides.collect());
         // In the order of their ends.
         let edges: Vec<[u32; 4]> = half_edges
+            .pairs()
             .iter()
-            .map(|(&ends, &f)| ((ends >> 32) as u32, ends as u32, f))
+            .map(|&(ends, f)| ((ends >> 32) as u32, ends as u32, f))
             .filter(|&(a, b, _)| a < b)
-            .filter_map(|(a, b, f)| Some([a, b, f, *half_edges.get(&edge(b, a))?]))
+            .filter_map(|(a, b, f)| Some([a, b, f, half_edges.get(edge(b, a))?]))
             .collect();
         if edges.len() * 2 != half_edges.len() {
             return Err(OcclusionError::Open);

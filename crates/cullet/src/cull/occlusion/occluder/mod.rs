@@ -3,6 +3,7 @@
 mod convex;
 mod cost;
 mod facing;
+mod numbers;
 mod patch;
 #[cfg(feature = "serde")]
 mod plain;

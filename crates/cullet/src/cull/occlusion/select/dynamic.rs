@@ -12,7 +12,7 @@ use crate::Simd;
 use crate::array::{self, Each};
 use crate::bits;
 use crate::bounds::{Boxes, LANES};
-use crate::sort::of_f32;
+use crate::sort::{of_f32, sort};
 use crate::transform::Transform;
 
 /// A surface whose triangles are given anew whenever they change, without allocating once its
@@ -103,7 +103,7 @@ impl DynamicSurface {
                 u64::from(!of_f32(nearness)) << 32 | u64::from(numbers[lane])
             }));
         }
-        self.order.sort_unstable();
+        sort(&mut self.order);
         let order = core::mem::take(&mut self.order);
         for some in order.chunks(LANES) {
             let mut numbers = [0; LANES];

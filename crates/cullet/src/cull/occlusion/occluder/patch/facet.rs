@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use crate::array::Each;
 #[cfg(not(feature = "std"))]
 use crate::math::Float as _;
-use crate::sort::{Sorter, of_f64, pair};
+use crate::sort::{Sorter, of_f64, pair, sort_above};
 use glam::{DVec3, Vec3};
 
 /// The cosine of the angle between the normals of two triangles below which they make no quad.
@@ -113,7 +113,8 @@ pub(super) fn edges(facets: &[Facet]) -> Vec<Edge> {
                 .map(|[a, b]| pair(a.min(b), a.max(b)) << 64 | pair(u32::from(a > b), number)),
         );
     }
-    halves.sort_unstable();
+    // They are in the order of the facets.
+    sort_above(&mut halves, &mut Vec::new());
     let mut edges = Vec::with_capacity(halves.len() / 2);
     for same in halves.chunk_by(|p, q| p >> 64 == q >> 64) {
         let vertices = [(same[0] >> 96) as u32, (same[0] >> 64) as u32];
