@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Runs the tests once for each mutant: `mutants.py COPY FIRST LAST PROGRAM...`, after
+"""Runs the tests once for each mutant: `mutants.py COPY FIRST LAST FOLDER PROGRAM...`, after
 `cullet-mutants` and a build.
 
-Each PROGRAM is a test program with its arguments as one word, as in
-'target/release/deps/cullet-0123 occlusion'. They run in their order until one fails. A mutant is
-caught by a test that fails, by a crash, or by five times the processor time of the sources as they
-are. `COPY/results.tsv` gets a line for each mutant: number, `caught` or `survived`, by which test.
+Only mutants of files whose names begin with FOLDER, as in `crates/cullet/`, are tried. Each PROGRAM
+is a test program with its arguments as one word, as in 'target/release/deps/cullet-0123 occlusion'.
+They run in their order until one fails. A mutant is caught by a test that fails, by a crash, or by
+five times the processor time of the sources as they are. `COPY/results.tsv` gets a line for each
+mutant: number, `caught` or `survived`, by which test. Several of these programs may run side by
+side: `COPY/claimed` tells which mutants another has begun.
 """
 
 import os
@@ -15,6 +17,7 @@ import shlex
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -38,6 +41,9 @@ def run(program: str, mutant: int, seconds: int) -> tuple[str, float]:
         text=True,
         preexec_fn=limits,
     )
+    # One that waits takes no processor time.
+    watch = threading.Timer(100 * seconds, lambda: os.killpg(child.pid, signal.SIGKILL))
+    watch.start()
     by = ""
     for line in child.stdout:
         found = FAILED.match(line)
@@ -46,6 +52,7 @@ def run(program: str, mutant: int, seconds: int) -> tuple[str, float]:
             os.killpg(child.pid, signal.SIGKILL)
             break
     code = child.wait()
+    watch.cancel()
     if not by and code != 0:
         by = {-signal.SIGXCPU: "time", -signal.SIGKILL: "time"}.get(code, f"exit code {code}")
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -53,7 +60,8 @@ def run(program: str, mutant: int, seconds: int) -> tuple[str, float]:
 
 
 def main() -> int:
-    copy, first, last, programs = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]), sys.argv[4:]
+    copy, first, last, folder = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]), sys.argv[4]
+    programs = sys.argv[5:]
     limits = []
     for program in programs:
         by, took = run(program, 0, 3600)
@@ -65,8 +73,14 @@ def main() -> int:
     rows = [line.split("\t") for line in (copy / "mutants.tsv").read_text().splitlines()]
     rows = sorted((int(row[0]), row) for row in rows)
     caught = survived = 0
+    claimed = copy / "claimed"
+    claimed.mkdir(exist_ok=True)
     for number, row in rows:
-        if not first <= number <= last:
+        if not first <= number <= last or not row[1].startswith(folder):
+            continue
+        try:
+            (claimed / str(number)).touch(exist_ok=False)
+        except FileExistsError:
             continue
         begun, by = time.monotonic(), ""
         for program, seconds in zip(programs, limits):

@@ -2,8 +2,8 @@
 
 use cullet::bounds::Aabb;
 use cullet::{
-    Instance, InstanceFlags, Reason, Scene, Stage, Transform, View, scene::BoundsOverride,
-    view::CullFace,
+    Instance, InstanceFlags, Mesh, MeshData, Reason, Scene, Stage, Transform, View,
+    scene::BoundsOverride, view::CullFace,
 };
 use cullet_cells::query::{EyeBox, RegionCuller, RegionError, RegionState, RegionVisible};
 use cullet_testkit::meshes::{block, of_parts};
@@ -198,6 +198,14 @@ fn degenerate_boxes_of_eyes_have_stated_answers() {
 }
 
 #[test]
+fn a_box_of_eyes_contains_its_surface() {
+    let eyes = EyeBox::new([-1.0, 0.0, 2.0], [1.0, 0.0, 3.0]);
+    assert!(eyes.contains([-1.0, 0.0, 2.0]) && eyes.contains([1.0, 0.0, 3.0]));
+    assert!(eyes.contains([0.0, 0.0, 2.5]) && !eyes.contains([0.0, 0.1, 2.5]));
+    assert!(!eyes.contains([-1.1, 0.0, 2.5]) && !eyes.contains([0.0, 0.0, f64::NAN]));
+}
+
+#[test]
 fn settings_out_of_range_are_named() {
     let (scene, _) = wall();
     let eyes = EyeBox::new([0.0; 3], [1.0; 3]);
@@ -249,6 +257,15 @@ fn what_may_not_be_dropped_is_kept_and_what_may_not_hide_does_not() {
     assert!(behind(&flags(InstanceFlags { transparent: true, ..none }), true));
     assert!(behind(&|i| i.layers = 0, true), "a wall that is not drawn");
     assert!(behind(&|i| i.bounds = BoundsOverride::Margin(0.5), true), "a wall that sways");
+    // A mesh that bends may be anywhere, among others that do not.
+    let mut scene = wall().0;
+    let data = MeshData { deformable: true, ..block([-1.0; 3], [1.0; 3]).to_data() };
+    let bends = scene.add_mesh(Mesh::new(data).expect("a good mesh"));
+    let at = Transform::from_translation([3.0, 0.0, -16.0]);
+    let bends = scene.add(Instance::new(bends, at)).unwrap();
+    scene.commit(&cullet::Culler::default());
+    let visible = query(&culler(), &scene, &EyeBox::new([-0.5; 3], [0.5; 3]));
+    assert!(visible.has(scene.slot(bends).unwrap()));
     // The eyes are in it, or a near plane could cut it open.
     assert!(behind(&|i| i.transform.translation = [0.0; 3], true));
     let near = |i: &mut Instance| i.transform.translation[2] = -1.505;
@@ -347,6 +364,27 @@ fn the_funnel_and_the_reasons_say_the_same() {
     }
     assert_eq!(visible.funnel.left().instances, visible.slots().count() as u64);
     assert_eq!(visible.funnel.entered().instances, u64::from(scene.instance_count()));
+}
+
+#[test]
+fn of_thousands_each_is_kept_before_a_wall_and_none_behind_it() {
+    let mut scene = Scene::new();
+    let cube = scene.add_mesh(block([-1.0; 3], [1.0; 3]));
+    let mut add = |size: [f32; 3], at: [f64; 3]| {
+        scene.add(Instance::new(cube, Transform::from_scale_translation(size, at))).expect("few")
+    };
+    add([200.0, 200.0, 2.0], [0.0, 0.0, -60.0]);
+    // No crate hides another: they lie in one plane, apart.
+    let mut sheet = |z: f64| -> Vec<_> {
+        let at = (0..1600).map(|i| [f64::from(i % 40 - 20) * 2.0, f64::from(i / 40 - 20) * 2.0, z]);
+        at.map(|at| add([0.2; 3], at)).collect()
+    };
+    let (before, behind) = (sheet(-50.0), sheet(-70.0));
+    scene.commit(&cullet::Culler::default());
+    let visible = query(&culler(), &scene, &EyeBox::new([-0.5; 3], [0.5; 3]));
+    let has = |&handle: &_| visible.has(scene.slot(handle).expect("added"));
+    assert_eq!(before.iter().filter(|h| has(h)).count(), 1600);
+    assert_eq!(behind.iter().filter(|h| has(h)).count(), 0);
 }
 
 #[test]

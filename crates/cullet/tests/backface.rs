@@ -1,6 +1,6 @@
 //! Back-face tests against the exact oracle.
 
-use cullet::cull::backface::{Facing, ObjectEye};
+use cullet::cull::backface::{ClusterPlanes, Facing, ObjectEye};
 use cullet::cull::degenerate::{self, Flattening};
 use cullet::{
     Transform,
@@ -56,6 +56,29 @@ proptest! {
         prop_assert!(flat.rank() < 3);
         prop_assert_eq!(flat.flattens(&corners), flattens_ref(&transform, &corners));
     }
+}
+
+#[test]
+fn an_eye_is_behind_a_cluster_when_it_is_behind_each_of_its_planes() {
+    // One faces +z, the other +x.
+    let corners = |s: f32| {
+        let [o, x, y, z] = [[0.0; 3], [s, 0.0, 0.0], [0.0, s, 0.0], [0.0, 0.0, s]];
+        [[o, x, y], [o, y, z]]
+    };
+    let planes = ClusterPlanes::new(corners(1.0));
+    assert_eq!(planes.height([2.0, 0.0, -3.0, 1.0]), 2.0);
+    assert_eq!(planes.height([-2.0, 0.0, -3.0, 1.0]), -2.0);
+    for weight in [0.0, 1.0] {
+        assert!(planes.is_behind([-2.0, 9.0, -3.0, weight]));
+        assert!(!planes.is_behind([2.0, 9.0, -3.0, weight]));
+        assert!(!planes.is_behind([-2.0, 9.0, 3.0, weight]));
+        assert!(!planes.is_behind([-2.0, f64::NAN, -3.0, weight]));
+    }
+    assert!(!planes.is_behind([-2.0, 9.0, -3.0, -1.0]));
+    assert!(ClusterPlanes::default().height([-2.0, 9.0, -3.0, 1.0]).is_infinite());
+    // Boxes of both have a corner at zero: the other is what limits them.
+    assert_eq!(planes.largest(), 1.0);
+    assert!(planes.is_usable() && !ClusterPlanes::new(corners(2e14)).is_usable());
 }
 
 fn sphere_of_triangles() -> (Vec<[f32; 3]>, Vec<u32>) {

@@ -1,7 +1,7 @@
 //! The fast way to cull back faces against the exact one: the same triangles by triangle, and a part of
 //! them by cluster.
 
-use cullet::cull::backface::{Facing, ObjectEye, ViewEye};
+use cullet::cull::backface::{ClusterEye, Facing, ObjectEye, ViewEye};
 use cullet::mesh::Part;
 use cullet::{
     Backface, Camera, Culler, Depth, Instance, Mesh, MeshData, Output, Projection, Reason, Scene,
@@ -364,4 +364,27 @@ proptest! {
             prop_assert!(culled.iter().all(|&w| w == 0));
         }
     }
+}
+
+#[test]
+fn a_cone_by_itself_says_what_the_mask_of_all_says() {
+    let mesh = meshes::ball(16);
+    let prepared = Prepared::of(&mesh, Preparation::ALL);
+    let cones = prepared.cluster_cones(Facing::Back).expect("flat clusters");
+    let (mut rng, mut culled, mut behind) = (Rng(61), Vec::new(), 0);
+    for _ in 0..100 {
+        let [x, y, z] = rng.vector(6.0);
+        let at = [x, y, z, 1.0];
+        let own = Transform::IDENTITY;
+        let object = ObjectEye::new(at, &own, FrontFace::default(), CullFace::Back);
+        let eye = prepared.backfaces().and_then(|planes| planes.eye(&object)).expect("an eye");
+        cones.cull(cullet::Simd::best(), &eye, &mut culled);
+        let alone = ClusterEye::new(at).expect("an eye");
+        for i in 0..mesh.clusters().len() {
+            let is_behind = cones.get(i).is_some_and(|cone| cone.is_behind_eye(&alone));
+            assert_eq!(culled[i / 64] >> (i % 64) & 1 == 1, is_behind, "cluster {i} from {at:?}");
+            behind += u32::from(is_behind);
+        }
+    }
+    assert!(behind > 100, "{behind}");
 }

@@ -1,8 +1,10 @@
 //! Boxes reported hidden are hidden: random scenes of boxes against lines of sight, drawn convex and as patches.
 
 use cullet::bounds::Aabb;
-use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Visibility};
+use cullet::cull::occlusion::{Convex, Occluder, OcclusionBuffer, Patch, Shape, Visibility};
 use cullet::{Camera, Depth, Projection, Simd, Transform, View};
+use cullet_testkit::meshes::one_sided;
+use cullet_testkit::soups;
 use proptest::prelude::*;
 
 /// The triangles of boxes, one after the other, wound outward.
@@ -147,6 +149,20 @@ fn a_gap_of_a_thousandth_of_a_pixel_is_seen_through() {
     }
 }
 
+/// The bolts of a machine are not to be looked at one by one.
+#[test]
+fn small_bodies_of_a_mesh_stay_in_its_patches() {
+    let bodies = |side: f32| {
+        let (mut positions, mut indices) = soups::block([-1.0; 3], [1.0; 3]);
+        let (corners, faces) = soups::block([2.0; 3], [2.0 + side; 3]);
+        indices.extend(faces.iter().map(|i| i + positions.len() as u32));
+        positions.extend(corners);
+        let occluder = Occluder::of_mesh(&one_sided((positions, indices)));
+        occluder.shapes().iter().filter(|shape| matches!(shape, Shape::Convex(_))).count()
+    };
+    assert_eq!([bodies(1.5), bodies(0.1)], [2, 1]);
+}
+
 #[test]
 fn a_surface_has_no_cracks() {
     // A bent sheet of many small triangles, cut into patches: what is behind it is hidden through every seam.
@@ -175,5 +191,28 @@ fn a_surface_has_no_cracks() {
         let covered =
             (0..count).filter(|i| buffer.nearness(i % size[0], i / size[0]) > 0.0).count();
         assert!(covered as f64 >= f64::from(count) * least, "{covered} of {count} at {size:?}");
+    }
+}
+
+#[test]
+fn triangles_of_a_pixel_are_drawn_wherever_on_the_screen_they_are() {
+    const N: u32 = 60;
+    let view = view(false, Depth::Reversed, [1280, 720]);
+    // The screen is 7 units high at this distance, and a step 1.1 pixels.
+    for corner in [[-5.0, 2.2], [4.0, -2.9]] {
+        let at = |i: u32, a: usize| corner[a] + i as f32 * 0.011;
+        let places = (0..(N + 1) * (N + 1)).map(|i| [at(i % (N + 1), 0), at(i / (N + 1), 1), -6.0]);
+        let positions: Vec<[f32; 3]> = places.collect();
+        let quads = (0..N * N).map(|i| i / N * (N + 1) + i % N);
+        let indices: Vec<u32> =
+            quads.flat_map(|v| [v, v + 1, v + N + 2, v, v + N + 2, v + N + 1]).collect();
+        let mut buffer = OcclusionBuffer::new([1280, 720]).unwrap();
+        buffer.begin(&view, [0.0; 3]);
+        for patch in Patch::cut(&positions, &indices, 32, false).unwrap() {
+            patch.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
+        }
+        let all = (0..1280 * 720).map(|i| buffer.nearness(i % 1280, i / 1280));
+        let covered = all.filter(|&nearness| nearness > 0.0).count();
+        assert!(covered > 4000, "{covered} at {corner:?}");
     }
 }

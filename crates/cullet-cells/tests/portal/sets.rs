@@ -1,12 +1,14 @@
 //! Visible sets: what is packed is what was given, and the stage drops what is in no set and nothing else.
 
 use cullet::{Culler, Handle, Instance, Output, Scene, Stage, Transform, View, ViewState, Visible};
-use cullet_cells::cell::CellGraph;
+use cullet_cells::cell::{CellGraph, Mirror};
 use cullet_cells::pvs::{SetsError, Targets, Tile, VisibleSets, join_tiles};
 use cullet_cells::{CellView, Cells, InCells};
 use cullet_testkit::answers::cull;
 use cullet_testkit::buildings::Building;
 use cullet_testkit::{Rng, cases, meshes};
+
+use super::stage::two_rooms;
 
 /// A number smaller than `end`.
 fn below(rng: &mut Rng, end: u32) -> u32 {
@@ -150,6 +152,21 @@ fn a_tile_that_numbers_a_target_past_the_end_is_harmless() {
     }
 }
 
+#[test]
+fn what_is_within_another_tile_and_seen_by_none_of_its_cells_is_dropped() {
+    let sets = sets_of(&[vec![true, false, false]], Targets::Instances, 3);
+    let cells = [0.0, 4.0].map(|x| [[[x, 0.0, 0.0], [x + 4.0, 4.0, 4.0]]]);
+    // One seen, one not, and one that is not and reaches out.
+    let inside = |x: f64| [[x, 0.0, 1.0], [x + 4.0, 1.0, 2.0]];
+    let bounds = [0.0, 4.0].map(|x| [inside(x), inside(x), inside(x + 0.5)]);
+    let tile =
+        |k: usize, targets| Tile { sets: &sets, cells: &cells[k], targets, bounds: &bounds[k] };
+    let joined = join_tiles(&[tile(0, &[0, 1, 2]), tile(1, &[3, 4, 5])], 6).unwrap();
+    assert!(joined.sets.seen_from(0).eq([0, 3, 5]));
+    assert!(joined.sets.seen_from(1).eq([0, 2, 3]));
+    assert_eq!(joined.unknown, 2);
+}
+
 /// Balls about a building.
 fn furnish(rng: &mut Rng, building: &Building) -> (Scene, Vec<Handle>) {
     let mut scene = Scene::new();
@@ -266,6 +283,24 @@ fn the_stage_drops_what_is_in_no_set_and_nothing_else() {
         }
     }
     assert!(dropped > cases(40) * 500 && kept > cases(40) * 500, "{dropped} {kept}");
+}
+
+#[test]
+fn what_a_mirror_may_show_is_in_the_sets_of_its_cell() {
+    let polygon = vec![[8.0, 0.5, 1.0], [8.0, 0.5, 3.0], [8.0, 2.0, 3.0], [8.0, 2.0, 1.0]];
+    let (scene, mut cells, [near, far], view) = two_rooms(vec![Mirror { cell: 1, polygon }]);
+    assert_eq!((near.index, far.index), (0, 1));
+    let rows = [vec![true, false], vec![true, true]];
+    cells.set_visible_sets(sets_of(&rows, Targets::Instances, 2)).unwrap();
+    let mut culler = Culler::default().with_output(Output::Instances).only(Stage::Pvs);
+    culler.portal = true;
+    for mirrors in [0, 1] {
+        let mut among = CellView::default();
+        among.options.mirrors = mirrors;
+        let (mut state, mut result) = (ViewState::default(), Visible::default());
+        culler.cull_among(&scene, &view, &among.on(&cells), &mut state, &mut result).unwrap();
+        assert_eq!(result.instance_count, u64::from(1 + mirrors), "{mirrors} mirrors");
+    }
 }
 
 #[test]

@@ -91,6 +91,18 @@ fn an_eye_in_a_skin_is_in_no_cell_and_what_stands_there_is_in_its_own() {
     assert_eq!(shapes.piece_count(), 3);
 }
 
+/// The bounds of an instance that touches a wall come from f32, rounded outward.
+#[test]
+fn a_box_that_rounding_moved_beyond_a_wall_is_within() {
+    let end = 1000.1;
+    let graph = CellGraph::new(1, Vec::new()).unwrap();
+    let room = CellPiece::from_box(0, [0.0; 3], [end, 3.0, 4.0]);
+    let shapes = CellShapes::new(&graph, vec![room]).unwrap().with_walls(0.0);
+    let rounded = f64::from((end as f32).next_up());
+    assert!(rounded > end + 1e-6 && shapes.is_within([0.0; 3], [rounded, 1.0, 1.0]));
+    assert!(!shapes.is_within([0.0; 3], [end + 0.01, 1.0, 1.0]));
+}
+
 #[test]
 fn each_fault_of_a_piece_or_a_border_is_named() {
     let low = || CellPiece::from_box(0, [0.0; 3], [1.0; 3]);

@@ -3,6 +3,7 @@
 use cullet::{
     Culler, Handle, Instance, Mesh, Output, Scene, Stage, Transform, View, ViewState, funnel::Unit,
 };
+use cullet_cells::cell::{CellGraph, CellPiece, CellShapes, Mirror, Portal};
 use cullet_cells::portal::ray_cells_ref;
 use cullet_cells::{CellView, Cells, InCells};
 use cullet_testkit::answers::{cull, listed};
@@ -147,10 +148,10 @@ fn rows_reasons_and_explanations_agree() {
 }
 
 /// Two rooms, a door, and a ball in each.
-fn two_rooms() -> (Scene, Cells, [Handle; 2], View) {
-    use cullet_cells::cell::{CellGraph, CellPiece, CellShapes, Portal};
+pub(super) fn two_rooms(mirrors: Vec<Mirror>) -> (Scene, Cells, [Handle; 2], View) {
     let polygon = vec![[4.0, 0.0, 1.0], [4.0, 0.0, 3.0], [4.0, 2.0, 3.0], [4.0, 2.0, 1.0]];
-    let graph = CellGraph::new(2, vec![Portal { cells: [0, 1], polygon }]).unwrap();
+    let graph = CellGraph::new(2, vec![Portal { cells: [0, 1], polygon }]);
+    let graph = graph.and_then(|graph| graph.with_mirrors(mirrors)).unwrap();
     let room = |i: u32| {
         let x = f64::from(i) * 4.0;
         CellPiece::from_box(i, [x, 0.0, 0.0], [x + 4.0, 3.0, 4.0])
@@ -175,7 +176,7 @@ fn portal_alone() -> Culler {
 
 #[test]
 fn what_sticks_out_of_its_cell_is_kept_and_what_is_in_it_is_not() {
-    let (mut scene, mut cells, [_, far], view) = two_rooms();
+    let (mut scene, mut cells, [_, far], view) = two_rooms(Vec::new());
     cells.set_portal_open(0, false);
     let count =
         |scene: &Scene, cells: &Cells| cull(&portal_alone(), (scene, cells), &view).instance_count;
@@ -190,8 +191,37 @@ fn what_sticks_out_of_its_cell_is_kept_and_what_is_in_it_is_not() {
 }
 
 #[test]
+fn what_sticks_out_is_explained_by_its_own_slot() {
+    let (mut scene, mut cells, _, view) = two_rooms(Vec::new());
+    cells.set_portal_open(0, false);
+    let at = |x: f64, i: u32| {
+        Transform::from_scale_translation([0.2; 3], [x, 0.5, 0.3 + f64::from(i) * 0.025])
+    };
+    let handles: Vec<Handle> =
+        (0..140).map(|i| scene.add(Instance::new(0, at(6.0, i))).unwrap()).collect();
+    scene.commit(&Culler::default());
+    cells.update(&scene);
+    let words = |scene: &Scene, cells: &Cells, handle: Handle| {
+        let told = InCells::from((scene, cells)).explain(&portal_alone(), &view, handle).unwrap();
+        told.steps.last().unwrap().to_string()
+    };
+    // One at a time, so that no bit of a word but its own is set.
+    for (i, &handle) in (0..).zip(&handles).step_by(13) {
+        scene.set_transform(handle, at(8.0, i)).unwrap();
+        scene.refit();
+        cells.update(&scene);
+        let [own, other] = [handle, handles[(i as usize + 70) % 140]];
+        assert!(words(&scene, &cells, own).contains("seen from everywhere"), "{i}");
+        assert!(words(&scene, &cells, other).contains("portal 0 on the way is shut"), "{i}");
+        scene.set_transform(handle, at(6.0, i)).unwrap();
+        scene.refit();
+        cells.update(&scene);
+    }
+}
+
+#[test]
 fn doors_open_and_shut_and_the_explanation_names_them() {
-    let (scene, mut cells, [_, far], view) = two_rooms();
+    let (scene, mut cells, [_, far], view) = two_rooms(Vec::new());
     assert_eq!(cull(&portal_alone(), (&scene, &cells), &view).instance_count, 2);
     let words = |cells: &Cells| {
         let told = InCells::from((&scene, cells)).explain(&portal_alone(), &view, far).unwrap();
@@ -207,7 +237,7 @@ fn doors_open_and_shut_and_the_explanation_names_them() {
 
 #[test]
 fn what_moves_is_kept_until_it_is_found_again() {
-    let (mut scene, mut cells, [near, far], view) = two_rooms();
+    let (mut scene, mut cells, [near, far], view) = two_rooms(Vec::new());
     cells.set_portal_open(0, false);
     let count =
         |scene: &Scene, cells: &Cells| cull(&portal_alone(), (scene, cells), &view).instance_count;
@@ -245,7 +275,7 @@ fn what_moves_is_kept_until_it_is_found_again() {
 
 #[test]
 fn a_commit_with_fewer_slots_than_moved_is_no_harm() {
-    let (mut scene, mut cells, [near, far], view) = two_rooms();
+    let (mut scene, mut cells, [near, far], view) = two_rooms(Vec::new());
     let at = Transform::from_scale_translation([0.2; 3], [3.0, 1.0, 2.0]);
     scene.add(Instance::new(0, at)).unwrap();
     scene.remove(near).unwrap();
@@ -258,7 +288,7 @@ fn a_commit_with_fewer_slots_than_moved_is_no_harm() {
 
 #[test]
 fn an_eye_in_no_cell_or_in_a_wall_sees_all() {
-    let (scene, mut cells, _, _) = two_rooms();
+    let (scene, mut cells, _, _) = two_rooms(Vec::new());
     cells.set_portal_open(0, false);
     let count = |eye: [f64; 3], near: f64| {
         let to = [eye[0], eye[1], eye[2] + 1.0];

@@ -1,7 +1,7 @@
 //! The walk through portals, against rays through cells.
 
 use cullet::View;
-use cullet_cells::cell::{CellGraph, CellLocator, CellPiece, CellShapes, Portal};
+use cullet_cells::cell::{CellGraph, CellLocator, CellPiece, CellShapes, Mirror, Portal};
 use cullet_cells::portal::{
     PortalClip, PortalOptions, PortalView, Reached, ray_cells_ref, walk_portals,
 };
@@ -135,6 +135,10 @@ fn a_shut_door_a_one_way_portal_and_limits_end_a_chain_as_they_say() {
     graph.set_open(2, false);
     assert_eq!(cells_from(&graph, eye, to, &all), [0, 1, 2]);
     graph.set_open(2, true);
+    // An eye in a shut door sees both sides.
+    graph.set_open(0, false);
+    assert_eq!(cells_from(&graph, [4.0, 1.0, 1.5], [3.0, 1.0, 1.5], &all), [1, 0]);
+    graph.set_open(0, true);
     graph.set_one_way(1, true);
     assert_eq!(cells_from(&graph, eye, to, &all).len(), 6);
     assert_eq!(cells_from(&graph, [21.0, 1.0, 1.5], [1.0, 1.0, 1.5], &all), [5, 4, 3, 2]);
@@ -152,6 +156,27 @@ fn doors_out_of_line_hide_what_is_behind_them() {
         row(|x| if (x as u32 / 4).is_multiple_of(2) { [0.1, 0.6] } else { [3.4, 3.9] }, 6);
     let cells = cells_from(&graph, [0.5, 1.0, 3.5], [1.0, 1.0, 3.4], &PortalOptions::default());
     assert!(cells.len() < 4, "{cells:?}");
+}
+
+#[test]
+fn nothing_behind_the_plane_of_a_mirror_is_seen_in_it() {
+    let (graph, _) = row(|_| [1.0, 3.0], 2);
+    let polygon = vec![[0.0, 0.5, 1.0], [0.0, 2.0, 1.0], [0.0, 2.0, 3.0], [0.0, 0.5, 3.0]];
+    let graph = graph.with_mirrors(vec![Mirror { cell: 0, polygon }]).unwrap();
+    let view = View::perspective([2.0, 1.0, 2.0], [0.0, 1.0, 2.0], 1.0, 0.01, 1e3, [200, 200]);
+    let view = PortalView::new(&view.unwrap()).unwrap();
+    let options = PortalOptions { mirrors: 1, ..PortalOptions::default() };
+    let mut reached = Reached::default();
+    walk_portals(&graph, &view, &[0], &options, &mut reached);
+    let visit = reached.visits().iter().find(|v| v.mirror == Some(0)).expect("seen in the mirror");
+    assert_eq!(visit.eye, [-2.0, 1.0, 2.0]);
+    let is_seen = |x: f64| {
+        let p = [x - visit.eye[0], 0.1, -0.1];
+        reached.planes(visit).all(|plane| plane.distance(p) <= 0.0)
+    };
+    assert!(is_seen(0.0) && is_seen(0.1) && is_seen(3.9));
+    // Between the mirror and the mirrored eye.
+    assert!(!is_seen(-0.1) && !is_seen(-1.0) && !is_seen(-1.9));
 }
 
 #[test]

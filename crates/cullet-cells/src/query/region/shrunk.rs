@@ -255,6 +255,23 @@ mod tests {
             assert_eq!(shrunk(body, [1e-3; 3], &at), None);
             assert_eq!(shrunk(body, [0.0; 3], &at), None);
         }
+        // As deep as rounding at any size is none; a small body has an inside.
+        let scaled = |scale| Transform::from_scale_translation(scale, [0.0; 3]);
+        assert_eq!(shrunk(&cube, [0.0; 3], &scaled([1e6, 1e6, 0.1])), None);
+        assert!(shrunk(&cube, [0.0; 3], &scaled([1e-6; 3])).is_some());
+    }
+
+    #[test]
+    fn what_is_as_far_as_asked_is_not_farther() {
+        let cube = Convex::from_box(&Aabb::new([-0.5; 3], [0.5; 3])).unwrap();
+        let is_apart = |x: f64, distance| {
+            is_apart(&cube, &Transform::IDENTITY, [x, 0.1, 0.2], [0.25; 3], distance)
+        };
+        for x in [1.0, 1e3, 1e6] {
+            let gap = x - 0.75;
+            assert!(!is_apart(x, gap) && !is_apart(x, gap * (1.0 + 1e-6)), "{x}");
+            assert!(!is_apart(x, gap - 1e-8 * x) && is_apart(x, gap - 1e-5 * x), "{x}");
+        }
     }
 
     #[test]

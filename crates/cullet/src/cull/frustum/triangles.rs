@@ -161,6 +161,16 @@ mod tests {
     }
 
     #[test]
+    fn a_triangle_in_a_plane_is_not_outside_of_it() {
+        let plane = Some(Plane::new([0.0, 0.0, 1.0], 0.0));
+        let frustum = Frustum::from_planes([plane, None, None, None, None, None]);
+        let region = ObjectRegion::new(&frustum, &Transform::IDENTITY);
+        let at = |z: f32| [[1.0, 0.0, z], [0.0, 1.0, z], [-1.0, 0.0, z]];
+        assert_eq!(region.rejects(&at(0.0), u32::MAX), None);
+        assert_eq!(region.rejects(&at(1e-30), u32::MAX), Some(0));
+    }
+
+    #[test]
     fn a_transform_that_is_not_finite_keeps_everything() {
         let broken = Transform { linear: [[f32::NAN; 3]; 3], ..Transform::IDENTITY };
         let region = ObjectRegion::new(&cube(), &broken);

@@ -193,3 +193,17 @@ fn alone(b: &Aabb) -> BoxBlock {
     block.set(0, b);
     block
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn offsets_leave_the_slack_on_either_side_and_little_more() {
+        for (d, slack) in [(1.0, 0.25), (-3.0, 1e-9), (0.1, 0.0), (1e6, 0.5)] {
+            let (outside, inside) = offsets(d, slack);
+            let over = [f64::from(outside) - (d + slack), d - slack - f64::from(inside)];
+            assert!(over.iter().all(|&v| v >= 0.0 && v <= d.abs() * 1e-6), "{d} {slack}: {over:?}");
+        }
+    }
+}

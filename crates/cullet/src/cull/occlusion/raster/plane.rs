@@ -69,3 +69,16 @@ impl Plane {
         Self { value: if value.is_finite() { value } else { 0.0 }, ..Self::default() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_level_bound_is_below_the_nearness_it_is_made_of() {
+        for nearness in [1e-6, 0.1, 1.0, 7.3e4] {
+            let value = f64::from(Plane::level(nearness).value);
+            assert!(value < nearness && value > nearness * (1.0 - 2.0_f64.powi(-19)), "{nearness}");
+        }
+    }
+}

@@ -260,3 +260,28 @@ impl Doubt {
         size * (4.0 * self.pixels + size * 8.0 * f64::EPSILON) + 8.0 * self.pixels * self.pixels
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_doubt_covers_what_the_errors_do() {
+        let clip = |w: f64| Clip { x: 60.0, y: 40.0, nearness: 4.0, near: 1.0, w };
+        let error = Clip { w: 0.1, ..Clip::NONE };
+        let doubt = Doubt::of(&error, [clip(2.0), clip(8.0)].iter());
+        assert!(doubt.nearness >= 4.0 / 1.9 - 2.0 && doubt.nearness < 0.11, "{}", doubt.nearness);
+        assert!(doubt.pixels >= 60.0 / 1.9 - 30.0 && doubt.pixels < 1.6, "{}", doubt.pixels);
+    }
+
+    /// Corners of a triangle that move by a hundredth of a pixel, wherever on the screen it is.
+    #[test]
+    fn the_doubt_of_an_area_is_that_of_its_edges() {
+        for [x, y] in [[0.0, 0.0], [1000.0, 500.0]] {
+            let spot = |dx: f64, dy: f64| Spot { x: x + dx, y: y + dy, nearness: 1.0 };
+            let doubt = Doubt { pixels: 0.01, nearness: 0.0 };
+            let area = doubt.area([spot(0.0, 0.0), spot(1.0, 0.0), spot(0.0, 1.0)]);
+            assert!(area >= 1.02 * 1.02 - 1.0 && area < 0.1, "{area}");
+        }
+    }
+}

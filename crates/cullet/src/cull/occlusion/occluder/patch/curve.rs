@@ -125,6 +125,20 @@ mod tests {
     }
 
     #[test]
+    fn sixteen_in_a_row_of_a_cube_of_triangles_lie_in_a_small_box() {
+        let place = |i: u32| [(i % 16) as f32, (i / 16 % 16) as f32, (i / 256) as f32];
+        let positions: Vec<[f32; 3]> = (0..4096).map(place).collect();
+        let facets: Vec<Facet> = (0..4096).map(|i| Facet::triangle([i; 3])).collect();
+        let mut sorted = Vec::new();
+        Curve::default().sort(&positions, &facets, &mut sorted);
+        for row in sorted.chunks(16) {
+            let places: Vec<_> = row.iter().map(|f| place(f.corners[0])).collect();
+            let b = Aabb::from_points(&places);
+            assert!((0..3).all(|a| b.max[a] - b.min[a] <= 4.0), "{places:?}");
+        }
+    }
+
+    #[test]
     fn places_of_any_size_are_sorted() {
         let facets: Vec<Facet> = (0..300).map(|i| Facet::triangle([i; 3])).collect();
         for size in [0.0, 1e-45, 1e-30, 1.0, 3e38] {
