@@ -96,7 +96,10 @@ fn an_eye_in_a_skin_is_in_no_cell_and_what_stands_there_is_in_its_own() {
 fn a_box_that_rounding_moved_beyond_a_wall_is_within() {
     let end = 1000.1;
     let graph = CellGraph::new(1, Vec::new()).unwrap();
-    let room = CellPiece::from_box(0, [0.0; 3], [end, 3.0, 4.0]);
+    // A slanting wall, at which a box is not cut.
+    let mut room = CellPiece::from_box(0, [0.0; 3], [2e3, 3.0, 2e3]);
+    let share = 0.5_f64.sqrt();
+    room.planes.push(Plane::new([share, 0.0, share], (end + 1.0) * share));
     let shapes = CellShapes::new(&graph, vec![room]).unwrap().with_walls(0.0);
     let rounded = f64::from((end as f32).next_up());
     assert!(rounded > end + 1e-6 && shapes.is_within([0.0; 3], [rounded, 1.0, 1.0]));
