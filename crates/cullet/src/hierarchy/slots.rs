@@ -19,8 +19,7 @@ pub struct Handle {
     pub generation: u32,
 }
 
-/// As derived, on one line: messages have it, and the library's builders of lines are linked for
-/// nothing else.
+// What would be derived needs the standard library's builders of lines, which nothing else does.
 impl fmt::Debug for Handle {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Handle {{ index: {}, generation: {} }}", self.index, self.generation)
